@@ -199,10 +199,7 @@ def _first_crossing(points_m: FloatArray, edge: IndexArray) -> tuple[int, int] |
 
 def _folds_back(points_m: FloatArray) -> bool:
     """Whether an edge returns along the one before it, to within what edges are known to."""
-    before, after = (
-        np.roll(points_m, 1, axis=0) - points_m,
-        np.roll(points_m, -1, axis=0) - points_m,
-    )
+    before, after = (np.roll(points_m, step, axis=0) - points_m for step in (1, -1))
     longer = np.maximum(np.hypot(*before.T), np.hypot(*after.T))
     crossed = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
     apart = crossed / np.where(longer > 0.0, longer, 1.0)

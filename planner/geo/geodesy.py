@@ -52,8 +52,8 @@ def distance_m_and_azimuth_deg(
         Direction at the start, clockwise from north, in [0, 360); 0 where both points are one.
         At a pole, "north" is the direction of the given meridian carried over the pole. [°]
     """
-    sin_u1, cos_u1 = _reduced_latitude_sin_cos(from_latitude_deg)
-    sin_u2, cos_u2 = _reduced_latitude_sin_cos(to_latitude_deg)
+    start = _reduced_latitude_sin_cos(from_latitude_deg)
+    end = _reduced_latitude_sin_cos(to_latitude_deg)
     difference_deg = np.asarray(to_longitude_deg, np.float64) - np.asarray(
         from_longitude_deg, np.float64
     )
@@ -62,7 +62,7 @@ def distance_m_and_azimuth_deg(
 
     longitude = difference
     for _ in range(_MOST_ROUNDS):
-        arc = _auxiliary_arc(sin_u1, cos_u1, sin_u2, cos_u2, longitude)
+        arc = _auxiliary_arc(start, end, longitude)
         # Vincenty's equations 10 and 11.
         c = FLATTENING / 16.0 * arc.cos2_alpha * (4.0 + FLATTENING * (4.0 - 3.0 * arc.cos2_alpha))
         refined = difference + (1.0 - c) * FLATTENING * arc.sin_alpha * (
@@ -75,7 +75,7 @@ def distance_m_and_azimuth_deg(
             break
     else:
         longitude = np.where(unsettled, difference, longitude)
-        arc = _auxiliary_arc(sin_u1, cos_u1, sin_u2, cos_u2, longitude)
+        arc = _auxiliary_arc(start, end, longitude)
 
     a, b = _series_a_b(arc.cos2_alpha)
     # Vincenty's equation 19.
@@ -140,16 +140,11 @@ def latitude_longitude_deg(
     spherical = np.asarray(distance_m, np.float64) / (SEMI_MINOR_AXIS_M * a)
 
     sigma = spherical
-    for _ in range(_MOST_ROUNDS):
-        # Vincenty's equations 5 to 7.
-        refined = spherical + _sigma_correction(
-            b, np.sin(sigma), np.cos(sigma), np.cos(2.0 * sigma_1 + sigma)
-        )
-        settled = not np.any(np.abs(refined - sigma) > _TOLERANCE_RAD)
-        sigma = refined
-        if settled:
+    for _ in range(_MOST_ROUNDS):  # Vincenty's equations 5 to 7
+        before, cos_2m = sigma, np.cos(2.0 * sigma_1 + sigma)
+        sigma = spherical + _sigma_correction(b, np.sin(sigma), np.cos(sigma), cos_2m)
+        if not np.any(np.abs(sigma - before) > _TOLERANCE_RAD):
             break
-
     sin_sigma, cos_sigma = np.sin(sigma), np.cos(sigma)
     cos_2m = np.cos(2.0 * sigma_1 + sigma)
     # Vincenty's equations 8 to 11.
@@ -191,13 +186,10 @@ class _AuxiliaryArc(NamedTuple):
 
 
 def _auxiliary_arc(
-    sin_u1: FloatArray,
-    cos_u1: FloatArray,
-    sin_u2: FloatArray,
-    cos_u2: FloatArray,
-    longitude: FloatArray,
+    start: tuple[FloatArray, FloatArray], end: tuple[FloatArray, FloatArray], longitude: FloatArray
 ) -> _AuxiliaryArc:
-    """Vincenty's equations 14 to 18."""
+    """Vincenty's equations 14 to 18, from sine and cosine of the reduced latitudes."""
+    (sin_u1, cos_u1), (sin_u2, cos_u2) = start, end
     sin_longitude, cos_longitude = np.sin(longitude), np.cos(longitude)
     across = cos_u2 * sin_longitude
     ahead = cos_u1 * sin_u2 - sin_u1 * cos_u2 * cos_longitude
@@ -208,16 +200,9 @@ def _auxiliary_arc(
     sin_alpha = cos_u1 * across / np.where(sin_sigma == 0.0, 1.0, sin_sigma)
     cos2_alpha = 1.0 - sin_alpha**2
     cos_2m = cos_sigma - 2.0 * sin_u1 * sin_u2 / np.where(cos2_alpha == 0.0, 1.0, cos2_alpha)
-    return _AuxiliaryArc(
-        across=across,
-        ahead=ahead,
-        sigma=np.arctan2(sin_sigma, cos_sigma),
-        sin_sigma=sin_sigma,
-        cos_sigma=cos_sigma,
-        sin_alpha=sin_alpha,
-        cos2_alpha=cos2_alpha,
-        cos_2m=np.clip(cos_2m, -1.0, 1.0),
-    )
+    sigma = np.arctan2(sin_sigma, cos_sigma)
+    cos_2m = np.clip(cos_2m, -1.0, 1.0)
+    return _AuxiliaryArc(across, ahead, sigma, sin_sigma, cos_sigma, sin_alpha, cos2_alpha, cos_2m)
 
 
 def _reduced_latitude_sin_cos(latitude_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -240,18 +225,10 @@ def _sigma_correction(
     b: FloatArray, sin_sigma: FloatArray, cos_sigma: FloatArray, cos_2m: FloatArray
 ) -> FloatArray:
     """Vincenty's Δσ, equation 6."""
+    double = 2.0 * cos_2m**2 - 1.0  # cos 4σm
+    triple = cos_2m * (4.0 * sin_sigma**2 - 3.0) * (4.0 * cos_2m**2 - 3.0)
     correction: FloatArray = (
-        b
-        * sin_sigma
-        * (
-            cos_2m
-            + b
-            / 4.0
-            * (
-                cos_sigma * (2.0 * cos_2m**2 - 1.0)
-                - b / 6.0 * cos_2m * (4.0 * sin_sigma**2 - 3.0) * (4.0 * cos_2m**2 - 3.0)
-            )
-        )
+        b * sin_sigma * (cos_2m + b / 4.0 * (cos_sigma * double - b / 6.0 * triple))
     )
     return correction
 
@@ -338,20 +315,7 @@ class LocalFrame(Value):
     def latitude_longitude_deg(
         self, east_m: npt.ArrayLike, north_m: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the positions of points of this frame, the inverse of :meth:`east_north_m`.
-
-        Parameters
-        ----------
-        east_m, north_m : array_like
-            East and north of the origin; both broadcast. [m]
-
-        Returns
-        -------
-        latitude_deg : ndarray
-            Latitude. [°]
-        longitude_deg : ndarray
-            Longitude, in [−180, 180). [°]
-        """
+        """Return latitudes and longitudes of points of this frame, as `latitude_longitude_deg`."""
         east, north = np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)
         return latitude_longitude_deg(
             self.latitude_deg,

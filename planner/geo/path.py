@@ -176,13 +176,13 @@ class PolygonBarrier(Value, eq=False):
             np.concatenate([np.maximum(*ends), zero]),
         )
 
-    def _edge_distance_m(self, points_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Distance of points to the nearest edge, and that edge's ends, shape (n, 2, 2)."""
+    def _edge_distance_m(self, points_m: FloatArray) -> tuple[FloatArray, Any]:
+        """Distance of points to the nearest edge, and that edge. [n]."""
         import shapely
 
-        nearest = self.edges.geometries[self.edges.nearest(shapely.points(points_m))]
-        edge = shapely.get_coordinates(nearest).reshape(-1, 2, 2)
-        return _segment_distance_m(points_m, edge), edge
+        points = shapely.points(points_m)
+        edge = self.edges.geometries[self.edges.nearest(points)]
+        return np.asarray(shapely.distance(points, edge), np.float64), edge
 
     def _greatest_depth_m(
         self, start_m: FloatArray, end_m: FloatArray
@@ -193,6 +193,8 @@ class PolygonBarrier(Value, eq=False):
         an interval the distance to the boundary is at most the greater of the distances of the
         interval's ends to the edge nearest its middle.
         """
+        import shapely
+
         at_start, _ = self._edge_distance_m(start_m)
         at_end, _ = self._edge_distance_m(end_m)
         best = np.maximum(at_start, at_end)
@@ -209,9 +211,8 @@ class PolygonBarrier(Value, eq=False):
             deeper = order[middle[order] > best[owner[order]]]
             best[owner[deeper]] = middle[deeper]
             fraction[owner[deeper]] = ((low + high) / 2.0)[deeper]
-            bound = np.maximum(
-                _segment_distance_m(ends[0], edge), _segment_distance_m(ends[2], edge)
-            )
+            at_ends = (shapely.distance(shapely.points(ends[n]), edge) for n in (0, 2))
+            bound = np.maximum(*at_ends)
             open_ = bound > best[owner] + _DEPTH_TOLERANCE_M
             low, high, owner = low[open_], high[open_], np.tile(owner[open_], 2)
             half = (low + high) / 2.0
@@ -249,18 +250,6 @@ def _lines(legs: PathLegs) -> Any:  # noqa: ANN401 - an array of shapely's, whic
     import shapely
 
     return shapely.linestrings(np.stack([legs.start_m, legs.end_m], axis=1))
-
-
-def _segment_distance_m(points_m: FloatArray, segments_m: FloatArray) -> FloatArray:
-    """Distance of each point to its own segment of shape (2, 2)."""
-    start = segments_m[:, 0]
-    along = segments_m[:, 1] - start
-    offset = points_m - start
-    squared = np.sum(along**2, axis=1)
-    t = np.sum(offset * along, axis=1) / np.where(squared > 0.0, squared, 1.0)
-    gap = offset - along * np.clip(t, 0.0, 1.0)[:, None]
-    distance: FloatArray = np.hypot(gap[:, 0], gap[:, 1])
-    return distance
 
 
 def _sorted_spans(leg: IndexArray, start_m: FloatArray, end_m: FloatArray) -> LegSpans:
@@ -304,11 +293,6 @@ class PathLegs(NamedTuple):
 def path_legs(east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> PathLegs:
     """Return the legs of the path through points of a local frame.
 
-    Parameters
-    ----------
-    east_m, north_m : array_like, shape (n,)
-        At least two points. [m]
-
     Raises
     ------
     ValueError
@@ -336,13 +320,7 @@ class SweptAreas(Value, eq=False):
     """Polygons, lines or points of shapely, which has no types. (n,)"""
 
     def near(self, barrier: Barrier, margin_m: float) -> npt.NDArray[np.bool_]:
-        """Whether some place of each area is within a margin of a barrier, or beyond it.
-
-        Returns
-        -------
-        ndarray of bool, shape (n,)
-            By whole areas and whole edges, never by samples.
-        """
+        """Whether some place of each area is within a margin of a barrier, or beyond it. [n]."""
         import shapely
 
         if isinstance(barrier, CircleBarrier):

@@ -51,17 +51,9 @@ class TerrainTile(Value, eq=False):
     def height_amsl_m(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
     ) -> FloatArray:
-        """Return the bilinearly interpolated height; NaN where the tile does not know it.
+        """Return the bilinearly interpolated height; NaN where the tile does not know it. [m]
 
-        Parameters
-        ----------
-        latitude_deg, longitude_deg : array_like
-            The places; both broadcast. [°]
-
-        Returns
-        -------
-        ndarray
-            Height. Within half a cell of the tile's edge that of the outermost cells. [m]
+        Within half a cell of the tile's edge it is that of the outermost cells.
         """
         x, y = self._x_y(
             *np.broadcast_arrays(
@@ -117,18 +109,10 @@ class TerrainGrid(Value):
     def height_amsl_m(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
     ) -> MaskedHeights:
-        """Return the height of the ground, interpolated bilinearly.
+        """Return the height of the ground, interpolated bilinearly. [m]
 
-        Parameters
-        ----------
-        latitude_deg, longitude_deg : array_like
-            The places; both broadcast. [°]
-
-        Returns
-        -------
-        masked array
-            Height, masked (and NaN beneath the mask) outside of every tile and where one of the
-            cells around has no data. [m]
+        It is masked, and NaN beneath the mask, outside of every tile and where one of the cells
+        around has no data.
         """
         latitude, longitude = np.broadcast_arrays(
             np.asarray(latitude_deg, np.float64), np.asarray(longitude_deg, np.float64)
@@ -204,8 +188,8 @@ def _read_tile(path: Path) -> TerrainTile:
     # The cell in the middle and its neighbours to the right and below.
     row, column = (size / 2.0 for size in heights.shape)
     a, b, c, d, e, f = affine
-    xs = [a * j + b * i + c for i, j in ((row, column), (row, column + 1), (row + 1, column))]
-    ys = [d * j + e * i + f for i, j in ((row, column), (row, column + 1), (row + 1, column))]
+    cells = ((row, column), (row, column + 1), (row + 1, column))
+    xs, ys = zip(*((a * j + b * i + c, d * j + e * i + f) for i, j in cells), strict=True)
     longitude, latitude = transform(crs, _WGS84, xs, ys)
     sides = distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])
     return TerrainTile(

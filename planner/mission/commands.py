@@ -111,6 +111,11 @@ class CommandDefinition(Value):
     """The seven parameters' names, ``""`` where one is not used."""
 
 
+_UNKNOWN = CommandDefinition(
+    name="", has_location=False, is_destination=False, parameters=("",) * 7
+)
+
+
 class CommandTable(Value):
     """MAVLink's enumerations MAV_CMD and MAV_FRAME."""
 
@@ -121,8 +126,7 @@ class CommandTable(Value):
 @cache
 def load_command_table() -> CommandTable:
     """Return the generated table; read once, on first use."""
-    text = Path(__file__).with_name("mavlink_commands.json").read_text("utf-8")
-    table = json.loads(text)
+    table = json.loads(Path(__file__).with_name("mavlink_commands.json").read_text("utf-8"))
     return CommandTable(
         commands={
             int(number): CommandDefinition(
@@ -147,20 +151,17 @@ def command_name(command: int) -> str:
 
 def parameter_names(command: int) -> tuple[str, ...]:
     """Return the seven names of a command's parameters, ``""`` where one is not used or unknown."""
-    definition = load_command_table().commands.get(command)
-    return ("",) * 7 if definition is None else definition.parameters
+    return load_command_table().commands.get(command, _UNKNOWN).parameters
 
 
 def has_location(command: int) -> bool:
     """Return whether parameters 5 to 7 of a command are a place; ``False`` if it is not known."""
-    definition = load_command_table().commands.get(command)
-    return definition is not None and definition.has_location
+    return load_command_table().commands.get(command, _UNKNOWN).has_location
 
 
 def is_destination(command: int) -> bool:
     """Return whether the vehicle goes to the place of a command; ``False`` if it is not known."""
-    definition = load_command_table().commands.get(command)
-    return definition is not None and definition.is_destination
+    return load_command_table().commands.get(command, _UNKNOWN).is_destination
 
 
 def frame_name(frame: int) -> str:
@@ -299,10 +300,7 @@ _FLIES_ON = """
 def goes_on_flying(command: int, autopilot: Autopilot | None) -> bool:
     """Return whether a vehicle flies on past an item that is not modelled, as if it were not there.
 
-    Parameters
-    ----------
-    autopilot : Autopilot or None
-        That flies the mission, and may skip the item; ``None``: not known.
+    An autopilot that is known may skip it.
     """
     skips = autopilot is not None and support(command, autopilot) is Support.SKIPPED
     return skips or command in _load_tables().flies_on
@@ -345,12 +343,14 @@ def support(
         if since is not None and version is not None:
             return Support.ACCEPTED if version >= since else Support.REFUSED
         return tables.ardupilot.get(command, Support.REFUSED)
-    if frame is not None:
-        known = tables.px4.get(command) is not Support.UNKNOWN
-        commands = _px4_commands_in(frame, tables)
-        if known and command not in commands:
-            return Support.REFUSED
-    return tables.px4.get(command, Support.REFUSED)
+    answer = tables.px4.get(command, Support.REFUSED)
+    if frame is None or answer is Support.UNKNOWN:
+        return answer
+    if frame in AMSL_FRAMES | RELATIVE_FRAMES:
+        taken = tables.px4_with_position
+    else:
+        taken = tables.px4_without_position if frame == Frame.MISSION else frozenset()
+    return answer if command in taken else Support.REFUSED
 
 
 class _Tables(Value):
@@ -361,15 +361,6 @@ class _Tables(Value):
     ardupilot: Mapping[int, Support]
     ardupilot_since: Mapping[int, tuple[int, int]]
     flies_on: frozenset[int]
-
-
-def _px4_commands_in(frame: int, tables: _Tables) -> frozenset[int]:
-    """Return the commands that PX4's parser takes in a frame."""
-    if frame in AMSL_FRAMES | RELATIVE_FRAMES:
-        return tables.px4_with_position
-    if frame == Frame.MISSION:
-        return tables.px4_without_position
-    return frozenset()
 
 
 @cache

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from difflib import SequenceMatcher
 from enum import StrEnum
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
@@ -77,7 +78,7 @@ class Difference(Value):
         return self.kind not in {DifferenceKind.STORED, DifferenceKind.UNUSED}
 
 
-def whole_difference(part: str, number: int | None, kind: DifferenceKind, what: str) -> Difference:
+def _whole(part: str, number: int | None, kind: DifferenceKind, what: str) -> Difference:
     """Return that the whole of something is in one mission only."""
     where = "missing" if kind is DifferenceKind.MISSING else "in the second one only"
     return Difference(
@@ -91,12 +92,12 @@ def whole_difference(part: str, number: int | None, kind: DifferenceKind, what: 
     )
 
 
-def place_key(value: float | None) -> int | None:
+def _place_key(value: float | None) -> int | None:
     """Return degrees as MAVLink counts them; equal where two places are."""
     return None if value is None else round(value * 10**_PLACE_DIGITS)
 
 
-def is_same_number(
+def _is_same_number(
     first: float | None, second: float | None, autopilot: Autopilot | None, *, is_yaw: bool = False
 ) -> bool:
     """Return whether two numbers say the same to an autopilot."""
@@ -106,33 +107,30 @@ def is_same_number(
         return first is second or (is_zero_none and not first and not second)
     if is_yaw:
         return abs(math.remainder(first - second, 360.0)) <= _YAW_DEG
-    return is_close(first, second)
+    return _is_close(first, second)
 
 
-def is_same_altitude(
+def _is_same_altitude(
     first: float | None, second: float | None, autopilot: Autopilot | None
 ) -> bool:
     """Return whether two altitudes [m] say the same to an autopilot."""
     if first is not None and second is not None and autopilot is Autopilot.ARDUPILOT:
         return abs(first - second) <= _CENTIMETRE_M
-    return is_same_number(first, second, autopilot)
+    return _is_same_number(first, second, autopilot)
 
 
-def is_close(first: float, second: float) -> bool:
+def _is_close(first: float, second: float) -> bool:
     """Return whether two numbers are one in the four bytes that MAVLink has for them."""
     return math.isclose(first, second, rel_tol=_RELATIVE, abs_tol=1e-9)
 
 
-def shown(value: float | str | bool | None) -> str:  # noqa: FBT001 - a value to show
-    """Return a value for a sentence."""
+def _shown(value: float | str | None) -> str:
     if value is None:
         return "not specified"
-    if isinstance(value, bool):
-        return str(value).lower()
     return value if isinstance(value, str) else f"{value:.10g}"
 
 
-def compare_fences(
+def _compare_fences(
     first: Fence | None, second: Fence | None, autopilot: Autopilot | None
 ) -> Iterator[Difference]:
     """Yield what differs between two fences; the order of their areas does not."""
@@ -146,9 +144,7 @@ def compare_fences(
             if area in left:
                 left.remove(area)
             else:
-                yield whole_difference(
-                    "fence", number, kind, f"area {number} of the fence ({area[0]})"
-                )
+                yield _whole("fence", number, kind, f"area {number} of the fence ({area[0]})")
     back = None if first is None else first.breach_return_deg_m
     other_back = None if second is None else second.breach_return_deg_m
     if _point(back) != _point(other_back) and autopilot is not Autopilot.PX4:
@@ -171,54 +167,50 @@ def _areas(fence: Fence | None) -> list[tuple[str, tuple[object, ...]]]:
     areas: list[tuple[str, tuple[object, ...]]] = []
     for polygon in fence.polygons:
         vertices = tuple(
-            (place_key(north), place_key(east)) for north, east in polygon.vertices_deg
+            (_place_key(north), _place_key(east)) for north, east in polygon.vertices_deg
         )
         areas.append((f"{'keep in' if polygon.inclusion else 'keep out'}, polygon", vertices))
     for circle in fence.circles:
-        centre = (place_key(circle.latitude_deg), place_key(circle.longitude_deg))
+        centre = (_place_key(circle.latitude_deg), _place_key(circle.longitude_deg))
         what = (*centre, round(circle.radius_m, 2))
         areas.append((f"{'keep in' if circle.inclusion else 'keep out'}, circle", what))
     return areas
 
 
-def compare_rally_points(
+def _compare_rally_points(
     first: Sequence[RallyPoint], second: Sequence[RallyPoint], autopilot: Autopilot | None
 ) -> Iterator[Difference]:
     """Yield what differs between two lists of rally points, point by point."""
-    for number in range(1, max(len(first), len(second)) + 1):
+    for number, (one, other) in enumerate(zip_longest(first, second), start=1):
         what = f"rally point {number}"
-        if number > len(second):
-            yield whole_difference("rally", number, DifferenceKind.MISSING, what)
+        if one is None or other is None:
+            kind = DifferenceKind.MISSING if other is None else DifferenceKind.ADDED
+            yield _whole("rally", number, kind, what)
             continue
-        if number > len(first):
-            yield whole_difference("rally", number, DifferenceKind.ADDED, what)
-            continue
-        one, other = first[number - 1], second[number - 1]
         for field in ("latitude_deg", "longitude_deg", "height_above_home_m"):
             ours, theirs = getattr(one, field), getattr(other, field)
-            if field == "height_above_home_m":
-                if is_same_altitude(ours, theirs, autopilot):
-                    continue
-                # ArduPilot keeps a rally point's height in whole metres.
-                is_stored = autopilot is Autopilot.ARDUPILOT and int(ours) == theirs
-            elif place_key(ours) == place_key(theirs):
+            is_height = field == "height_above_home_m"
+            if (
+                _is_same_altitude(ours, theirs, autopilot)
+                if is_height
+                else _place_key(ours) == _place_key(theirs)
+            ):
                 continue
-            else:
-                is_stored = False
-            kind = DifferenceKind.STORED if is_stored else DifferenceKind.CHANGED
+            # ArduPilot keeps a rally point's height in whole metres.
+            is_stored = is_height and autopilot is Autopilot.ARDUPILOT and int(ours) == theirs
             yield Difference(
                 part="rally",
                 number=number,
                 field=field,
                 first=ours,
                 second=theirs,
-                kind=kind,
-                message=f"{what}: {field} is {shown(ours)}, then {shown(theirs)}",
+                kind=DifferenceKind.STORED if is_stored else DifferenceKind.CHANGED,
+                message=f"{what}: {field} is {_shown(ours)}, then {_shown(theirs)}",
             )
 
 
 def _point(place: tuple[float, float, float | None] | None) -> tuple[object, ...] | None:
-    return None if place is None else (place_key(place[0]), place_key(place[1]), place[2] or 0.0)
+    return None if place is None else (_place_key(place[0]), _place_key(place[1]), place[2] or 0.0)
 
 
 def _shown_place(place: tuple[float, float, float | None] | None) -> str:
@@ -257,21 +249,17 @@ _USED: Mapping[Autopilot, Mapping[int, set[int]]] = {
 def compare_missions(
     first: Mission, second: Mission, *, autopilot: Autopilot | None
 ) -> tuple[Difference, ...]:
-    """Return what differs between two missions.
+    """Return what differs between a mission as it was meant and as it came out of a vehicle.
 
     Parameters
     ----------
-    first : Mission
-        As it was meant.
-    second : Mission
-        As it came out of the vehicle.
     autopilot : Autopilot or None
         Who stored the second one; ``None``: nobody, nothing may differ.
     """
     return (
         *_compare_items(first.items, second.items, autopilot),
-        *compare_fences(first.fence, second.fence, autopilot),
-        *compare_rally_points(first.rally, second.rally, autopilot),
+        *_compare_fences(first.fence, second.fence, autopilot),
+        *_compare_rally_points(first.rally, second.rally, autopilot),
     )
 
 
@@ -286,7 +274,7 @@ def _compare_items(
             number = present.jump_id
             kind = DifferenceKind.MISSING if other is None else DifferenceKind.ADDED
             what = f"item {number} ({command_name(present.command)})"
-            yield whole_difference("mission", number, kind, what)
+            yield _whole("mission", number, kind, what)
         else:
             yield from _compare_pair(one, other, autopilot)
 
@@ -298,22 +286,14 @@ def _pairs(
     if len(first) == len(second):
         yield from zip(first, second, strict=True)
         return
-    matcher = SequenceMatcher(
-        None,
-        [_identity(item) for item in first],
-        [_identity(item) for item in second],
-        autojunk=False,
-    )
+    ours, theirs = ([_identity(item) for item in items] for items in (first, second))
+    matcher = SequenceMatcher(None, ours, theirs, autojunk=False)
     for _, start, end, other_start, other_end in matcher.get_opcodes():
-        ours, theirs = list(first[start:end]), list(second[other_start:other_end])
-        paired = min(len(ours), len(theirs))
-        yield from zip(ours[:paired], theirs[:paired], strict=True)
-        yield from ((item, None) for item in ours[paired:])
-        yield from ((None, item) for item in theirs[paired:])
+        yield from zip_longest(first[start:end], second[other_start:other_end])
 
 
 def _identity(item: MissionItem) -> tuple[object, ...]:
-    return item.command, place_key(item.latitude_deg), place_key(item.longitude_deg)
+    return item.command, _place_key(item.latitude_deg), _place_key(item.longitude_deg)
 
 
 def _compare_pair(
@@ -337,27 +317,19 @@ def _compare_pair(
         field = f"param{position}"
         first, second = getattr(one, field), getattr(other, field)
         is_yaw = "Yaw" in names[position - 1]
-        if not is_same_number(first, second, autopilot, is_yaw=is_yaw):
+        if not _is_same_number(first, second, autopilot, is_yaw=is_yaw):
             kind = _parameter_kind(one.command, position, first, second, autopilot)
             yield _difference(one, field, (first, second), kind, autopilot)
-    yield from _compare_position(one, other, autopilot)
-
-
-def _compare_position(
-    one: MissionItem, other: MissionItem, autopilot: Autopilot | None
-) -> Iterator[Difference]:
-    names = parameter_names(one.command)[4:]
-    for name, field in zip(names, ("latitude_deg", "longitude_deg", "altitude_m"), strict=True):
+    for name, field in zip(names[4:], ("latitude_deg", "longitude_deg", "altitude_m"), strict=True):
         first, second = getattr(one, field), getattr(other, field)
         if field == "altitude_m":
-            is_same = is_same_altitude(first, second, autopilot)
+            is_same = _is_same_altitude(first, second, autopilot)
         elif _has_place(one):
-            is_same = place_key(first) == place_key(second)
+            is_same = _place_key(first) == _place_key(second)
         else:
-            is_same = is_same_number(first, second, autopilot)
+            is_same = _is_same_number(first, second, autopilot)
         if not is_same:
-            is_used = _has_place(one) or bool(name)
-            kind = DifferenceKind.CHANGED if is_used else DifferenceKind.UNUSED
+            kind = changed if _has_place(one) or name else unused
             yield _difference(one, field, (first, second), kind, autopilot)
 
 
@@ -375,7 +347,7 @@ def _difference(
         DifferenceKind.UNUSED: f", which {who} does not fly by",
     }
     what = f"item {item.jump_id} ({command_name(item.command)})"
-    change = f"{field} is {shown(first)}, then {shown(second)}"
+    change = f"{field} is {_shown(first)}, then {_shown(second)}"
     return Difference(
         part="mission",
         number=item.jump_id,
@@ -414,7 +386,7 @@ def _parameter_kind(
             *(Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TIME)
         }:
             stored = stored_hold_s(first)
-        if stored is not None and is_close(stored, second):
+        if stored is not None and _is_close(stored, second):
             return DifferenceKind.STORED
     return DifferenceKind.CHANGED
 

@@ -26,10 +26,10 @@ from planner.mission.route.walk import FASTEST_M_S
 from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding
-    from planner.geo.fence import Fence, RallyPoint
+    from planner.geo.fence import Fence
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
 SPEED_REPLACED = Rule(
@@ -160,11 +160,12 @@ AREAS_NOT_WRITTEN = Rule(
 
 def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
     lost: list[str] = []
-    fence, rally = _placeless_fence(mission.fence), _placeless_points(mission.rally)
-    read_fence, read_rally = _placeless_fence(back.fence), _placeless_points(back.rally)
+    fence, read_fence = _placeless_fence(mission.fence), _placeless_fence(back.fence)
+    rally, read_rally = (
+        [replace(point, place=None) for point in points] for points in (mission.rally, back.rally)
+    )
     if fence is not None and read_fence is None:
-        areas = fence.area_count
-        lost.append(f"the fence ({quantity.count(areas, 'area')})")
+        lost.append(f"the fence ({quantity.count(fence.area_count, 'area')})")
     elif fence != read_fence:
         yield WRITTEN_DIFFERENTLY.finding("the fence reads back with other areas")
     if rally and not read_rally:
@@ -189,10 +190,6 @@ def _placeless_fence(fence: Fence | None) -> Fence | None:
         circles=tuple(replace(circle, place=None) for circle in fence.circles),
         breach_return_deg_m=breach_return,
     )
-
-
-def _placeless_points(points: Sequence[RallyPoint]) -> tuple[RallyPoint, ...]:
-    return tuple(replace(point, place=None) for point in points)
 
 
 HOME_NOT_KNOWN = Rule(
@@ -242,18 +239,15 @@ COMPLEX_ITEM_NOT_WRITTEN = Rule(
 
 
 def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
-    expanded, unexpanded = (
-        before - after
-        for before, after in zip(_complex_kinds(mission), _complex_kinds(back), strict=True)
+    rules = (
+        (COMPLEX_ITEMS_WRITTEN_OUT, "written as plain items"),
+        (COMPLEX_ITEM_NOT_WRITTEN, "cannot be expanded: not in the written file"),
     )
-    if expanded:
-        items = quantity.count(expanded.total(), "complex item")
-        message = f"{items} ({', '.join(expanded)}) written as plain items"
-        yield COMPLEX_ITEMS_WRITTEN_OUT.finding(message)
-    if unexpanded:
-        items = quantity.count(unexpanded.total(), "complex item")
-        message = f"{items} ({', '.join(unexpanded)}) cannot be expanded: not in the written file"
-        yield COMPLEX_ITEM_NOT_WRITTEN.finding(message)
+    kinds = zip(_complex_kinds(mission), _complex_kinds(back), rules, strict=True)
+    for before, after, (rule, what) in kinds:
+        if lost := before - after:
+            items = quantity.count(lost.total(), "complex item")
+            yield rule.finding(f"{items} ({', '.join(lost)}) {what}")
 
 
 def _complex_kinds(mission: Mission) -> tuple[Counter[str], Counter[str]]:
@@ -286,11 +280,11 @@ def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
     document = mission.document
     if isinstance(document, PlanDocument):
         if back.file_format is MissionFormat.WPL:
-            lost += _unwritten(document.json.root, _WRITTEN_KEYS)
-            lost += _unwritten(document.section, _WRITTEN_KEYS)
+            keys = (*document.json.root, *document.section)
+            lost += [key for key in keys if key not in _WRITTEN_KEYS]
             simple = (raw for raw in document.elements if not is_complex(raw))
-            keys = dict.fromkeys(key for raw in simple for key in raw)
-            lost += (f"items.{key}" for key in _unwritten(keys, _WRITTEN_ITEM_KEYS))
+            keys = tuple(dict.fromkeys(key for raw in simple for key in raw))
+            lost += [f"items.{key}" for key in keys if key not in _WRITTEN_ITEM_KEYS]
     else:
         if mission.autopilot is not None and back.autopilot is not mission.autopilot:
             lost.append("the firmware")
@@ -300,10 +294,6 @@ def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
         names = ", ".join(dict.fromkeys(lost))
         message = f"{_FORMAT_NAMES[back.file_format]} has no place for {names}: left out"
         yield KEYS_NOT_WRITTEN.finding(message)
-
-
-def _unwritten(keys: Iterable[str], written: frozenset[str]) -> list[str]:
-    return [key for key in keys if key not in written]
 
 
 COMMENTS_NOT_WRITTEN = Rule(
@@ -333,13 +323,9 @@ _ELSEWHERE_M = 0.01
 
 
 def route_at_speed(route: Route, speed_m_s: float) -> Route:
-    """Return a route whose every leg is flown at one speed.
+    """Return a route whose every leg is flown at one speed over ground.
 
-    Parameters
-    ----------
-    speed_m_s : float
-        Over ground; climbs and descents keep theirs, and so does a return, whose speed is set in the
-        vehicle. [m s⁻¹]
+    Climbs and descents keep theirs, and so does a return, whose speed is set in the vehicle.
     """
     _refuse(speed_m_s)
     level = set(_level_stages(route))

@@ -46,9 +46,8 @@ _FAMILIES: dict[int, str] = {
     _OBLIQUE: "oblique survey",
     **{
         command: f"command {command}"
-        for command in (200, 202, 204, 207, _PARACHUTE, 215, 405, 1001)
+        for command in (200, 202, 204, 207, _PARACHUTE, 215, 405, 530, 531, 532, 534, 1001)
     },
-    **{command: f"command {command}" for command in (530, 531, 532, 534)},
     **{command: f"output {command}" for command in (_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT)},
 }
 """What each command that leaves a state sets; the last of a family counts."""
@@ -108,13 +107,7 @@ class CarriedState(Value):
 
 
 def carried_state(items: Iterable[MissionItem], dialect: Autopilot | None) -> CarriedState:
-    """Return the state that items leave, flown one after the other.
-
-    Parameters
-    ----------
-    dialect : Autopilot, optional
-        PX4 takes every DO_CHANGE_SPEED for the speed of level flight.
-    """
+    """Return the state that items leave, flown one after the other."""
     found: dict[object, MissionItem] = {}
     for item in items:
         family = _family(item, dialect)
@@ -143,8 +136,8 @@ def is_repeatable(item: MissionItem) -> bool:
 
 def _family(item: MissionItem, dialect: Autopilot | None) -> object | None:
     if item.command == Command.DO_CHANGE_SPEED:
-        kind = 1.0 if dialect is Autopilot.PX4 or not item.param1 else item.param1
-        return ("speed", kind)
+        # PX4 takes every one for the speed of level flight
+        return ("speed", 1.0 if dialect is Autopilot.PX4 else item.param1 or 1.0)
     if item.command == _START_IMAGES and item.param3 == _ONE_IMAGE:
         return None  # one photo, taken
     if is_relative_yaw(item) or (item.command == _PARACHUTE and item.param1 == _RELEASED):
@@ -185,21 +178,15 @@ class FlownItems(Value):
         """Whether the mission ends on the ground."""
         return self.route.stages[-1].kind in ENDS
 
-    def stage(self, step: int) -> Stage:
-        """Return the stage of a step that flies."""
+    def stage(self, step: int, before: int = 0) -> Stage:
+        """Return the stage of a step that flies, or one so many before it."""
         number = self.stages[step]
         assert number is not None
-        return self.route.stages[number]
-
-    def stage_before(self, step: int) -> Stage:
-        """Return the stage before that of a step that flies."""
-        number = self.stages[step]
-        assert number is not None
-        return self.route.stages[number - 1]
+        return self.route.stages[number - before]
 
     def length_m(self, step: int) -> float:
         """Return the length over ground of the leg to a step. [m]"""
-        here, there = self.stage_before(step), self.stage(step)
+        here, there = self.stage(step, before=1), self.stage(step)
         return math.hypot(there.east_m - here.east_m, there.north_m - here.north_m)
 
 
@@ -287,7 +274,7 @@ _SAME_HEIGHT_M = 1.0
 _DELAYING = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE})
 _STRAIGHT_COMMANDS = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME})
 _UNCUT_BEFORE = frozenset({StageKind.SPLINE, StageKind.TAKEOFF, StageKind.RETURN})
-_UNCUT_BEHIND = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.TAKEOFF})
+_UNCUT_AFTER = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.TAKEOFF})
 
 
 class SplitPoint(Value):
@@ -310,13 +297,7 @@ class MissionPart(Value):
 
 
 def split_points(flown: FlownItems, *, inside_legs: bool) -> list[SplitPoint]:
-    """Return where a mission may be cut, in flown order.
-
-    Parameters
-    ----------
-    inside_legs : bool
-        Whether straight legs may be cut too, every 10 m.
-    """
+    """Return where a mission may be cut, in flown order; straight legs every 10 m, if they may be."""
     flying = flown.flying
     cuts: list[SplitPoint] = []
     for previous, step in pairwise(flying):
@@ -337,7 +318,7 @@ def _may_cut(flown: FlownItems, previous: int, step: int) -> bool:
     between = flown.items[previous + 1 : step]
     return (
         flown.stage(step).kind not in _UNCUT_BEFORE
-        and flown.stage(previous).kind not in _UNCUT_BEHIND
+        and flown.stage(previous).kind not in _UNCUT_AFTER
         and not any(item.command in _DELAYING or is_relative_yaw(item) for item in between)
     )
 
@@ -347,7 +328,7 @@ def _is_straight(flown: FlownItems, step: int) -> bool:
 
     A spline leaves with the whole leg before it as its tangent: a shorter one would bend it otherwise.
     """
-    here, there = flown.stage_before(step), flown.stage(step)
+    here, there = flown.stage(step, before=1), flown.stage(step)
     after = bisect_left(flown.flying, step) + 1
     bends = after < len(flown.flying) and flown.stage(flown.flying[after]).kind is StageKind.SPLINE
     item = flown.items[step]
@@ -355,7 +336,7 @@ def _is_straight(flown: FlownItems, step: int) -> bool:
     is_terrain = item.frame in TERRAIN_FRAMES
     return (
         there.kind in {StageKind.GO, StageKind.LOITER}
-        and here.kind not in _UNCUT_BEHIND
+        and here.kind not in _UNCUT_AFTER
         and not bends
         and item.command in _STRAIGHT_COMMANDS
         and is_terrain is (before.frame in TERRAIN_FRAMES)
@@ -408,14 +389,10 @@ def _spacing_m(flown: FlownItems, step: int) -> float:
 def mission_part(
     flown: FlownItems, start: SplitPoint | None, end: SplitPoint | None, *, name: str
 ) -> MissionPart:
-    """Return one part: take-off, way to where it begins, its flown, return.
+    """Return one part: take-off, way to where it begins, its own items, return.
 
-    Parameters
-    ----------
-    start : SplitPoint or None
-        Where it is taken up, as `resumption` says; ``None``: at the beginning.
-    end : SplitPoint or None
-        Where it is broken off; ``None``: at the end.
+    It is taken up at ``start``, as `resumption` returns it, and broken off at ``end``; ``None`` is the
+    beginning and the end of the mission.
     """
     if start is None:
         begin, items = flown.first, list(flown.items[: flown.first])
@@ -452,7 +429,7 @@ def _way_out(flown: FlownItems, start: SplitPoint) -> list[MissionItem]:
     """
     before = flown.items[: start.step]
     state = flown.states[start.step]
-    place = _waypoint(flown, start, flown.items[_previous(flown, start.step)])
+    place = _waypoint(flown, start, _item_before(flown, start.step))
     rise_m = _height_m(flown, start) - flown.route.stages[0].height_m
     items = [
         item
@@ -474,8 +451,7 @@ def _takeoff(flown: FlownItems, higher_m: float) -> MissionItem:
     assert home is not None  # else the mission is refused
     if is_takeoff_assumed(flown.route):
         own = replace(
-            bare_command(Command.NAV_RETURN_TO_LAUNCH),
-            command=int(Command.NAV_TAKEOFF),
+            bare_command(Command.NAV_TAKEOFF),
             frame=int(Frame.GLOBAL_RELATIVE_ALT),
             param4=None,
             altitude_m=flown.route.stages[0].height_m,
@@ -490,20 +466,20 @@ def _takeoff(flown: FlownItems, higher_m: float) -> MissionItem:
     )
 
 
-def _previous(flown: FlownItems, step: int) -> int:
-    """Return the flying step before one."""
-    return next(one for one in range(step - 1, -1, -1) if flown.stages[one] is not None)
+def _item_before(flown: FlownItems, step: int) -> MissionItem:
+    """Return the item of the flying step before one."""
+    return next(flown.items[one] for one in range(step)[::-1] if flown.stages[one] is not None)
 
 
 def _height_m(flown: FlownItems, cut: SplitPoint) -> float:
-    here, there = flown.stage_before(cut.step), flown.stage(cut.step)
+    here, there = flown.stage(cut.step, before=1), flown.stage(cut.step)
     return here.height_m + cut.fraction * (there.height_m - here.height_m)
 
 
 def _waypoint(flown: FlownItems, cut: SplitPoint, like: MissionItem) -> MissionItem:
     """Return a waypoint at a cut, in the altitude reference and with the heading of an item."""
-    here, there = flown.stage_before(cut.step), flown.stage(cut.step)
-    before = flown.items[_previous(flown, cut.step)]
+    here, there = flown.stage(cut.step, before=1), flown.stage(cut.step)
+    before = _item_before(flown, cut.step)
     latitude_deg, longitude_deg = flown.route.frame.latitude_longitude_deg(
         here.east_m + cut.fraction * (there.east_m - here.east_m),
         here.north_m + cut.fraction * (there.north_m - here.north_m),
@@ -519,8 +495,7 @@ def _waypoint(flown: FlownItems, cut: SplitPoint, like: MissionItem) -> MissionI
         frame = before.frame
         altitude_m = before.altitude_m + cut.fraction * ((above_m or 0.0) - before.altitude_m)
     return replace(
-        bare_command(Command.NAV_RETURN_TO_LAUNCH),
-        command=int(Command.NAV_WAYPOINT),
+        bare_command(Command.NAV_WAYPOINT),
         frame=frame,
         param4=like.param4 if like.command in _STRAIGHT_COMMANDS else None,
         latitude_deg=place[0],

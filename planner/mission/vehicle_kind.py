@@ -94,14 +94,11 @@ def vehicle_evidence(
         kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, "another kind"))
         reason = f"the file has vehicleType {vehicle_type} ({name})"
         return VehicleEvidence(kind=kind, is_certain=True, reason=reason)
-    found = {item.command for item in items}
     for commands, kind in (
         (_VTOL_ONLY, VehicleKind.VTOL),
         (_FIXED_WING_ONLY, VehicleKind.FIXED_WING),
         (_ROVER_ONLY, VehicleKind.ROVER),
     ):
-        if found.isdisjoint(commands):
-            continue
         for number, item in enumerate(items, start=1):
             if item.command in commands:
                 reason = f"item {number} is {command_name(item.command)}"
@@ -122,12 +119,9 @@ def _fixed_wing_evidence(items: Sequence[MissionItem]) -> VehicleEvidence | None
         ):
             reasons.append(f"item {number} takes off with a pitch of {item.param1:g}°")
             break
-    if (
-        Command.DO_LAND_START in commands
-        and Command.NAV_LAND in commands[commands.index(Command.DO_LAND_START) :]
-    ):
-        number = commands.index(Command.DO_LAND_START) + 1
-        reasons.append(f"item {number} is DO_LAND_START before a NAV_LAND")
+    starts = [n for n, command in enumerate(commands, start=1) if command == Command.DO_LAND_START]
+    if starts and Command.NAV_LAND in commands[starts[0] :]:
+        reasons.append(f"item {starts[0]} is DO_LAND_START before a NAV_LAND")
     is_certain = len(reasons) == 2
     if not reasons or (not is_certain and _comes_down_upright(items)):
         return None

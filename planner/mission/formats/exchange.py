@@ -27,19 +27,18 @@ _UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeErro
 """What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
 
 
-def unpack_gzip(data: bytes, *, most_bytes: int, source: str) -> bytes:
-    """Return the content of a gzip file, up to a size."""
+def _unpack_gzip(data: bytes, *, source: str) -> bytes:
+    """Return the content of a gzip file, up to the largest size."""
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
-            unpacked = stream.read(most_bytes)
+            return stream.read(LARGEST_FILE_BYTES + 1)
     except _UNPACK_ERRORS:
         msg = "a gzip file that is broken: compress it again"
         raise MissionFileError(msg, source=source) from None
-    return unpacked
 
 
-def unpack_zip(data: bytes, *, most_bytes: int, source: str) -> tuple[bytes, str]:
-    """Return the content, up to a size, and the name of the one mission in a zip archive."""
+def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
+    """Return the content, up to the largest size, and the name of the one mission in a zip archive."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [
@@ -55,11 +54,10 @@ def unpack_zip(data: bytes, *, most_bytes: int, source: str) -> tuple[bytes, str
                 msg = f"a zip archive that holds {held}: unpack it and give one mission file"
                 raise MissionFileError(msg, source=source)
             with archive.open(names[0]) as stream:
-                unpacked = stream.read(most_bytes)
+                return stream.read(LARGEST_FILE_BYTES + 1), names[0]
     except _UNPACK_ERRORS:
         msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
         raise MissionFileError(msg, source=source) from None
-    return unpacked, names[0]
 
 
 _GIVE_A_MISSION = "give a .plan or .waypoints file"
@@ -164,16 +162,14 @@ def read_bytes(path: str | Path) -> bytes:
             raise NoMissionFileError(msg, source=source)
         with _open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)
-    except FileNotFoundError:
-        msg = "no such file"
-        raise NoMissionFileError(msg, source=source) from None
-    except PermissionError:
-        msg = "no permission to read this file"
-        raise NoMissionFileError(msg, source=source) from None
-    except (OSError, ValueError) as error:
-        # ValueError: a NUL character in the name.
-        reason = getattr(error, "strerror", None) or str(error)
-        msg = f"the file cannot be read: {reason}"
+    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
+        match error:
+            case FileNotFoundError():
+                msg = "no such file"
+            case PermissionError():
+                msg = "no permission to read this file"
+            case _:
+                msg = f"the file cannot be read: {getattr(error, 'strerror', None) or error}"
         raise NoMissionFileError(msg, source=source) from None
 
 
@@ -208,12 +204,11 @@ def read_text(data: bytes, *, source: str) -> FileText:
     _refuse_large(data, source=source)
     findings: list[Finding] = []
     inner_name: str | None = None
-    most_bytes = LARGEST_FILE_BYTES + 1
     if data.startswith(b"\x1f\x8b"):
-        data = unpack_gzip(data, most_bytes=most_bytes, source=source)
+        data = _unpack_gzip(data, source=source)
         findings.append(FILE_PACKED.finding("read from a gzip file"))
     elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-        data, inner_name = unpack_zip(data, most_bytes=most_bytes, source=source)
+        data, inner_name = _unpack_zip(data, source=source)
         findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
     _refuse_large(data, source=source)
     text, odd = _decode(data, source=source)
@@ -259,13 +254,12 @@ def _decode(data: bytes, *, source: str) -> tuple[str, str]:
 
 def _utf_16_variant(data: bytes) -> str | None:
     """Return the codec of UTF-16 text, by its mark or by every second byte being zero."""
-    if data.startswith(codecs.BOM_UTF16_LE):
-        return "utf-16-le"
-    if data.startswith(codecs.BOM_UTF16_BE):
-        return "utf-16-be"
     head = data[:64]
-    if len(head) >= 4 and not any(head[1::2]) and all(head[0::2]):
-        return "utf-16-le"
-    if len(head) >= 4 and not any(head[0::2]) and all(head[1::2]):
-        return "utf-16-be"
+    for codec, mark, zeros in (
+        ("utf-16-le", codecs.BOM_UTF16_LE, 1),
+        ("utf-16-be", codecs.BOM_UTF16_BE, 0),
+    ):
+        is_every_second = not any(head[zeros::2]) and all(head[1 - zeros :: 2])
+        if data.startswith(mark) or (len(head) >= 4 and is_every_second):
+            return codec
     return None

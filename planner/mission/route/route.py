@@ -62,10 +62,7 @@ JUMPS_TOO_LONG = Rule(
 def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> FlownOrder:
     """Return in which order items are reached, from the first to the end or once round an endless loop.
 
-    Parameters
-    ----------
-    dialect : Autopilot, optional
-        By whose rules; PX4 has no jump tags.
+    PX4 has no jump tags.
     """
     jumps = {Command.DO_JUMP, Command.DO_JUMP_TAG}
     if not any(item.command in jumps for item in items):
@@ -77,12 +74,11 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
     at = 0
     while at < len(items):
         if len(visits) == len(items) + MOST_VISITS:
-            findings.append(
-                JUMPS_TOO_LONG.finding(
-                    f"the jumps lead past more than {MOST_VISITS:,} items: "
-                    "the prediction ends there, the mission continues"
-                )
+            message = (
+                f"the jumps lead past more than {MOST_VISITS:,} items: "
+                "the prediction ends there, the mission continues"
             )
+            findings.append(JUMPS_TOO_LONG.finding(message))
             break
         item = items[at]
         visits.append(at + 1)
@@ -125,39 +121,30 @@ def _targets(
     items: tuple[MissionItem, ...], dialect: Autopilot | None
 ) -> tuple[dict[int, int], list[Finding]]:
     """Return for each jump that leads somewhere its target, both as positions in ``items``."""
-    by_id = {item.jump_id: at for at, item in reversed(list(enumerate(items)))}
-    by_tag = {
-        item.param1: at
-        for at, item in reversed(list(enumerate(items)))
-        if item.command == Command.JUMP_TAG
-    }
+    numbered = list(enumerate(items))[::-1]  # the first with an id or a tag counts
+    by_id = {item.jump_id: at for at, item in numbered}
+    by_tag = {item.param1: at for at, item in numbered if item.command == Command.JUMP_TAG}
     targets: dict[int, int] = {}
     findings: list[Finding] = []
     for at, item in enumerate(items):
         if item.command not in {Command.DO_JUMP, Command.DO_JUMP_TAG}:
             continue
         is_tag = item.command == Command.DO_JUMP_TAG
-        named = item.param1
-        target = None
+        named, target = item.param1, None
         if named is not None:
             target = by_tag.get(named) if is_tag else by_id.get(int(named))
-        problem = None
         if is_tag and dialect is Autopilot.PX4:
             problem = "PX4 has no jump tags"
         elif target is None:
-            problem = f"no {'tag' if is_tag else 'item'} {_plain(named)}"
+            which = "(not given)" if named is None else f"{named:g}"
+            problem = f"no {'tag' if is_tag else 'item'} {which}"
         elif target == at:
             problem = "jumps to itself"
-        if problem is None and target is not None:
-            targets[at] = target
         else:
-            findings.append(
-                JUMP_TARGET.finding(
-                    f"{command_name(item.command)}: {problem}; predicted without the jump",
-                    item=at + 1,
-                    place=item.place,
-                )
-            )
+            targets[at] = target
+            continue
+        message = f"{command_name(item.command)}: {problem}; predicted without the jump"
+        findings.append(JUMP_TARGET.finding(message, item=at + 1, place=item.place))
     return targets, findings
 
 
@@ -172,15 +159,10 @@ def _repeats(item: MissionItem) -> int:
     return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
 
 
-def _plain(number: float | None) -> str:
-    return "(not given)" if number is None else f"{number:g}"
-
-
 _ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
 """Stages that are no flight without one before them."""
 _LOWEST_HOME_M = -500.0
 _HIGHEST_HOME_M = 9000.0
-_FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
 
 
 def make_route(
@@ -190,24 +172,16 @@ def make_route(
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
 ) -> Route:
-    """Return the route a mission asks for.
+    """Return the route a mission asks for; without stages where the mission holds no flight.
 
     Parameters
     ----------
-    mission : Mission
-        As read from its file.
     dialect : Autopilot, optional
         Whose reading of the items counts: of the vehicle that flies, else of the file's firmware.
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
     terrain : TerrainGrid, optional
         The ground; default level with home.
-
-    Returns
-    -------
-    Route
-        Stages in flown order with what had to be assumed as findings; no stages where the mission
-        holds no flight.
 
     Raises
     ------
@@ -274,14 +248,11 @@ def _begin(
             there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
             if is_destination(item.command) and any(there) and is_on_earth(*there):
                 place = there
-                findings.append(
-                    HOME_UNKNOWN.finding(
-                        "no home in the file: the flight is assumed to start at the "
-                        f"place of item {number}",
-                        item=number,
-                        place=item.place,
-                    )
+                message = (
+                    "no home in the file: the flight is assumed to start at the "
+                    f"place of item {number}"
                 )
+                findings.append(HOME_UNKNOWN.finding(message, item=number, place=item.place))
                 break
         else:
             if mission.items:
@@ -345,21 +316,14 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
     if vehicle is None and mission.file_format is MissionFormat.WPL and mission.items:
         message = "no vehicle named in the file: no sign that it is not a multicopter"
         return [VEHICLE_ASSUMED.finding(message)]
-    if vehicle is None or vehicle.kind in _FLOWN_KINDS:
+    if vehicle is None or vehicle.kind is VehicleKind.MULTICOPTER:
         return []
     article = "an" if vehicle.kind is VehicleKind.OTHER else "a"
+    kind = f"{article} {vehicle.kind} mission ({vehicle.reason})"
     if vehicle.is_certain:
-        message = (
-            f"this is {article} {vehicle.kind} mission ({vehicle.reason}); "
-            "mavjoule predicts multicopters only"
-        )
+        message = f"this is {kind}; mavjoule predicts multicopters only"
         raise OtherVehicleError(message, source=mission.source)
-    return [
-        OTHER_VEHICLE.finding(
-            f"possibly {article} {vehicle.kind} mission ({vehicle.reason}): "
-            "predicted as a multicopter's"
-        )
-    ]
+    return [OTHER_VEHICLE.finding(f"possibly {kind}: predicted as a multicopter's")]
 
 
 ITEMS_NOT_FLOWN = Rule(
@@ -434,9 +398,8 @@ def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> l
     if not any(stage.kind not in _ENDS for stage in state.stages):
         state.stages.clear()
         state.places_deg.clear()
-        return [
-            NOTHING_TO_FLY.finding(f"no flight in {quantity.count(len(mission.items), 'item')}")
-        ]
+        items = quantity.count(len(mission.items), "item")
+        return [NOTHING_TO_FLY.finding(f"no flight in {items}")]
     findings: list[Finding] = []
     first = state.stages[0]
     if first.kind is not StageKind.TAKEOFF:
@@ -459,13 +422,9 @@ def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> l
         state.places_deg.insert(0, state.start_deg)
     if not state.is_over and not is_endless:
         last = state.stages[-1].item
-        findings.append(
-            LANDING_MISSING.finding(
-                "the mission ends in the air: return and landing not counted",
-                item=last,
-                place=mission.items[last - 1].place,
-            )
-        )
+        place = mission.items[last - 1].place
+        message = "the mission ends in the air: return and landing not counted"
+        findings.append(LANDING_MISSING.finding(message, item=last, place=place))
     return findings
 
 
@@ -494,19 +453,14 @@ def _assumed_levels(mission: Mission, state: MissionState) -> list[Finding]:
     findings: list[Finding] = []
     if state.amsl_items and state.home_amsl_m is None:
         first = state.amsl_items[0]
-        findings.append(
-            HOME_ALTITUDE_UNKNOWN.finding(
-                "altitude of home unknown: 0 m AMSL assumed for "
-                f"{quantity.count(len(state.amsl_items), 'AMSL altitude')}",
-                item=first,
-                place=mission.items[first - 1].place,
-            )
-        )
+        altitudes = quantity.count(len(state.amsl_items), "AMSL altitude")
+        message = f"altitude of home unknown: 0 m AMSL assumed for {altitudes}"
+        place = mission.items[first - 1].place
+        findings.append(HOME_ALTITUDE_UNKNOWN.finding(message, item=first, place=place))
     if state.stages and state.terrain is None:
         level = "" if state.home_amsl_m is None else f" ({quantity.height(state.home_amsl_m)} AMSL)"
-        findings.append(
-            NO_TERRAIN_DATA.finding(f"ground assumed level with home{level}; clearance not checked")
-        )
+        message = f"ground assumed level with home{level}; clearance not checked"
+        findings.append(NO_TERRAIN_DATA.finding(message))
     return findings
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -65,43 +65,8 @@ def stored_radius_m(radius_m: float) -> float:
     return float(-kept_m if radius_m < 0.0 else kept_m)
 
 
-_SAMPLES = 65
-
-
-class GroundBetween(NamedTuple):
-    """The ground between two places, against the straight line over it."""
-
-    off_line_m: float
-    """Farthest from the straight line that joins the ground at both ends. [m]"""
-    steepest: float
-    """Steepest rise or fall over horizontal distance. [-]"""
-    height_amsl_m: tuple[float, ...]
-    """Evenly spaced from one end to the other. [m AMSL]"""
-
-
-def ground_between(
-    terrain: TerrainGrid, from_deg: tuple[float, float], to_deg: tuple[float, float]
-) -> GroundBetween | None:
-    """Return what the ground does between two places; ``None`` where it is not known all along."""
-    length_m = float(distance_m(*from_deg, *to_deg))
-    if length_m == 0.0:
-        return None
-    fraction = np.linspace(0.0, 1.0, _SAMPLES)
-    ground = terrain.height_amsl_m(
-        from_deg[0] + fraction * (to_deg[0] - from_deg[0]),
-        from_deg[1] + fraction * (to_deg[1] - from_deg[1]),
-    )
-    if np.ma.getmaskarray(ground).any():
-        return None
-    height = np.asarray(ground, np.float64)
-    line = height[0] + fraction * (height[-1] - height[0])
-    return GroundBetween(
-        off_line_m=float(np.abs(height - line).max()),
-        steepest=float(np.abs(np.diff(height)).max()) * (_SAMPLES - 1) / length_m,
-        height_amsl_m=tuple(height.tolist()),
-    )
-
-
+_GROUND_SAMPLES = 65
+"""Of the ground along a leg."""
 HIGHEST_M = 10_000.0
 """No multicopter gets there; the air of the prediction ends not far above. [m]"""
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
@@ -341,26 +306,22 @@ class MissionState:
             severity = Severity.ERROR if is_px4 else Severity.WARNING
             self.remark(WAITS_FOR_EVER, message, severity=severity)
 
-    def waypoint(self, item: MissionItem) -> None:
-        """Fly to a place and hold there."""
-        if item.param4 == 0.0 and self.dialect is Autopilot.PX4:
+    def go(self, item: MissionItem) -> None:
+        """Fly to a place in the manner of the command, and hold there."""
+        if (
+            item.command == Command.NAV_WAYPOINT
+            and item.param4 == 0.0
+            and self.dialect is Autopilot.PX4
+        ):
             message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it continues"
             self.remark(HEADING_NORTH, message)
-        self._go(StageKind.GO, item, hold_s=self._hold_s(item))
-
-    def loiter_time(self, item: MissionItem) -> None:
-        """Fly to a place and stay for a time."""
-        self._go(StageKind.LOITER, item, hold_s=self._hold_s(item))
+        self._go(_KINDS[Command(item.command)], item, hold_s=self._hold_s(item))
 
     def loiter_for_ever(self, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
         self._go(StageKind.LOITER, item)
         self.remark(ENDLESS, "unlimited loiter: the vehicle stays here")
         self.is_over = True
-
-    def spline(self, item: MissionItem) -> None:
-        """Fly to a place along a curve."""
-        self._go(StageKind.SPLINE, item, hold_s=self._hold_s(item))
 
     def change_height(self, item: MissionItem) -> None:
         """Fly to a place, then change height there."""
@@ -370,23 +331,15 @@ class MissionState:
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
         has_moved = self.home_deg != self.start_deg
-        self.height_m = self.ground_m(*self.home_deg) if has_moved else self.ground_level_m
+        self.height_m = self.ground_m() if has_moved else self.ground_level_m
         # The speed of a return is set in the vehicle: what the mission commanded ends here.
         self._add(replace(self._stage(StageKind.RETURN), speed_m_s=None))
         self.is_over = True
 
     def _stage(self, kind: StageKind) -> Stage:
         """Return a stage to the present height, at the speeds commanded."""
-        return Stage(
-            kind,
-            self.number,
-            0.0,
-            0.0,
-            self.height_m,
-            self.speed_m_s,
-            self.climb_speed_m_s,
-            self.descent_speed_m_s,
-        )
+        speeds_m_s = (self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s)
+        return Stage(kind, self.number, 0.0, 0.0, self.height_m, *speeds_m_s)
 
     def _add(self, stage: Stage) -> None:
         """Add a stage to the present place."""
@@ -414,22 +367,33 @@ class MissionState:
         )
 
     def _followed_ground_m(self, from_deg: tuple[float, float]) -> tuple[float, ...]:
-        """Return the ground along the leg; report it where a straight line leaves it."""
-        if self.terrain is None:
-            return ()
+        """Return the ground along the leg, evenly spaced; report it where a straight line leaves it.
 
-        ground = ground_between(self.terrain, from_deg, (self.latitude_deg, self.longitude_deg))
-        if ground is None:
+        Empty where it is not known all along. [m AMSL]
+        """
+        to_deg = (self.latitude_deg, self.longitude_deg)
+        if self.terrain is None or from_deg == to_deg:
             return ()
-        if ground.off_line_m > _GROUND_OFF_LINE_M:
+        length_m = float(distance_m(*from_deg, *to_deg))
+        fraction = np.linspace(0.0, 1.0, _GROUND_SAMPLES)
+        ground = self.terrain.height_amsl_m(
+            *(a + fraction * (b - a) for a, b in zip(from_deg, to_deg, strict=True))
+        )
+        if np.ma.getmaskarray(ground).any():
+            return ()
+        height = np.asarray(ground, np.float64)
+        line = height[0] + fraction * (height[-1] - height[0])
+        off_line_m = float(np.abs(height - line).max())
+        if off_line_m > _GROUND_OFF_LINE_M:
+            steepest = float(np.abs(np.diff(height)).max()) * (_GROUND_SAMPLES - 1) / length_m
             self.remark(
                 TERRAIN_NOT_FOLLOWED,
-                f"the ground on the leg is up to {quantity.height(ground.off_line_m)} off the line "
-                f"predicted and is up to {quantity.percent(ground.steepest)} steep: ArduPilot follows "
+                f"the ground on the leg is up to {quantity.height(off_line_m)} off the line "
+                f"predicted and is up to {quantity.percent(steepest)} steep: ArduPilot follows "
                 "it, more slowly where it cannot climb so fast; the energy of climbing and descending on "
                 "the way is not counted",
             )
-        return ground.height_amsl_m
+        return tuple(height.tolist())
 
     def take_off(self, item: MissionItem) -> None:
         """Leave the ground."""
@@ -439,14 +403,13 @@ class MissionState:
         is_first = not any(d.kind is not StageKind.DELAY for d in self.stages)
         self._add(replace(self._stage(StageKind.TAKEOFF), yaw_deg=item.param4))
         if is_first and self.height_m <= 0.0:
-            self.remark(
-                ZERO_TAKEOFF, f"take-off altitude {quantity.height(self.height_m)} above home"
-            )
+            height = quantity.height(self.height_m)
+            self.remark(ZERO_TAKEOFF, f"take-off altitude {height} above home")
 
     def land(self, item: MissionItem) -> None:
         """Land at a place: the flight is over."""
         self.move_to(item)
-        self.height_m = self.ground_m(self.latitude_deg, self.longitude_deg)
+        self.height_m = self.ground_m()
         self._add(replace(self._stage(StageKind.LAND), yaw_deg=item.param4))
         self.is_over = True
 
@@ -460,10 +423,9 @@ class MissionState:
         if self.dialect is Autopilot.ARDUPILOT:
             kept_turns = stored_turns(turns)
             kept_radius = stored_radius_m(radius)
+            written = f"{quantity.count(turns, 'turn')} of {radius:g} m"
             if (kept_turns, kept_radius) != (turns, radius):
-                written = f"{quantity.count(turns, 'turn')} of {radius:g} m"
-                kept = f"{kept_turns:g} of {kept_radius:g} m"
-                self._remark_stored(item, written, kept)
+                self._remark_stored(item, written, f"{kept_turns:g} of {kept_radius:g} m")
             turns, radius = kept_turns, kept_radius
         self._add(replace(self._stage(StageKind.CIRCLE), turns=turns, radius_m=radius))
 
@@ -484,12 +446,11 @@ class MissionState:
                     message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
                 self.remark(WAIT_NOT_COUNTED, message, severity=severity)
-        elif seconds > 0.0 and not in_air:
-            self.remark(
-                WAIT_NOT_COUNTED,
-                f"waits {quantity.duration(seconds)} on the ground before the take-off: not counted",
-            )
-        elif seconds > 0.0:
+        elif not in_air:
+            wait = quantity.duration(seconds)
+            message = f"waits {wait} on the ground before the take-off: not counted"
+            self.remark(WAIT_NOT_COUNTED, message)
+        else:
             self._add(replace(self._stage(StageKind.DELAY), hold_s=seconds))
 
     def set_down(self, item: MissionItem) -> None:
@@ -524,11 +485,11 @@ class MissionState:
         if self.dialect is not Autopilot.ARDUPILOT:
             self.pass_by(item)
         elif item.param1 is not None and item.param1 > 0.0:
-            message = (
+            self.remark(
+                WAITS_FOR_EVER,
                 "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
-                "DO_GUIDED_LIMITS ends it; predicted without the wait"
+                "DO_GUIDED_LIMITS ends it; predicted without the wait",
             )
-            self.remark(WAITS_FOR_EVER, message)
 
     def change_speed(self, item: MissionItem) -> None:
         """Take a new speed for what follows."""
@@ -547,15 +508,15 @@ class MissionState:
         elif kind in {0.0, 1.0}:
             self.speed_m_s = speed
         else:
-            self.remark(
-                ITEM_NOT_MODELLED, f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
-            )
+            message = f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
+            self.remark(ITEM_NOT_MODELLED, message)
 
     def set_home(self, item: MissionItem) -> None:
         """Move the place a return leads to."""
         self._move_home(item)
-        ground_m = self.ground_m(*self.home_deg)
-        self.moved_homes.append((len(self.stages), *self.home_deg, ground_m))
+        ground_m = self._known_ground_m(self.home_deg)
+        level_m = self.ground_level_m if ground_m is None else ground_m
+        self.moved_homes.append((len(self.stages), *self.home_deg, level_m))
 
     def _move_home(self, item: MissionItem) -> None:
         if item.param1 == 1.0 or not self.has_place(item):
@@ -609,10 +570,8 @@ class MissionState:
         if hold > LONGEST_HOLD_S:
             self.refuse(item, f"a hold of {hold:g} s is longer than any flight")
         if hold < 0.0:
-            self.remark(
-                ITEM_NOT_MODELLED,
-                f"{command_name(item.command)}: its hold of {hold:g} s is predicted as 0 s",
-            )
+            message = f"{command_name(item.command)}: its hold of {hold:g} s is predicted as 0 s"
+            self.remark(ITEM_NOT_MODELLED, message)
             return 0.0
         if self.dialect is not Autopilot.ARDUPILOT:
             return hold
@@ -629,11 +588,9 @@ class MissionState:
 
     def move_to(self, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
-        is_going = item.command in _GOING
-        if is_going and (item.latitude_deg is None or item.longitude_deg is None):
-            self.remark(
-                ZERO_POSITION, f"{command_name(item.command)} has no position: predicted as 'here'"
-            )
+        if item.command in _GOING and None in (item.latitude_deg, item.longitude_deg):
+            message = f"{command_name(item.command)} has no position: predicted as 'here'"
+            self.remark(ZERO_POSITION, message)
         elif self.has_place(item):
             self.latitude_deg = item.latitude_deg or 0.0
             self.longitude_deg = item.longitude_deg or 0.0
@@ -647,16 +604,12 @@ class MissionState:
             self.refuse(item, f"{latitude:g}°, {longitude:g}°: not a place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True
-        is_going = item.command in _GOING
-        if self.dialect is Autopilot.PX4 or (is_going and self.dialect is None):
+        if self.dialect is Autopilot.PX4 or (item.command in _GOING and self.dialect is None):
+            name = command_name(item.command)
+            message = f"{name} at 0°, 0°: PX4 flies to that place; predicted as 'here'"
             # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
-            is_lost = self.dialect is Autopilot.PX4
-            self.remark(
-                ZERO_POSITION,
-                f"{command_name(item.command)} at 0°, 0°: PX4 flies to that place; "
-                "predicted as 'here'",
-                severity=Severity.ERROR if is_lost else None,
-            )
+            severity = Severity.ERROR if self.dialect is Autopilot.PX4 else None
+            self.remark(ZERO_POSITION, message, severity=severity)
         return False
 
     def height_of_m(self, item: MissionItem) -> float:
@@ -693,21 +646,17 @@ class MissionState:
 
     def _height_left_open_m(self, item: MissionItem) -> float:
         """Return the height of an item without altitude: from the terrain, or as it was."""
-        ground_m = (
-            None
-            if item.unresolved_agl_m is None
-            else self._known_ground_m(self.latitude_deg, self.longitude_deg)
-        )
-        if ground_m is None or item.unresolved_agl_m is None:
-            known = "" if item.unresolved_agl_m is None else " (give --terrain to compute it)"
+        agl_m, ground_m = item.unresolved_agl_m, self._known_ground_m()
+        if ground_m is None or agl_m is None:
+            known = "" if agl_m is None else " (give --terrain to compute it)"
             message = f"no altitude: the previous height is kept{known}"
             self.remark(ALTITUDE_UNKNOWN, message)
             return self.height_m
-        height_m = ground_m + item.unresolved_agl_m
+        height_m = ground_m + agl_m
         self.remark(
             ALTITUDE_FROM_TERRAIN,
-            f"no altitude in the file: {quantity.height(item.unresolved_agl_m)} above the "
-            f"terrain grid, {quantity.height(height_m)} above home",
+            f"no altitude in the file: {quantity.height(agl_m)} above the terrain grid, "
+            f"{quantity.height(height_m)} above home",
         )
         return height_m
 
@@ -723,35 +672,33 @@ class MissionState:
         """Report an AMSL altitude that is not above home, unless the ground is known to fall."""
         if self.home_amsl_m is None or height_m > 0.0:
             return
-        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
+        ground_m = self._known_ground_m()
         if ground_m is not None and height_m > ground_m:
             return
         below = "at home's level" if height_m == 0.0 else f"{quantity.height(-height_m)} below home"
-        self.remark(
-            AMSL_SUSPECT,
-            f"{quantity.height(item.altitude_m)} AMSL, {below}: probably meant above home",
-        )
+        altitude = quantity.height(item.altitude_m)
+        self.remark(AMSL_SUSPECT, f"{altitude} AMSL, {below}: probably meant above home")
 
     def _terrain_m(self, item: MissionItem) -> float:
         """Return the ground's height above the first home at the present place."""
-        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
+        ground_m = self._known_ground_m()
         if ground_m is not None:
             return ground_m
-        self.remark(
-            TERRAIN_ASSUMED_LEVEL,
-            f"{quantity.height(item.altitude_m)} above unknown terrain: read as height above home",
-        )
+        altitude = quantity.height(item.altitude_m)
+        message = f"{altitude} above unknown terrain: read as height above home"
+        self.remark(TERRAIN_ASSUMED_LEVEL, message)
         return self.datum_m
 
-    def ground_m(self, latitude_deg: float, longitude_deg: float) -> float:
-        """Return the height of the ground at a place; home's where it is not known. [m]"""
-        ground_m = self._known_ground_m(latitude_deg, longitude_deg)
+    def ground_m(self) -> float:
+        """Return the height of the ground at the present place; home's where it is not known. [m]"""
+        ground_m = self._known_ground_m()
         return self.ground_level_m if ground_m is None else ground_m
 
-    def _known_ground_m(self, latitude_deg: float, longitude_deg: float) -> float | None:
+    def _known_ground_m(self, place_deg: tuple[float, float] | None = None) -> float | None:
         if self.terrain is None or self.home_amsl_m is None:
             return None
-        ground_m = ground_amsl_m(self.terrain, latitude_deg, longitude_deg)
+        place_deg = place_deg or (self.latitude_deg, self.longitude_deg)
+        ground_m = ground_amsl_m(self.terrain, *place_deg)
         return None if ground_m is None else ground_m - self.home_amsl_m
 
     def remark(self, rule: Rule, message: str, *, severity: Severity | None = None) -> None:
@@ -764,10 +711,13 @@ class MissionState:
         raise MissionFileError(message, source=self.source, place=self.place)
 
 
+_KINDS = {
+    Command.NAV_WAYPOINT: StageKind.GO,
+    Command.NAV_SPLINE_WAYPOINT: StageKind.SPLINE,
+    Command.NAV_LOITER_TIME: StageKind.LOITER,
+}
 _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
-    Command.NAV_WAYPOINT: MissionState.waypoint,
-    Command.NAV_SPLINE_WAYPOINT: MissionState.spline,
-    Command.NAV_LOITER_TIME: MissionState.loiter_time,
+    **dict.fromkeys(_KINDS, MissionState.go),
     Command.NAV_LOITER_TURNS: MissionState.circle,
     Command.NAV_LOITER_TO_ALT: MissionState.change_height,
     Command.NAV_LOITER_UNLIM: MissionState.loiter_for_ever,
