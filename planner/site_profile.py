@@ -28,7 +28,7 @@ _SINGLE_PRECISION = 1e-6
 """Vehicles hold 7 digits of a number."""
 
 
-class ExpectedValue(Value):
+class ExpectedValue(Value, kw_only=False):
     """The values of one parameter that are as they should be, in its own unit."""
 
     name: str
@@ -37,9 +37,7 @@ class ExpectedValue(Value):
 
     def __str__(self) -> str:
         """Return ``3000``, or ``13.8 to 14.4``."""
-        if self.low == self.high:
-            return f"{self.low:.6g}"
-        return f"{self.low:.6g} to {self.high:.6g}"
+        return " to ".join(f"{value:.6g}" for value in dict.fromkeys((self.low, self.high)))
 
     def holds(self, value: float) -> bool:
         """Return whether a value is as expected, to the digits a vehicle holds."""
@@ -117,7 +115,7 @@ def read_profile(path: str | Path) -> SiteProfile:
                 f"{{value = …, tolerance = …}}, got {described(raw)}"
             )
         else:
-            expected.append(ExpectedValue(name=name, low=interval[0], high=interval[1]))
+            expected.append(ExpectedValue(name, *interval))
     manual, manual_problems = _manual(document.get("manual", {}))
     problems += manual_problems
     if problems:

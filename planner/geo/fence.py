@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner import quantity
 from planner.findings import Rule, Severity
 from planner.geo.path import Barrier, CircleBarrier, path_legs, polygon_barrier
 from planner.values import Value
@@ -58,7 +59,7 @@ class Fence(Value):
         return bool(self.polygons or self.circles)
 
 
-class RallyPoint(Value):
+class RallyPoint(Value, kw_only=False):
     """A place to return to instead of home."""
 
     latitude_deg: float
@@ -212,7 +213,7 @@ _CIRCLE_TOLERANCE_M = 0.001
 _SEAM_M = 0.01
 
 
-class OutsideSpan(Value):
+class OutsideSpan(Value, kw_only=False):
     """A span of a path beyond one area of the fence."""
 
     start_m: float
@@ -240,13 +241,8 @@ class FenceArea(Value):
     def signed_distance_m(self, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> FloatArray:
         """Distance of points to the boundary of the allowed region, positive inside.
 
-        Exact inside.  Beyond a barrier, the distance back to the barrier farthest away; where
-        several are overstepped the way back into the region may be longer.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Signed distance, infinite without a fence. [m]
+        Exact inside, infinite without a fence.  Beyond a barrier, the distance back to the barrier
+        farthest away; where several are overstepped the way back into the region may be longer. [m]
         """
         points = np.column_stack([np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)])
         distance = np.full(len(points), np.inf)
@@ -256,23 +252,15 @@ class FenceArea(Value):
 
     def is_inside(self, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether points are in the allowed region or on its boundary."""
-        inside: npt.NDArray[np.bool_] = self.signed_distance_m(east_m, north_m) >= 0.0
-        return inside
+        return np.asarray(self.signed_distance_m(east_m, north_m) >= 0.0)
 
     def spans_outside(
         self, east_m: npt.ArrayLike, north_m: npt.ArrayLike
     ) -> tuple[OutsideSpan, ...]:
         """Return the spans of a path beyond each barrier, in the order they begin.
 
-        Returns
-        -------
-        tuple of OutsideSpan
-            A span continues over corners of the path; different barriers have their own.
-
-        Raises
-        ------
-        ValueError
-            If there are fewer than two points, or one is not finite.
+        A span continues over corners of the path; different barriers have their own.  The path has
+        two finite points or more, else `path_legs` raises a ``ValueError``.
         """
         legs = path_legs(east_m, north_m)
         offset = np.concatenate([[0.0], np.cumsum(legs.length_m)])
@@ -286,9 +274,7 @@ class FenceArea(Value):
             first = np.flatnonzero(np.concatenate([[True], start[1:] > end[:-1] + 1e-6]))
             last = np.concatenate([first[1:], [len(leg)]]) - 1
             found.extend(
-                OutsideSpan(
-                    start_m=float(start[i]), end_m=float(end[j]), leg=int(leg[i]), barrier=barrier
-                )
+                OutsideSpan(float(start[i]), float(end[j]), int(leg[i]), barrier)
                 for i, j in zip(first, last, strict=True)
             )
         return tuple(sorted(found, key=lambda span: span.start_m))
@@ -384,10 +370,8 @@ def _polygon_barrier(
         return None
     repeated = len(polygon.vertices_deg) - len(vertices)
     if repeated:
-        report(
-            f"has {repeated} {'vertex' if repeated == 1 else 'vertices'} given twice in a row",
-            Severity.WARNING,
-        )
+        corners = quantity.count(repeated, "vertex", "vertices")
+        report(f"has {corners} given twice in a row", Severity.WARNING)
     return polygon_barrier(
         shapely.Polygon(points), keep_inside=polygon.inclusion, label=label, place=polygon.place
     )

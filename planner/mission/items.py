@@ -11,7 +11,7 @@ from planner.mission.commands import Command, Frame
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.autopilot import Autopilot
     from planner.findings import Finding, Place, Remarks, Rule, Severity
@@ -108,23 +108,18 @@ def numbered_in_order(items: Sequence[MissionItem]) -> tuple[MissionItem, ...]:
     That is the number ground stations give an item in a plan, and a row after the home row in a
     text file.  A jump whose target is missing keeps it, unless an item would now answer to it.
     """
-    number_of: dict[int, int] = {}
-    for number, item in enumerate(items, start=1):
-        if item.jump_id is not None:
-            number_of.setdefault(item.jump_id, number)
+    pairs = list(enumerate(items, start=1))
+    number_of = {item.jump_id: number for number, item in reversed(pairs)}  # the first one counts
+    number_of.pop(None, None)
     return tuple(
-        replace(
-            item,
-            jump_id=number,
-            param1=_target(item.param1, number_of, last=len(items))
-            if item.command == Command.DO_JUMP
-            else item.param1,
-        )
-        for number, item in enumerate(items, start=1)
+        replace(item, jump_id=number, param1=_target(item.param1, number_of, last=len(items)))
+        if item.command == Command.DO_JUMP
+        else replace(item, jump_id=number)
+        for number, item in pairs
     )
 
 
-def _target(named: float | None, number_of: dict[int, int], *, last: int) -> float | None:
+def _target(named: float | None, number_of: Mapping[int | None, int], *, last: int) -> float | None:
     """Return the new number of what a jump names."""
     if named is None:
         return None
@@ -181,7 +176,7 @@ class ItemSequence:
         self.add(Command.NAV_WAYPOINT, hold_s, 0.0, 0.0, None, frame=frame, position=position)
 
 
-class Home(Value):
+class Home(Value, kw_only=False):
     """The planned home; the vehicle's own home at arming is what really counts."""
 
     latitude_deg: float
@@ -198,10 +193,10 @@ class Mission(Value):
     file_format: MissionFormat
     items: tuple[MissionItem, ...]
     """Item ``n`` of every report is ``items[n - 1]``."""
-    home: Home | None
-    autopilot: Autopilot | None
+    home: Home | None = None
+    autopilot: Autopilot | None = None
     """Firmware the file was written for; ``None`` where it does not say."""
-    vehicle: VehicleEvidence | None
+    vehicle: VehicleEvidence | None = None
     """What it was written for; ``None`` where neither the file nor its commands decide."""
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()

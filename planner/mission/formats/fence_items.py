@@ -170,14 +170,7 @@ def make_rally_points(
                 f"{height_m:g} m above home assumed"
             )
             remarks.add(RALLY_ALTITUDE_REFERENCE, message, place=item.place)
-        points.append(
-            RallyPoint(
-                latitude_deg=item.latitude_deg,
-                longitude_deg=item.longitude_deg,
-                height_above_home_m=height_m,
-                place=item.place,
-            )
-        )
+        points.append(RallyPoint(item.latitude_deg, item.longitude_deg, height_m, item.place))
     return tuple(points), remarks.findings()
 
 

@@ -229,8 +229,7 @@ def _read_home(section: JsonFields, *, is_legacy: bool) -> Home | None:
     altitude_m = section.altitude(key, 2)
     if key != "coordinate" and (values[0] is None or values[1] is None):
         return None
-    latitude_deg, longitude_deg = section.position(key)
-    return Home(latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_amsl_m=altitude_m)
+    return Home(*section.position(key), altitude_m)
 
 
 def _read_items(
@@ -443,18 +442,11 @@ def _read_rally_points(section: JsonFields, remarks: Remarks) -> tuple[RallyPoin
             section.refuse(
                 f"rally point {index + 1} must be [latitude, longitude, altitude]", "points", index
             )
-        latitude_deg, longitude_deg = section.position("points", index)
+        place_deg = section.position("points", index)
         height_m = section.altitude("points", index, 2)
         if height_m is None:
             message = f"rally point {index + 1} has no altitude: left out"
             remarks.add(FENCE_ITEM_BROKEN, message, place=place)
-            continue
-        points.append(
-            RallyPoint(
-                latitude_deg=latitude_deg,
-                longitude_deg=longitude_deg,
-                height_above_home_m=height_m,
-                place=place,
-            )
-        )
+        else:
+            points.append(RallyPoint(*place_deg, height_m, place))
     return tuple(points)

@@ -345,14 +345,9 @@ class SimpleItemReader:
                 f"item {number} is shown as {_MODE_NAMES[mode]} (mode {mode}) and flown "
                 f"{_MODE_NAMES[flown]} (frame {frame})"
             )
-            harmless = (mode, flown) == (_MIXED, _RELATIVE)  # as QGroundControl wrote it in 2018
-            self.remarks.add(
-                ALTITUDE_MODE,
-                message,
-                item=number,
-                place=place,
-                severity=Severity.INFO if harmless else None,
-            )
+            is_harmless = (mode, flown) == (_MIXED, _RELATIVE)  # as QGroundControl wrote it in 2018
+            severity = Severity.INFO if is_harmless else None
+            self.remarks.add(ALTITUDE_MODE, message, item=number, place=place, severity=severity)
         agl = raw["Altitude"]
         is_waiting = altitude is None and mode == CALCULATED_MODE and frame in AMSL_FRAMES
         if is_waiting and type(agl) in _NUMBER_TYPES and abs(agl) <= LARGEST_LENGTH_M:

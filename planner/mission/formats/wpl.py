@@ -265,7 +265,6 @@ def read_wpl(text: str, *, source: str) -> Mission:
         file_format=MissionFormat.WPL,
         items=items,
         home=home,
-        autopilot=None,
         vehicle=vehicle_evidence(items, home_altitude_amsl_m=home_altitude_amsl_m),
         fence=fence,
         rally=rally,
@@ -348,11 +347,8 @@ def _make_home(row: MissionItem) -> Home | None:
         return None
     if row.latitude_deg == row.longitude_deg == 0.0:
         return None
-    return Home(
-        latitude_deg=row.latitude_deg,
-        longitude_deg=row.longitude_deg,
-        altitude_amsl_m=row.altitude_m if row.frame in AMSL_FRAMES else None,
-    )
+    altitude_m = row.altitude_m if row.frame in AMSL_FRAMES else None
+    return Home(row.latitude_deg, row.longitude_deg, altitude_m)
 
 
 TEXT_NO_HOME_ROW = Rule(
@@ -572,15 +568,9 @@ def read_rally_list(text: str, *, source: str) -> Mission:
         if not is_rally_line(" ".join(fields) + " ") or len(fields) != 7:
             msg = "expected 'RALLY latitude longitude altitude break-altitude direction flags'"
             raise MissionFileError(msg, source=source, place=place)
-        latitude_deg, longitude_deg = _read_position(fields[1:3], source=source, place=place)
-        points.append(
-            RallyPoint(
-                latitude_deg=latitude_deg,
-                longitude_deg=longitude_deg,
-                height_above_home_m=_read_number(fields[3], source=source, place=place),
-                place=place,
-            )
-        )
+        place_deg = _read_position(fields[1:3], source=source, place=place)
+        height_m = _read_number(fields[3], source=source, place=place)
+        points.append(RallyPoint(*place_deg, height_m, place))
     what = quantity.count(len(points), "rally point")
     return _without_items(text, what, Remarks(), rally=tuple(points), source=source)
 
@@ -634,9 +624,6 @@ def _without_items(
         source=source,
         file_format=MissionFormat.WPL,
         items=(),
-        home=None,
-        autopilot=None,
-        vehicle=None,
         fence=fence,
         rally=rally,
         findings=remarks.findings(),

@@ -219,8 +219,8 @@ def plan_text(mission: Mission) -> str:
 def _basis(mission: Mission) -> _Basis:
     document = mission.document
     if not isinstance(document, PlanDocument):
-        nothing = replace(mission, items=(), home=None, autopilot=None, vehicle=None)
-        return _Basis(before=replace(nothing, fence=None, rally=(), document=None))
+        nothing = Mission(source=mission.source, file_format=mission.file_format, items=())
+        return _Basis(before=nothing)
     content = document.json
     before = read_plan(content, mission.source)
     if not is_legacy(content):

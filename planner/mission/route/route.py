@@ -478,12 +478,7 @@ def _laid_out(
     home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
     return Route(
         moved_homes=tuple(
-            HomePlace(
-                first_stage=home[0] + assumed if home[0] else 0,
-                east_m=east_m,
-                north_m=north_m,
-                ground_m=home[3],
-            )
+            HomePlace(home[0] + assumed if home[0] else 0, east_m, north_m, home[3])
             for home, east_m, north_m in zip(
                 homes, home_east.tolist(), home_north.tolist(), strict=True
             )

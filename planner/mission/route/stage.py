@@ -93,7 +93,7 @@ class Lap(Value):
     """Where the repeated lap begins, as a position in the route's stages."""
 
 
-class HomePlace(Value):
+class HomePlace(Value, kw_only=False):
     """Where a return leads from some stage of a route on."""
 
     first_stage: int
