@@ -9,13 +9,6 @@ import numpy as np
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
 from planner.mission.commands import command_name
-from planner.physics.battery import (
-    delivered_energy_wh,
-    empty_state_of_charge,
-    loaded_voltage_v,
-    open_circuit_voltage_v,
-    state_of_charge_after,
-)
 from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 from planner.values import Value, replace
 
@@ -170,18 +163,12 @@ def battery_budget(
 
     Parameters
     ----------
-    totals : Totals
-        Of the flight.
-    battery : Battery
-        Its energy.
+    totals, battery, reserve, discharge
+        The flight's totals, what it flies with, what is to stay, what is known of voltages.
     charge : float
         Fraction of the capacity at the start. [-]
-    reserve : Reserve
-        What is to stay.
     hover_power_w : float
         Power of a hover over the landing place. [W]
-    discharge : Discharge, optional
-        What is known of voltages and currents.
     """
     capacity_wh = battery.energy_wh
     usable_wh = capacity_wh * charge if discharge is None else discharge.usable_wh
@@ -245,78 +232,47 @@ def predict_discharge(
 ) -> Discharge | None:
     """Return what a flight takes out of a battery whose curve and resistance are known.
 
+    ``None`` where the charge, the open-circuit curve or the resistance of the battery is not known,
+    where the power of the flight is not, and where nothing is flown.
+
     Parameters
     ----------
-    flight : Flight
-        With known power.
-    battery : Battery
-        Any; the energy of a mere label says nothing about voltages.
     charge : float
         State of charge at the start. [-]
     temperature_c : float
-        Temperature of the battery: that of the air, as at take-off. [°C]
-
-    Returns
-    -------
-    Discharge or None
-        ``None`` where the charge, the open-circuit curve or the resistance of the battery is not
-        known, and where nothing is flown.
+        Temperature of the battery. [°C]
     """
-    capacity_ah = battery.charge_ah
-    resistance_ohm = battery.resistance_ohm(temperature_c)
-    curve_soc, curve_v = battery.ocv_soc, battery.ocv_v
+    circuit = battery.circuit(temperature_c)
     motion, node_w = flight.motion, flight.node_power_w
-    if capacity_ah is None or resistance_ohm is None or curve_soc is None or curve_v is None:
-        return None
-    if not len(node_w):
+    if circuit is None or not len(node_w):
         return None
     mean_w = node_w @ QUADRATURE_WEIGHTS
     variance_w2 = np.square(node_w - mean_w[:, None]) @ QUADRATURE_WEIGHTS
-    left = state_of_charge_after(
-        mean_w,
-        variance_w2,
-        motion.piece_duration_s,
-        from_state_of_charge=charge,
-        capacity_ah=capacity_ah,
-        resistance_ohm=resistance_ohm,
-        ocv_soc=curve_soc,
-        ocv_v=curve_v,
+    left = circuit.state_of_charge_after(
+        mean_w, variance_w2, motion.piece_duration_s, from_soc=charge
     )
     # The charge at the end of a piece is its lowest: what the peak of the piece meets is no less.
-    open_v = open_circuit_voltage_v(left, ocv_soc=curve_soc, ocv_v=curve_v)
+    open_v = circuit.open_circuit_v(left)
     peak_w = node_w.max(axis=1)
-    peak_v = loaded_voltage_v(open_v, peak_w, resistance_ohm=resistance_ohm)
+    peak_v = circuit.loaded_v(open_v, peak_w)
     lowest, strongest = int(np.argmin(peak_v)), int(np.argmax(peak_w / peak_v))
 
     count = len(motion.segments.item)
     last = np.searchsorted(motion.piece_segment, np.arange(count), side="right") - 1
-    end_v = loaded_voltage_v(open_v[last], node_w[last, -1], resistance_ohm=resistance_ohm)
+    end_v = circuit.loaded_v(open_v[last], node_w[last, -1])
     used_w = flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0
+    empty = circuit.empty_state_of_charge(used_w, battery.cutoff_voltage_v or 0.0)
     return Discharge(
         state_of_charge=left[last],
         voltage_v=end_v,
         current_a=node_w[last, -1] / end_v,
         lowest_voltage_v=float(peak_v[lowest]),
         lowest_voltage_segment=int(motion.piece_segment[lowest]),
-        can_deliver=bool((open_v * open_v >= 4.0 * resistance_ohm * peak_w).all()),
+        can_deliver=bool((open_v * open_v >= 4.0 * circuit.resistance_ohm * peak_w).all()),
         highest_current_a=float(peak_w[strongest] / peak_v[strongest]),
         highest_current_segment=int(motion.piece_segment[strongest]),
-        charge_ah=capacity_ah * (charge - float(left[-1])),
-        usable_wh=delivered_energy_wh(
-            used_w,
-            from_state_of_charge=charge,
-            to_state_of_charge=empty_state_of_charge(
-                used_w,
-                cutoff_voltage_v=battery.cutoff_voltage_v or 0.0,
-                resistance_ohm=resistance_ohm,
-                ocv_soc=curve_soc,
-                ocv_v=curve_v,
-            ),
-            capacity_ah=capacity_ah,
-            resistance_ohm=resistance_ohm,
-            ocv_soc=curve_soc,
-            ocv_v=curve_v,
-        ),
+        charge_ah=circuit.capacity_ah * (charge - float(left[-1])),
+        usable_wh=circuit.delivered_wh(used_w, charge, empty),
     )
 
 

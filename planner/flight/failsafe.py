@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
-from planner.physics.battery import open_circuit_voltage_v
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -76,22 +76,19 @@ def battery_profile(
     returns: Returns, battery: Battery, discharge: Discharge | None, *, charge: float
 ) -> BatteryProfile:
     """Return the battery along a flight: by its curve where that is known, else by its energy."""
-    time_s = np.append(returns.start_s, returns.flight.time_s)
+    rest_v = loaded_v = None
+    fraction = charge - returns.used_wh / battery.energy_wh
+    if discharge is not None and battery.ocv_soc is not None and battery.ocv_v is not None:
+        fraction = np.concatenate(([charge], discharge.state_of_charge))
+        rest_v = np.interp(fraction, battery.ocv_soc, battery.ocv_v)
+        loaded_v = np.concatenate((rest_v[:1], discharge.voltage_v))
     full_ah = battery.charge_ah
-    if discharge is None or battery.ocv_soc is None or battery.ocv_v is None:
-        fraction = charge - returns.used_wh / battery.energy_wh
-        used_ah = None if full_ah is None else (charge - fraction) * full_ah
-        return BatteryProfile(
-            time_s=time_s, used_ah=used_ah, fraction=fraction, rest_v=None, loaded_v=None
-        )
-    fraction = np.concatenate(([charge], discharge.state_of_charge))
-    rest_v = open_circuit_voltage_v(fraction, ocv_soc=battery.ocv_soc, ocv_v=battery.ocv_v)
     return BatteryProfile(
-        time_s=time_s,
+        time_s=np.append(returns.start_s, returns.flight.time_s),
         used_ah=None if full_ah is None else (charge - fraction) * full_ah,
         fraction=fraction,
         rest_v=rest_v,
-        loaded_v=np.concatenate((rest_v[:1], discharge.voltage_v)),
+        loaded_v=loaded_v,
     )
 
 
@@ -107,27 +104,22 @@ def px4_events(
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
     seen = _px4_charge(profile, battery, parameters)
-    act = parameters.battery_action
+    acts = {2: LANDS, 3: RETURNS}
+    critical = acts.get(parameters.battery_action, WARNS)
+    emergency = LANDS if parameters.battery_action in acts else WARNS
     for name, threshold, action in (
         ("BAT_LOW_THR", parameters.battery_low_fraction, WARNS),
-        ("BAT_CRIT_THR", parameters.battery_critical_fraction, {2: LANDS, 3: RETURNS}.get(act)),
-        (
-            "BAT_EMERGEN_THR",
-            parameters.battery_emergency_fraction,
-            LANDS if act in {2, 3} else WARNS,
-        ),
+        ("BAT_CRIT_THR", parameters.battery_critical_fraction, critical),
+        ("BAT_EMERGEN_THR", parameters.battery_emergency_fraction, emergency),
     ):
-        found = _first_below(seen, threshold)
-        if found is not None:
-            percent = quantity.percent(threshold)
-            reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
-            yield _event(name, action or WARNS, reading, found)
+        percent = quantity.percent(threshold)
+        reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
+        yield from _event(name, action, reading, _first_below(seen, threshold))
     if parameters.flight_time_max_s >= 0.0:
+        limit = quantity.duration(parameters.flight_time_max_s)
+        reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
         found = _first_below(-profile.time_s, -parameters.flight_time_max_s)
-        if found is not None:
-            limit = quantity.duration(parameters.flight_time_max_s)
-            reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
-            yield _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
+        yield from _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
     yield from _px4_time_events(returns, seen, profile, battery, parameters)
 
 
@@ -153,18 +145,15 @@ def _px4_time_events(
 ) -> Iterator[FailsafeEvent]:
     """Yield the return that PX4 begins because the charge will not last for it."""
     action = _PX4_TIME_ACTIONS.get(parameters.return_time_action)
-    voltage_v = battery.voltage_v
+    voltage_v: FloatArray | float | None = battery.voltage_v
     if action is None or parameters.battery_capacity_ah <= 0.0 or voltage_v is None:
         return
     flight = returns.flight
     step_s = max(_ESTIMATE_STEP_S, flight.time_s / _MOST_ESTIMATES)
     time_s = np.arange(0.0, flight.time_s, step_s)
-    under_load_v = (
-        voltage_v
-        if profile.loaded_v is None
-        else np.interp(time_s, profile.time_s, profile.loaded_v)
-    )
-    current_a = flight.power_w(time_s) / under_load_v
+    if profile.loaded_v is not None:
+        voltage_v = np.interp(time_s, profile.time_s, profile.loaded_v)
+    current_a = flight.power_w(time_s) / voltage_v
     left_s = (
         np.interp(time_s, profile.time_s, seen)
         * parameters.battery_capacity_ah
@@ -179,18 +168,12 @@ def _px4_time_events(
     segment = int(np.searchsorted(returns.start_s, time_s[at], side="right")) - 1
     duration_s = float(flight.motion.segments.duration_s[segment])
     fraction = float(time_s[at] - returns.start_s[segment]) / max(duration_s, 1e-9)
+    left, needed = (quantity.duration(float(one[at])) for one in (left_s, needed_s))
     reading = (
-        f"{quantity.duration(float(left_s[at]))} of charge by PX4's own estimate, "
-        f"{quantity.duration(float(needed_s[at]))} to return, RTL_TIME_FACTOR and RTL_TIME_MARGIN "
-        "counted in"
+        f"{left} of charge by PX4's own estimate, {needed} to return, RTL_TIME_FACTOR and "
+        "RTL_TIME_MARGIN counted in"
     )
-    yield FailsafeEvent(
-        parameter="COM_FLTT_LOW_ACT",
-        action=action,
-        reading=reading,
-        segment=segment,
-        fraction=min(fraction, 1.0),
-    )
+    yield from _event("COM_FLTT_LOW_ACT", action, reading, (segment, min(fraction, 1.0)))
 
 
 def px4_safe_return_s(
@@ -218,7 +201,7 @@ def px4_safe_return_s(
         + (height_m - targets.ground_m[:, 2]) / parameters.descent_speed_m_s
         + max(parameters.return_land_delay_s, 0.0)
     )
-    safe_s: FloatArray = parameters.return_time_factor * return_s + parameters.return_time_margin_s
+    safe_s = parameters.return_time_factor * return_s + parameters.return_time_margin_s
     # Of returns that follow items of the mission PX4 estimates no time (``calc_rtl_time_estimate``).
     return np.where((destination == LANDING) | (destination == ALONG), 0.0, safe_s)
 
@@ -246,41 +229,34 @@ def ardupilot_events(
     """
     at_rest = parameters.battery_voltage_source == 1
     voltage_v = profile.rest_v if at_rest else profile.loaded_v
+    own, hold_s = parameters, parameters.battery_low_timer_s
+    kind = "at rest" if at_rest else "under load"
     for which, charge_ah, low_v, action in (
-        ("LOW", parameters.battery_low_ah, parameters.battery_low_v, parameters.battery_low_action),
-        (
-            "CRT",
-            parameters.battery_critical_ah,
-            parameters.battery_critical_v,
-            parameters.battery_critical_action,
-        ),
+        ("LOW", own.battery_low_ah, own.battery_low_v, own.battery_low_action),
+        ("CRT", own.battery_critical_ah, own.battery_critical_v, own.battery_critical_action),
     ):
         does = _ARDUPILOT_ACTIONS.get(action, WARNS)
         if charge_ah > 0.0 and profile.used_ah is not None:
-            found = _first_below(parameters.battery_capacity_ah - profile.used_ah, charge_ah)
-            name = f"BATT_{which}_MAH"
-            if found is not None:
-                limit = quantity.charge(1000.0 * charge_ah)
-                reading = f"{limit} of BATT_CAPACITY are left, {name} is {limit}"
-                yield _event(name, does, reading, found)
-        if low_v > 0.0 and parameters.battery_low_timer_s > 0.0 and voltage_v is not None:
-            found = _first_below_for(
-                profile.time_s, voltage_v, low_v, parameters.battery_low_timer_s
-            )
-            name = f"BATT_{which}_VOLT"
-            if found is not None:
-                kind = "at rest" if at_rest else "under load"
-                reading = (
-                    f"below {quantity.decimals(low_v, 1)} V {kind} for "
-                    f"{quantity.duration(parameters.battery_low_timer_s)}: {name}"
-                )
-                yield _event(name, does, reading, found)
+            name, limit = f"BATT_{which}_MAH", quantity.charge(1000.0 * charge_ah)
+            reading = f"{limit} of BATT_CAPACITY are left, {name} is {limit}"
+            found = _first_below(own.battery_capacity_ah - profile.used_ah, charge_ah)
+            yield from _event(name, does, reading, found)
+        if low_v > 0.0 and hold_s > 0.0 and voltage_v is not None:
+            name, volts = f"BATT_{which}_VOLT", quantity.decimals(low_v, 1)
+            reading = f"below {volts} V {kind} for {quantity.duration(hold_s)}: {name}"
+            found = _first_below_for(profile.time_s, voltage_v, low_v, hold_s)
+            yield from _event(name, does, reading, found)
 
 
-def _event(name: str, action: str, reading: str, found: tuple[int, float]) -> FailsafeEvent:
-    return FailsafeEvent(
-        parameter=name, action=action, reading=reading, segment=found[0], fraction=found[1]
-    )
+def _event(
+    parameter: str, action: str, reading: str, found: tuple[int, float] | None
+) -> Iterator[FailsafeEvent]:
+    """Yield the decision at a segment and a fraction of it, if one was found."""
+    if found is not None:
+        segment, fraction = found
+        yield FailsafeEvent(
+            parameter=parameter, action=action, reading=reading, segment=segment, fraction=fraction
+        )
 
 
 def _first_below(values: FloatArray, threshold: float) -> tuple[int, float] | None:
@@ -303,17 +279,16 @@ def _first_below_for(
 ) -> tuple[int, float] | None:
     """Return where values have been below a threshold for a time without a break."""
     since: float | None = None
-    for segment in range(len(time_s) - 1):
-        before, after = float(values[segment]), float(values[segment + 1])
-        begin_s, end_s = float(time_s[segment]), float(time_s[segment + 1])
-        if before >= threshold > after:
-            since = begin_s + (before - threshold) / (before - after) * (end_s - begin_s)
-        elif before < threshold and since is None:
-            since = begin_s
+    for segment, ((before, after), (begin_s, end_s)) in enumerate(
+        zip(pairwise(values.tolist()), pairwise(time_s.tolist()), strict=True)
+    ):
+        crossed_s = end_s
+        if (before >= threshold) != (after >= threshold):
+            crossed_s = begin_s + (threshold - before) / (after - before) * (end_s - begin_s)
+        if since is None and min(before, after) < threshold:
+            since = begin_s if before < threshold else crossed_s
         if since is not None:
-            until_s = end_s
-            if after >= threshold:
-                until_s = begin_s + (threshold - before) / (after - before) * (end_s - begin_s)
+            until_s = crossed_s if after >= threshold else end_s
             if until_s - since >= hold_s:
                 fraction = (since + hold_s - begin_s) / max(end_s - begin_s, 1e-9)
                 return segment, min(max(fraction, 0.0), 1.0)

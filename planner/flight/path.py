@@ -73,24 +73,12 @@ class FlownPath(Value, eq=False):
 
 
 def flown_path(motion: Motion, *, straight_m: float = np.inf) -> FlownPath:
-    """Return the path of a motion over ground.
+    """Return the path of a motion of at least one piece over ground.
 
-    Parameters
-    ----------
-    motion : Motion
-        At least one piece.
-    straight_m : float
-        Greatest length of a leg, where something else bends long ones. [m]
-
-    Returns
-    -------
-    FlownPath
-        Within :data:`PATH_TOLERANCE_M` of the motion everywhere.
-
-    Notes
-    -----
-    A cubic stays within ¾ of the greatest distance of its inner control points from its chord, and in
-    k equal parts of time within 1/k² of ¾ of the greatest second difference of its control points.
+    It is within :data:`PATH_TOLERANCE_M` of the motion everywhere; no leg is longer than ``straight_m``, for
+    what bends long ones.  A cubic stays within ¾ of the greatest distance of its inner control points from
+    its chord, and in k equal parts of time within 1/k² of ¾ of the greatest second difference of its control
+    points.
     """
     piece, start_s, end_s = _first_intervals(motion)
     parts, jumps = _parts_and_jumps(motion, piece, start_s, end_s, straight_m)
@@ -165,12 +153,10 @@ def _parts_and_jumps(
     away = np.zeros(len(piece))
     for control in (one, two):
         along = np.clip(np.sum((control - first) * chord, axis=1) / squared, 0.0, 1.0)
-        gap = control - first - along[:, None] * chord
-        away = np.maximum(away, np.hypot(gap[:, 0], gap[:, 1]))
+        away = np.maximum(away, np.hypot(*(control - first - along[:, None] * chord).T))
     bend = np.maximum(np.hypot(*(first - 2.0 * one + two).T), np.hypot(*(one - 2.0 * two + last).T))
     curved = 0.75 * away > PATH_TOLERANCE_M
     wanted = np.where(curved, np.ceil(np.sqrt(0.75 * bend / PATH_TOLERANCE_M)), 1.0)
     wanted = np.maximum(wanted, np.ceil(np.sqrt(squared) / straight_m))
-    gap = first[1:] - last[:-1]
-    jumps = np.append(np.hypot(gap[:, 0], gap[:, 1]) > _SAME_PLACE_M, False)
+    jumps = np.append(np.hypot(*(first[1:] - last[:-1]).T) > _SAME_PLACE_M, False)
     return np.clip(wanted, 1, _MOST_PARTS).astype(np.intp), jumps

@@ -1,7 +1,7 @@
 """Pilots: who flies a route, returns from any point of it, and stops.
 
-A pilot knows how a vehicle moves; what that costs is for the power.  There is one for each way of
-commanding: steps of the reference (the article), PX4, ArduPilot.
+A pilot knows how a vehicle moves, the power what that costs.  There is one for each way of commanding:
+steps of the reference (the article), PX4, ArduPilot.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
     from planner.arrays import FloatArray
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
     from planner.flight.power import Transients
     from planner.flight.returns.destination import ReturnTargets
-    from planner.mission.route.stage import Route, Stage
+    from planner.mission.route.stage import Route
     from planner.physics.wind import Wind
     from planner.setup import Setup
     from planner.vehicle.model import Responses, VehicleModel
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
     from planner.vehicle.parameters.table import Version
+
 NOISE_ASSUMED = Rule(
     "T109 position-noise-assumed",
     Severity.INFO,
@@ -67,23 +70,9 @@ class Pilot(Protocol):
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, route: Route
     ) -> tuple[Motion, Transients]:
-        """Return the returns from many points, one after the other.
+        """Return the returns from points (n, 3) [m] where it stands still, one after the other.
 
-        Parameters
-        ----------
-        points_m : ndarray
-            East, north, height above home, where the vehicle stands still. (n, 3) [m]
-        targets : ReturnTargets
-            Where each leads. (n,)
-        route : Route
-            Whose home it is.
-
-        Returns
-        -------
-        motion : Motion
-            The item of a segment is the position of its point.
-        transients : Transients
-            The power transients on the way.
+        The item of a segment is the position of its point.
         """
         ...
 
@@ -92,10 +81,7 @@ class Pilot(Protocol):
         ...
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the distance and time to stand still once a return begins, from ground speeds.
-
-        (n,) [m], (n,) [s]
-        """
+        """Return the distance and time to stand still, from ground speeds. (n,) [m], (n,) [s]"""
         ...
 
 
@@ -120,8 +106,8 @@ def flight_parameters(
 ) -> tuple[FlightParameters | None, list[Finding]]:
     """Return the parameters an autopilot flies with, none for reference steps, and their findings.
 
-    ``version`` is that of the firmware they are for; by default the one they name.  Without
-    rally points parameters about them have no finding.
+    ``version`` is that of the firmware they are for; by default the one they name.  Without rally points
+    parameters about them have no finding.
 
     Raises
     ------
@@ -187,9 +173,8 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
 
     limit_m_s = vehicle.airspeed_limit_m_s
     if isinstance(parameters, Px4Parameters):
-        noise_m = setup.position_noise_m
-        if noise_m is None:
-            noise_m = vehicle.position_noise_m
+        given_m = setup.position_noise_m
+        noise_m = vehicle.position_noise_m if given_m is None else given_m
         if noise_m >= parameters.position_error_max_m:
             msg = (
                 f"position noise must be below MPC_XY_ERR_MAX "
@@ -217,13 +202,9 @@ class StepPilot(Value):
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route and its power transients."""
-        motion, transients = self._along(
-            StepLegs.of(route.stages, default_speed_m_s=self._speed_m_s)
-        )
-        assumed = _return_height_finding(route)
-        if assumed is None:
-            return motion, transients
-        return replace(motion, findings=(*motion.findings, assumed)), transients
+        legs = StepLegs.of(route.stages, default_speed_m_s=self._speed_m_s)
+        motion, transients = self._along(legs)
+        return replace(motion, findings=(*motion.findings, *_return_heights(route))), transients
 
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route
@@ -246,16 +227,13 @@ class StepPilot(Value):
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how the identified response of the speed goes on after a step to zero.
 
-        Its area is the distance; the time is taken to grow with the speed, up to twice the residence time.
-        Ramps brake at their own rate.
+        Its area is the distance; the time grows with the speed, up to twice the residence time.  Ramps
+        brake at their own rate.
         """
         if (ramps := self.vehicle.ramps) is not None:
             stop_s = speed_m_s / ramps.braking_m_s2
             return 0.5 * speed_m_s * stop_s, stop_s
-        response = self.vehicle.responses.speed
-        if response is None:  # such a model flies no level legs
-            return np.zeros_like(speed_m_s), np.zeros_like(speed_m_s)
-        residence_s = response.transfer_function.mean_residence_time_s
+        residence_s = _residence_s(self.vehicle)
         fraction = np.minimum(speed_m_s / self._speed_m_s, 1.0)
         return speed_m_s * residence_s, 2.0 * residence_s * fraction
 
@@ -372,8 +350,7 @@ class ArduPilotPilot(Value):
         """Return the heights of RTL_ALT, RTL_CLIMB_MIN and the cone of RTL_CONE_SLOPE."""
         from planner.flight.motion.ardupilot.stages import return_height_m
 
-        ground_m, rally_m = targets.ground_m, targets.rally_height_m
-        return return_height_m(points_m, ground_m, self.parameters, rally_m)
+        return return_height_m(points_m, targets.ground_m, self.parameters, targets.rally_height_m)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance an S-curve brakes by, and its time."""
@@ -381,7 +358,8 @@ class ArduPilotPilot(Value):
 
         speed_response = None if self.responses is None else self.responses.speed
         way_m = stopping_distance_m(speed_m_s, self.parameters, speed_response)
-        return way_m, _even_braking_s(way_m, speed_m_s)
+        zero = np.zeros_like(way_m)  # braking it has half the speed on average
+        return way_m, np.divide(2.0 * way_m, speed_m_s, out=zero, where=speed_m_s > 0.0)
 
 
 RETURN_HEIGHT_ASSUMED = Rule(
@@ -396,22 +374,20 @@ RETURN_HEIGHT_ASSUMED = Rule(
 )
 
 
-def _return_height_finding(route: Route) -> Finding | None:
-    """Return that the return of a route is flown level, if it has one."""
-    before: Stage | None = None
-    for stage in route.stages:
+def _return_heights(route: Route) -> Iterator[Finding]:
+    """Yield that the return of a route is flown level, if it has one."""
+    heights_m = (0.0, *(stage.height_m for stage in route.stages))
+    for before_m, stage in zip(heights_m, route.stages, strict=False):
         if stage.kind is StageKind.RETURN:
-            height = quantity.height(0.0 if before is None else before.height_m)
-            return RETURN_HEIGHT_ASSUMED.finding(
-                f"return altitude unknown: {height} above home assumed", item=stage.item
-            )
-        before = stage
-    return None
+            message = f"return altitude unknown: {quantity.height(before_m)} above home assumed"
+            yield RETURN_HEIGHT_ASSUMED.finding(message, item=stage.item)
+            return
 
 
-def _even_braking_s(way_m: FloatArray, speed_m_s: FloatArray) -> FloatArray:
-    """Return the time of braking at half the speed on average. (n,) [s]"""
-    return np.divide(2.0 * way_m, speed_m_s, out=np.zeros_like(way_m), where=speed_m_s > 0.0)
+def _residence_s(vehicle: VehicleModel) -> float:
+    """Return the mean residence time of the response of the speed; 0 where there is none. [s]"""
+    response = vehicle.responses.speed
+    return 0.0 if response is None else response.transfer_function.mean_residence_time_s
 
 
 class StopRoom(Value):
@@ -429,22 +405,10 @@ class StopRoom(Value):
     reaction_time_s: float
 
     def stopping_distance_m(self, speed_m_s: npt.ArrayLike) -> FloatArray:
-        """Return the distance from speeds to standing still: s(v). [m]
-
-        Parameters
-        ----------
-        speed_m_s : array_like
-            Ground speeds, zero or more. [m s⁻¹]
-        """
+        """Return the distance from ground speeds to standing still: s(v). [m]"""
         speed = np.asarray(speed_m_s, np.float64)
         if self.parameters is None:
-            response = self.vehicle.responses.speed
-            # A model of step references has one: __post_init__ of the model sees to it.
-            residence_s = (
-                0.0 if response is None else response.transfer_function.mean_residence_time_s
-            )
-            way: FloatArray = speed * residence_s
-            return way
+            return np.asarray(speed * _residence_s(self.vehicle))
         from planner.vehicle.parameters.px4 import Px4Parameters
 
         if isinstance(self.parameters, Px4Parameters):
@@ -456,14 +420,9 @@ class StopRoom(Value):
         return ardupilot_way_m(speed, self.parameters, self.vehicle.responses.speed)
 
     def needed_m(self, speed_m_s: npt.ArrayLike, tail_wind_m_s: npt.ArrayLike = 0.0) -> FloatArray:
-        """Return the room needed straight ahead. [m]
+        """Return the room needed straight ahead, from ground speeds in a tail wind. [m]
 
-        Parameters
-        ----------
-        speed_m_s : array_like
-            Ground speeds, zero or more. [m s⁻¹]
-        tail_wind_m_s : array_like
-            Part of the wind that blows ahead; against the flight it helps nothing. [m s⁻¹]
+        Wind against the flight helps nothing.
         """
         speed = np.asarray(speed_m_s, np.float64)
         drift = np.maximum(np.asarray(tail_wind_m_s, np.float64), 0.0)
@@ -472,29 +431,15 @@ class StopRoom(Value):
     def fitting_speed_m_s(
         self, room_m: float, *, at_most_m_s: float, tail_wind_m_s: float = 0.0
     ) -> float | None:
-        """Return the highest speed whose needed room is there, by bisection.
+        """Return the highest speed below one that fits into a room. [m s⁻¹]
 
-        Parameters
-        ----------
-        room_m : float
-            Room ahead. [m]
-        at_most_m_s : float
-            A speed that needs more room. [m s⁻¹]
-        tail_wind_m_s : float
-            Part of the wind that blows ahead. [m s⁻¹]
-
-        Returns
-        -------
-        float or None
-            ``None`` where there is not even room for the drift. [m s⁻¹]
+        By bisection; ``None`` where there is not even room for the drift.
         """
         if self.needed_m(0.0, tail_wind_m_s) > room_m:
             return None
         low, high = 0.0, at_most_m_s
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
-            if self.needed_m(middle, tail_wind_m_s) <= room_m:
-                low = middle
-            else:
-                high = middle
+            fits = self.needed_m(middle, tail_wind_m_s) <= room_m
+            low, high = (middle, high) if fits else (low, middle)
         return low

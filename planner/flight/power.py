@@ -1,7 +1,4 @@
-"""Power along a flight: what it takes to be where the vehicle is, moving as it does.
-
-What the identified transients add on top is in ``planner.flight.power``.
-"""
+"""Power along a flight: the steady part, and what identified transients add to it."""
 
 from __future__ import annotations
 
@@ -17,6 +14,8 @@ from planner.values import Value, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -48,7 +47,9 @@ class SteadyPower(Value):
         commanded_speed_m_s: FloatArray,
         is_grounded: BoolArray | None = None,
     ) -> FloatArray:
-        """Return hover power, plus the steady part of each state, plus what else is switched on.
+        """Return hover power, plus the steady part of each state, plus what else is switched on. [W]
+
+        NaN where the model does not know its power.
 
         Parameters
         ----------
@@ -60,11 +61,6 @@ class SteadyPower(Value):
             Speed of the cruise a leg leads to. [m s⁻¹]
         is_grounded : ndarray of bool, optional
             Where the vehicle stands on the ground; default nowhere.
-
-        Returns
-        -------
-        ndarray
-            Electrical power, NaN where the model does not know it. [W]
         """
         vehicle = self.vehicle
         if not vehicle.is_power_known:
@@ -121,17 +117,14 @@ class SteadyPower(Value):
         """
         speed = state.ground_speed_m_s
         fraction = speed / np.maximum(commanded_speed_m_s, _LEAST_SPEED_M_S)
-        scale = 1.0 / np.maximum(fraction, _LEAST_SPEED_M_S)
-        standing, cruising = (
-            cruise.above_hover_w(
-                self.airspeed_m_s(
-                    replace(
-                        state, east_m_s=factor * state.east_m_s, north_m_s=factor * state.north_m_s
-                    )
-                )
-            )
-            for factor in (0.0, scale)
-        )
+
+        def above_hover_w(factor: FloatArray | float) -> FloatArray:
+            east, north = factor * state.east_m_s, factor * state.north_m_s
+            moving = replace(state, east_m_s=east, north_m_s=north)
+            return cruise.above_hover_w(self.airspeed_m_s(moving))
+
+        standing = above_hover_w(0.0)
+        cruising = above_hover_w(1.0 / np.maximum(fraction, _LEAST_SPEED_M_S))
         return standing + (cruising - standing) * fraction
 
     def _whole_w(
@@ -215,8 +208,14 @@ class Transients(Value, eq=False):
 
     def end_s(self) -> FloatArray:
         """Return when each window ends. (n,) [s]"""
-        window_s: FloatArray = np.asarray(self.window_s)[self.response]
-        return self.start_s + self.pause_s + window_s
+        return np.asarray(self.start_s + self.pause_s + np.asarray(self.window_s)[self.response])
+
+    def _known(self) -> Iterator[tuple[BoolArray, StepResponse, float]]:
+        """Yield the rows of each response there is, with the response and its window."""
+        for index, (unit, window_s) in enumerate(zip(self.responses, self.window_s, strict=True)):
+            rows = self.response == index
+            if unit is not None and rows.any():
+                yield rows, unit, window_s
 
     def power_w(self, row: IntArray, time_s: FloatArray) -> FloatArray:
         """Return the power of windows ``row`` at times counted from their start; zero outside. [W]"""
@@ -224,34 +223,26 @@ class Transients(Value, eq=False):
         paused = np.clip(time_s - self.pause_at_s[row], 0.0, self.pause_s[row])
         own = time_s - paused
         power = np.zeros(row.shape)
-        for index, (unit, window) in enumerate(zip(self.responses, self.window_s, strict=True)):
-            inside = (self.response[row] == index) & (own >= 0.0) & (own < window)
-            if unit is not None and inside.any():
-                power[inside] = self.amplitude[row[inside]] * unit.value(own[inside])
+        for rows, unit, window in self._known():
+            inside = rows[row] & (own >= 0.0) & (own < window)
+            power[inside] = self.amplitude[row[inside]] * unit.value(own[inside])
         return power
 
     def energy_j(self) -> FloatArray:
         """Return the energy of each whole window: integral of the response plus the pause. (n,) [J]"""
         energy = np.zeros(len(self.segment))
-        for index, (unit, window) in enumerate(zip(self.responses, self.window_s, strict=True)):
-            rows = self.response == index
-            if unit is not None and rows.any():
-                at_pause = np.zeros(rows.sum())
-                pausing = self.pause_s[rows] > 0.0
-                if pausing.any():
-                    at_pause[pausing] = unit.value(self.pause_at_s[rows][pausing])
-                energy[rows] = self.amplitude[rows] * (
-                    float(unit.integral(window)) + at_pause * self.pause_s[rows]
-                )
+        for rows, unit, window in self._known():
+            pause_s = self.pause_s[rows]
+            at_pause = np.zeros(len(pause_s))
+            at_pause[pause_s > 0.0] = unit.value(self.pause_at_s[rows][pause_s > 0.0])
+            whole = float(unit.integral(window)) + at_pause * pause_s
+            energy[rows] = self.amplitude[rows] * whole
         return energy
 
     def peak_times_s(self) -> FloatArray:
         """Return when each window's power is highest, since the start of the flight. (n,) [s]"""
         times = np.zeros(len(self.segment))
-        for index, (unit, window) in enumerate(zip(self.responses, self.window_s, strict=True)):
-            rows = self.response == index
-            if unit is None or not rows.any():
-                continue
+        for rows, unit, window in self._known():
             for rising in (True, False):
                 chosen = rows & ((self.amplitude > 0.0) == rising)
                 times[chosen] = _peak_s(unit, window, highest=rising)
@@ -277,14 +268,15 @@ class Transients(Value, eq=False):
         return total
 
 
+_NONE = np.zeros(0)
 NO_TRANSIENTS = Transients(
     responses=(),
     window_s=(),
-    segment=np.zeros(0, dtype=np.intp),
-    response=np.zeros(0, dtype=np.intp),
-    amplitude=np.zeros(0),
-    start_s=np.zeros(0),
-    pause_at_s=np.zeros(0),
-    pause_s=np.zeros(0),
+    segment=_NONE.astype(np.intp),
+    response=_NONE.astype(np.intp),
+    amplitude=_NONE,
+    start_s=_NONE,
+    pause_at_s=_NONE,
+    pause_s=_NONE,
 )
 """What a vehicle has whose references are shaped."""

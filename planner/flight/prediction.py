@@ -65,11 +65,7 @@ class Segments(Sequence[Segment]):
     __slots__ = ("_columns", "_energy_j", "_start_s", "_stopping_factor_p90")
 
     def __init__(
-        self,
-        columns: SegmentColumns,
-        energy_j: FloatArray,
-        *,
-        stopping_factor_p90: float | None = None,
+        self, columns: SegmentColumns, energy_j: FloatArray, stopping_factor_p90: float | None
     ) -> None:
         self._columns = columns
         self._energy_j = energy_j
@@ -143,21 +139,9 @@ class Extremes(Value):
 def flight_extremes(
     state: KinematicState, airspeed_m_s: FloatArray, piece_segment: IntArray
 ) -> Extremes:
-    """Return the extremes of a flight.
+    """Return the extremes of a flight of at least one piece.
 
-    Parameters
-    ----------
-    state : KinematicState
-        At the nodes of every piece. (p, k)
-    airspeed_m_s : ndarray
-        Horizontal speed through the air there. (p, k) [m s⁻¹]
-    piece_segment : ndarray of int
-        The segment of each piece. (p,)
-
-    Returns
-    -------
-    Extremes
-        Of at least one piece.
+    ``state`` and ``airspeed_m_s`` are those at the nodes of every piece. (p, k)
     """
     nodes = airspeed_m_s.shape[1]
 
@@ -196,11 +180,7 @@ class Flight(Value, eq=False, dict=True):
     @property
     def segments(self) -> Segments:
         """The segments one by one."""
-        return Segments(
-            self.motion.segments,
-            self.segment_energy_j,
-            stopping_factor_p90=self.stopping_factor_p90,
-        )
+        return Segments(self.motion.segments, self.segment_energy_j, self.stopping_factor_p90)
 
     @cached_property
     def peak_power_w(self) -> float:
@@ -227,22 +207,10 @@ class Flight(Value, eq=False, dict=True):
 
 
 def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
-    """Return the flight of a vehicle along a route.
+    """Return the flight of a vehicle along a route of at least one stage.
 
-    Parameters
-    ----------
-    route : Route
-        At least one stage.
-    setup : Setup
-        What flies, in which air, with which load.
-    pilot : Pilot
-        How it moves.
-
-    Returns
-    -------
-    Flight
-        Energy by Gauss-Legendre quadrature of the steady power over each piece of motion in closed
-        form, plus the exact integrals of the transients.
+    Energy is by Gauss-Legendre quadrature of the steady power over each piece of motion in closed form, plus
+    the exact integrals of the transients.
     """
     motion, transients = pilot.fly(route)
     vehicle = setup.vehicle
@@ -316,9 +284,8 @@ def _steady_power_w(
 def _segment_energy_j(motion: Motion, transients: Transients, steady_w: FloatArray) -> FloatArray:
     count = len(motion.segments.item)
     steady_j = steady_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
-    energy_j = np.zeros(count)
-    energy_j += np.bincount(motion.piece_segment, weights=steady_j, minlength=count)
-    energy_j += np.bincount(transients.segment, transients.energy_j(), minlength=count)
+    energy_j = np.bincount(motion.piece_segment, steady_j, count).astype(np.float64)
+    energy_j += np.bincount(transients.segment, transients.energy_j(), count)
     return energy_j
 
 
@@ -345,9 +312,9 @@ class Trace(Value, eq=False):
 def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPLES) -> Trace:
     """Return a flight sampled at even times and at the boundaries of its segments.
 
-    The last sample of a flight that lands is on the ground: a response of reference steps ends
-    at its last metre.  The power at a sample is the sum of every window open there, so that the
-    integral of the trace is the energy of the flight, but for a window the landing cuts short.
+    The last sample of a flight that lands is on the ground: a response of reference steps ends at its
+    last metre.  The integral of the power is the energy of the flight, but for a window of a transient
+    that the landing cuts short.
     """
     segments = flight.motion.segments
     end_s = segments.end_s

@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import ReturnPoints, Returns
     from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
-    from planner.physics.wind import Wind
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import ModelSpread
@@ -90,20 +89,9 @@ class UnknownSamples(Value, eq=False):
 def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> UnknownSamples:
     """Return samples of the conditions and of the errors of the model, always the same ones.
 
-    Parameters
-    ----------
-    spread : ModelSpread
-        Errors of the model.
-    setup : Setup
-        Wind, payload, temperature and charge with their standard deviations.
-    power : SteadyPower
-        Whose temperature holds where the setup gives none.
-
-    Returns
-    -------
-    UnknownSamples
-        A wind sampled below zero blows the other way; a payload is not below zero, a charge not above
-        all.  The samples of one quantity do not depend on the spread of another.
+    The temperature is spread about that of the power.  A wind sampled below zero blows the other way; a
+    payload is not below zero, a charge not above all.  The samples of one quantity do not depend on the
+    spread of another.
     """
     normal, student = _standard_samples(spread.n_flights)
     wind = setup.wind
@@ -144,16 +132,19 @@ class Weather:
         if vehicle.knows_airspeed:
             bent = isinstance(vehicle.cruise, CruisePower)
             least = _MOST_WIND_POINTS if bent else _LEAST_WIND_POINTS
-            self._axes["east_m_s"] = _wind_axis(samples.wind_east_m_s, least)
-            self._axes["north_m_s"] = _wind_axis(samples.wind_north_m_s, least)
+            for name, sampled in (
+                ("east_m_s", samples.wind_east_m_s),
+                ("north_m_s", samples.wind_north_m_s),
+            ):
+                wanted = 2 * int(0.25 * np.ptp(sampled)) + 3
+                count = min(max(wanted, least), _MOST_WIND_POINTS)
+                self._axes[name] = ChebyshevAxis(sampled, count)
         if vehicle.knows_mass and mass_kg is not None:
-            self._axes["mass_kg"] = ChebyshevAxis(
-                mass_kg + samples.payload_kg, _AIR_AND_MASS_POINTS
-            )
+            masses_kg = mass_kg + samples.payload_kg
+            self._axes["mass_kg"] = ChebyshevAxis(masses_kg, _AIR_AND_MASS_POINTS)
         if vehicle.knows_air_density:
-            self._axes["home_temperature_c"] = ChebyshevAxis(
-                samples.temperature_c, _AIR_AND_MASS_POINTS
-            )
+            axis = ChebyshevAxis(samples.temperature_c, _AIR_AND_MASS_POINTS)
+            self._axes["home_temperature_c"] = axis
 
     def powers(self) -> Iterator[SteadyPower]:
         """Yield the power in the conditions of each point of the interpolation."""
@@ -166,20 +157,10 @@ class Weather:
         return self._powers({name: axis.ends for name, axis in self._axes.items()})
 
     def with_errors(self, at_points_j: FloatArray, samples: UnknownSamples) -> FloatArray:
-        """Return the energies of all samples, errors of the model included.
+        """Return the energies of all samples, errors of the model included, not negative. (samples, k) [J]
 
-        Parameters
-        ----------
-        at_points_j : ndarray
-            Energies by state of k flights at the points of the interpolation.
-            (points, k, states) [J]
-        samples : UnknownSamples
-            Errors of the model.
-
-        Returns
-        -------
-        ndarray
-            Not negative. (samples, k) [J]
+        ``at_points_j`` are energies by state of k flights at the points of the interpolation.
+        (points, k, states) [J]
         """
         if len(at_points_j) == 1:  # all samples have the conditions of the prediction
             mean_j = at_points_j[0]
@@ -207,12 +188,14 @@ class Weather:
         for point in product(*values.values()):
             at, power = dict(zip(values, map(float, point), strict=True)), self._power
             if "east_m_s" in at:
-                power = replace(power, wind=_wind(power.wind, at["east_m_s"], at["north_m_s"]))
-            yield replace(
-                power,
-                mass_kg=at.get("mass_kg", power.mass_kg),
-                home_temperature_c=at.get("home_temperature_c", power.home_temperature_c),
-            )
+                east, north = at.pop("east_m_s"), at.pop("north_m_s")
+                wind = replace(
+                    power.wind,
+                    speed_m_s=float(np.hypot(east, north)),
+                    from_deg=float(np.degrees(np.arctan2(-east, -north))),
+                )
+                power = replace(power, wind=wind)
+            yield replace(power, **at)
 
 
 class ChebyshevAxis:
@@ -233,20 +216,6 @@ class ChebyshevAxis:
         )
 
 
-def _wind_axis(sampled_m_s: FloatArray, least: int) -> ChebyshevAxis:
-    wanted = 2 * int(0.25 * np.ptp(sampled_m_s)) + 3
-    return ChebyshevAxis(sampled_m_s, min(max(wanted, least), _MOST_WIND_POINTS))
-
-
-def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
-    """Return a wind of these components, with the profile of another."""
-    return replace(
-        like,
-        speed_m_s=float(np.hypot(east_m_s, north_m_s)),
-        from_deg=float(np.degrees(np.arctan2(-east_m_s, -north_m_s))),
-    )
-
-
 class Scenarios(Value, eq=False):
     """What flights of one mission take, a row per sample; ``None`` where it is not known."""
 
@@ -259,12 +228,6 @@ class Scenarios(Value, eq=False):
     stopping_factor: FloatArray | None = None
     """Stopping distances over those predicted. [-]"""
 
-    def _flight(self, flight: Flight) -> Flight:
-        """Return the flight with the stopping distances that one of ten exceeds."""
-        if self.stopping_factor is None:
-            return flight
-        return replace(flight, stopping_factor_p90=_p10_p90(self.stopping_factor)[1])
-
     def added_to(
         self,
         flight: Flight,
@@ -272,38 +235,28 @@ class Scenarios(Value, eq=False):
         battery: BatteryBudget | None,
         return_plan: ReturnPlan | None,
     ) -> tuple[Flight, Totals, BatteryBudget | None, ReturnPlan | None]:
-        """Return what is predicted of a flight together with its spread."""
-        return (
-            self._flight(flight),
-            self._totals(totals),
-            None if battery is None else self._battery(battery),
-            None if return_plan is None else self._return_plan(return_plan),
-        )
+        """Return what is predicted of a flight with what one flight of ten stays below, and one exceeds.
 
-    def _totals(self, totals: Totals) -> Totals:
-        """Return totals with what one flight of ten stays below, and one exceeds."""
+        Of battery and return it is the fraction of the flights that use part of the reserve.
+        """
+        if self.stopping_factor is not None:
+            flight = replace(flight, stopping_factor_p90=_p10_p90(self.stopping_factor)[1])
+        spread: dict[str, float] = {}
         if self.time_s is not None:
-            low_s, high_s = _p10_p90(self.time_s)
-            totals = replace(totals, time_s_p10=low_s, time_s_p90=high_s)
+            spread["time_s_p10"], spread["time_s_p90"] = _p10_p90(self.time_s)
         if self.energy_wh is not None:
             low_wh, high_wh = _p10_p90(self.energy_wh)
-            totals = replace(totals, energy_wh_p10=low_wh, energy_wh_p90=high_wh)
+            spread |= {"energy_wh_p10": low_wh, "energy_wh_p90": high_wh}
             if totals.charge_mah is not None:
-                mah_per_wh = totals.charge_mah / totals.energy_wh
-                totals = replace(
-                    totals, charge_mah_p10=low_wh * mah_per_wh, charge_mah_p90=high_wh * mah_per_wh
-                )
-        return totals
-
-    def _battery(self, battery: BatteryBudget) -> BatteryBudget:
-        """Return a budget with the fraction of the flights that land below the reserve."""
-        return replace(battery, below_reserve_probability=_fraction_below(self.margin_wh))
-
-    def _return_plan(self, return_plan: ReturnPlan) -> ReturnPlan:
-        """Return a plan with the fraction of the flights in which some return uses part of the reserve."""
-        return replace(
-            return_plan, below_reserve_probability=_fraction_below(self.return_margin_wh)
-        )
+                per_wh = totals.charge_mah / totals.energy_wh
+                spread |= {"charge_mah_p10": low_wh * per_wh, "charge_mah_p90": high_wh * per_wh}
+        if battery is not None:
+            below = _fraction_below(self.margin_wh)
+            battery = replace(battery, below_reserve_probability=below)
+        if return_plan is not None:
+            below = _fraction_below(self.return_margin_wh)
+            return_plan = replace(return_plan, below_reserve_probability=below)
+        return flight, replace(totals, **spread), battery, return_plan
 
 
 def predict_scenarios(
@@ -317,6 +270,8 @@ def predict_scenarios(
 ) -> Scenarios:
     """Return what many flights of a mission take.
 
+    Energies are ``None`` where the power of the vehicle or the spread of its energy is not known.
+
     Parameters
     ----------
     returns : Returns
@@ -325,34 +280,20 @@ def predict_scenarios(
         With the standard deviations of what is not known exactly.
     spread : ModelSpread
         Of the model that flies.
-    battery : Battery, optional
-        The battery that flies.
-    budget : BatteryBudget, optional
-        What it holds in mean conditions.
+    battery, budget : Battery and BatteryBudget, optional
+        What flies, and what it holds in mean conditions.
     sweep : ReturnSweep, optional
         The returns, where they are swept already.
-
-    Returns
-    -------
-    Scenarios
-        Its energies are ``None`` where the power of the vehicle or the spread of its energy is not
-        known.
     """
     flight = returns.flight
     power = flight.power
     samples = sample_unknowns(spread, setup, power)
-    timed = Scenarios(
-        time_s=(
-            None
-            if spread.time_fraction is None
-            else np.maximum(flight.time_s * (1.0 + samples.time_error), 0.0)
-        ),
-        stopping_factor=(
-            None
-            if spread.stopping_distance_fraction is None
-            else np.maximum(1.0 + samples.stopping_error, 0.0)
-        ),
-    )
+    time_s = stopping_factor = None
+    if spread.time_fraction is not None:
+        time_s = np.maximum(flight.time_s * (1.0 + samples.time_error), 0.0)
+    if spread.stopping_distance_fraction is not None:
+        stopping_factor = np.maximum(1.0 + samples.stopping_error, 0.0)
+    timed = Scenarios(time_s=time_s, stopping_factor=stopping_factor)
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
     weather = Weather(samples, power)
@@ -374,25 +315,10 @@ def predict_scenarios(
 def predict_energy_band(
     returns: Returns, setup: Setup, segments: IntArray, *, spread: ModelSpread
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return the energy that one flight of ten stays below, and one exceeds, along a flight.
+    """Return the energy that one flight of ten stays below, and one exceeds, at the ends of segments.
 
-    Parameters
-    ----------
-    returns : Returns
-        The flight in mean conditions.
-    setup : Setup
-        With the standard deviations of what is not known exactly.
-    segments : ndarray of int
-        Segments at whose ends it is asked for. (n,)
-    spread : ModelSpread
-        Of the model that flies.
-
-    Returns
-    -------
-    tuple of ndarray or None
-        By the samples of `predict_scenarios`, so that at the end of the last segment it is the totals'.
-        ``None`` where the power of the vehicle or the spread of its energy is not known.
-        Both (n,) [Wh]
+    By the samples of `predict_scenarios`: at the end of the last segment it is the totals'.  ``None``
+    where the power of the vehicle or the spread of its energy is not known.  Both (n,) [Wh]
     """
     flight = returns.flight
     power = flight.power
@@ -424,11 +350,8 @@ def _energies_j(
 ) -> FloatArray:
     """Return energies by state in several conditions: of the flight, and of returns from each point.
 
-    Returns
-    -------
-    ndarray
-        First the whole flight, then for each point the flight up to it and the return from there.
-        (conditions, 1 + points, states) [J]
+    First the whole flight, then for each point the flight up to it and the return from there.
+    (conditions, 1 + points, states) [J]
     """
     powers, flight = tuple(powers), returns.flight
     count = 0 if points is None else len(points.segment)
@@ -471,16 +394,12 @@ def _usable_wh(
     if len(axis.points) == 1:
         return budget.usable_wh
     temperature_c = battery_temperature_c(setup, flight)
-    usable_wh: list[float] = []
-    for point in axis.points:
-        discharge = predict_discharge(
-            flight, battery, charge=float(point), temperature_c=temperature_c
-        )
-        usable_wh.append(
-            budget.capacity_wh * float(point) if discharge is None else discharge.usable_wh
-        )
-    sampled_wh: FloatArray = axis.weights @ np.array(usable_wh)
-    return sampled_wh
+    usable_wh = budget.capacity_wh * axis.points
+    for row, charge in enumerate(axis.points.tolist()):
+        discharge = predict_discharge(flight, battery, charge=charge, temperature_c=temperature_c)
+        if discharge is not None:
+            usable_wh[row] = discharge.usable_wh
+    return np.asarray(axis.weights @ usable_wh)
 
 
 def _p10_p90(values: FloatArray) -> tuple[float, float]:

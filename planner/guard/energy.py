@@ -12,7 +12,7 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.returns.tightest import sweep_returns
 from planner.link.telemetry import BatteryState
-from planner.physics.battery import delivered_energy_wh
+from planner.physics.battery import BatteryCircuit
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -190,17 +190,11 @@ class BatteryMeter:
         if curve_soc is None or curve_v is None:
             return self._usable_wh * fraction / self._charge
         # What stays below the cut-off is as much now as at the start.
+        circuit = BatteryCircuit(
+            capacity_ah=self._battery.charge_ah or 1.0, ocv_soc=curve_soc, ocv_v=curve_v
+        )
         taken_wh = [
-            delivered_energy_wh(
-                0.0,
-                from_state_of_charge=one,
-                to_state_of_charge=0.0,
-                capacity_ah=self._battery.charge_ah or 1.0,
-                resistance_ohm=0.0,
-                ocv_soc=curve_soc,
-                ocv_v=curve_v,
-            )
-            for one in (self._charge, min(fraction, 1.0))
+            circuit.delivered_wh(0.0, one, 0.0) for one in (self._charge, min(fraction, 1.0))
         ]
         if self._battery.charge_ah is None:
             return self._usable_wh * taken_wh[1] / taken_wh[0]

@@ -153,7 +153,6 @@ def identify_battery(
     records: Sequence[FlightRecord], settings: PackSettings
 ) -> BatteryIdentification:
     """Identify capacity, open-circuit curve and resistance, as far as the flights show them."""
-    from planner.physics.battery import open_circuit_voltage_v
     from planner.vehicle.reader import load_chemistry
 
     segments = _discharges(records)
@@ -186,7 +185,7 @@ def identify_battery(
         # V = k E(s) - R I with the curve E of the kind of cell, by linear least squares
         cell = load_chemistry(settings.chemistry)
         ocv_soc, curve_v = cell.ocv_soc, cells * np.array(cell.cell_ocv_v)
-        open_v = open_circuit_voltage_v(1.0 - charge / capacity_ah, ocv_soc=ocv_soc, ocv_v=curve_v)
+        open_v = np.interp(1.0 - charge / capacity_ah, ocv_soc, curve_v)
         design = np.stack([open_v, -current], axis=-1)
         found = np.linalg.lstsq(design, voltage)[0]
         left = voltage - design @ found

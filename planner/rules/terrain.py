@@ -186,7 +186,7 @@ def _returns(a: Assessment, way: _Way, terrain: TerrainGrid) -> Iterator[Finding
     if ardupilot is not None and ardupilot.return_altitude_type == _OVER_TERRAIN:
         return
     along_m = np.cumsum(way.step_m)
-    most = _MOST_ALONG if returns.destinations.follows_mission else _MOST_RETURNS
+    most = _MOST_ALONG if returns.destinations.along else _MOST_RETURNS
     spacing_m = max(_RETURN_SPACING_M, float(along_m[-1]) / most)
     # One place for each spacing along the way, the last of each item besides.
     first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0

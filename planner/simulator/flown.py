@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.physics.battery import loaded_voltage_v, open_circuit_voltage_v
+from planner.physics.battery import loaded_voltage_v
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class FlownMission(Value, eq=False):
         left = max(0.0, float(np.interp(used_wh, self.charge_wh, self.charge_left)))
         if battery.ocv_soc is None or battery.ocv_v is None or self.resistance_ohm is None:
             return left, battery.voltage_v
-        open_v = open_circuit_voltage_v(left, ocv_soc=battery.ocv_soc, ocv_v=battery.ocv_v)
+        open_v = np.interp(left, battery.ocv_soc, battery.ocv_v)
         loaded_v = loaded_voltage_v(open_v, power_w, resistance_ohm=self.resistance_ohm)
         return left, float(loaded_v)
 

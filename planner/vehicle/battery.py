@@ -5,7 +5,7 @@ from typing import Annotated
 
 import numpy as np
 
-from planner.physics.battery import delivered_energy_wh
+from planner.physics.battery import BatteryCircuit
 from planner.values import replace
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
@@ -167,15 +167,10 @@ class Battery(Part):
             return self.new_charge_ah * self.nominal_voltage_v
         assert self.ocv_soc is not None
         assert self.ocv_v is not None
-        return delivered_energy_wh(
-            0.0,
-            from_state_of_charge=1.0,
-            to_state_of_charge=0.0,
-            capacity_ah=self.new_charge_ah,
-            resistance_ohm=0.0,
-            ocv_soc=self.ocv_soc,
-            ocv_v=self.ocv_v,
+        circuit = BatteryCircuit(
+            capacity_ah=self.new_charge_ah, ocv_soc=self.ocv_soc, ocv_v=self.ocv_v
         )
+        return circuit.delivered_wh(0.0, 1.0, 0.0)
 
     @property
     def voltage_v(self) -> float | None:
@@ -187,41 +182,19 @@ class Battery(Part):
     def aged(self, *, health: float | None, resistance_factor: float | None) -> "Battery":
         """Return this battery as old as it is today; ``None`` leaves what it says itself.
 
-        Parameters
-        ----------
-        health : float or None
-            Charge over that of the new battery. [-]
-        resistance_factor : float or None
-            Resistance over that of the new battery. [-]
+        ``health`` is the charge, ``resistance_factor`` the resistance over that of the new battery. [-]
 
         Raises
         ------
         ValueError
             If no battery is like this.
         """
-        if health is None and resistance_factor is None:
-            return self
-        return replace(
-            self,
-            health=self.health if health is None else health,
-            resistance_age_factor=(
-                self.resistance_age_factor if resistance_factor is None else resistance_factor
-            ),
-        )
+        given = {"health": health, "resistance_age_factor": resistance_factor}
+        changed = {name: value for name, value in given.items() if value is not None}
+        return replace(self, **changed) if changed else self
 
     def resistance_ohm(self, temperature_c: float) -> float | None:
-        """Return the resistance of the whole battery, at its age and a temperature; ``None`` unknown.
-
-        Parameters
-        ----------
-        temperature_c : float
-            Temperature of the battery. [°C]
-
-        Returns
-        -------
-        float or None
-            Resistance. [Ω]
-        """
+        """Return the resistance of the whole battery, at its age and temperature; ``None``: unknown. [Ω]"""
         resistance_ohm = self.internal_resistance_ohm
         if resistance_ohm is None and self.cell_resistance_ohm is not None:
             cells = (self.cells_in_series or 1) / (self.cells_in_parallel or 1)
@@ -233,6 +206,18 @@ class Battery(Part):
                 np.interp(temperature_c, self.resistance_temperature_c, self.resistance_factor)
             )
         return resistance_ohm * (self.resistance_age_factor or 1.0)
+
+    def circuit(self, temperature_c: float) -> BatteryCircuit | None:
+        """Return charge, resistance and curve at a temperature; ``None`` where one is unknown."""
+        charge_ah, resistance_ohm = self.charge_ah, self.resistance_ohm(temperature_c)
+        if charge_ah is None or resistance_ohm is None or not self.ocv_soc or not self.ocv_v:
+            return None
+        return BatteryCircuit(
+            capacity_ah=charge_ah,
+            resistance_ohm=resistance_ohm,
+            ocv_soc=self.ocv_soc,
+            ocv_v=self.ocv_v,
+        )
 
 
 class Chemistry(Part):

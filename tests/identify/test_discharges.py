@@ -10,7 +10,6 @@ from made_record import make_record
 
 from planner.identify.battery import PackSettings, charge_used_ah, identify_battery
 from planner.identify.segments import FitStatus
-from planner.physics.battery import open_circuit_voltage_v
 from planner.values import replace
 from planner.vehicle.reader import load_chemistry
 
@@ -27,11 +26,8 @@ def discharge(seed: int, *, full: float = 1.0) -> FlightRecord:
     current = 6.0 + 2.0 * np.sign(np.sin(0.1 * time_s))
     record = make_record(is_landed=np.zeros(6000, dtype=np.bool_), current_a=current)
     cell = load_chemistry("lipo")
-    open_v = open_circuit_voltage_v(
-        full - charge_used_ah(record) / CAPACITY_AH,
-        ocv_soc=cell.ocv_soc,
-        ocv_v=CELLS * np.array(cell.cell_ocv_v),
-    )
+    left = full - charge_used_ah(record) / CAPACITY_AH
+    open_v = np.interp(left, cell.ocv_soc, CELLS * np.array(cell.cell_ocv_v))
     voltage = open_v - RESISTANCE_OHM * current + 0.01 * generator.standard_normal(6000)
     return replace(record, voltage_v=voltage, parameters={"BATT_CAPACITY": 1000.0 * CAPACITY_AH})
 

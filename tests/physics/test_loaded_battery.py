@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.physics.battery import (
-    delivered_energy_wh,
-    empty_state_of_charge,
-    loaded_voltage_v,
-    state_of_charge_after,
-)
+from planner.physics.battery import BatteryCircuit, loaded_voltage_v
+from planner.values import replace
 
 SOC = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 OCV_V = (21.0, 21.42, 21.78, 22.26, 23.58, 24.48, 25.14)
 """Six cells of the chemistry lipo."""
 CAPACITY_AH, RESISTANCE_OHM = 8.0, 0.05
+BATTERY = BatteryCircuit(
+    capacity_ah=CAPACITY_AH, resistance_ohm=RESISTANCE_OHM, ocv_soc=SOC, ocv_v=OCV_V
+)
+STRAIGHT = BatteryCircuit(capacity_ah=5.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0))
 
 
 def test_the_voltage_under_load_gives_the_power_and_the_drop() -> None:
@@ -39,46 +38,26 @@ def test_no_battery_delivers_more_than_its_matched_load() -> None:
 
 def test_the_cut_off_is_reached_where_the_curve_says_so() -> None:
     # E = 12.5 + 0.02 x 250 / 12.5 = 12.9 V, which is 22.5 % on a curve from 12 to 16 V
-    empty = empty_state_of_charge(
-        250.0, cutoff_voltage_v=12.5, resistance_ohm=0.02, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0)
-    )
+    empty = replace(STRAIGHT, resistance_ohm=0.02).empty_state_of_charge(250.0, 12.5)
     assert empty == pytest.approx(0.225)
 
 
 def test_without_a_cut_off_a_battery_ends_where_it_cannot_deliver() -> None:
     # 2 sqrt(R P) = 2 sqrt(0.2 x 245) = 14 V, half of the curve
-    empty = empty_state_of_charge(
-        245.0, cutoff_voltage_v=0.0, resistance_ohm=0.2, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0)
-    )
+    empty = replace(STRAIGHT, resistance_ohm=0.2).empty_state_of_charge(245.0, 0.0)
     assert empty == pytest.approx(0.5)
 
 
 def test_at_no_current_all_the_energy_of_the_curve_is_there() -> None:
     # Q times the mean of 12 and 16 V; from three quarters, 5 x (15 + 12) / 2 x 0.75
     for start, energy_wh in ((1.0, 70.0), (0.75, 50.625)):
-        assert delivered_energy_wh(
-            0.0,
-            from_state_of_charge=start,
-            to_state_of_charge=0.0,
-            capacity_ah=5.0,
-            resistance_ohm=0.3,
-            ocv_soc=(0.0, 1.0),
-            ocv_v=(12.0, 16.0),
-        ) == pytest.approx(energy_wh)
+        battery = replace(STRAIGHT, resistance_ohm=0.3)
+        assert battery.delivered_wh(0.0, start, 0.0) == pytest.approx(energy_wh)
 
 
 def test_a_load_without_resistance_takes_its_energy_from_the_curve() -> None:
     # 5 Ah from 12 to 16 V, half an hour at 70 W: 12 (1 − s) + 2 (1 − s²) = 7, s = (√200 − 12) / 4
-    [left] = state_of_charge_after(
-        [70.0],
-        [0.0],
-        [1800.0],
-        from_state_of_charge=1.0,
-        capacity_ah=5.0,
-        resistance_ohm=0.0,
-        ocv_soc=(0.0, 1.0),
-        ocv_v=(12.0, 16.0),
-    )
+    [left] = STRAIGHT.state_of_charge_after([70.0], [0.0], [1800.0], from_soc=1.0)
     # One load is one step of the middle rule: E changes by 13 % over it.
     assert left == pytest.approx((math.sqrt(200.0) - 12.0) / 4.0, abs=5e-4)
 
@@ -103,33 +82,18 @@ def _stepped(power_w: np.ndarray, duration_s: np.ndarray, steps: int) -> float:
 def test_a_row_of_loads_ends_where_small_steps_of_time_end() -> None:
     random = np.random.default_rng(5)
     power_w, duration_s = random.uniform(150.0, 500.0, 90), random.uniform(5.0, 20.0, 90)
-    left = state_of_charge_after(
-        power_w,
-        np.zeros(90),
-        duration_s,
-        from_state_of_charge=1.0,
-        capacity_ah=CAPACITY_AH,
-        resistance_ohm=RESISTANCE_OHM,
-        ocv_soc=SOC,
-        ocv_v=OCV_V,
-    )
+    left = BATTERY.state_of_charge_after(power_w, np.zeros(90), duration_s, from_soc=1.0)
     assert left[-1] == pytest.approx(_stepped(power_w, duration_s, 20), abs=2e-5)
     assert (np.diff(left) < 0.0).all()
 
 
 def test_a_load_that_varies_takes_the_charge_of_its_parts() -> None:
-    pack: dict[str, Any] = {
-        "from_state_of_charge": 1.0,
-        "capacity_ah": CAPACITY_AH,
-        "resistance_ohm": RESISTANCE_OHM,
-        "ocv_soc": (0.0, 1.0),
-        "ocv_v": (24.0, 24.0 + 1e-9),
-    }
+    after = replace(BATTERY, ocv_soc=(0.0, 1.0), ocv_v=(24.0, 24.0 + 1e-9)).state_of_charge_after
     # 200 and 400 W in turns: 300 W in the mean, with a variance of 100² W²
-    [mixed] = state_of_charge_after([300.0], [1e4], [600.0], **pack)
-    parts = state_of_charge_after([200.0, 400.0], [0.0, 0.0], [300.0, 300.0], **pack)
+    [mixed] = after([300.0], [1e4], [600.0], from_soc=1.0)
+    parts = after([200.0, 400.0], [0.0, 0.0], [300.0, 300.0], from_soc=1.0)
     assert 1.0 - mixed == pytest.approx(1.0 - parts[-1], rel=2e-5)
-    [even] = state_of_charge_after([300.0], [0.0], [600.0], **pack)
+    [even] = after([300.0], [0.0], [600.0], from_soc=1.0)
     assert mixed < even  # the losses of the high half weigh more
 
 
@@ -143,26 +107,12 @@ def test_the_energy_delivered_is_power_times_time(
     power_w: float, start: float, hours: float
 ) -> None:
     count = 60
-    left = state_of_charge_after(
-        np.full(count, power_w),
-        np.zeros(count),
-        np.full(count, 3600.0 * hours / count),
-        from_state_of_charge=start,
-        capacity_ah=CAPACITY_AH,
-        resistance_ohm=RESISTANCE_OHM,
-        ocv_soc=SOC,
-        ocv_v=OCV_V,
+    every_s = np.full(count, 3600.0 * hours / count)
+    left = BATTERY.state_of_charge_after(
+        np.full(count, power_w), np.zeros(count), every_s, from_soc=start
     )
     if left[-1] > 0.0:
-        energy_wh = delivered_energy_wh(
-            power_w,
-            from_state_of_charge=start,
-            to_state_of_charge=float(left[-1]),
-            capacity_ah=CAPACITY_AH,
-            resistance_ohm=RESISTANCE_OHM,
-            ocv_soc=SOC,
-            ocv_v=OCV_V,
-        )
+        energy_wh = BATTERY.delivered_wh(power_w, start, float(left[-1]))
         # Sixty middle-rule steps over kinks of the curve.
         assert energy_wh == pytest.approx(power_w * hours, rel=2e-4)
 
@@ -177,18 +127,8 @@ def test_more_resistance_and_a_higher_rate_never_leave_more_to_use(
     power_w: float, more_ohm: float, more_w: float
 ) -> None:
     def usable_wh(load_w: float, resistance_ohm: float) -> float:
-        empty = empty_state_of_charge(
-            load_w, cutoff_voltage_v=21.0, resistance_ohm=resistance_ohm, ocv_soc=SOC, ocv_v=OCV_V
-        )
-        return delivered_energy_wh(
-            load_w,
-            from_state_of_charge=1.0,
-            to_state_of_charge=empty,
-            capacity_ah=CAPACITY_AH,
-            resistance_ohm=resistance_ohm,
-            ocv_soc=SOC,
-            ocv_v=OCV_V,
-        )
+        battery = replace(BATTERY, resistance_ohm=resistance_ohm)
+        return battery.delivered_wh(load_w, 1.0, battery.empty_state_of_charge(load_w, 21.0))
 
     new = usable_wh(power_w, RESISTANCE_OHM)
     assert usable_wh(power_w, RESISTANCE_OHM + more_ohm) <= new + 1e-9

@@ -21,7 +21,11 @@ SLOWEST_M_S = 0.1
 def headway_m_s(
     way_m: FloatArray, height_m: FloatArray, *, wind: Wind | None, airspeed_limit_m_s: float
 ) -> FloatArray:
-    """Return the highest ground speeds that can be held on ways; not positive without headway.
+    """Return the highest ground speeds that can be held on ways; not positive without headway. (n,) [m s⁻¹]
+
+    An autopilot holds its ground speed until the tilt reaches its limit; with the airspeed v_max there it
+    is w_along + √(v_max² − w_across²).  That is concave in the strength of the wind, so that on a way
+    through a wind profile the lowest is met at one of its ends; it is taken for the whole way.
 
     Parameters
     ----------
@@ -33,17 +37,6 @@ def headway_m_s(
         ``None``: none.
     airspeed_limit_m_s : float
         Airspeed at the greatest tilt. [m s⁻¹]
-
-    Returns
-    -------
-    ndarray
-        (n,) [m s⁻¹]
-
-    Notes
-    -----
-    An autopilot holds its ground speed until the tilt reaches its limit; with the airspeed v_max there
-    it is w_along + √(v_max² − w_across²).  That is concave in the strength of the wind, so that on a
-    way through a wind profile the lowest is met at one of its ends; it is taken for the whole way.
     """
     east, north = (0.0, 0.0) if wind is None else (wind.east_m_s, wind.north_m_s)
     length = np.hypot(way_m[:, 0], way_m[:, 1])[:, None]
@@ -52,8 +45,7 @@ def headway_m_s(
     across = factor * (north * way_m[:, :1] - east * way_m[:, 1:]) / length
     room = airspeed_limit_m_s**2 - across**2
     speed = np.where(room > 0.0, along + np.sqrt(np.maximum(room, 0.0)), 0.0)
-    lowest: FloatArray = speed.min(axis=1)
-    return lowest
+    return np.asarray(speed.min(axis=1))
 
 
 def held_speeds_m_s(
@@ -65,29 +57,16 @@ def held_speeds_m_s(
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return the ground speeds that can be held on legs, and what has to be said of them.
+    """Return the ground speeds that can be held on legs, and where that is less than commanded. (n,) [m s⁻¹]
 
     Parameters
     ----------
     speed_m_s : ndarray
         Commanded. (n,) [m s⁻¹]
-    way_m : ndarray
-        East and north way of each leg. (n, 2) [m]
+    way_m, height_m, wind, airspeed_limit_m_s
+        As for `headway_m_s`; without a limit of the airspeed all speeds are held.
     item : ndarray of int
         Mission item of each. (n,)
-    height_m : ndarray
-        Heights above home that each leg lies between. (n, k) [m]
-    wind : Wind, optional
-        ``None``: none.
-    airspeed_limit_m_s : float, optional
-        Airspeed at the greatest tilt; ``None``: no limit. [m s⁻¹]
-
-    Returns
-    -------
-    speed_m_s : ndarray
-        (n,) [m s⁻¹]
-    findings : tuple of Finding
-        No headway, or less speed than commanded.
     """
     if airspeed_limit_m_s is None or not len(way_m):
         return speed_m_s, ()
@@ -136,30 +115,24 @@ def headway_findings(
     airspeed_limit_m_s: float,
 ) -> tuple[Finding, ...]:
     """Return that there is no headway, or less speed than commanded."""
-    stuck = moves & (limit_m_s <= SLOWEST_M_S)
-    slowed = moves & ~stuck & (limit_m_s < speed_m_s)
+    stuck = np.flatnonzero(moves & (limit_m_s <= SLOWEST_M_S))
+    slowed = np.flatnonzero(moves & (limit_m_s > SLOWEST_M_S) & (limit_m_s < speed_m_s))
     findings: list[Finding] = []
-    if stuck.any():
-        first = int(item[stuck][0])
+    if len(stuck):
+        first, legs = int(item[stuck[0]]), quantity.count(len(stuck), "leg")
         strength_m_s = 0.0 if wind is None else wind.speed_m_s
-        legs = quantity.count(int(stuck.sum()), "leg")
         profile = "" if wind is None or wind.reference_height_m is None else " with its profile"
-        findings.append(
-            NO_HEADWAY.finding(
-                f"no headway on {legs} from item {first} on: {strength_m_s:.1f} m/s "
-                f"of wind{profile} against {airspeed_limit_m_s:.1f} m/s of airspeed",
-                item=first,
-            )
+        message = (
+            f"no headway on {legs} from item {first} on: {strength_m_s:.1f} m/s of wind{profile} "
+            f"against {airspeed_limit_m_s:.1f} m/s of airspeed"
         )
-    if slowed.any():
-        first = int(item[slowed][0])
-        legs = quantity.count(int(slowed.sum()), "leg")
-        slowest = np.flatnonzero(slowed)[np.argmin(limit_m_s[slowed])]
-        findings.append(
-            AIRSPEED_LIMIT.finding(
-                f"slower than commanded: {legs} from item {first} on, down to "
-                f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s",
-                item=first,
-            )
+        findings.append(NO_HEADWAY.finding(message, item=first))
+    if len(slowed):
+        first, legs = int(item[slowed[0]]), quantity.count(len(slowed), "leg")
+        slowest = slowed[np.argmin(limit_m_s[slowed])]
+        message = (
+            f"slower than commanded: {legs} from item {first} on, down to "
+            f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s"
         )
+        findings.append(AIRSPEED_LIMIT.finding(message, item=first))
     return tuple(findings)

@@ -64,12 +64,8 @@ class SpeedRamps(Columns, eq=False):
 
     def beside(self, other: SpeedRamps) -> SpeedRamps:
         """Return these ramps and others in two rows. (2, n)"""
-        return SpeedRamps(
-            **{
-                name: np.stack((column, getattr(other, name)))
-                for name, column in field_values(self).items()
-            }
-        )
+        columns = field_values(self).items()
+        return SpeedRamps(**{name: np.stack((own, getattr(other, name))) for name, own in columns})
 
     def begun(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return way, speed and acceleration a time after the beginning, from rest.
@@ -91,10 +87,8 @@ class SpeedRamps(Columns, eq=False):
 def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
     """Return the fastest changes of speed within limits.
 
-    Notes
-    -----
-    ``SCurve::calculate_path``: ΔV = a (t_j + a/J) without steady acceleration, ΔV = A (t_j + A/J + t_4)
-    with it.  Where the whole limits do not fit, the rise is shortened at the same snap.
+    ``SCurve::calculate_path``: ΔV = a (t_j + a/J) without steady acceleration, ΔV = A (t_j + A/J + t_4) with
+    it.  Where the whole limits do not fit, the rise is shortened at the same snap.
     """
     fitting_s = np.cbrt(change_m_s * limits.jerk_rise_s / (2.0 * limits.jerk_m_s3))
     rise, jerk = _shortened(fitting_s, limits)
@@ -116,10 +110,8 @@ def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
 def peak_speed_from_rest_m_s(length_m: FloatArray, limits: SpeedLimits) -> FloatArray:
     """Return the highest speed on the way from rest to rest where no speed limit holds. (n,) [m s⁻¹]
 
-    Notes
-    -----
-    Each half of the way is one ramp: V (V/A + A/J + t_j) = L with steady acceleration, and
-    2 a (t_j + a/J)² = L without: x = t_j + a/J solves x³ − t_j x² = L/2J.
+    Each half of the way is one ramp: V (V/A + A/J + t_j) = L with steady acceleration, and 2 a (t_j + a/J)² =
+    L without: x = t_j + a/J solves x³ − t_j x² = L/2J.
     """
     most = limits.acceleration_m_s2
     fitting_s = np.sqrt(np.sqrt(length_m * limits.jerk_rise_s / (8.0 * limits.jerk_m_s3)))

@@ -52,18 +52,8 @@ _FORWARD_IF_IT_LANDS = 2
 _HOME_IF_REACHED = 6
 _LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
 _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
-_PLACES = (
-    frozenset(
-        {
-            Command.NAV_WAYPOINT,
-            Command.NAV_LOITER_UNLIM,
-            Command.NAV_LOITER_TIME,
-            Command.NAV_LOITER_TO_ALT,
-        }
-    )
-    | _LANDINGS
-    | _TAKEOFFS
-)
+_LOITERS = (Command.NAV_LOITER_UNLIM, Command.NAV_LOITER_TIME, Command.NAV_LOITER_TO_ALT)
+_PLACES = frozenset({Command.NAV_WAYPOINT, *_LOITERS}) | _LANDINGS | _TAKEOFFS
 """Items that hold a place (``MissionBlock::item_contains_position``)."""
 _JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
 _KINDS: Mapping[int, StageKind] = {
@@ -106,11 +96,6 @@ class Destinations(Value, eq=False):
     findings: tuple[Finding, ...] = ()
     """What of the vehicle's returns is not predicted as it flies them."""
 
-    @property
-    def follows_mission(self) -> bool:
-        """Whether returns lead along the mission."""
-        return bool(self.along)
-
     def home_of(self, stage: IntArray) -> IntArray:
         """Return which home counts while stages are flown, as positions among the homes. (n,)"""
         return np.searchsorted(self.home_first_stage, stage, side="right") - 1
@@ -123,7 +108,7 @@ class Destinations(Value, eq=False):
         Parameters
         ----------
         stage : ndarray of int
-            Stages flown when they begin, which say what home is. (n,)
+            Stages flown when they begin, which decide what home is. (n,)
         destination : ndarray of int
             ``HOME``, rally points, ``LANDING``, ``ALONG`` or ``HERE``. (n,)
         place_m : ndarray
@@ -148,26 +133,16 @@ class Destinations(Value, eq=False):
         return ReturnTargets(ground_m=ground_m, rally_height_m=height_m, paths=tuple(paths))
 
     def chosen(self, point_m: FloatArray, stage: IntArray) -> IntArray:
-        """Return the destination the vehicle itself chooses. (n,)
+        """Return the destination the vehicle itself chooses from places (n, 3) [m] in stages. (n,)
 
-        Parameters
-        ----------
-        point_m : ndarray
-            East, north, height above home where it decides to return. (n, 3) [m]
-        stage : ndarray of int
-            Stages flown there. (n,)
-
-        Notes
-        -----
         PX4 (``RTL::findRtlDestination``): with RTL_TYPE 0 the nearest of home and the rally points; 3
-        looks at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and
-        lands where it is without; 2 and 4 lead along the mission.  ArduPilot
-        (``AP_Rally::find_nearest_rally_point``): the nearest rally point, unless home is nearer and
-        RALLY_INCL_HOME is set or the rally point is beyond RALLY_LIMIT_KM.  References by steps know
-        home alone.
+        looks at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and lands where it
+        is without; 2 and 4 lead along the mission.  ArduPilot (``AP_Rally::find_nearest_rally_point``): the
+        nearest rally point, unless home is nearer and RALLY_INCL_HOME is set or the rally point is beyond
+        RALLY_LIMIT_KM.  References by steps know home alone.
         """
         home = np.full(len(stage), HOME, dtype=np.intp)
-        if self.follows_mission:
+        if self.along:
             return np.full_like(home, ALONG)
         if self.parameters is None:
             return home
@@ -227,16 +202,8 @@ def make_destinations(
 ) -> Destinations:
     """Return the places the returns of a flight may lead to.
 
-    Parameters
-    ----------
-    mission : Mission
-        Its rally points, and the items a return may follow.
-    route : Route
-        Its homes.
-    parameters : FlightParameters or None
-        Of the autopilot that chooses; ``None`` for reference steps.
-    terrain : TerrainGrid, optional
-        Ground under rally points and landings; default level with home.
+    ``parameters`` are those of the autopilot that chooses, ``None`` for reference steps.  Without terrain
+    the ground under rally points and landings is level with home.
     """
     homes = route.moved_homes
     latitude_deg = np.array([point.latitude_deg for point in mission.rally])
@@ -268,12 +235,7 @@ def make_destinations(
 def with_own_return(route: Route, destinations: Destinations) -> Route:
     """Return a route whose own return leads where the vehicle itself would return to.
 
-    Parameters
-    ----------
-    route : Route
-        Its return, if it has one, is its last stage, and leads straight home.
-    destinations : Destinations
-        Of the route.
+    The return, if there is one, is the last stage, and leads straight home.
     """
     number = len(route.stages) - 1
     if number < 1 or route.stages[number].kind is not StageKind.RETURN:
@@ -342,10 +304,8 @@ def _with_mission(
             return straight
         if not items.has_jump(items.land_start, items.landing):
             return replace(straight, landing=items.landing_path(items.landing))
-        leads, severity = (
-            "to the mission's landing, and the mission jumps on the way there",
-            Severity.ERROR,
-        )
+        leads = "to the mission's landing, and the mission jumps on the way there"
+        severity = Severity.ERROR
     elif return_type in _FOLLOW_MISSION:
         if not items.has_jump(0, len(mission.items) - 1):
             homes_m = straight.home_ground_m[straight.home_of(np.arange(len(route.stages)))]
@@ -357,10 +317,8 @@ def _with_mission(
                     for stage, home_m in zip(route.stages, homes_m.tolist(), strict=True)
                 ),
             )
-        leads, severity = (
-            "along the mission, whose jumps PX4 may take again and again on the way",
-            Severity.ERROR,
-        )
+        leads = "along the mission, whose jumps PX4 may take again and again on the way"
+        severity = Severity.ERROR
     returning = next((one for one in route.stages if one.kind is StageKind.RETURN), None)
     finding = SETTING_NOT_FOLLOWED.finding(
         f"RTL_TYPE {return_type} returns {leads}: time, energy and fence are those of the "
@@ -412,9 +370,9 @@ class _ReturnItems:
         ):
             stages = self._forward(flown)
         else:
-            east_m, north_m, ground_m = home_m
+            east_m, north_m, height_m = home_m
             down = Stage(
-                kind=StageKind.LAND, item=item, east_m=east_m, north_m=north_m, height_m=ground_m
+                kind=StageKind.LAND, item=item, east_m=east_m, north_m=north_m, height_m=height_m
             )
             stages = (*self._back(flown), down)
         return ReturnPath(stages=stages, speed_m_s=self._speed_m_s(flown))
@@ -429,16 +387,13 @@ class _ReturnItems:
     def _height_m(self, at: int) -> float:
         """Return the altitude of an item above home."""
         item = self._items[at]
-        altitude_m = item.altitude_m or 0.0
-        if item.frame in RELATIVE_FRAMES:
-            return altitude_m
-        return altitude_m - self._route.home_amsl_m
+        datum_m = 0.0 if item.frame in RELATIVE_FRAMES else self._route.home_amsl_m
+        return (item.altitude_m or 0.0) - datum_m
 
     def _forward(self, flown: int) -> tuple[Stage, ...]:
         """Return the places from an item to the landing, both included."""
         last = self.landing if self.landing is not None else len(self._stages) - 1
-        ahead = self._stages[min(flown, last) : last + 1]
-        return tuple(stage for stage in ahead if stage is not None)
+        return tuple(filter(None, self._stages[min(flown, last) : last + 1]))
 
     def _back(self, flown: int) -> tuple[Stage, ...]:
         """Return the places back from before an item to the take-off, or the first place there is."""

@@ -14,7 +14,7 @@ from planner.units import wh_from_j
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator
 
     from planner.arrays import FloatArray, IntArray
     from planner.flight.pilot import Pilot
@@ -138,36 +138,24 @@ class Returns(Value, eq=False):
 
     def flight_point(self, segment: int, fraction: float) -> FlightPoint:
         """Return where along the mission a point of the flight is."""
-        return self.flight_points([(segment, fraction)])[0]
-
-    def flight_points(self, places: Sequence[tuple[int, float]]) -> list[FlightPoint]:
-        """Return where along the mission points of the flight are, by segment and fraction."""
-        segment = np.array([segment for segment, _ in places])
-        fraction = np.array([fraction for _, fraction in places])
-        count = len(places)
-        both = self.points(np.tile(segment, 2), np.concatenate((np.zeros(count), fraction)))
+        begin, point = (self.points(np.array([segment]), np.array([at])) for at in (0.0, fraction))
         # Inside a segment the flight is taken to be straight.
-        inside = both.place_m[count:] - both.place_m[:count]
+        inside_m = float(np.hypot(*(point.place_m - begin.place_m)[0, :2]))
         distance_m = self.flight.motion.segments.distance_m
-        inside_m = np.minimum(np.hypot(inside[:, 0], inside[:, 1]), distance_m[segment])
+        stage = int(point.stage[0])
+        serving = np.flatnonzero(self.segment_stage == stage)
         latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
-            both.place_m[count:, 0], both.place_m[count:, 1]
+            point.place_m[:, 0], point.place_m[:, 1]
         )
-        points = []
-        for row, stage in enumerate(both.stage[:count].tolist()):
-            serving = np.flatnonzero(self.segment_stage == stage)
-            before = serving[serving < segment[row]]
-            points.append(
-                FlightPoint(
-                    item=self.route.stages[stage].item,
-                    time_s=float(both.time_s[count + row]),
-                    along_m=float(distance_m[before].sum() + inside_m[row]),
-                    leg_m=float(distance_m[serving].sum()),
-                    latitude_deg=float(latitude_deg[row]),
-                    longitude_deg=float(longitude_deg[row]),
-                )
-            )
-        return points
+        before_m = float(distance_m[serving[serving < segment]].sum())
+        return FlightPoint(
+            item=self.route.stages[stage].item,
+            time_s=float(point.time_s[0]),
+            along_m=before_m + min(inside_m, float(distance_m[segment])),
+            leg_m=float(distance_m[serving].sum()),
+            latitude_deg=float(latitude_deg[0]),
+            longitude_deg=float(longitude_deg[0]),
+        )
 
     def _stops(
         self, state: KinematicState, place_m: FloatArray, segment: IntArray, fraction: FloatArray
@@ -205,21 +193,18 @@ class Returns(Value, eq=False):
 
     def _braking_power_w(self, state: KinematicState) -> FloatArray:
         """Return the mean power of stops from states. (n,) [W]"""
-        column = np.zeros(len(state.height_m))[:, None]
-        slowing = KinematicState(
-            east_m=state.east_m[:, None] + column,
-            north_m=state.north_m[:, None] + column,
-            height_m=state.height_m[:, None] + np.zeros(len(_BRAKING_FRACTIONS)),
-            east_m_s=state.east_m_s[:, None] * _BRAKING_FRACTIONS,
-            north_m_s=state.north_m_s[:, None] * _BRAKING_FRACTIONS,
-            climb_m_s=column + np.zeros(len(_BRAKING_FRACTIONS)),
+        zero = np.zeros((len(state.height_m), len(_BRAKING_FRACTIONS)))
+        slowing = KinematicState.of(
+            [own[:, None] + zero for own in (state.east_m, state.north_m, state.height_m)],
+            (
+                state.east_m_s[:, None] * _BRAKING_FRACTIONS,
+                state.north_m_s[:, None] * _BRAKING_FRACTIONS,
+                zero,
+            ),
         )
-        braking = np.full(column.shape, _BRAKE)
-        power_w = self.flight.power.power_w(
-            slowing, braking, state.ground_speed_m_s[:, None] + column
-        )
-        mean_w: FloatArray = power_w @ _SIMPSON
-        return mean_w
+        braking = np.full((len(zero), 1), _BRAKE)
+        power_w = self.flight.power.power_w(slowing, braking, state.ground_speed_m_s[:, None])
+        return np.asarray(power_w @ _SIMPSON)
 
     def fly(
         self, stand_m: FloatArray, stage: IntArray, destination: IntArray | int
@@ -231,13 +216,12 @@ class Returns(Value, eq=False):
         stand_m : ndarray
             East, north, height above home; at least one. (n, 3) [m]
         stage : ndarray of int
-            Stages flown when the return begins, which say what home is. (n,)
+            Stages flown when the return begins, which decide what home is. (n,)
         destination : ndarray of int
             As in :meth:`Destinations.targets`. (n,)
         """
-        time_s, [state_j] = self.fly_by_state(
-            stand_m, stage, destination, powers=(self.flight.power,)
-        )
+        powers = (self.flight.power,)
+        time_s, [state_j] = self.fly_by_state(stand_m, stage, destination, powers=powers)
         return time_s, wh_from_j(state_j.sum(axis=1))
 
     def fly_by_state(
@@ -255,16 +239,14 @@ class Returns(Value, eq=False):
         targets = self.destinations.targets(stage, destination, stand_m)
         motion, transients = self.pilot.fly_returns(stand_m, targets, self.route)
         columns, count = motion.segments, len(stand_m)
-        time_s = np.zeros(count)
-        time_s += np.bincount(columns.item, columns.duration_s, minlength=count)
+        time_s = np.bincount(columns.item, columns.duration_s, minlength=count).astype(np.float64)
         at = columns.item * len(STATES) + columns.state
-
-        def by_state_j(segment_j: FloatArray) -> FloatArray:
-            total_j = np.zeros(count * len(STATES))
-            total_j += np.bincount(at, segment_j, minlength=total_j.size)
-            return total_j.reshape(count, -1)
-
-        return time_s, map(by_state_j, segment_energies_j(motion, transients, powers))
+        return time_s, (
+            np.bincount(at, own_j, minlength=count * len(STATES))
+            .astype(np.float64)
+            .reshape(count, -1)
+            for own_j in segment_energies_j(motion, transients, powers)
+        )
 
     def chosen(self, points: ReturnPoints) -> IntArray:
         """Return the destination the vehicle itself chooses from points. (n,)"""
@@ -275,18 +257,9 @@ class Returns(Value, eq=False):
     ) -> tuple[FloatArray, ...]:
         """Return the corners of returns: where it decides, stops, sets out, arrives, lands.
 
-        Parameters
-        ----------
-        points : ReturnPoints
-            Where they begin. (n,)
-        destination : ndarray of int, optional
-            As in :meth:`Destinations.targets`; default what the vehicle itself chooses. (n,)
-
-        Returns
-        -------
-        tuple of ndarray
-            East, north, height above home of the corners of each, straight in between; along the
-            mission its places instead of the arrival. (n times (5 or more, 3)) [m]
+        ``destination`` is as in :meth:`Destinations.targets`, by default what the vehicle itself chooses.
+        Each row is east, north, height above home, straight in between; along the mission its places instead
+        of the arrival. (n times (5 or more, 3)) [m]
         """
         chosen = self.chosen(points) if destination is None else destination
         targets = self.destinations.targets(points.stage, chosen, points.stop_m)
@@ -380,19 +353,15 @@ def return_profile(returns: Returns) -> ReturnProfile:
     fraction = np.concatenate((fraction, np.ones(len(ends))))
     order = np.lexsort((fraction, segment))
     points = returns.points(segment[order], fraction[order])
-    flown = [
-        returns.fly(points.stop_m, points.stage, destination)
-        for destination in range(HOME, len(returns.destinations.rally_ground_m) + 1)
-    ]
-    all_s = np.stack([points.stop_s + time_s for time_s, _ in flown], axis=1)
-    all_wh = np.stack([points.stop_wh + energy_wh for _, energy_wh in flown], axis=1)
-    destination = returns.chosen(points)
-    if (destination >= HOME).all():
-        row = np.arange(len(order))
-        own_s, own_wh = all_s[row, destination], all_wh[row, destination]
+    own = returns.chosen(points)
+    places = range(HOME, len(returns.destinations.rally_ground_m) + 1)
+    flown = np.array([returns.fly(points.stop_m, points.stage, place) for place in places])
+    if (own >= HOME).all():
+        chosen = flown[own, :, np.arange(len(own))].T
     else:
-        own_s, own_wh = returns.fly(points.stop_m, points.stage, destination)
-        own_s, own_wh = points.stop_s + own_s, points.stop_wh + own_wh
+        chosen = np.array(returns.fly(points.stop_m, points.stage, own))
+    flown = np.concatenate((flown, chosen[None]))
+    time_s, energy_wh = points.stop_s + flown[:, 0], points.stop_wh + flown[:, 1]
     latitude_deg, longitude_deg = returns.route.frame.latitude_longitude_deg(
         points.place_m[:, 0], points.place_m[:, 1]
     )
@@ -408,11 +377,11 @@ def return_profile(returns: Returns) -> ReturnProfile:
         longitude_deg=longitude_deg,
         height_above_home_m=points.place_m[:, 2],
         used_wh=points.used_wh,
-        destination=destination,
-        return_s=own_s,
-        return_wh=own_wh,
-        home_s=all_s[:, HOME],
-        home_wh=all_wh[:, HOME],
-        rally_s=all_s[:, HOME + 1 :],
-        rally_wh=all_wh[:, HOME + 1 :],
+        destination=own,
+        return_s=time_s[-1],
+        return_wh=energy_wh[-1],
+        home_s=time_s[HOME],
+        home_wh=energy_wh[HOME],
+        rally_s=time_s[HOME + 1 : -1].T,
+        rally_wh=energy_wh[HOME + 1 : -1].T,
     )

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import STATE_INDEX, Columns, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
-from planner.values import Value, field_values
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -59,7 +59,7 @@ class ReturnPlan(Value):
     """Chance that some return uses part of the reserve; ``None`` without a spread. [-]"""
 
 
-class ReturnSweep(Value, eq=False):
+class ReturnSweep(Columns, eq=False):
     """What returns from n points of a flight take, in flown order."""
 
     segment: IntArray
@@ -97,19 +97,8 @@ class ReturnSweep(Value, eq=False):
     def lead_s(self, time_s: float, used_wh: float, available_wh: float) -> float | None:
         """Return the time from a point of the flight to the point of no return. [s]
 
-        Parameters
-        ----------
-        time_s : float
-            When the point is passed. [s]
-        used_wh : float
-            Energy used by then. [Wh]
-        available_wh : float
-            Energy that may be used from there on. [Wh]
-
-        Returns
-        -------
-        float or None
-            ``None`` where there is no such point ahead, 0 where the next is beyond it already. [s]
+        The point is passed at ``time_s`` [s] with ``used_wh`` used, and ``available_wh`` may be used from
+        there on [Wh].  ``None`` where there is no such point ahead, 0 where the next is beyond it already.
         """
         ahead = np.flatnonzero(self.time_s > time_s)
         short_wh = self.sum_wh[ahead] - used_wh - available_wh
@@ -127,24 +116,10 @@ class ReturnSweep(Value, eq=False):
 
 
 def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
-    """Return a sweep that holds the tightest point, and the points of no return for limits.
+    """Return a sweep that holds the tightest point, and the points of no return for limits [Wh].
 
-    Parameters
-    ----------
-    returns : Returns
-        The flight and its returns.
-    *limits_wh : float
-        Energies that `last_below` will be asked for. [Wh]
-
-    Returns
-    -------
-    ReturnSweep or None
-        ``None`` with no point in the air.
-
-    Notes
-    -----
-    Segments of the take-off and of stages that land are left out: there the vehicle stands still, or lands
-    where it is going anyway, and the energy of the whole flight says whether it can.
+    ``None`` with no point in the air.  Segments of the take-off and of stages that land are left out: there
+    the vehicle stands still, or lands where it is going anyway, and the energy of the whole flight decides.
     """
     columns, stage = returns.flight.motion.segments, returns.segment_stage
     lands = np.array([one.kind in _LANDINGS for one in returns.route.stages])[stage]
@@ -166,19 +141,8 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
     segment, fraction = _between(returns, sweep, np.cumsum(~continues), limits_wh)
     if not len(segment):
         return sweep
-    finer = _swept(returns, *_in_order(segment, fraction))
-    order = np.lexsort(
-        (
-            np.concatenate((sweep.fraction, finer.fraction)),
-            np.concatenate((sweep.segment, finer.segment)),
-        )
-    )
-    return ReturnSweep(
-        **{
-            name: np.concatenate((column, getattr(finer, name)))[order]
-            for name, column in field_values(sweep).items()
-        }
-    )
+    both = ReturnSweep.joined([sweep, _swept(returns, *_in_order(segment, fraction))])
+    return both.select(np.lexsort((both.fraction, both.segment)))
 
 
 def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | None) -> ReturnPlan:
@@ -258,16 +222,7 @@ def _between(
 ) -> tuple[IntArray, FloatArray]:
     """Return points between those of a sweep where what is wanted may hide.
 
-    Parameters
-    ----------
-    returns : Returns
-        The flight.
-    sweep : ReturnSweep
-        The points known.
-    breaks : ndarray of int
-        How many segments up to each, it included, do not continue the one before. (s + 1,)
-    limits_wh : tuple of float
-        As in :func:`sweep_returns`.
+    ``breaks`` counts how many segments up to each, it included, do not continue the one before. (s + 1,)
     """
     sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
     bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
