@@ -135,11 +135,12 @@ class Destinations(Value, eq=False):
     def chosen(self, point_m: FloatArray, stage: IntArray) -> IntArray:
         """Return the destination the vehicle itself chooses from places (n, 3) [m] in stages. (n,)
 
-        PX4 (``RTL::findRtlDestination``): with RTL_TYPE 0 the nearest of home and the rally points; 3
-        looks at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and lands where it
-        is without; 2 and 4 lead along the mission.  ArduPilot (``AP_Rally::find_nearest_rally_point``): the
-        nearest rally point, unless home is nearer and RALLY_INCL_HOME is set or the rally point is beyond
-        RALLY_LIMIT_KM.  References by steps know home alone.
+        PX4 (``RTL::findRtlDestination``): with RTL_TYPE 0 the nearest of home and the rally points; 3 looks
+        at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and lands
+        where it is without; 2 and 4 lead along the mission.  ArduPilot
+        (``AP_Rally::find_nearest_rally_point``): the nearest rally point, unless home is nearer and
+        RALLY_INCL_HOME is set or the rally point is beyond RALLY_LIMIT_KM.  References by steps know home
+        alone.
         """
         home = np.full(len(stage), HOME, dtype=np.intp)
         if self.along:

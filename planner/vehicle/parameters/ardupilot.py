@@ -1,4 +1,4 @@
-"""The parameters ArduPilot"s Copter flies missions with.
+"""The parameters ArduPilot's Copter flies missions with.
 
 Version 4.7 renamed and rescaled most of them, from centimetres to metres (ArduPilot #31970,
 #32147, #32184 and its page of parameter name changes).  Defaults are those of Copter 4.6 and 4.7.
@@ -15,7 +15,9 @@ _FASTEST_M_S = 50.0
 """Faster than any multicopter that flies missions: beyond it a unit was mistaken. [m/s]"""
 _SLOWEST_M_S = 0.1
 """Slowest speed ArduPilot documents for a mission: below it a unit was mistaken. [m/s]"""
-_SPEED = Range(_SLOWEST_M_S, _FASTEST_M_S)
+_SPEED = _ACCELERATION = Range(_SLOWEST_M_S, _FASTEST_M_S)
+_SPEED_OR_0 = Range(0.0, _FASTEST_M_S)
+_HEIGHT = Range(0.0, 1000.0)
 _SI_NAMES = (4, 7)
 """The version that renamed parameters and counts in metres."""
 
@@ -33,237 +35,115 @@ def _renamed(
 class ArduPilotParameters(AutopilotParameters, eq=False):
     """Copter's parameters in SI; without arguments its defaults."""
 
-    cruise_speed_m_s: float = _renamed(
-        "WP_SPD m/s", "WPNAV_SPEED cm/s", 10.0, "speed of missions; 5 m/s before 4.1", _SPEED
-    )
-    climb_speed_m_s: float = _renamed(
-        "WP_SPD_UP m/s", "WPNAV_SPEED_UP cm/s", 2.5, "climb rate of missions", _SPEED
-    )
-    descent_speed_m_s: float = _renamed(
-        "WP_SPD_DN m/s", "WPNAV_SPEED_DN cm/s", 1.5, "descent rate of missions", _SPEED
-    )
-    acceleration_m_s2: float = _renamed(
-        "WP_ACC m/s²",
-        "WPNAV_ACCEL cm/s²",
-        2.5,
-        "horizontal acceleration of missions",
-        Range(0.1, 50.0),
-    )
+    # speed of missions; 5 m/s before 4.1
+    cruise_speed_m_s: float = _renamed("WP_SPD m/s", "WPNAV_SPEED cm/s", 10.0, _SPEED)
+    climb_speed_m_s: float = _renamed("WP_SPD_UP m/s", "WPNAV_SPEED_UP cm/s", 2.5, _SPEED)
+    descent_speed_m_s: float = _renamed("WP_SPD_DN m/s", "WPNAV_SPEED_DN cm/s", 1.5, _SPEED)
+    acceleration_m_s2: float = _renamed("WP_ACC m/s²", "WPNAV_ACCEL cm/s²", 2.5, _ACCELERATION)
+    # acceleration in corners; 0: twice WP_ACC
     corner_acceleration_m_s2: float = _renamed(
         "WP_ACC_CNR m/s²",
         "WPNAV_ACCEL_C cm/s²",
         0.0,
-        "acceleration in corners; 0: twice WP_ACC",
         Range(0.0, 50.0),
         zero_means=("acceleration_m_s2", 2.0),
         usual=5.0,
     )
     vertical_acceleration_m_s2: float = _renamed(
-        "WP_ACC_Z m/s²",
-        "WPNAV_ACCEL_Z cm/s²",
-        1.0,
-        "vertical acceleration of missions",
-        Range(0.1, 50.0),
+        "WP_ACC_Z m/s²", "WPNAV_ACCEL_Z cm/s²", 1.0, _ACCELERATION
     )
     jerk_m_s3: float = _renamed(
-        "WP_JERK m/s³",
-        "WPNAV_JERK m/s³",
-        1.0,
-        "jerk of missions",
-        Range(0.0, 500.0, excludes_low=True),
+        "WP_JERK m/s³", "WPNAV_JERK m/s³", 1.0, Range(0.0, 500.0, excludes_low=True)
     )
-    waypoint_radius_m: float = _renamed(
-        "WP_RADIUS_M m",
-        "WPNAV_RADIUS cm",
-        2.0,
-        "radius in which a waypoint counts as reached",
-        Range(0.05, 100.0),
-    )
-    terrain_margin_m: float = _renamed(
-        "WP_TER_MARGIN m",
-        "WPNAV_TER_MARGIN m",
-        10.0,
-        "error over terrain at which the vehicle waits",
-        NOT_NEGATIVE,
-    )
-    yaw_behavior: int = parameter("WP_YAW_BEHAVIOR", 2, "heading along the way", NOT_NEGATIVE)
+    waypoint_radius_m: float = _renamed("WP_RADIUS_M m", "WPNAV_RADIUS cm", 2.0, Range(0.05, 100.0))
+    terrain_margin_m: float = _renamed("WP_TER_MARGIN m", "WPNAV_TER_MARGIN m", 10.0, NOT_NEGATIVE)
+    yaw_behavior: int = parameter("WP_YAW_BEHAVIOR", 2, NOT_NEGATIVE)
     yaw_rate_rad_s: float = _renamed(
-        "ATC_RATE_WPY_MAX deg/s",
-        "ATC_SLEW_YAW cdeg/s",
-        60.0,
-        "yaw rate of missions",
-        Range(0.0, 20.0, excludes_low=True),
+        "ATC_RATE_WPY_MAX deg/s", "ATC_SLEW_YAW cdeg/s", 60.0, Range(0.0, 20.0, excludes_low=True)
     )
     lean_angle_max_rad: float = _renamed(
-        "ATC_ANGLE_MAX deg", "ANGLE_MAX cdeg", 30.0, "greatest lean angle", Range(0.1, 1.5)
+        "ATC_ANGLE_MAX deg", "ANGLE_MAX cdeg", 30.0, Range(0.1, 1.5)
     )
-    attitude_time_constant_s: float = parameter(
-        "ATC_INPUT_TC s",
-        0.15,
-        "time constant of the attitude; jerk rises within twice of it",
-        Range(0.0, 1.0),
-    )
-    circle_radius_m: float = _renamed(
-        "CIRCLE_RADIUS_M m",
-        "CIRCLE_RADIUS cm",
-        10.0,
-        "radius of circles without one of their own",
-        NOT_NEGATIVE,
-    )
-    circle_rate_rad_s: float = parameter(
-        "CIRCLE_RATE deg/s", 20.0, "greatest turn rate of circles; negative: counter-clockwise"
-    )
+    # time constant of the attitude; jerk rises within twice of it
+    attitude_time_constant_s: float = parameter("ATC_INPUT_TC s", 0.15, Range(0.0, 1.0))
+    circle_radius_m: float = _renamed("CIRCLE_RADIUS_M m", "CIRCLE_RADIUS cm", 10.0, NOT_NEGATIVE)
+    # greatest turn rate of circles; negative: counter-clockwise
+    circle_rate_rad_s: float = parameter("CIRCLE_RATE deg/s", 20.0)
 
     land_speed_m_s: float = _renamed(
-        "LAND_SPD_MS m/s",
-        "LAND_SPEED cm/s",
-        0.5,
-        "descent rate below LAND_ALT_LOW_M",
-        Range(_SLOWEST_M_S, 10.0),
+        "LAND_SPD_MS m/s", "LAND_SPEED cm/s", 0.5, Range(_SLOWEST_M_S, 10.0)
     )
+    # descent rate of a landing above it; 0: WP_SPD_DN
     land_high_speed_m_s: float = _renamed(
         "LAND_SPD_HIGH_MS m/s",
         "LAND_SPEED_HIGH cm/s",
         0.0,
-        "descent rate of a landing above it; 0: WP_SPD_DN",
-        Range(0.0, _FASTEST_M_S),
+        _SPEED_OR_0,
         zero_means=("descent_speed_m_s", 1.0),
         usual=1.5,
     )
-    land_slow_height_m: float = _renamed(
-        "LAND_ALT_LOW_M m",
-        "LAND_ALT_LOW cm",
-        10.0,
-        "height below which a landing is slow",
-        Range(0.0, 1000.0),
-    )
-    return_altitude_m: float = _renamed(
-        "RTL_ALT_M m",
-        "RTL_ALT cm",
-        15.0,
-        "height over home of the way back; 0: as it is",
-        Range(0.0, 3000.0),
-    )
+    land_slow_height_m: float = _renamed("LAND_ALT_LOW_M m", "LAND_ALT_LOW cm", 10.0, _HEIGHT)
+    # height over home of the way back; 0: as it is
+    return_altitude_m: float = _renamed("RTL_ALT_M m", "RTL_ALT cm", 15.0, Range(0.0, 3000.0))
+    # height at which a return ends; 0: landed
     return_final_altitude_m: float = _renamed(
-        "RTL_ALT_FINAL_M m",
-        "RTL_ALT_FINAL cm",
-        0.0,
-        "height at which a return ends; 0: landed",
-        Range(0.0, 1000.0),
-        usual=5.0,
+        "RTL_ALT_FINAL_M m", "RTL_ALT_FINAL cm", 0.0, _HEIGHT, usual=5.0
     )
     return_climb_min_m: float = _renamed(
-        "RTL_CLIMB_MIN_M m",
-        "RTL_CLIMB_MIN cm",
-        0.0,
-        "least climb of a return",
-        Range(0.0, 1000.0),
-        usual=5.0,
+        "RTL_CLIMB_MIN_M m", "RTL_CLIMB_MIN cm", 0.0, _HEIGHT, usual=5.0
     )
+    # speed of a return; 0: WP_SPD
     return_speed_m_s: float = _renamed(
         "RTL_SPEED_MS m/s",
         "RTL_SPEED cm/s",
         0.0,
-        "speed of a return; 0: WP_SPD",
-        Range(0.0, _FASTEST_M_S),
+        _SPEED_OR_0,
         zero_means=("cruise_speed_m_s", 1.0),
         usual=5.0,
     )
-    return_loiter_s: float = parameter(
-        "RTL_LOIT_TIME ms", 5000.0, "wait over home before landing", NOT_NEGATIVE
-    )
-    return_cone_slope: float = parameter(
-        "RTL_CONE_SLOPE", 3.0, "height over distance of the cone over home", NOT_NEGATIVE
-    )
-    return_altitude_type: int = parameter(
-        "RTL_ALT_TYPE", 0, "0: over home, 1: over terrain", NOT_NEGATIVE
-    )
+    return_loiter_s: float = parameter("RTL_LOIT_TIME ms", 5000.0, NOT_NEGATIVE)
+    return_cone_slope: float = parameter("RTL_CONE_SLOPE", 3.0, NOT_NEGATIVE)
+    # 0: over home, 1: over terrain
+    return_altitude_type: int = parameter("RTL_ALT_TYPE", 0, NOT_NEGATIVE)
 
-    rally_limit_m: float = parameter(
-        "RALLY_LIMIT_KM km",
-        0.3,
-        "distance within which a rally point is taken though home is nearer; 0: no limit",
-        NOT_NEGATIVE,
-    )
-    rally_includes_home: int = parameter(
-        "RALLY_INCL_HOME", 1, "1: home counts among the rally points", NOT_NEGATIVE
-    )
+    # distance within which a rally point is taken though home is nearer; 0: no limit
+    rally_limit_m: float = parameter("RALLY_LIMIT_KM km", 0.3, NOT_NEGATIVE)
+    # 1: home counts among the rally points
+    rally_includes_home: int = parameter("RALLY_INCL_HOME", 1, NOT_NEGATIVE)
 
-    spool_up_s: float = parameter(
-        "MOT_SPOOL_TIME s", 0.5, "time for motors to spool up", NOT_NEGATIVE
-    )
-    hover_throttle: float = parameter(
-        "MOT_THST_HOVER", 0.35, "throttle at which it hovers", Range(0.0, 1.0, excludes_low=True)
-    )
-    takeoff_slew_s: float = parameter(
-        "TKOFF_SLEW_TIME s", 2.0, "time over which thrust builds up", NOT_NEGATIVE
-    )
+    spool_up_s: float = parameter("MOT_SPOOL_TIME s", 0.5, NOT_NEGATIVE)
+    hover_throttle: float = parameter("MOT_THST_HOVER", 0.35, Range(0.0, 1.0, excludes_low=True))
+    takeoff_slew_s: float = parameter("TKOFF_SLEW_TIME s", 2.0, NOT_NEGATIVE)
+    # descent rate of payload placing; 0: LAND_SPD_MS
     place_descent_speed_m_s: float = parameter(
-        "PLDP_SPEED_DN m/s",
-        0.0,
-        "descent rate of payload placing; 0: LAND_SPD_MS",
-        Range(0.0, 10.0),
-        zero_means=("land_speed_m_s", 1.0),
+        "PLDP_SPEED_DN m/s", 0.0, Range(0.0, 10.0), zero_means=("land_speed_m_s", 1.0)
     )
-    place_delay_s: float = parameter(
-        "PLDP_DELAY s", 0.0, "wait after payload placing", NOT_NEGATIVE
-    )
-    mission_items_required: int = parameter(
-        "ARMING_MIS_ITEMS", 0, "bits: what a mission must contain to arm"
-    )
+    place_delay_s: float = parameter("PLDP_DELAY s", 0.0, NOT_NEGATIVE)
+    # bits: what a mission must contain to arm
+    mission_items_required: int = parameter("ARMING_MIS_ITEMS", 0)
 
-    battery_capacity_ah: float = parameter(
-        "BATT_CAPACITY mAh", 3300.0, "charge of the battery; 0: not known", NOT_NEGATIVE
-    )
-    battery_low_v: float = parameter(
-        "BATT_LOW_VOLT V", 10.5, "voltage that is low; 0: not watched", NOT_NEGATIVE
-    )
-    battery_low_timer_s: float = parameter(
-        "BATT_LOW_TIMER s", 10.0, "time a voltage must be low; 0: not watched", NOT_NEGATIVE
-    )
-    battery_low_ah: float = parameter(
-        "BATT_LOW_MAH mAh", 0.0, "charge left that is low; 0: not watched", NOT_NEGATIVE
-    )
-    battery_critical_v: float = parameter(
-        "BATT_CRT_VOLT V", 0.0, "voltage that is critical; 0: not watched", NOT_NEGATIVE
-    )
-    battery_critical_ah: float = parameter(
-        "BATT_CRT_MAH mAh", 0.0, "charge left that is critical; 0: not watched", NOT_NEGATIVE
-    )
-    battery_low_action: int = parameter(
-        "BATT_FS_LOW_ACT", 0, "0 none, 1 land, 2 return, …", NOT_NEGATIVE
-    )
-    battery_critical_action: int = parameter(
-        "BATT_FS_CRT_ACT", 0, "0 none, 1 land, 2 return, …", NOT_NEGATIVE
-    )
-    battery_voltage_source: int = parameter(
-        "BATT_FS_VOLTSRC", 0, "0 as measured, 1 compensated for sag", NOT_NEGATIVE
-    )
-    arm_battery_min_v: float = parameter(
-        "BATT_ARM_VOLT V", 0.0, "voltage to arm with; 0: not watched", NOT_NEGATIVE
-    )
-    arm_battery_min_ah: float = parameter(
-        "BATT_ARM_MAH mAh", 0.0, "charge left to arm with; 0: not watched", NOT_NEGATIVE
-    )
+    # of capacity, charges left, voltages and times 0: not known, not watched
+    battery_capacity_ah: float = parameter("BATT_CAPACITY mAh", 3300.0, NOT_NEGATIVE)
+    battery_low_v: float = parameter("BATT_LOW_VOLT V", 10.5, NOT_NEGATIVE)
+    battery_low_timer_s: float = parameter("BATT_LOW_TIMER s", 10.0, NOT_NEGATIVE)
+    battery_low_ah: float = parameter("BATT_LOW_MAH mAh", 0.0, NOT_NEGATIVE)
+    battery_critical_v: float = parameter("BATT_CRT_VOLT V", 0.0, NOT_NEGATIVE)
+    battery_critical_ah: float = parameter("BATT_CRT_MAH mAh", 0.0, NOT_NEGATIVE)
+    # of these two 0 none, 1 land, 2 return, …
+    battery_low_action: int = parameter("BATT_FS_LOW_ACT", 0, NOT_NEGATIVE)
+    battery_critical_action: int = parameter("BATT_FS_CRT_ACT", 0, NOT_NEGATIVE)
+    battery_voltage_source: int = parameter("BATT_FS_VOLTSRC", 0, NOT_NEGATIVE)
+    arm_battery_min_v: float = parameter("BATT_ARM_VOLT V", 0.0, NOT_NEGATIVE)
+    arm_battery_min_ah: float = parameter("BATT_ARM_MAH mAh", 0.0, NOT_NEGATIVE)
 
-    fence_enable: int = parameter("FENCE_ENABLE", 0, "whether the fence is on", NOT_NEGATIVE)
-    fence_auto_enable: int = parameter(
-        "FENCE_AUTOENABLE", 0, "whether the fence comes on by itself", NOT_NEGATIVE
-    )
-    fence_type: int = parameter(
-        "FENCE_TYPE", 7, "bits: 1 ceiling, 2 circle, 4 polygons, 8 floor", NOT_NEGATIVE
-    )
-    fence_action: int = parameter("FENCE_ACTION", 1, "what a breach leads to", NOT_NEGATIVE)
-    fence_options: int = parameter(
-        "FENCE_OPTIONS", 0, "bits: 2 one inclusion area is enough", NOT_NEGATIVE
-    )
-    fence_height_max_m: float = parameter(
-        "FENCE_ALT_MAX m", 100.0, "ceiling over home", NOT_NEGATIVE
-    )
-    fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0, "floor over home")
-    fence_radius_m: float = parameter(
-        "FENCE_RADIUS m", 150.0, "radius of the circle around home", POSITIVE
-    )
-    fence_margin_m: float = parameter(
-        "FENCE_MARGIN m", 2.0, "distance kept from the fence", NOT_NEGATIVE
-    )
+    fence_enable: int = parameter("FENCE_ENABLE", 0, NOT_NEGATIVE)
+    fence_auto_enable: int = parameter("FENCE_AUTOENABLE", 0, NOT_NEGATIVE)
+    # bits: 1 ceiling, 2 circle, 4 polygons, 8 floor
+    fence_type: int = parameter("FENCE_TYPE", 7, NOT_NEGATIVE)
+    fence_action: int = parameter("FENCE_ACTION", 1, NOT_NEGATIVE)
+    # bits: 2 one inclusion area is enough
+    fence_options: int = parameter("FENCE_OPTIONS", 0, NOT_NEGATIVE)
+    fence_height_max_m: float = parameter("FENCE_ALT_MAX m", 100.0, NOT_NEGATIVE)
+    fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0)
+    fence_radius_m: float = parameter("FENCE_RADIUS m", 150.0, POSITIVE)
+    fence_margin_m: float = parameter("FENCE_MARGIN m", 2.0, NOT_NEGATIVE)

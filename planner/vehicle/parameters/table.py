@@ -66,7 +66,6 @@ class Parameter(Value):
     """The older name and unit, before ``now.since``."""
     default: float
     """The autopilot's default on a multicopter, in the unit of ``now``."""
-    meaning: str
     range: Range
     """In which a value in SI can be meant."""
     never: float | None
@@ -104,7 +103,6 @@ class Parameter(Value):
 def parameter(
     name: str,
     default: float,
-    meaning: str,
     range: Range = ANY,  # noqa: A002 - as the field
     *,
     formerly: str = "",
@@ -124,7 +122,6 @@ def parameter(
         now=Spelling(name=spelt, unit=unit, since=since),
         formerly=Spelling(name=old, unit=old_unit) if formerly else None,
         default=default,
-        meaning=meaning,
         range=range,
         never=never,
         zero_means=zero_means,
