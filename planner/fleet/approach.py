@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.trajectory import part_of_cubic
-from planner.values import Value
+from planner.flight.motion.kinematics import Columns
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.fleet.trajectory import Trajectory
 
 ACCURACY_M = 0.01
-"""A closest approach is found to this, and never told to be farther than it is. [m]"""
+"""A closest approach is found to this, and never reported farther than it is. [m]"""
 STRAIGHT_TOLERANCE_M = 0.002
 """With twice the error of the cubics, twice this is the accuracy. [m]"""
 _MOST_ROUNDS = 60
@@ -42,21 +43,13 @@ class ClosestApproach(Value):
     second_item: int
 
 
-class _Side(Value, eq=False):
+class _Side(Columns, eq=False):
     """One vehicle's parts in a row of cells."""
 
     part: IntArray
     start_s: FloatArray
     end_s: FloatArray
     control_m: FloatArray
-
-    def chosen(self, chosen: IntArray) -> _Side:
-        return _Side(
-            part=self.part[chosen],
-            start_s=self.start_s[chosen],
-            end_s=self.end_s[chosen],
-            control_m=self.control_m[chosen],
-        )
 
     def within(self, least_s: FloatArray, most_s: FloatArray) -> _Side:
         """Return the parts between times, which overlap with their own."""
@@ -69,11 +62,11 @@ class _Side(Value, eq=False):
             ((start_s - self.start_s) / width_s)[cut],
             ((end_s - self.start_s) / width_s)[cut],
         )
-        return _Side(part=self.part, start_s=start_s, end_s=end_s, control_m=control_m)
+        return replace(self, start_s=start_s, end_s=end_s, control_m=control_m)
 
     def halves(self, divided: BoolArray) -> _Side:
         """Return every part twice: its halves where it is divided, else the whole of it."""
-        twice = self.chosen(np.repeat(np.arange(len(self.part)), 2))
+        twice = self.select(np.repeat(np.arange(len(self.part)), 2))
         middle_s = np.repeat(np.where(divided, 0.5 * (self.start_s + self.end_s), np.nan), 2)
         is_second = np.arange(len(middle_s)) % 2 == 1
         return twice.within(
@@ -89,10 +82,8 @@ class _Side(Value, eq=False):
         """
         p0, p1, p2, p3 = np.moveaxis(self.control_m, 1, 0)
         one, two = p1 - (2.0 * p0 + p3) / 3.0, p2 - (p0 + 2.0 * p3) / 3.0
-        bend: FloatArray = 0.75 * np.sqrt(
-            np.maximum(np.sum(one**2, axis=1), np.sum(two**2, axis=1))
-        )
-        return bend
+        squared = np.maximum(np.sum(one**2, axis=1), np.sum(two**2, axis=1))
+        return np.asarray(0.75 * np.sqrt(squared))
 
 
 def closest_approach(
@@ -107,6 +98,8 @@ def closest_approach(
 ) -> ClosestApproach | None:
     """Return the closest approach of two vehicles while not both are near the ground.
 
+    ``None`` where they do not come so near, or where never one of both flies.
+
     Parameters
     ----------
     first, second : Trajectory
@@ -114,8 +107,7 @@ def closest_approach(
     second_later_s : float
         Start of the second after that of the first. [s]
     shift_s : float
-        The second may start so much sooner or later than that; the closest approach over all of these
-        starts is returned. [s]
+        The second may start so much sooner or later than that; all of these starts count. [s]
     second_above_m : float
         Home of the second above that of the first. [m]
     within_m : float
@@ -123,11 +115,6 @@ def closest_approach(
     accuracy_m : float
         How much less than the distance is good enough where they certainly come so near; two in
         formation take many times as long to 1 cm as to 1 m. [m]
-
-    Returns
-    -------
-    ClosestApproach or None
-        ``None`` where they do not come so near, or where never one of both flies.
     """
     cells = _cells(
         first,
@@ -152,7 +139,7 @@ def closest_approach(
     for _ in range(_MOST_ROUNDS):
         one, two = _side_by_side(one, two, second_later_s, shift_s)
         near = np.flatnonzero(_box_distance_m(one.control_m, two.control_m) < limit_m)
-        one, two = one.chosen(near), two.chosen(near)
+        one, two = one.select(near), two.select(near)
         if not len(near):
             break
         distance_m, first_s, second_s = _straight_approach(one, two, second_later_s, shift_s)
@@ -176,7 +163,7 @@ def closest_approach(
                 )
         rest = np.flatnonzero(~is_done & (least_m < limit_m))
         is_first = bends_m[0][rest] >= bends_m[1][rest]
-        one, two = one.chosen(rest).halves(is_first), two.chosen(rest).halves(~is_first)
+        one, two = one.select(rest).halves(is_first), two.select(rest).halves(~is_first)
     return best
 
 
@@ -227,7 +214,7 @@ def _side_by_side(one: _Side, two: _Side, later_s: float, shift_s: float) -> tup
         (one.start_s - later_s - shift_s <= two.end_s)
         & (two.start_s <= one.end_s - later_s + shift_s)
     )
-    one, two = one.chosen(together), two.chosen(together)
+    one, two = one.select(together), two.select(together)
     return (
         one.within(two.start_s + later_s - shift_s, two.end_s + later_s + shift_s),
         two.within(one.start_s - later_s - shift_s, one.end_s - later_s + shift_s),
@@ -237,8 +224,7 @@ def _side_by_side(one: _Side, two: _Side, later_s: float, shift_s: float) -> tup
 def _box_distance_m(one_m: FloatArray, two_m: FloatArray) -> FloatArray:
     """Return how far the boxes about control points are apart. (n,) [m]"""
     gap = np.maximum(one_m.min(axis=1) - two_m.max(axis=1), two_m.min(axis=1) - one_m.max(axis=1))
-    distance_m: FloatArray = np.sqrt(np.sum(np.maximum(gap, 0.0) ** 2, axis=1))
-    return distance_m
+    return np.asarray(np.sqrt(np.sum(np.maximum(gap, 0.0) ** 2, axis=1)))
 
 
 def _straight_approach(

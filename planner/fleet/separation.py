@@ -55,19 +55,9 @@ class Conflict(Value):
 
 
 def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Conflict]:
-    """Yield every two members that come nearer to each other than they may.
+    """Yield every two members, of trajectories in one frame, that come nearer to each other than they may.
 
-    Parameters
-    ----------
-    fleet : sequence of Member
-        Trajectories in one frame.
-    spacing : Spacing
-        What they have to keep.
-
-    Yields
-    ------
-    Conflict
-        With the closest approach at whatever starts, to 5 % of the separation.
+    The closest approach is that at whatever starts, to 5 % of the separation.
     """
     for (first, one), (second, two) in combinations(enumerate(fleet), 2):
         approach = _approach(one, two, spacing, accuracy_m=_ROUGHLY * spacing.separation_m)
@@ -81,20 +71,10 @@ def predict_approach(first: Member, second: Member, spacing: Spacing) -> Closest
 
 
 def clearing_delay_s(first: Member, second: Member, spacing: Spacing) -> float | None:
-    """Return the smallest later start of the second found that keeps two members apart.
+    """Return the smallest later start of the second found that keeps apart two members too near now.
 
-    Parameters
-    ----------
-    first, second : Member
-        Too near to each other as they start now.
-    spacing : Spacing
-        What they have to keep.
-
-    Returns
-    -------
-    float or None
-        Whole seconds, tried as :func:`predict_conflicts` does; ``None`` where waiting until the first
-        has ended does not help.
+    In whole seconds, tried as :func:`predict_conflicts` does; ``None`` where waiting until the first has
+    ended does not help.
     """
 
     def clears(delay_s: int) -> bool:

@@ -63,23 +63,17 @@ def make_trajectory(
 ) -> Trajectory:
     """Return the place of a vehicle over time.
 
+    The flight counts from 0, the take-off place before it and the last place after it.  A flight that does
+    not end with a landing stays in the air.
+
     Parameters
     ----------
-    motion : Motion
-        Its flight, in the frame of its own home.
-    route : Route
-        What is flown: where that frame lies.
+    motion, route
+        The flight, in the frame of its own home.
     frame : LocalFrame
         Common frame of all vehicles.
     min_nav_alt_m : float
-        Height above the take-off place, and above a landing place, from which it counts as
-        flying. [m]
-
-    Returns
-    -------
-    Trajectory
-        The flight from 0 on, the take-off place before it and the last place after it.  A flight that
-        does not end with a landing stays in the air.
+        Height above the take-off place, and above a landing place, from which it counts as flying. [m]
     """
     piece, start_s, end_s, control_m, error_m = _cubics(motion)
     if route.frame != frame:
@@ -91,7 +85,7 @@ def make_trajectory(
     lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
     last = np.repeat(control_m[-1:, -1:], 4, axis=1)
     if lands and route.stages[-1].return_path is None:
-        # A response of reference steps is told to its last metre: the vehicle stands on the ground.
+        # A response of reference steps ends at its last metre: the vehicle stands on the ground.
         last[..., 2] = np.minimum(last[..., 2], route.stages[-1].height_m)
     flying_s, low_again_s = _flying_between_s(
         start_s,
@@ -104,9 +98,9 @@ def make_trajectory(
         inside = np.flatnonzero((start_s < limit_s) & (limit_s < end_s))
         if len(inside):
             at = int(inside[0])
-            share = (limit_s - start_s[at]) / (end_s[at] - start_s[at])
+            fraction = (limit_s - start_s[at]) / (end_s[at] - start_s[at])
             parts = part_of_cubic(
-                control_m[[at, at]], np.array([0.0, share]), np.array([share, 1.0])
+                control_m[[at, at]], np.array([0.0, fraction]), np.array([fraction, 1.0])
             )
             control_m = np.concatenate((control_m[:at], parts, control_m[at + 1 :]))
             start_s, end_s = np.insert(start_s, at + 1, limit_s), np.insert(end_s, at, limit_s)
@@ -129,17 +123,8 @@ def make_trajectory(
 
 
 def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the control points of parts of cubics. (n, 4, 3)
+    """Return the control points of parts of cubics (n, 4, 3), from fractions of them to others (n,).
 
-    Parameters
-    ----------
-    control_m : ndarray
-        Control points of the wholes. (n, 4, 3) [m]
-    begin, end : ndarray
-        Where the parts begin and end, 0 to 1. (n,) [-]
-
-    Notes
-    -----
     The polar form of the cubic at (begin, begin, begin) … (end, end, end): de Casteljau's scheme with
     another parameter in each step.
     """
@@ -147,8 +132,8 @@ def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> 
     def polar(*parameters: FloatArray) -> FloatArray:
         points = control_m
         for parameter in parameters:
-            share = parameter[:, None, None]
-            points = points[:, :-1] + share * (points[:, 1:] - points[:, :-1])
+            fraction = parameter[:, None, None]
+            points = points[:, :-1] + fraction * (points[:, 1:] - points[:, :-1])
         return points[:, 0]
 
     return np.stack(
@@ -210,10 +195,15 @@ def _errors(
     """Return how far a motion is from its cubics, at three places of each. [m]"""
     error_m = np.zeros(len(piece))
     own = np.flatnonzero(~is_cubic[piece])
-    for share in (0.25, 0.5, 0.75):
-        state = motion.state_at(piece[own], start_s[own] + share * width_s[own])
+    for fraction in (0.25, 0.5, 0.75):
+        state = motion.state_at(piece[own], start_s[own] + fraction * width_s[own])
         weights = np.array(
-            [(1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3]
+            [
+                (1 - fraction) ** 3,
+                3 * fraction * (1 - fraction) ** 2,
+                3 * fraction**2 * (1 - fraction),
+                fraction**3,
+            ]
         )
         gap = np.einsum("k,nkx->nx", weights, control_m[own]) - state.place_m
         error_m[own] = np.maximum(error_m[own], np.sqrt(np.sum(gap**2, axis=1)))
@@ -254,9 +244,9 @@ def _first_above_s(
         if a > 0.0:
             return float(start_s[at])
         roots = np.roots([d - 3 * c + 3 * b - a, 3 * c - 6 * b + 3 * a, 3 * b - 3 * a, a])
-        shares = roots.real[np.isreal(roots) & (roots.real >= 0.0) & (roots.real <= 1.0)]
-        if len(shares):
-            return float(start_s[at] + shares.min() * (end_s[at] - start_s[at]))
+        fractions = roots.real[np.isreal(roots) & (roots.real >= 0.0) & (roots.real <= 1.0)]
+        if len(fractions):
+            return float(start_s[at] + fractions.min() * (end_s[at] - start_s[at]))
         if d > 0.0:  # the crossing is lost in rounding
             return float(start_s[at])
     return np.inf

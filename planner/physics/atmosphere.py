@@ -38,21 +38,7 @@ def standard_temperature_c(altitude_amsl_m: float) -> float:
 def air_density_kg_m3(
     altitude_amsl_m: npt.ArrayLike, *, home_amsl_m: float, home_temperature_c: float
 ) -> npt.NDArray[np.float64]:
-    """Air density at altitudes, with the temperature at home given.
-
-    Parameters
-    ----------
-    altitude_amsl_m : array_like
-        Altitudes, below 11 000 m. [m AMSL]
-    home_amsl_m : float
-        Where the temperature was measured. [m AMSL]
-    home_temperature_c : float
-        Air temperature there. [°C]
-
-    Returns
-    -------
-    ndarray
-        Density, in the shape of the altitudes. [kg m⁻³]
+    """Return the air density at altitudes below 11 000 m, with the temperature at home given. [kg m⁻³]
 
     Examples
     --------
@@ -64,5 +50,4 @@ def air_density_kg_m3(
     standard_k = SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude
     pressure_pa = SEA_LEVEL_PRESSURE_PA * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
     temperature_k = home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
-    density: npt.NDArray[np.float64] = pressure_pa / (GAS_CONSTANT_J_KG_K * temperature_k)
-    return density
+    return np.asarray(pressure_pa / (GAS_CONSTANT_J_KG_K * temperature_k))

@@ -29,18 +29,7 @@ and Stegun, table 25.4)."""
 
 
 def unit_quadrature(points: int) -> tuple[FloatArray, FloatArray]:
-    """Return nodes and weights of the integral over 0 to 1.
-
-    Parameters
-    ----------
-    points : int
-        3, 4 or 8.
-
-    Returns
-    -------
-    nodes, weights : ndarray
-        Rising nodes, and weights that add up to 1. (points,) [-]
-    """
+    """Return rising nodes and weights of the integral over 0 to 1, with 3, 4 or 8 points."""
     half = _HALVES[points]
     pairs = sorted({(sign * node, weight) for node, weight in half for sign in (-1.0, 1.0)})
     nodes, weights = np.array(pairs).T

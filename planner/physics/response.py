@@ -152,10 +152,7 @@ class TransferFunction(Value):
     def to_control(self, *, pade_order: int = 0) -> Any:  # noqa: ANN401 - control is not typed
         """Return this system as a ``control.TransferFunction``.
 
-        Parameters
-        ----------
-        pade_order : int
-            Order of the Padé approximation of the delay; 0 leaves the delay out, and the rest exact.
+        Its delay is a Padé approximation of ``pade_order``; 0 leaves the delay out, and the rest exact.
         """
         import control
 
@@ -206,14 +203,10 @@ class Modes(Value, eq=False):
     """Smallest modulus of a pole other than the origin. [rad s⁻¹], shape B"""
 
     def impulse_integral(self, t_s: npt.ArrayLike, k: int) -> FloatArray:
-        """Impulse response integrated k times, :math:`I_k`, right-continuous at 0.
+        """Return the impulse response integrated k times, :math:`I_k`, right-continuous at 0.
 
-        Parameters
-        ----------
-        t_s : array_like
-            Time since the impulse, broadcast against B; before it the result is 0. [s]
-        k : int
-            Number of integrations; negative for derivatives, without the impulses at t = 0.
+        Times since the impulse broadcast against B; before it the result is 0. [s]  A negative k
+        differentiates, without the impulses at t = 0.
         """
         t = np.asarray(t_s, dtype=np.float64)
         before = t < 0.0
@@ -278,13 +271,10 @@ class Modes(Value, eq=False):
 
 
 def make_modes(numerators: FloatArray, denominators: FloatArray) -> Modes:
-    """Modes of one system or of a stack of systems of the same order.
+    """Return the modes of one system or of a stack of systems of the same order.
 
-    Parameters
-    ----------
-    numerators, denominators : ndarray, shapes (…, m + 1) and (…, n + 1)
-        Coefficients in descending powers of s, m ≤ n, leading denominator coefficient not zero,
-        the same number of poles at the origin in every system.
+    Coefficients (…, m + 1) and (…, n + 1) are in descending powers of s, m ≤ n, the leading one of the
+    denominator not zero; every system has the same number of poles at the origin.
     """
     order = denominators.shape[-1] - 1
     monic = denominators / denominators[..., :1]
@@ -299,24 +289,20 @@ def make_modes(numerators: FloatArray, denominators: FloatArray) -> Modes:
     rest = monic[..., : order + 1 - integrators]
     found = _roots(rest)
     moduli = np.abs(found)
-    is_close = np.zeros(feedthrough.shape, np.bool_)
+    # of each pole to every other, 1 in the place of itself
+    apart = found[..., :, None] - found[..., None, :] + np.eye(found.shape[-1])
+    reach = _CLOSE * np.maximum(moduli[..., :, None], moduli[..., None, :])
+    is_other = ~np.eye(found.shape[-1], dtype=np.bool_)
+    is_close = np.asarray(((np.abs(apart) < reach) & is_other).any(axis=(-2, -1)))
     fractions = []
     for i in range(found.shape[-1]):
-        pole = found[..., i]
-        others = np.delete(found, i, axis=-1)
-        reach = _CLOSE * np.maximum(moduli[..., i : i + 1], np.abs(others))
-        is_close |= (np.abs(pole[..., None] - others) < reach).any(axis=-1)
-    for i in range(found.shape[-1]):
         pole = np.where(is_close, -1.0, found[..., i])
-        divisor = np.prod(pole[..., None] - np.delete(found, i, axis=-1), axis=-1)
-        # the upper pole of a pair stands for both
+        # the upper pole of a pair is counted for both
         weight = np.where(is_close, 0.0, 1.0 + np.sign(pole.imag))
         if weight.any():
-            top = np.zeros(pole.shape, np.complex128)
-            for j in range(order):
-                top = top * pole + proper[..., j]
-            residue = weight * top / np.where(is_close, 1.0, divisor)
-            fractions.append((pole.real, pole.imag, residue))
+            top = np.polyval(np.moveaxis(proper, -1, 0), pole)
+            divisor = np.where(is_close, 1.0, np.prod(apart[..., i, :], axis=-1))
+            fractions.append((pole.real, pole.imag, weight * top / divisor))
     return Modes(
         feedthrough=feedthrough,
         numerator=proper,
@@ -341,12 +327,9 @@ def _modes(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> Mode
 
 
 def derived(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
-    """Numerator of the derivative of an impulse response, without the impulse: s N mod D.
+    """Return the numerator of the derivative of an impulse response, without the impulse: s N mod D.
 
-    Parameters
-    ----------
-    numerator, denominator : ndarray, shapes (…, n) and (…, n + 1)
-        Strictly proper, the denominator monic, descending powers.
+    Numerators (…, n) are strictly proper, denominators (…, n + 1) monic, in descending powers.
     """
     shifted = np.concatenate([numerator[..., 1:], np.zeros_like(numerator[..., :1])], axis=-1)
     return np.asarray(shifted - numerator[..., :1] * denominator[..., 1:])
@@ -403,19 +386,10 @@ def _at(mask: BoolArray, column: npt.NDArray[Any], trailing: int = 0) -> npt.NDA
 
 
 def _divided_exponentials(nodes: ComplexArray) -> ComplexArray:
-    """Divided differences exp[x_1 … x_j] of each row of nodes, no two of which need differ.
+    """Return divided differences exp[x_1 … x_j], j = 1 … m, of each row of nodes (rows, m), equal or not.
 
     They are the first row of the exponential of the bidiagonal matrix with the nodes on its diagonal
     and ones above (G. Opitz, Z. angew. Math. Mech. 44 (1964) T52), here by scaling and squaring.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (rows, m)
-
-    Returns
-    -------
-    ndarray, shape (rows, m)
-        Column j - 1 holds exp[x_1 … x_j].
     """
     size = nodes.shape[1]
     shift = nodes.real.max(axis=1)
@@ -541,17 +515,9 @@ class StepResponse(Value):
         return Extremum(float(times[at]), float(slopes[at]))
 
     def settling_times_s(self, tolerances: npt.ArrayLike) -> FloatArray:
-        """First times from which the answer stays within tolerances of its final value.
+        """Return the first times from which the answer stays within tolerances of its final value. [s]
 
-        Parameters
-        ----------
-        tolerances : array_like
-            Largest distances allowed, positive. [output]
-
-        Returns
-        -------
-        ndarray
-            In the shape of the tolerances; 0 where the answer is never farther away. [s]
+        Tolerances are positive distances [output]; 0 where the answer is never farther away.
         """
         allowed = np.asarray(tolerances, dtype=np.float64)
         final = self.final_value
@@ -620,9 +586,7 @@ def _quiet_after_s(modes: Modes, limit: float) -> float:
         terms = [(float(size), 0.5 * rate) for size in sizes]
     else:
         terms = [(float(abs(residue)), float(rate)) for rate, _, residue in modes.fractions]
-    log_limit = (
-        math.log(limit / len(terms)) if terms else 0.0
-    )  # of no tolerance at all it is infinite
+    log_limit = math.log(limit / len(terms)) if terms else 0.0
     times = [(math.log(size) - log_limit) / -rate for size, rate in terms if size > 0.0]
     return max([0.0, *times]) + 1e-9  # a little later, where rounding does not matter
 

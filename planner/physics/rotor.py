@@ -53,23 +53,12 @@ _STANDSTILL = 1e-9
 def hover_induced_velocity_m_s(
     thrust_n: npt.ArrayLike, air_density_kg_m3: npt.ArrayLike, *, disk_area_m2: float
 ) -> FloatArray:
-    r"""Induced velocity of an ideal actuator disk in hover.
+    r"""Return the induced velocity of an ideal actuator disk in hover. [m s⁻¹]
 
     .. math:: v_h = \sqrt{T / (2 \rho A)}
 
-    Parameters
-    ----------
-    thrust_n : array_like
-        Thrust T of all rotors, not negative. [N]
-    air_density_kg_m3 : array_like
-        Air density, positive. [kg m⁻³]
-    disk_area_m2 : float
-        Area A of all rotor disks, positive. [m²]
-
-    Returns
-    -------
-    ndarray
-        Induced velocity, in the broadcast shape. [m s⁻¹]
+    for the thrust T ≥ 0 of all rotors [N], positive air densities ρ and the area A of all their disks;
+    they broadcast.
 
     Examples
     --------
@@ -81,28 +70,16 @@ def hover_induced_velocity_m_s(
     """
     thrust = np.asarray(thrust_n, dtype=np.float64)
     density = np.asarray(air_density_kg_m3, dtype=np.float64)
-    velocity: FloatArray = np.asarray(np.sqrt(thrust / (2.0 * density * disk_area_m2)))
-    return velocity
+    return np.asarray(np.sqrt(thrust / (2.0 * density * disk_area_m2)))
 
 
 def induced_velocity_ratio(edgewise_ratio: npt.ArrayLike, axial_ratio: npt.ArrayLike) -> FloatArray:
-    r"""Induced velocity over that of hover, on the branch continuous with hover.
+    r"""Return the induced velocity over that of hover, on the branch continuous with hover. [-]
 
-    Solves :math:`u \sqrt{x^2 + (z + u)^2} = 1` (Glauert [2]_) by a fixed number of
-    Newton steps from the smaller of two upper bounds: the solution of pure axial flight, and that of
-    fast edgewise flight, 1 / x.  From there the steps fall on the solution without passing it.
-
-    Parameters
-    ----------
-    edgewise_ratio : array_like
-        Speed in the plane of the disk over the induced velocity of hover, x ≥ 0. [-]
-    axial_ratio : array_like
-        Speed through the disk over the induced velocity of hover, z ≥ −1.5, positive in a climb. [-]
-
-    Returns
-    -------
-    ndarray
-        Ratio u, in the broadcast shape. [-]
+    Solves :math:`u \sqrt{x^2 + (z + u)^2} = 1` (Glauert [2]_) for the speeds x ≥ 0 in the plane of the
+    disk and z ≥ −1.5 through it, positive in a climb, both over the induced velocity of hover.  A fixed
+    number of Newton steps from the smaller of two upper bounds, the solutions of pure axial flight and of
+    fast edgewise flight, 1 / x, falls on the solution without passing it.
 
     Examples
     --------
@@ -160,7 +137,7 @@ def momentum_power_w(
     mass_kg: float,
     air_density_kg_m3: npt.ArrayLike,
 ) -> FloatArray:
-    r"""Electrical power of a multicopter in steady flight, by momentum theory.
+    r"""Return the electrical power of a multicopter in steady flight, by momentum theory. [W]
 
     The thrust carries the weight and overcomes the drag of the body,
     :math:`\vec T = m g \hat z + \tfrac12 \rho\, C_d A\, V \vec V`, and the disk lies across it.  Then
@@ -170,25 +147,8 @@ def momentum_power_w(
            + k_p T v_h \left(1 + k_v (V_p / v_h)^2\right),
 
     induced power, the power of climb and drag, and profile power.  For blades of one tip speed ratio
-    textbooks have :math:`k_v (V_p/v_h)^2 = 4.65 \mu^2`.
-
-    Parameters
-    ----------
-    airspeed_m_s : array_like
-        Horizontal speed through the air. [m s⁻¹]
-    climb_rate_m_s : array_like
-        Climb rate through the air, descent negative. [m s⁻¹]
-    rotor : Rotor
-        Areas and factors.
-    mass_kg : float
-        Mass m with payload, positive. [kg]
-    air_density_kg_m3 : array_like
-        Air density ρ, positive. [kg m⁻³]
-
-    Returns
-    -------
-    ndarray
-        Electrical power of the motors, in the broadcast shape. [W]
+    textbooks have :math:`k_v (V_p/v_h)^2 = 4.65 \mu^2`.  Airspeed (horizontal), climb rate (descent
+    negative) and density broadcast; the mass is that with payload.
 
     Examples
     --------

@@ -40,13 +40,10 @@ class Wind(Value):
     """Standard deviation of the direction. [°]"""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
-            msg = f"wind speed_m_s must be zero or more, got {self.speed_m_s}"
-            raise ValueError(msg)
         if not math.isfinite(self.from_deg):
             msg = f"wind from_deg must be a number, got {self.from_deg}"
             raise ValueError(msg)
-        for name in ("speed_sd_m_s", "from_sd_deg"):
+        for name in ("speed_m_s", "speed_sd_m_s", "from_sd_deg"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 msg = f"wind {name} must be zero or more, got {getattr(self, name)}"
                 raise ValueError(msg)
@@ -83,17 +80,9 @@ class Wind(Value):
         return -self.speed_m_s * math.cos(math.radians(self.from_deg))
 
     def speed_factor(self, height_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return the speed at heights over that at the reference height.
+        """Return the speed at heights above ground over that at the reference height. [-]
 
-        Parameters
-        ----------
-        height_m : array_like
-            Height above ground; at and below the ground the profiles have no wind. [m]
-
-        Returns
-        -------
-        ndarray
-            Factor on ``speed_m_s``, in the shape of the heights. [-]
+        At and below the ground the profiles have no wind.
 
         Examples
         --------

@@ -42,8 +42,7 @@ class AltitudeLaw(Part, tag_field="law", tag="altitude-power"):
     def power_w(self, height_above_home_m: "npt.ArrayLike") -> "FloatArray":
         """Return the power at heights. [W]
 
-        The bare law gives no power at all at the ground and falls steeply below 1 m, where nothing
-        was measured.
+        The bare law gives none at the ground and falls steeply below 1 m, where nothing was measured.
         """
         height = np.maximum(np.asarray(height_above_home_m, np.float64), self.lowest_height_m)
         return np.asarray(self.coefficient_w * height**self.exponent)
@@ -90,23 +89,9 @@ def hover_power_w(
     mass_kg: "npt.ArrayLike | None",
     air_density_kg_m3: "npt.ArrayLike",
 ) -> "FloatArray":
-    """Hover power by whichever law a model has.
+    """Return hover power by whichever law a model has, in the shape of what it depends on. [W]
 
-    Parameters
-    ----------
-    law : HoverLaw
-        The law; an altitude law knows neither mass nor air density.
-    height_above_home_m : array_like
-        Height above home, for an altitude law. [m]
-    mass_kg : array_like or None
-        Mass with payload, for a density law. [kg]
-    air_density_kg_m3 : array_like
-        Air density, for a density law. [kg m⁻³]
-
-    Returns
-    -------
-    ndarray
-        Hover power, in the broadcast shape of what the law depends on. [W]
+    An altitude law knows the height, a density law the mass with payload and the air density.
 
     Raises
     ------
@@ -298,25 +283,9 @@ def whole_power_w(
     mass_kg: float | None,
     air_density_kg_m3: "npt.ArrayLike",
 ) -> "FloatArray":
-    """Power by a law that gives all of it.
+    """Return the power of the motors by a law that gives all of it. [W]
 
-    Parameters
-    ----------
-    law : MomentumLaw, LiuLaw or DiFrancoButtazzoLaw
-        The law.
-    airspeed_m_s : array_like
-        Horizontal speed through the air. [m s⁻¹]
-    climb_rate_m_s : array_like
-        Climb rate, descent negative. [m s⁻¹]
-    mass_kg : float or None
-        Mass with payload, for the laws that know it. [kg]
-    air_density_kg_m3 : array_like
-        Air density, for momentum theory. [kg m⁻³]
-
-    Returns
-    -------
-    ndarray
-        Power of the motors, in the broadcast shape of what the law depends on. [W]
+    Airspeed is horizontal, descent negative, the mass with payload; they and the density broadcast.
 
     Raises
     ------
@@ -343,12 +312,10 @@ def _curve_problems(curve: CruisePower | VerticalPower, rates: str) -> Problems:
     """Yield what is wrong with a curve of power above hover: it is none at rest."""
     problems = list(length_problems(curve, rates, "power_above_hover_w"))
     yield from problems
-    for rate, power_w in (
-        () if problems else zip(getattr(curve, rates), curve.power_above_hover_w, strict=True)
-    ):
-        if rate == 0.0 and power_w != 0.0:
-            problem = f"must be 0 where {rates} is 0, got {power_w:g}: at rest it is hover"
-            yield "power_above_hover_w", problem
+    at_rest_w = dict(zip(getattr(curve, rates), curve.power_above_hover_w, strict=False)).get(0.0)
+    if at_rest_w and not problems:
+        problem = f"must be 0 where {rates} is 0, got {at_rest_w:g}: at rest it is hover"
+        yield "power_above_hover_w", problem
 
 
 def _curve_w(at: "FloatArray", rates: "Sequence[float]", powers: "Sequence[float]") -> "FloatArray":

@@ -34,17 +34,7 @@ def models_root() -> Path:
 
 
 def read_vehicle(path: str | Path) -> VehicleModel:
-    """Read a model file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, ``<name>.toml``.
-
-    Returns
-    -------
-    VehicleModel
-        The model; its ``source`` is the path.
+    """Read a model file, ``<name>.toml``; the ``source`` of the model is the path.
 
     Raises
     ------
@@ -56,21 +46,10 @@ def read_vehicle(path: str | Path) -> VehicleModel:
 
 
 def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
-    """Return the model that the bytes of a model file describe.
+    """Return the model that TOML in UTF-8 describes.
 
-    Parameters
-    ----------
-    data : bytes
-        TOML in UTF-8.
-    name : str
-        The name the file must give its model: the stem of the file.
-    source : str
-        What errors and the model call the file.
-
-    Returns
-    -------
-    VehicleModel
-        The model.
+    ``name`` is what the file must call its model, the stem of the file; ``source`` what errors and the model
+    call the file.
 
     Raises
     ------
@@ -203,12 +182,10 @@ class _Reading:
             return raw
         cell = load_chemistry(name)
         volts = [volts * cells for volts in cell.cell_ocv_v]
+        temperatures, factors = cell.resistance_temperature_c, cell.resistance_factor
         curves: tuple[dict[str, Any], ...] = (
             {"ocv_soc": cell.ocv_soc, "ocv_v": volts},
-            {
-                "resistance_temperature_c": cell.resistance_temperature_c,
-                "resistance_factor": cell.resistance_factor,
-            },
+            {"resistance_temperature_c": temperatures, "resistance_factor": factors},
         )
         for curve in curves:
             if not curve.keys() & raw.keys() and None not in curve.values():
@@ -259,9 +236,8 @@ def _refuse_version(version: object, *, source: str) -> None:
 def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
     """Return the error of a file with problems (key, what is wrong); at least one."""
     key, message = problems[0]
-    more = (
-        f" (and {quantity.count(len(problems) - 1, 'more problem')})" if len(problems) > 1 else ""
-    )
+    rest = quantity.count(len(problems) - 1, "more problem")
+    more = f" (and {rest})" if len(problems) > 1 else ""
     return VehicleFileError(
         message + more,
         source=source,

@@ -26,16 +26,7 @@ _WIDEST = 96
 
 
 def write_vehicle(path: str | Path, vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> None:
-    """Write a model file, whole or not at all.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; its stem must be the name of the model.
-    vehicle : VehicleModel
-        The model.
-    remarks : sequence of str
-        Comments at the top of the file, a line each.
+    """Write a model file, whole or not at all; ``remarks`` are comments at its top, a line each.
 
     Raises
     ------
@@ -60,20 +51,7 @@ def write_vehicle(path: str | Path, vehicle: VehicleModel, *, remarks: Sequence[
 
 
 def vehicle_text(vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> str:
-    """Return a model as the text of its file.
-
-    Parameters
-    ----------
-    vehicle : VehicleModel
-        The model.
-    remarks : sequence of str
-        Comments at the top, a line each.
-
-    Returns
-    -------
-    str
-        TOML, every number with all of its digits.
-    """
+    """Return a model as the TOML of its file, every number with all of its digits."""
     lines = [line for remark in remarks for line in remark.splitlines() or [""]]
     blocks = [[f"# {line}".rstrip() for line in lines]] if remarks else []
     [top, *tables] = _blocks(vehicle, "")
@@ -135,11 +113,9 @@ def _toml_list(entries: list[str]) -> str:
     line = f"[{', '.join(entries)}]"
     if len(line) <= _WIDEST:
         return line
-    lines, row = [], ""
+    rows = [""]
     for entry in entries:
-        if row and len(row) + len(entry) + 2 > _WIDEST - 5:
-            lines.append(row)
-            row = ""
-        row += f"{entry}, "
-    lines.append(row)
-    return "[\n" + "".join(f"    {row.rstrip()}\n" for row in lines) + "]"
+        if rows[-1] and len(rows[-1]) + len(entry) + 2 > _WIDEST - 5:
+            rows.append("")
+        rows[-1] += f"{entry}, "
+    return "[\n" + "".join(f"    {row.rstrip()}\n" for row in rows) + "]"

@@ -72,17 +72,7 @@ class ParameterSet(Value):
 
 
 def read_parameters(path: str | Path) -> ParameterSet:
-    """Read a parameter file of any of the known forms.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; its form is recognised from its lines.
-
-    Returns
-    -------
-    ParameterSet
-        Every parameter of the autopilot in it.
+    """Read the parameters of the autopilot in a file of any of the known forms.
 
     Raises
     ------
@@ -94,19 +84,7 @@ def read_parameters(path: str | Path) -> ParameterSet:
 
 
 def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
-    """Return the parameters that the bytes of a parameter file hold.
-
-    Parameters
-    ----------
-    data : bytes
-        Text in UTF-8.
-    source : str
-        What errors and findings call the file.
-
-    Returns
-    -------
-    ParameterSet
-        Every parameter of the autopilot in it.
+    """Return the parameters of the autopilot in a file of UTF-8, which errors and findings call ``source``.
 
     Raises
     ------
@@ -147,20 +125,13 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
 def stack_of_names(names: Iterable[str]) -> Autopilot | None:
     """Return the autopilot that knows most of the names; ``None`` where it is not one of them."""
     present = set(names)
-    counts = {
-        autopilot: sum(
-            spelling.name in present
-            for row in parameter_table(parameters).values()
-            for spelling in row.spellings
-        )
-        for autopilot, parameters in (
-            (Autopilot.PX4, Px4Parameters),
-            (Autopilot.ARDUPILOT, ArduPilotParameters),
-        )
-    }
-    if counts[Autopilot.PX4] == counts[Autopilot.ARDUPILOT]:
+    px4, ardupilot = (
+        sum(one.name in present for row in parameter_table(table).values() for one in row.spellings)
+        for table in (Px4Parameters, ArduPilotParameters)
+    )
+    if px4 == ardupilot:
         return None
-    return max(counts, key=lambda autopilot: counts[autopilot])
+    return Autopilot.PX4 if px4 > ardupilot else Autopilot.ARDUPILOT
 
 
 def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, float | None] | None:
@@ -207,11 +178,8 @@ PARAMETER_REPEATED = Rule(
 def _repetitions(repeated: list[str], *, source: str) -> tuple[Finding, ...]:
     if not repeated:
         return ()
-    more = (
-        f", and so {quantity.count(len(repeated) - 1, 'more parameter')}"
-        if len(repeated) > 1
-        else ""
-    )
+    others = quantity.count(len(repeated) - 1, "more parameter")
+    more = f", and so {others}" if len(repeated) > 1 else ""
     return (PARAMETER_REPEATED.finding(f"{source}: {repeated[0]}: the last value is used{more}"),)
 
 

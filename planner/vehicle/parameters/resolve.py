@@ -147,7 +147,7 @@ def resolve_parameters(
     version: Version | None = None,
     has_rally: bool = True,
 ) -> ResolvedParameters:
-    """Return the value of every parameter a flight depends on, and where it comes from.
+    """Return the value of every parameter a flight depends on in SI, and where it comes from.
 
     Parameters
     ----------
@@ -156,16 +156,11 @@ def resolve_parameters(
     file : ParameterSet, optional
         The vehicle's own parameters; they come first.
     model : VehicleModel, optional
-        Its ``[parameters]`` come second, if it was identified under this autopilot.
+        Its ``[parameters]`` come second, if it was identified under this autopilot; defaults last.
     version : tuple of int, optional
         Version of the firmware the parameters are for; default what the file says.
     has_rally : bool
-        Whether there are rally points; without any, assumed parameters about them are not reported.
-
-    Returns
-    -------
-    ResolvedParameters
-        Parameters in SI with their origins; what is in neither has the autopilot's default.
+        Without rally points, assumed parameters about them are not reported.
 
     Raises
     ------
@@ -183,9 +178,9 @@ def resolve_parameters(
             resolution.take(file, OriginKind.FILE)
             resolution.note_misspelt(file)
         else:
+            theirs, ours = file.stack.label, autopilot.label
             message = (
-                f"{file.source} holds parameters of {file.stack.label}, the flight is predicted for "
-                f"{autopilot.label}"
+                f"{file.source} holds parameters of {theirs}, the flight is predicted for {ours}"
             )
             findings.append(PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(message))
     if model is not None and model.reference is autopilot:
@@ -402,20 +397,10 @@ def _with_unit(value: float, spelling: Spelling) -> str:
 
 
 def misspelt_names(given: Collection[str], wanted: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield (name given, name wanted) for names that nobody knows and that were meant otherwise.
+    """Yield (name given, name wanted) for unknown names that were meant otherwise.
 
-    Parameters
-    ----------
-    given : collection of str
-        Names of a file that are not known.
-    wanted : collection of str
-        Names that are known, and not in the file.
-
-    Yields
-    ------
-    tuple of str
-        Names apart by one letter too many, too few or wrong, or two that changed places.  Digits do
-        not count: BATT2_CAPACITY is another battery.
+    They are apart by one letter too many, too few or wrong, or two that changed places.  Digits do not
+    count: BATT2_CAPACITY is another battery.
     """
     for name in given:
         for other in wanted:
