@@ -232,8 +232,6 @@ def _straight_approach(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     r"""Return the least distance of even straight motions, and both times of it. (n,) [m, s, s]
 
-    Notes
-    -----
     With the times s and r since the beginning of either part the vector between both is
     :math:`p + v s - w r`.  Its square is convex; over the polygon :math:`0 \le s \le S`,
     :math:`0 \le r \le R`, :math:`|s - r + c| \le` shift, it is least where its gradient vanishes or

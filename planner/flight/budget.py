@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 class Totals(Value):
     """The whole flight, from the start of the take-off to disarmed on the ground."""
 
-    time_s: float
-    distance_m: float
+    time_s: float = 0.0
+    distance_m: float = 0.0
     """Over the ground, what the vehicle wanders about its way included. [m]"""
-    climb_m: float
-    descent_m: float
-    energy_wh: float
+    climb_m: float = 0.0
+    descent_m: float = 0.0
+    energy_wh: float = 0.0
     """NaN where the power of the vehicle was not identified; powers too. [Wh]"""
-    charge_mah: float | None
+    charge_mah: float | None = None
     """``None`` while no voltage is known. [mAh]"""
-    mean_power_w: float
-    peak_power_w: float
+    mean_power_w: float = 0.0
+    peak_power_w: float = 0.0
     energy_wh_p10: float | None = None
     """``None`` while the model carries no spread. [Wh]"""
     energy_wh_p90: float | None = None
@@ -83,16 +83,7 @@ class BatteryBudget(Value):
 _NOT_FLOWN = (None, None)
 """Time of arrival and energy used by then of an item that is not flown."""
 
-NOTHING_FLOWN = Totals(
-    time_s=0.0,
-    distance_m=0.0,
-    climb_m=0.0,
-    descent_m=0.0,
-    energy_wh=0.0,
-    charge_mah=None,
-    mean_power_w=0.0,
-    peak_power_w=0.0,
-)
+NOTHING_FLOWN = Totals()
 """The totals of a mission that holds no flight."""
 
 

@@ -97,8 +97,6 @@ def px4_events(
 ) -> Iterator[FailsafeEvent]:
     """Yield what PX4 decides along a flight, in no order.
 
-    Notes
-    -----
     ``battery.cpp``: the charge is the lesser of what the count leaves, if BAT1_CAPACITY is set, and what
     the voltage says between BAT1_V_EMPTY and BAT1_V_CHARGED; one that neither knows is taken as it is.
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
@@ -181,8 +179,6 @@ def px4_safe_return_s(
 ) -> FloatArray:
     """Return the time PX4 itself estimates for a return at times of a flight. (n,) [s]
 
-    Notes
-    -----
     ``RtlTimeEstimator`` of a multicopter: up at MPC_Z_V_AUTO_UP, home at MPC_XY_CRUISE, down at
     MPC_Z_V_AUTO_DN, RTL_LAND_DELAY; no wind, no acceleration, no slow landing; times RTL_TIME_FACTOR,
     plus RTL_TIME_MARGIN.
@@ -222,8 +218,6 @@ def ardupilot_events(
 ) -> Iterator[FailsafeEvent]:
     """Yield what ArduPilot decides along a flight, in no order.
 
-    Notes
-    -----
     ``AP_BattMonitor_Backend::update_failsafes``: what BATT_CAPACITY leaves is counted from full when
     the vehicle is switched on, whatever the charge; a voltage must be low for BATT_LOW_TIMER.
     """

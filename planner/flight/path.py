@@ -34,13 +34,10 @@ class FlownPath(Value, eq=False):
     """A motion over ground: n + 1 points and the n straight legs between them."""
 
     east_m: FloatArray
-    """(n + 1,) [m]"""
+    """Place and velocity at each point. (n + 1,) [m, m s⁻¹]"""
     north_m: FloatArray
-    """(n + 1,) [m]"""
     east_m_s: FloatArray
-    """Velocity at each point. (n + 1,) [m s⁻¹]"""
     north_m_s: FloatArray
-    """(n + 1,) [m s⁻¹]"""
     segment: IntArray
     """Segment of the motion each leg is part of. (n,)"""
     item: IntArray

@@ -393,8 +393,6 @@ def _residence_s(vehicle: VehicleModel) -> float:
 class StopRoom(Value):
     """The room a vehicle needs straight ahead to react, and to stop.
 
-    Notes
-    -----
     v t_r + s(v) + max(w, 0) t_r: the distance until somebody or something reacts, the distance from then
     to standing still, and what the part w of the wind that blows ahead carries it meanwhile.
     """

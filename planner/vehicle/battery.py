@@ -14,14 +14,13 @@ from planner.vehicle.declared import (
     Part,
     Problems,
     Range,
+    curve,
     together_problems,
 )
 
 _CAPACITY_TOLERANCE = 0.02
 """How far capacity_wh may be from capacity_ah times nominal_voltage_v: rounding on a label. [-]"""
-_SOC = Key(
-    "states of charge, rising from 0 to 1", range=Range(0.0, 1.0), count=(2, 1000), rises=True
-)
+_SOC = curve("states of charge, rising from 0 to 1", within=Range(0.0, 1.0))
 _RESISTANCE_TEMPERATURE = Key(
     "battery temperatures, rising; beyond them the factor of the nearest",
     "°C",
@@ -89,13 +88,7 @@ class Battery(Part):
     ocv_soc: Annotated[tuple[float, ...] | None, _SOC] = None
     ocv_v: Annotated[
         tuple[float, ...] | None,
-        Key(
-            "open-circuit voltage at each ocv_soc, rising",
-            "V",
-            POSITIVE,
-            count=(2, 1000),
-            rises=True,
-        ),
+        curve("open-circuit voltage at each ocv_soc, rising", "V", POSITIVE),
     ] = None
     cutoff_voltage_v: Annotated[
         float | None, Key("voltage under load at which the battery counts as empty", "V", POSITIVE)
@@ -229,13 +222,7 @@ class Chemistry(Part):
     ocv_soc: Annotated[tuple[float, ...], _SOC]
     cell_ocv_v: Annotated[
         tuple[float, ...],
-        Key(
-            "open-circuit voltage of a cell at each ocv_soc, rising",
-            "V",
-            POSITIVE,
-            count=(2, 1000),
-            rises=True,
-        ),
+        curve("open-circuit voltage of a cell at each ocv_soc, rising", "V", POSITIVE),
     ]
     resistance_temperature_c: Annotated[tuple[float, ...] | None, _RESISTANCE_TEMPERATURE] = None
     resistance_factor: Annotated[tuple[float, ...] | None, _RESISTANCE_FACTOR] = None

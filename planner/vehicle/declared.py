@@ -182,6 +182,11 @@ class Key(Value, kw_only=False):
         return problems[0] if problems else None
 
 
+def curve(meaning: str, unit: str = "", within: Range = ANY) -> Key:
+    """Declare a list of two values or more that rise."""
+    return Key(meaning, unit, within, count=(2, 1000), rises=True)
+
+
 class Field(Value):
     """A field of a value with its declaration and what follows from its type."""
 

@@ -14,6 +14,7 @@ from planner.vehicle.declared import (
     Part,
     Problems,
     Range,
+    curve,
     length_problems,
 )
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
 
 _FACTOR = Range(0.0, 20.0)
+_ABOVE_HOVER = Key("steady power minus hover power", "W", count=(2, 1000))
 
 
 class AltitudeLaw(Part, tag_field="law", tag="altitude-power"):
@@ -112,13 +114,8 @@ class CruisePower(Part, tag_field="power", tag="table"):
     Below its first speed in proportion to the speed, from hover power on.
     """
 
-    speed_m_s: Annotated[
-        tuple[float, ...],
-        Key("airspeeds, rising", "m/s", NOT_NEGATIVE, count=(2, 1000), rises=True),
-    ]
-    power_above_hover_w: Annotated[
-        tuple[float, ...], Key("steady power minus hover power", "W", count=(2, 1000))
-    ]
+    speed_m_s: Annotated[tuple[float, ...], curve("airspeeds, rising", "m/s", NOT_NEGATIVE)]
+    power_above_hover_w: Annotated[tuple[float, ...], _ABOVE_HOVER]
 
     def inconsistencies(self) -> Problems:
         """Yield what is wrong between the lists."""
@@ -136,12 +133,9 @@ class VerticalPower(Part):
     """
 
     climb_rate_m_s: Annotated[
-        tuple[float, ...],
-        Key("climb rates, rising, descent negative", "m/s", count=(2, 1000), rises=True),
+        tuple[float, ...], curve("climb rates, rising, descent negative", "m/s")
     ]
-    power_above_hover_w: Annotated[
-        tuple[float, ...], Key("steady power minus hover power", "W", count=(2, 1000))
-    ]
+    power_above_hover_w: Annotated[tuple[float, ...], _ABOVE_HOVER]
 
     def inconsistencies(self) -> Problems:
         """Yield what is wrong between the lists."""
@@ -329,5 +323,4 @@ def _curve_w(at: "FloatArray", rates: "Sequence[float]", powers: "Sequence[float
         place = int(np.searchsorted(x, 0.0))
         x, y = np.insert(x, place, 0.0), np.insert(y, place, 0.0)
     slope = max(float((y[-1] - y[-2]) / (x[-1] - x[-2])), 0.0)
-    power: FloatArray = np.interp(at, x, y) + slope * np.maximum(at - x[-1], 0.0)
-    return power
+    return np.asarray(np.interp(at, x, y) + slope * np.maximum(at - x[-1], 0.0))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.physics.wind import Wind
 
 SLOWEST_M_S = 0.1
-"""What is left of a speed without headway, so that the flight ends; a finding says it. [m s⁻¹]"""
+"""What is left of a speed without headway, so that the flight ends; a finding reports it. [m s⁻¹]"""
 
 
 def headway_m_s(

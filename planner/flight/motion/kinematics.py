@@ -57,8 +57,7 @@ class KinematicState(Value, eq=False):
     @property
     def ground_speed_m_s(self) -> FloatArray:
         """Horizontal speed over ground. [m s⁻¹]"""
-        speed: FloatArray = np.sqrt(self.east_m_s**2 + self.north_m_s**2)
-        return speed
+        return np.asarray(np.sqrt(self.east_m_s**2 + self.north_m_s**2))
 
     @property
     def place_m(self) -> FloatArray:

@@ -101,8 +101,6 @@ class Returns(Value, eq=False):
     def points(self, segment: IntArray, fraction: FloatArray) -> ReturnPoints:
         """Return points of the flight, by segment and fraction of its time. (n,)
 
-        Notes
-        -----
         A return begins with a stop: over the distance the pilot brakes by from the ground speed, in
         the time the pilot takes for it, at Simpson's mean of the powers at full, half and no speed.
         Where the leg is flown into a stop anyway, a cruise stops as its leg does, and a vehicle that

@@ -263,12 +263,12 @@ class _Resolution:
                 spelling = self._chosen(row, given)
             elif kind is OriginKind.FILE:
                 self._note_unknown(row, given, spelling)
-            entry = given.values[spelling.name]
-            value_si = math.nan if entry.value is None else spelling.si(entry.value)
+            value_si = _si(given, spelling)
             if row.is_possible(value_si):
                 self.values_si[name] = round(value_si) if row.is_choice else value_si
+                line = given.values[spelling.name].line
                 self.origins[name] = Origin(
-                    kind=kind, name=spelling.name, source=given.source, line=entry.line
+                    kind=kind, name=spelling.name, source=given.source, line=line
                 )
                 self._note_suspect(row, given, spelling)
             else:
@@ -330,12 +330,8 @@ class _Resolution:
         version = self.version or given.version
         is_old = version is not None and now.since is not None and version < now.since
         chosen = formerly if is_old else now
-        values_si = [
-            math.nan if value is None else spelling.si(value)
-            for spelling in row.spellings
-            for value in (given.values[spelling.name].value,)
-        ]
-        agree = math.isclose(*values_si, rel_tol=1e-6)  # files hold 7 digits
+        now_si, formerly_si = (_si(given, spelling) for spelling in row.spellings)
+        agree = math.isclose(now_si, formerly_si, rel_tol=1e-6)  # files hold 7 digits
         sentence = (
             f"{_described(given, formerly)} and {_described(given, now)} "
             f"{'mean the same' if agree else 'disagree'}: {chosen.name} is used"
@@ -380,6 +376,11 @@ class _Resolution:
                     sentences[0] + (f", and {more}" if len(sentences) > 1 else ""),
                     severity=Severity.WARNING if agree else None,
                 )
+
+
+def _si(given: ParameterSet, spelling: Spelling) -> float:
+    value = given.values[spelling.name].value
+    return math.nan if value is None else spelling.si(value)
 
 
 def _line(entry: ParameterValue) -> str:
