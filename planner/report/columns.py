@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.report.json import SEGMENT_KEYS
-from planner.report.text import table_lines
+from planner.report.text import printable, table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -18,18 +18,7 @@ if TYPE_CHECKING:
 
 
 def columns_csv(columns: Mapping[str, Iterable[object]]) -> str:
-    """Return named columns of equal length as CSV, an empty cell for what is absent.
-
-    Parameters
-    ----------
-    columns : mapping of str to iterable
-        The values of each column by its head, which names the unit.
-
-    Raises
-    ------
-    ValueError
-        If the columns are not equally long.
-    """
+    """Return columns of equal length, by heads that name the unit, as CSV; what is absent is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -44,30 +33,36 @@ def _cell(value: object) -> object:
     return float(value) if isinstance(value, float) else value
 
 
+DIGITS = {
+    "start_s": 1,
+    "duration_s": 1,
+    "distance_m": 1,
+    "climb_m": 1,
+    "speed_m_s": 1,
+    "energy_wh": 3,
+    "stopping_distance_m": 1,
+    "stopping_distance_m_p90": 1,
+    "arrival_s": 1,
+    "energy_used_wh": 3,
+}
+"""Decimals of the columns of tables of segments and items, whose heads name the unit."""
 _HEADS = (
     ("", "item", "state", "start", "time", "distance", "height", "speed", "energy", "stop"),
     ("", "", "", "s", "s", "m", "m", "m/s", "Wh", "m"),
 )
 
 
+def cell_text(key: str, value: Any, absent: str = "") -> str:  # noqa: ANN401 - number, text, nothing
+    """Return a value in the column of a key."""
+    if value is None:
+        return absent
+    return quantity.decimals(value, DIGITS[key]) if key in DIGITS else printable(str(value))
+
+
 def segments_text(result: CheckResult) -> str:
     """Return the segments as an aligned table; heights are changes, ``stop`` is to stand still."""
     rows = [
-        (
-            str(segment.index),
-            str(segment.item),
-            str(segment.state),
-            quantity.decimals(segment.start_s, 1),
-            quantity.decimals(segment.duration_s, 1),
-            quantity.decimals(segment.distance_m, 1),
-            quantity.decimals(segment.climb_m, 1),
-            quantity.decimals(segment.speed_m_s, 1),
-            quantity.decimals(segment.energy_wh, 3),
-            ""
-            if segment.stopping_distance_m is None
-            else quantity.decimals(segment.stopping_distance_m, 1),
-        )
-        for segment in result.segments
+        [cell_text(key, getattr(one, key)) for key in SEGMENT_KEYS[:-1]] for one in result.segments
     ]
     return "\n".join(table_lines([*_HEADS, *rows], alignment=">><>>>>>>>")) + "\n"
 
@@ -75,5 +70,5 @@ def segments_text(result: CheckResult) -> str:
 def segments_csv(result: CheckResult) -> str:
     """Return the segments as CSV, with the keys of the JSON report as heads."""
     return columns_csv(
-        {key: [getattr(segment, key) for segment in result.segments] for key in SEGMENT_KEYS}
+        {key: [getattr(one, key) for one in result.segments] for key in SEGMENT_KEYS}
     )

@@ -32,16 +32,10 @@ class ShownFigure(NamedTuple):
     value: float | None
 
 
-def _voltage(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 1)} V"
-
-
-def _rate(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 1)} C"
-
-
-def _degrees(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 6)}°"
+def _number(digits: int, unit: str) -> Callable[[float | None], str]:
+    return lambda value: (
+        quantity.ABSENT if value is None else f"{quantity.decimals(value, digits)}{unit}"
+    )
 
 
 def _item(value: float | None) -> str:
@@ -56,89 +50,72 @@ def _unformatted(value: float | None) -> str:
     return quantity.ABSENT if value is None else f"{value:g}"
 
 
-def _of_point(point: str, label: str, *, known: tuple[str, ...] = ()) -> tuple[Figure, ...]:
-    """Return the figures of a point of the flight, but those the JSON has under another key."""
-    keys = (
-        ("item", f"{label} from", _item),
-        ("time_s", f"{label}, after", quantity.duration),
-        ("along_m", f"{label}, along its leg", quantity.distance),
-        ("leg_m", f"{label}, whole leg", quantity.distance),
-        ("latitude_deg", f"{label}, latitude", _degrees),
-        ("longitude_deg", f"{label}, longitude", _degrees),
-    )
-    return tuple(
-        Figure(f"return.{point}_{key}", name, text)
-        for key, name, text in keys
-        if f"{point}_{key}" not in known
+_Row = tuple[str, str, "Callable[[float | None], str]"]
+"""Key, label and how the number is written."""
+
+
+def _of_point(point: str, label: str) -> tuple[_Row, ...]:
+    """Return the figures of a point of the flight."""
+    return (
+        (f"{point}_item", f"{label} from", _item),
+        (f"{point}_time_s", f"{label}, after", quantity.duration),
+        (f"{point}_along_m", f"{label}, along its leg", quantity.distance),
+        (f"{point}_leg_m", f"{label}, whole leg", quantity.distance),
+        (f"{point}_latitude_deg", f"{label}, latitude", _number(6, "°")),
+        (f"{point}_longitude_deg", f"{label}, longitude", _number(6, "°")),
     )
 
 
-FIGURES: tuple[tuple[str, tuple[Figure, ...]], ...] = (
-    (
-        "Flight",
-        (
-            Figure("totals.time_s", "Time", quantity.duration),
-            Figure("totals.time_s_p10", "8 of 10 flights: from", quantity.duration),
-            Figure("totals.time_s_p90", "8 of 10 flights: to", quantity.duration),
-            Figure("totals.distance_m", "Distance", quantity.distance),
-            Figure("totals.wander_m", "Extra path from position noise", quantity.distance),
-            Figure("totals.climb_m", "Climb", quantity.height),
-            Figure("totals.descent_m", "Descent", quantity.height),
-        ),
+_TABLES: dict[tuple[str, str], tuple[_Row, ...]] = {
+    ("Flight", "totals"): (
+        ("time_s", "Time", quantity.duration),
+        ("time_s_p10", "8 of 10 flights: from", quantity.duration),
+        ("time_s_p90", "8 of 10 flights: to", quantity.duration),
+        ("distance_m", "Distance", quantity.distance),
+        ("wander_m", "Extra path from position noise", quantity.distance),
+        ("climb_m", "Climb", quantity.height),
+        ("descent_m", "Descent", quantity.height),
     ),
-    (
-        "Energy",
-        (
-            Figure("totals.energy_wh", "Energy", quantity.energy),
-            Figure("totals.energy_wh_p10", "8 of 10 flights: from", quantity.energy),
-            Figure("totals.energy_wh_p90", "8 of 10 flights: to", quantity.energy),
-            Figure("totals.charge_mah", "Charge", quantity.charge),
-            Figure("totals.charge_mah_p10", "8 of 10 flights: from", quantity.charge),
-            Figure("totals.charge_mah_p90", "8 of 10 flights: to", quantity.charge),
-            Figure("totals.mean_power_w", "Mean power", quantity.power),
-            Figure("totals.peak_power_w", "Peak power", quantity.power),
-        ),
+    ("Energy", "totals"): (
+        ("energy_wh", "Energy", quantity.energy),
+        ("energy_wh_p10", "8 of 10 flights: from", quantity.energy),
+        ("energy_wh_p90", "8 of 10 flights: to", quantity.energy),
+        ("charge_mah", "Charge", quantity.charge),
+        ("charge_mah_p10", "8 of 10 flights: from", quantity.charge),
+        ("charge_mah_p90", "8 of 10 flights: to", quantity.charge),
+        ("mean_power_w", "Mean power", quantity.power),
+        ("peak_power_w", "Peak power", quantity.power),
     ),
-    (
-        "Battery",
-        (
-            Figure("battery.capacity_wh", "Capacity", quantity.energy),
-            Figure("battery.usable_wh", "Available at take-off", quantity.energy),
-            Figure("battery.used_fraction", "Battery used", quantity.percent),
-            Figure(
-                "battery.reserve_fraction", "Reserve, fraction of the capacity", quantity.percent
-            ),
-            Figure("battery.reserve_wh", "Reserve", quantity.energy),
-            Figure("battery.margin_wh", "Above the reserve", quantity.energy),
-            Figure(
-                "battery.below_reserve_probability", "Chance of landing below it", quantity.chance
-            ),
-            Figure("battery.hover_left_s", "Hover left at landing", quantity.duration),
-            Figure("battery.charge_left_fraction", "Charge left", quantity.percent),
-            Figure("battery.lowest_voltage_v", "Lowest voltage", _voltage),
-            Figure("battery.highest_c_rate", "Highest discharge rate", _rate),
-        ),
+    ("Battery", "battery"): (
+        ("capacity_wh", "Capacity", quantity.energy),
+        ("usable_wh", "Available at take-off", quantity.energy),
+        ("used_fraction", "Battery used", quantity.percent),
+        ("reserve_fraction", "Reserve, fraction of the capacity", quantity.percent),
+        ("reserve_wh", "Reserve", quantity.energy),
+        ("margin_wh", "Above the reserve", quantity.energy),
+        ("below_reserve_probability", "Chance of landing below it", quantity.chance),
+        ("hover_left_s", "Hover left at landing", quantity.duration),
+        ("charge_left_fraction", "Charge left", quantity.percent),
+        ("lowest_voltage_v", "Lowest voltage", _number(1, " V")),
+        ("highest_c_rate", "Highest discharge rate", _number(1, " C")),
     ),
-    (
-        "Return",
-        (
-            Figure("return.tightest_item", "Tightest from", _item),
-            *_of_point("tightest", "Tightest", known=("tightest_item",)),
-            Figure("return.energy_home_wh", "Energy to return", quantity.energy),
-            Figure("return.time_home_s", "Time to return", quantity.duration),
-            Figure("return.margin_wh", "Return above the reserve", quantity.energy),
-            Figure(
-                "return.below_reserve_probability", "Chance of returning below it", quantity.chance
-            ),
-            Figure("return.destination", "Returns to", _destination),
-            *_of_point("last_return", "Point of no return, reserve kept"),
-            *_of_point("last_return_empty", "Point of no return, battery emptied"),
-        ),
+    ("Return", "return"): (
+        *_of_point("tightest", "Tightest"),
+        ("energy_home_wh", "Energy to return", quantity.energy),
+        ("time_home_s", "Time to return", quantity.duration),
+        ("margin_wh", "Return above the reserve", quantity.energy),
+        ("below_reserve_probability", "Chance of returning below it", quantity.chance),
+        ("destination", "Returns to", _destination),
+        *_of_point("last_return", "Point of no return, reserve kept"),
+        *_of_point("last_return_empty", "Point of no return, battery emptied"),
     ),
-    (
-        "Conditions",
-        tuple(Figure(f"conditions.{row.key}", row.label, row.shown) for row, _ in conditions(None)),
+    ("Conditions", "conditions"): tuple(
+        (row.key, row.label, row.shown) for row, _ in conditions(None)
     ),
+}
+FIGURES: tuple[tuple[str, tuple[Figure, ...]], ...] = tuple(
+    (title, tuple(Figure(f"{section}.{key}", label, text) for key, label, text in rows))
+    for (title, section), rows in _TABLES.items()
 )
 """The figures of a flight, in tables; those not known are left out."""
 
@@ -168,10 +145,7 @@ _SPREAD = "_sd_"
 def shown_figures(document: Document) -> tuple[tuple[str, tuple[ShownFigure, ...]], ...]:
     """Return the tables of a mission's document, each with its title; empty ones are left out."""
     tables = [
-        (
-            title,
-            tuple(shown for one in members if (shown := shown_figure(document, one)) is not None),
-        )
+        (title, tuple(filter(None, (shown_figure(document, one) for one in members))))
         for title, members in (*FIGURES, ("More", _unlabelled(document)))
     ]
     return tuple((title, rows) for title, rows in tables if rows)

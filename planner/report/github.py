@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
 Results = Sequence[CheckResult | UnreadableMission]
-
-
 _ESCAPES = str.maketrans(
     {character: f"\\{character}" for character in "\\`*_[]<>|#~"} | {"&": "&amp;"}
 )
@@ -42,11 +40,7 @@ _MOST_ROWS = 500
 def check_github(results: Results, *, folder: Path) -> str:
     """Return the findings of a call as workflow commands, worst first, and a tally.
 
-    Parameters
-    ----------
-    results : sequence of CheckResult or UnreadableMission
-    folder : Path
-        Where the call runs: paths of missions below it are relative to it.
+    Paths are from the folder the call runs in.
     """
     lines = []
     shown: Counter[Severity] = Counter()
@@ -98,12 +92,9 @@ def _command(finding: Finding, *, path: str) -> str:
     if finding.place is not None:
         properties |= {"line": str(finding.place.line), "col": str(finding.place.column)}
     listed = ",".join(f"{name}={_property(text)}" for name, text in properties.items())
-    text = (
-        f"{finding_message(finding)}\nfix: {printable(finding.fix)}"
-        if finding.fix
-        else finding_message(finding)
-    )
-    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(text)}"
+    fix = f"\nfix: {printable(finding.fix)}" if finding.fix else ""
+    text = _data(f"{finding_message(finding)}{fix}")
+    return f"::{_COMMANDS[finding.severity]} {listed}::{text}"
 
 
 def _data(text: str) -> str:

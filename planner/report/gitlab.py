@@ -19,15 +19,9 @@ _SEVERITIES = {Severity.ERROR: "blocker", Severity.WARNING: "major", Severity.IN
 
 
 def check_gitlab(results: Sequence[CheckResult | UnreadableMission], *, folder: Path) -> str:
-    """Return the findings of a call as a list of issues.
+    """Return the findings of a call as a list of issues; paths are from the folder it runs in.
 
-    A place is required: a finding about the whole file stands at its first line.
-
-    Parameters
-    ----------
-    results : sequence of CheckResult or UnreadableMission
-    folder : Path
-        Where the call runs, the top of the repository: paths are relative to it.
+    A place is required: a finding about the whole file is put at its first line.
     """
     issues = []
     for result in results:

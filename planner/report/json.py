@@ -9,10 +9,14 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from planner.catalogue import entries, events_of
+from planner.findings import Severity
+from planner.flight.budget import Totals
+from planner.flight.prediction import ItemArrival, Segment
 from planner.report.rule_text import way_off
 from planner.report.text import count_codes, well_formed
 from planner.service.preflight import CheckResult
 from planner.setup import conditions
+from planner.values import field_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,11 +33,7 @@ if TYPE_CHECKING:
     from planner.service.vehicle import MissionComparison
     from planner.vehicle.model import VehicleModel
 Document = dict[str, object]
-
-
 SCHEMA = 1
-
-
 _VERIFICATION_CONDITIONS = frozenset(
     {"wind_m_s", "wind_from_deg", "home_amsl_m", "temperature_c", "payload_kg"}
 )
@@ -51,12 +51,15 @@ def values(source: object | None, keys: Sequence[str]) -> Document:
 
 def value(source: object | None, key: str) -> object:
     """Return a named attribute as JSON can hold it; ``None`` where there is nothing."""
-    found = None if source is None else getattr(source, key)
-    return well_formed(found) if isinstance(found, str) else finite(found)
+    return plain(None if source is None else getattr(source, key))
 
 
-def finite(found: object) -> object:
+def plain(found: object) -> object:
     """Return what JSON can hold: it has no NaN and no infinity, so what is not a number is absent."""
+    if isinstance(found, Severity):
+        return found.label
+    if isinstance(found, str):
+        return well_formed(found)
     return None if isinstance(found, float) and not math.isfinite(found) else found
 
 
@@ -66,38 +69,8 @@ def json_text(document: Document, *, indent: int | None = None) -> str:
     return json.dumps(document, ensure_ascii=True, allow_nan=False, indent=indent) + "\n"
 
 
-SEGMENT_KEYS = (
-    "index",
-    "item",
-    "state",
-    "start_s",
-    "duration_s",
-    "distance_m",
-    "climb_m",
-    "speed_m_s",
-    "energy_wh",
-    "stopping_distance_m",
-    "stopping_distance_m_p90",
-)
-"""The keys of a segment, in JSON and as columns of a table."""
-
-_TOTALS_KEYS = (
-    "time_s",
-    "distance_m",
-    "climb_m",
-    "descent_m",
-    "energy_wh",
-    "charge_mah",
-    "mean_power_w",
-    "peak_power_w",
-    "energy_wh_p10",
-    "energy_wh_p90",
-    "time_s_p10",
-    "time_s_p90",
-    "charge_mah_p10",
-    "charge_mah_p90",
-    "wander_m",
-)
+SEGMENT_KEYS, ITEM_KEYS = field_names(Segment), field_names(ItemArrival)
+"""The keys of a segment and of an item, in JSON and as columns of a table."""
 _BATTERY_KEYS = (
     "capacity_wh",
     "usable_wh",
@@ -120,8 +93,6 @@ _RETURN_KEYS = (
     "below_reserve_probability",
 )
 _POINT_KEYS = ("item", "time_s", "along_m", "leg_m", "latitude_deg", "longitude_deg")
-_COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
-ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
 
 
 def check_json(
@@ -133,10 +104,8 @@ def check_json(
     """Return all missions of a call as one JSON document, if asked with a count of each code."""
     document: Document = {"missions": [mission_document(result) for result in results]}
     if with_statistics:
-        document["statistics"] = [
-            values(one, _COUNT_KEYS) | {"severity": one.severity.label}
-            for one in count_codes(results)
-        ]
+        counts = count_codes(results)
+        document["statistics"] = [values(one, field_names(one)) for one in counts]
     return json_text(envelope(version) | document, indent=2)
 
 
@@ -157,7 +126,7 @@ def figures(result: CheckResult | UnreadableMission) -> Document:
     flown = result if isinstance(result, CheckResult) else None
     way = None if flown is None else flown.return_plan
     return {
-        "totals": values(value(flown, "totals"), _TOTALS_KEYS),
+        "totals": values(value(flown, "totals"), field_names(Totals)),
         "battery": values(value(flown, "battery"), _BATTERY_KEYS),
         "return": values(way, _RETURN_KEYS)
         | {
@@ -179,7 +148,7 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
         "file": value(result, "file"),
         "verdict": result.verdict,
         "vehicle": {"name": value(vehicle, "name"), "source": value(vehicle, "source")},
-        "conditions": {row.key: finite(number) for row, number in conditions(setup)},
+        "conditions": {row.key: plain(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
@@ -205,17 +174,12 @@ def _parameters(result: CheckResult | None) -> Document:
 
 def finding_document(finding: Finding) -> Document:
     """Return a finding under the keys of the contract; a stretch only where one is meant."""
-    document: Document = {
-        "code": finding.code,
-        "name": finding.name,
-        "severity": finding.severity.label,
-        "item": finding.item,
-        "line": value(finding.place, "line"),
-        "column": value(finding.place, "column"),
-        "message": value(finding, "message"),
-        "fix": value(finding, "fix"),
-    }
-    return document | stretch_document(finding)
+    return (
+        values(finding, ("code", "name", "severity", "item"))
+        | values(finding.place, ("line", "column"))
+        | values(finding, ("message", "fix"))
+        | stretch_document(finding)
+    )
 
 
 def stretch_document(finding: Finding) -> Document:
@@ -233,7 +197,7 @@ def stretch_document(finding: Finding) -> Document:
     }
 
 
-_KEYS = ("part", "number", "field", "first", "second", "kind", "matters", "message")
+_DIFFERENCE_KEYS = ("part", "number", "field", "first", "second", "kind", "matters", "message")
 
 
 def comparison_json(comparison: MissionComparison, version: str) -> str:
@@ -244,27 +208,13 @@ def comparison_json(comparison: MissionComparison, version: str) -> str:
             "first": comparison.first,
             "second": comparison.second,
             "is_same": comparison.is_same,
-            "differences": [
-                {key: value(one, key) for key in _KEYS} for one in comparison.differences
-            ],
+            "differences": [values(one, _DIFFERENCE_KEYS) for one in comparison.differences],
         }
     )
 
 
 def decision_json(decision: Decision, *, address: str, at: datetime, version: str) -> str:
-    """Return a decision as one line.
-
-    Parameters
-    ----------
-    decision : Decision
-        What was decided.
-    address : str
-        The vehicle's.
-    at : datetime
-        When, with its time zone.
-    version : str
-        Of this program.
-    """
+    """Return a decision about the vehicle at an address, at a time with its zone, as one line."""
     document = {
         **envelope(version),
         "time": at.isoformat(timespec="milliseconds"),
@@ -290,7 +240,7 @@ _SEGMENT_KEYS = (
     "fit_percent",
 )
 _ESTIMATE_KEYS = ("name", "value", "error")
-_FINDING_KEYS = ("code", "name", "message", "fix")
+_FINDING_KEYS = ("code", "name", "message", "fix", "severity")
 _FLIGHT_KEYS = ("source", "sha256", "number", "duration_s", "firmware", "vehicle")
 _QUANTITY_KEYS = ("name", "found_in", "rate_hz", "coverage", "remark", "absence_cost")
 
@@ -304,7 +254,7 @@ def identification_json(found: Identification, *, version: str, output: str | No
             "model": model | {"file": output},
             "flights": [values(record, _FLIGHT_KEYS) for record in found.evidence.records],
             "states": [_state(outcome) for outcome in found.states],
-            "findings": [_finding(finding) for finding in found.findings],
+            "findings": [values(finding, _FINDING_KEYS) for finding in found.findings],
         },
         indent=2,
     )
@@ -320,7 +270,7 @@ def log_table_json(records: Sequence[FlightRecord], *, version: str) -> str:
             "parameters": len(record.parameters),
             "mission_items": len(record.mission_items),
             "quantities": [values(row, _QUANTITY_KEYS) for row in record.quantities],
-            "findings": [_finding(finding) for finding in record.findings],
+            "findings": [values(finding, _FINDING_KEYS) for finding in record.findings],
         }
         for record in records
     ]
@@ -335,10 +285,6 @@ def _state(outcome: StateOutcome) -> Document:
         "estimates": [values(estimate, _ESTIMATE_KEYS) for estimate in outcome.estimates],
         "segments": [values(segment, _SEGMENT_KEYS) for segment in outcome.segments],
     }
-
-
-def _finding(finding: Finding) -> Document:
-    return values(finding, _FINDING_KEYS) | {"severity": value(finding.severity, "label")}
 
 
 def snapshot_json(snapshot: VehicleSnapshot, version: str) -> str:
@@ -367,8 +313,8 @@ def snapshot_json(snapshot: VehicleSnapshot, version: str) -> str:
             "parameters": len(snapshot.parameters),
         },
         "findings": [
-            {"code": f.code, "name": f.name, "severity": f.severity.label, "message": f.message}
-            for f in (*snapshot.findings, *mission.findings)
+            values(one, ("code", "name", "severity", "message"))
+            for one in (*snapshot.findings, *mission.findings)
         ],
     }
     return json_text(document)
@@ -405,7 +351,7 @@ def _flight(one: Verification) -> Document:
         "vehicle": one.vehicle_name,
         **values(one, ("mission", "parameters")),
         "conditions": {
-            row.key: finite(number)
+            row.key: plain(number)
             for row, number in conditions(one.setup)
             if row.key in _VERIFICATION_CONDITIONS
         },
@@ -445,7 +391,6 @@ def models_json(vehicles: Sequence[VehicleModel], *, version: str) -> str:
 
 def _rule(rule: Rule) -> Document:
     return values(rule, _RULE_KEYS) | {
-        "severity": rule.severity.label,
         "example": entries()[rule.code].example,
         "turn_off": way_off(rule),
         "default": rule.is_default,

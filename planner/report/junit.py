@@ -26,14 +26,7 @@ _COUNTED = {"tests": "testcase", "failures": "failure", "errors": "error", "skip
 
 
 def check_junit(results: Sequence[CheckResult | UnreadableMission], *, folder: Path) -> str:
-    """Return all missions of a call as one document.
-
-    Parameters
-    ----------
-    results : sequence of CheckResult or UnreadableMission
-    folder : Path
-        Where the call runs: paths of missions below it are relative to it.
-    """
+    """Return all missions of a call as one document; paths are from the folder it runs in."""
     suites = ET.Element("testsuites", name="mavjoule")
     for result in results:
         suites.append(_suite(result, path=printable(pipeline_path(result.file, folder=folder))))

@@ -22,12 +22,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 def pipeline_path(file: str, *, folder: Path) -> str:
     """Return a mission's path with forward slashes, from the folder where it lies below it.
 
-    Parameters
-    ----------
-    file : str
-        As the user named it; a relative path counts from the folder.
-    folder : Path
-        Where the pipeline runs, usually the top of the repository.
+    The folder is where the pipeline runs, usually the top of the repository.
     """
     path = PurePath(os.path.normpath(file))
     if path.is_absolute() and path.is_relative_to(folder):

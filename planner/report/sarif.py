@@ -42,36 +42,24 @@ def check_sarif(
     exit_code: ExitCode,
     folder: Path,
 ) -> str:
-    """Return all missions of a call as one SARIF log of one run.
+    """Return all missions of a call, which ends in an exit code, as one SARIF log of one run.
 
-    Parameters
-    ----------
-    results : sequence of CheckResult or UnreadableMission
-    rules : mapping of str to Rule
-        The catalogue by code.
-    version : str
-        Of this program.
-    exit_code : ExitCode
-        In which the call ends.
-    folder : Path
-        Where the call runs: paths of missions below it are relative to it.
+    ``rules`` is the catalogue by code; paths are from the folder the call runs in.
     """
     indices = {code: index for index, code in enumerate(rules)}
+    driver = {
+        "name": "mavjoule",
+        "semanticVersion": version,
+        "rules": [_rule(rule) for rule in rules.values()],
+    }
+    invocation = {
+        "executionSuccessful": all(isinstance(result, CheckResult) for result in results),
+        "exitCode": int(exit_code),
+        "exitCodeDescription": exit_code.name.lower().replace("_", "-"),
+    }
     run = {
-        "tool": {
-            "driver": {
-                "name": "mavjoule",
-                "semanticVersion": version,
-                "rules": [_rule(rule) for rule in rules.values()],
-            }
-        },
-        "invocations": [
-            {
-                "executionSuccessful": all(isinstance(result, CheckResult) for result in results),
-                "exitCode": int(exit_code),
-                "exitCodeDescription": exit_code.name.lower().replace("_", "-"),
-            }
-        ],
+        "tool": {"driver": driver},
+        "invocations": [invocation],
         "columnKind": "unicodeCodePoints",
         "results": [
             finding for result in results for finding in _results(result, indices, folder=folder)
@@ -110,13 +98,14 @@ def _results(
 
 def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Document:
     location: Document = {"artifactLocation": {"uri": uri}}
+    fix = f". Fix: {printable(finding.fix)}" if finding.fix else ""
     if finding.place is not None:
         location["region"] = {"startLine": finding.place.line, "startColumn": finding.place.column}
     document: Document = {
         "ruleId": finding.code,
         "ruleIndex": rule_index,
         "level": _LEVELS[finding.severity],
-        "message": {"text": _message(finding)},
+        "message": {"text": f"{finding_message(finding)}{fix}"},
         "locations": [{"physicalLocation": location}],
         "partialFingerprints": {"mavjoule/v1": mark},
         "properties": {"item": finding.item} | stretch_document(finding),
@@ -125,14 +114,6 @@ def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Docume
         justification = printable(finding.suppression)
         document["suppressions"] = [{"kind": "external", "justification": justification}]
     return document
-
-
-def _message(finding: Finding) -> str:
-    return (
-        f"{finding_message(finding)}. Fix: {printable(finding.fix)}"
-        if finding.fix
-        else finding_message(finding)
-    )
 
 
 def _mission(result: CheckResult | UnreadableMission, *, folder: Path) -> Document:

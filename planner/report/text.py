@@ -17,7 +17,7 @@ from planner.setup import conditions_text
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
@@ -39,30 +39,24 @@ class Phase(NamedTuple):
 
 def flight_phases(result: CheckResult) -> tuple[Phase, ...]:
     """Return the phases a flight has, in the order of the states, and the whole flight at the end."""
-    totals = result.totals
-    sums: dict[str, list[float]] = {state: [0, 0.0, 0.0, 0.0] for state in STATES}
-    for segment in result.segments:
-        of_state = sums[segment.state]
-        of_state[0] += 1
-        of_state[1] += segment.duration_s
-        of_state[2] += segment.distance_m
-        of_state[3] += segment.energy_wh
-    rows: list[tuple[str, float, float, float, float]] = [
-        (state, count, time_s, distance_m, energy_wh)
-        for state, (count, time_s, distance_m, energy_wh) in sums.items()
-        if count
-    ]
-    rows.append(("total", len(result.segments), totals.time_s, totals.distance_m, totals.energy_wh))
-    return tuple(
-        Phase(
-            state=state,
-            segments=int(count),
-            time_s=time_s,
-            distance_m=distance_m,
-            energy_wh=energy_wh,
-            energy_fraction=energy_wh / totals.energy_wh if totals.energy_wh else None,
+    totals, whole = result.totals, (0, 0.0, 0.0, 0.0)
+    sums = dict.fromkeys(map(str, STATES), whole)
+    for one in result.segments:
+        count, time_s, distance_m, energy_wh = sums[one.state]
+        sums[one.state] = (
+            count + 1,
+            time_s + one.duration_s,
+            distance_m + one.distance_m,
+            energy_wh + one.energy_wh,
         )
-        for state, count, time_s, distance_m, energy_wh in rows
+    whole = (len(result.segments), totals.time_s, totals.distance_m, totals.energy_wh)
+    rows = [
+        *((state, of_state) for state, of_state in sums.items() if of_state[0]),
+        ("total", whole),
+    ]
+    return tuple(
+        Phase(state, *of_state, of_state[-1] / totals.energy_wh if totals.energy_wh else None)
+        for state, of_state in rows
     )
 
 
@@ -115,6 +109,14 @@ def note_lines(finding: Finding, *, medium: Medium) -> list[str]:
     return medium.wrapped(f"  {label(finding)}: {finding_message(finding)}", indent=_INDENT)
 
 
+def by_weight(findings: Sequence[Finding]) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return the errors and warnings, and the assumptions."""
+    return (
+        tuple(finding for finding in findings if finding.severity > Severity.INFO),
+        tuple(finding for finding in findings if finding.severity is Severity.INFO),
+    )
+
+
 def finding_tally(findings: Sequence[Finding]) -> str:
     """Return how many findings there are of each severity: ``1 error, 2 assumptions``."""
     nouns = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "assumption"}
@@ -128,13 +130,11 @@ def finding_tally(findings: Sequence[Finding]) -> str:
 
 def closing_line(findings: Sequence[Finding], *, suppressed: Sequence[Finding]) -> str:
     """Return ``Found 1 error. 2 assumptions.``, and what is suppressed."""
-    problems = [finding for finding in findings if finding.severity > Severity.INFO]
+    problems, notes = by_weight(findings)
     text = f"Found {finding_tally(problems)}." if problems else "No problem found."
     if suppressed:
         text += f" Not reported, as asked: {finding_tally(suppressed)}."
-    if len(problems) < len(findings):
-        text += f" {quantity.count(len(findings) - len(problems), 'assumption')}."
-    return text
+    return f"{text} {finding_tally(notes)}." if notes else text
 
 
 def label(finding: Finding) -> str:
@@ -151,14 +151,9 @@ def finding_message(finding: Finding) -> str:
 
 
 def table_lines(rows: Sequence[Sequence[str]], *, alignment: str) -> list[str]:
-    """Return rows as lines, two blanks between columns.
+    """Return equally long rows as lines, two blanks between columns.
 
-    Parameters
-    ----------
-    rows : sequence of sequences of str
-        Heads and cells, all rows equally long.
-    alignment : str
-        One letter per column: ``<`` left, ``>`` right.
+    ``alignment`` has a letter per column: ``<`` left, ``>`` right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
@@ -221,12 +216,7 @@ def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
 
 def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return the remark that verdicts need which were reached by not looking; else nothing."""
-    grave = [
-        finding
-        for result in results
-        for finding in result.suppressed
-        if finding.severity > Severity.INFO
-    ]
+    grave = [finding for result in results for finding in by_weight(result.suppressed)[0]]
     return f" (not counting {finding_tally(grave)})" if grave else ""
 
 
@@ -239,8 +229,7 @@ def statistics_text(results: Sequence[CheckResult | UnreadableMission], *, mediu
 def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -> list[str]:
     lines = [f"{_verdict(result, medium)}  {printable(result.file)}{caveat([result])}"]
     lines += medium.wrapped(headline(result))
-    findings = [finding for finding in result.findings if finding.severity > Severity.INFO]
-    notes = [finding for finding in result.findings if finding.severity is Severity.INFO]
+    findings, notes = by_weight(result.findings)
     if findings:
         lines.append("")
     for finding in findings:
@@ -264,9 +253,10 @@ def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int
 
 
 def _left(battery: BatteryBudget) -> str:
-    if battery.reserve is None or battery.reserve.hover_s is None:
-        return margin_text(battery.margin_wh, f"the {reserve_name(battery)} reserve")
-    return margin_text(battery.margin_wh, f"the reserve of {reserve_name(battery)}")
+    name = reserve_name(battery)
+    is_hover = battery.reserve is not None and battery.reserve.hover_s is not None
+    reserve = f"the reserve of {name}" if is_hover else f"the {name} reserve"
+    return margin_text(battery.margin_wh, reserve)
 
 
 def margin_text(margin_wh: float, reserve: str) -> str:
@@ -284,11 +274,12 @@ def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
     ]
 
 
+def _spread(low: float | None, high: float | None, shown: Callable[[float | None], str]) -> str:
+    return "" if None in {low, high} else f" (8 of 10 flights: {shown(low)} to {shown(high)})"
+
+
 def _flight(totals: Totals) -> str:
-    spread = ""
-    if totals.time_s_p10 is not None and totals.time_s_p90 is not None:
-        low, high = quantity.duration(totals.time_s_p10), quantity.duration(totals.time_s_p90)
-        spread = f" (8 of 10 flights: {low} to {high})"
+    spread = _spread(totals.time_s_p10, totals.time_s_p90, quantity.duration)
     return (
         f"{quantity.duration(totals.time_s)}{spread}, {quantity.distance(totals.distance_m)}, "
         f"climb {quantity.height(totals.climb_m)}, descent {quantity.height(totals.descent_m)}"
@@ -296,12 +287,10 @@ def _flight(totals: Totals) -> str:
 
 
 def _energy(totals: Totals) -> str:
-    text = quantity.energy(totals.energy_wh)
-    if totals.energy_wh_p10 is not None and totals.energy_wh_p90 is not None:
-        low, high = quantity.energy(totals.energy_wh_p10), quantity.energy(totals.energy_wh_p90)
-        text += f" (8 of 10 flights: {low} to {high})"
-    elif not math.isnan(totals.energy_wh):
-        text += " (no error bar: this model was never compared with other flights)"
+    spread = _spread(totals.energy_wh_p10, totals.energy_wh_p90, quantity.energy)
+    if not spread and not math.isnan(totals.energy_wh):
+        spread = " (no error bar: this model was never compared with other flights)"
+    text = f"{quantity.energy(totals.energy_wh)}{spread}"
     if totals.charge_mah is not None:
         text += f", {quantity.charge(totals.charge_mah)}"
     return (
@@ -311,15 +300,14 @@ def _energy(totals: Totals) -> str:
 
 
 def _battery(battery: BatteryBudget) -> str:
-    hover = ""
-    if battery.hover_left_s is not None:
-        hover = f", {quantity.duration(battery.hover_left_s)} of hover left at landing"
     chance = battery.below_reserve_probability
     text = (
         f"{quantity.energy(battery.capacity_wh)} full, "
         f"{quantity.energy(battery.usable_wh)} at the start, "
-        f"{quantity.percent(battery.used_fraction)} used{hover}"
+        f"{quantity.percent(battery.used_fraction)} used"
     )
+    if battery.hover_left_s is not None:
+        text += f", {quantity.duration(battery.hover_left_s)} of hover left at landing"
     if battery.charge_left_fraction is not None and battery.lowest_voltage_v is not None:
         left = quantity.percent(max(battery.charge_left_fraction, 0.0))
         text += f", {left} of the charge left, lowest {quantity.decimals(battery.lowest_voltage_v, 1)} V"
@@ -327,11 +315,7 @@ def _battery(battery: BatteryBudget) -> str:
 
 
 def _return_plan(plan: ReturnPlan) -> str:
-    where = f"item {plan.tightest_item}"
-    if plan.tightest is not None:
-        where = place_along(plan.tightest)
-    goal = destination_name(plan.destination)
-    text = f"tightest from {where}: {quantity.energy(plan.energy_home_wh)} to get {goal}"
+    text = f"tightest from {tightest_text(plan)}"
     if plan.time_home_s is not None:
         text += f" in {quantity.duration(plan.time_home_s)}"
     if plan.margin_wh is None:
@@ -339,6 +323,13 @@ def _return_plan(plan: ReturnPlan) -> str:
     text = f"{text}, {margin_text(plan.margin_wh, 'the reserve')}"
     chance = plan.below_reserve_probability
     return text if chance is None else f"{text}; {_chance(chance)} to get home below it"
+
+
+def tightest_text(plan: ReturnPlan, then: str = ": ") -> str:
+    """Return ``item 7: 13.4 Wh to get home``."""
+    where = f"item {plan.tightest_item}" if plan.tightest is None else place_along(plan.tightest)
+    goal = destination_name(plan.destination)
+    return f"{where}{then}{quantity.energy(plan.energy_home_wh)} to get {goal}"
 
 
 def _chance(probability: float) -> str:
@@ -404,7 +395,7 @@ class Medium(Value):
         )
 
 
-class CodeCount(Value):
+class CodeCount(Value, kw_only=False):
     """The findings of one rule and severity in all missions of a call."""
 
     code: str
@@ -427,15 +418,8 @@ def count_codes(results: Sequence[CheckResult | UnreadableMission]) -> tuple[Cod
         for finding in (*result.findings, *result.suppressed):
             missions[_key(finding)].add(index)
     counts = [
-        CodeCount(
-            code=code,
-            name=name,
-            severity=severity,
-            count=reported[code, name, severity],
-            suppressed=suppressed[code, name, severity],
-            missions=len(where),
-        )
-        for (code, name, severity), where in missions.items()
+        CodeCount(*key, reported[key], suppressed[key], len(where))
+        for key, where in missions.items()
     ]
     return tuple(sorted(counts, key=lambda one: (-one.severity, -one.count, one.code)))
 
@@ -447,9 +431,7 @@ def statistics_lines(counts: Sequence[CodeCount]) -> list[str]:
     heads = ("count", "not reported", "missions", "code", "severity", "name")
     rows = [
         (
-            str(one.count),
-            str(one.suppressed),
-            str(one.missions),
+            *map(str, (one.count, one.suppressed, one.missions)),
             one.code,
             one.severity.label,
             one.name,

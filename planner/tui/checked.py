@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from planner.cli.configuration import OWN_FILE, SHARED_FILE
 from planner.service.preflight import CheckResult, check_file
-from planner.tui.curves import pictures
-from planner.tui.ground import ground
+from planner.tui.widgets.ground_map import ground
+from planner.tui.widgets.profile_plot import pictures
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.service.preflight import UnreadableMission
     from planner.setup import Setup
-    from planner.tui.curves import Picture
-    from planner.tui.ground import Ground
     from planner.tui.what_if import WhatIf
+    from planner.tui.widgets.ground_map import Ground
+    from planner.tui.widgets.profile_plot import Picture
 
 
 class Checked(Value, eq=False):
@@ -44,8 +44,8 @@ class Checked(Value, eq=False):
         return self.result.assessment if isinstance(self.result, CheckResult) else None
 
 
-def checked(file: str, what_if: WhatIf) -> Checked:
-    """Check a mission file and work out what is drawn of it.
+def checked(source: str | VehicleSnapshot, what_if: WhatIf) -> Checked:
+    """Check a mission file or what a vehicle holds, and work out what is drawn of it.
 
     Raises
     ------
@@ -54,35 +54,15 @@ def checked(file: str, what_if: WhatIf) -> Checked:
     MavjouleError
         If the settings are unusable.
     """
-    before = file_sha256(file)
-    result = check_file(file, what_if.setup())
+    snapshot = None if isinstance(source, str) else source
+    file = source if isinstance(source, str) else source.address
+    before = file_sha256(file) if snapshot is None else None
+    result = _check(source, what_if)
     assessment = result.assessment if isinstance(result, CheckResult) else None
     return Checked(
         file=file,
         what_if=what_if,
-        sha256=before if before == file_sha256(file) else None,
-        result=result,
-        pictures=pictures(assessment),
-        ground=ground(assessment),
-    )
-
-
-def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
-    """Check what a vehicle holds, and work out what is drawn of it.
-
-    Raises
-    ------
-    ValueError
-        If a change does not say a value.
-    MavjouleError
-        If the settings are unusable.
-    """
-    result = _check_vehicle(snapshot, what_if)
-    assessment = result.assessment if isinstance(result, CheckResult) else None
-    return Checked(
-        file=snapshot.address,
-        what_if=what_if,
-        sha256=None,
+        sha256=before if before is not None and before == file_sha256(file) else None,
         result=result,
         pictures=pictures(assessment),
         ground=ground(assessment),
@@ -90,24 +70,18 @@ def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
     )
 
 
-def _check_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> CheckResult | UnreadableMission:
+def _check(source: str | VehicleSnapshot, what_if: WhatIf) -> CheckResult | UnreadableMission:
+    if isinstance(source, str):
+        return check_file(source, what_if.setup())
     from planner.service.vehicle import check_vehicle
 
-    is_charge_given = "charge" in what_if.values()
-    return check_vehicle(snapshot, what_if.setup(), is_charge_given=is_charge_given)
-
-
-def check_what_if(file: str, what_if: WhatIf) -> CheckResult | UnreadableMission:
-    """Check a mission file under changed settings, for the result alone."""
-    return check_file(file, what_if.setup())
+    return check_vehicle(source, what_if.setup(), is_charge_given="charge" in what_if.values())
 
 
 def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | UnreadableMission:
     """Check a mission, or what a vehicle held, under more changes, for the result alone."""
     what_if = checked.what_if.with_changes({**checked.what_if.changes, **changes})
-    if checked.snapshot is not None:
-        return _check_vehicle(checked.snapshot, what_if)
-    return check_what_if(checked.file, what_if)
+    return _check(checked.snapshot or checked.file, what_if)
 
 
 def check_inputs(checked: Checked, assessment: Assessment) -> tuple[Mission, Setup]:
@@ -140,12 +114,7 @@ _FILES = ("params", "profile", "baseline")
 def deciding_files(file: str, what_if: WhatIf) -> tuple[Path, ...]:
     """Return the files that decide a verdict: mission, model, parameters, profile, configuration.
 
-    Parameters
-    ----------
-    file : str
-        The mission; of one that is no file only the folder counts, for the configuration.
-    what_if : WhatIf
-        What it is checked with; files that are typed and not there yet count too.
+    Files that are typed and not there yet count too.
     """
     values = {**what_if.settings, **what_if.changes}
     named = [Path(str(values[key])) for key in _FILES if values.get(key)]
@@ -168,18 +137,16 @@ class FileWatch:
     def follow(self, files: Iterable[Path]) -> None:
         """Look at files from now on, at others no longer."""
         self._stamps = {
-            file: self._stamps[file] if file in self._stamps else file_stamp(file) for file in files
+            file: self._stamps[file] if file in self._stamps else _stamp(file) for file in files
         }
 
     def changed(self) -> tuple[Path, ...]:
         """Return the files that were written, made or removed since the last look."""
-        now = {file: file_stamp(file) for file in self._stamps}
-        changed = tuple(file for file, stamp in now.items() if stamp != self._stamps[file])
-        self._stamps = now
-        return changed
+        before, self._stamps = self._stamps, {file: _stamp(file) for file in self._stamps}
+        return tuple(file for file, stamp in self._stamps.items() if stamp != before[file])
 
 
-def file_stamp(file: Path) -> tuple[int, int] | None:
+def _stamp(file: Path) -> tuple[int, int] | None:
     """Return when a file was written and how long it is; ``None`` where it is not there."""
     try:
         found = file.stat()

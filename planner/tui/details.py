@@ -18,8 +18,8 @@ from planner.report.text import (
     label,
     margin_text,
     printable,
+    tightest_text,
 )
-from planner.rules.energy import destination_name, place_along
 from planner.service.preflight import CheckResult
 from planner.tui.rows import MARKS, finding_line
 from planner.values import Value
@@ -67,10 +67,7 @@ def segment_details(result: CheckResult, index: int) -> Details:
     """Return the figures of one segment, and what was found about its item."""
     segment = result.segments[index]
     parts = [
-        (
-            "Time",
-            f"{quantity.duration(segment.duration_s)} from {quantity.duration(segment.start_s)}",
-        ),
+        ("Time", " from ".join(map(quantity.duration, (segment.duration_s, segment.start_s)))),
         ("Distance", quantity.distance(segment.distance_m)),
         ("Climb", quantity.height(segment.climb_m)),
         ("Speed", f"{quantity.speed(segment.speed_m_s)} at most"),
@@ -86,24 +83,18 @@ def segment_details(result: CheckResult, index: int) -> Details:
 def item_details(result: CheckResult, number: int) -> Details:
     """Return when an item is reached, and what was found about it."""
     arrival = result.items[number - 1]
-    parts = [
-        (
-            "Reached",
-            "not flown"
-            if arrival.arrival_s is None
-            else f"{quantity.duration(arrival.arrival_s)} after take-off",
-        ),
-        ("Used", quantity.energy(arrival.energy_used_wh)),
-    ]
+    reached = "not flown"
+    if arrival.arrival_s is not None:
+        reached = f"{quantity.duration(arrival.arrival_s)} after take-off"
+    parts = [("Reached", reached), ("Used", quantity.energy(arrival.energy_used_wh))]
     if result.assessment is not None:
         item = result.assessment.mission.items[number - 1]
         if item.latitude_deg and item.longitude_deg:
-            place = f"{quantity.decimals(item.latitude_deg, 6)}°, "
-            parts.append(("Place", place + f"{quantity.decimals(item.longitude_deg, 6)}°"))
+            degrees = (item.latitude_deg, item.longitude_deg)
+            parts.append(("Place", ", ".join(f"{quantity.decimals(one, 6)}°" for one in degrees)))
         if item.altitude_m is not None:
-            parts.append(
-                ("Altitude", f"{quantity.height(item.altitude_m)} in the item's own frame")
-            )
+            altitude = f"{quantity.height(item.altitude_m)} in the item's own frame"
+            parts.append(("Altitude", altitude))
     parts += _found(result, number)
     return Details(title=f"Item {number}: {arrival.command}", parts=tuple(parts))
 
@@ -158,29 +149,14 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
 
 
 def _tightest(way: ReturnPlan) -> str:
-    where = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
-    text = (
-        f"Tightest return: {where}, {quantity.energy(way.energy_home_wh)} to get "
-        f"{destination_name(way.destination)}"
-    )
+    text = f"Tightest return: {tightest_text(way, ', ')}"
     return text if way.margin_wh is None else f"{text}, {margin_text(way.margin_wh, 'the reserve')}"
 
 
 def differences(
     base: CheckResult | UnreadableMission, now: CheckResult | UnreadableMission
 ) -> tuple[tuple[str, str], ...]:
-    """Return what a change makes of a flight, each figure with its label.
-
-    Parameters
-    ----------
-    base, now : CheckResult or UnreadableMission
-        Without and with the change.
-
-    Returns
-    -------
-    tuple of (str, str)
-        Label, and the figures before and after with their difference.
-    """
+    """Return label, the figures before and after a change, and their difference."""
     lines = [("Verdict", _arrow([base.verdict.upper(), now.verdict.upper()]))]
     if not (isinstance(base, CheckResult) and isinstance(now, CheckResult)):
         return tuple(lines)

@@ -14,12 +14,13 @@ from planner.report.text import headline
 from planner.service.preflight import CheckResult
 from planner.setup import battery_text
 from planner.tui.checked import check_again, check_inputs
-from planner.tui.rows import MARKS, TableColumn
+from planner.tui.rows import MARKS
+from planner.tui.widgets.row_list import Table, TableColumn
 from planner.values import Value
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.service.preflight import UnreadableMission
     from planner.service.split import Split
@@ -47,28 +48,19 @@ class Suggestion(Value):
     """The flights it is, instead of one under other settings."""
 
 
-class SuggestionTable(Value, eq=False):
-    """Suggestions as rows of a table."""
-
-    suggestions: tuple[Suggestion, ...]
-    columns: tuple[TableColumn, ...] = (
-        TableColumn(head="", width=1),
-        TableColumn(head="suggestions (Tab, Enter)", width=0, is_right=False),
+def suggestion_table(found: Sequence[Suggestion]) -> Table:
+    """Return suggestions as rows: the verdict's sign and the change."""
+    return Table(
+        entries=found,
+        columns=(
+            TableColumn(head="", width=1),
+            TableColumn(head="suggestions (Tab, Enter)", width=0, is_right=False),
+        ),
+        cells_of=lambda one: (
+            "✔" if one.is_go else MARKS[Severity.ERROR],
+            f"{'GO' if one.is_go else 'NO-GO'}: {one.text}",
+        ),
     )
-
-    def __len__(self) -> int:
-        return len(self.suggestions)
-
-    def cells(self, index: int) -> tuple[str, ...]:
-        """Return the verdict's sign and the change."""
-        suggestion = self.suggestions[index]
-        verdict = "GO" if suggestion.is_go else "NO-GO"
-        sign = "✔" if suggestion.is_go else MARKS[Severity.ERROR]
-        return sign, f"{verdict}: {suggestion.text}"
-
-    def tone(self, index: int) -> str:  # noqa: ARG002 - as the other rows
-        """Return nothing: the sign says it."""
-        return ""
 
 
 def suggestions(checked: Checked) -> Iterator[Suggestion]:

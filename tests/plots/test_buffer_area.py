@@ -14,7 +14,7 @@ import planner
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.report.plots.figures import ORANGE
-from planner.report.plots.tables import stop_room_rows
+from planner.report.tables import stop_room_rows
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.values import replace
 

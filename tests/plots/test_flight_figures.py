@@ -21,7 +21,7 @@ from planner.physics.wind import Wind
 from planner.report import plots
 from planner.report.plots.figures import STATE_COLOURS, chart_config
 from planner.report.plots.flight import limit_rows, tightest_row
-from planner.report.plots.tables import MOST_ROWS, make_tables
+from planner.report.tables import MOST_ROWS, make_tables
 from planner.service.preflight import CheckResult, check
 from planner.values import replace
 from planner.vehicle.battery import Battery

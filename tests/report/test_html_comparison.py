@@ -48,12 +48,12 @@ def test_an_item_has_no_difference(flown: CheckResult, longer: CheckResult) -> N
 def test_a_section_stands_on_the_page_with_its_text_escaped(
     flown: CheckResult, longer: CheckResult
 ) -> None:
-    section = comparison_section(flown, longer, names=("before", "after"))
+    section = comparison_section(flown, longer)
     made_at = datetime(2026, 1, 2, tzinfo=UTC)
     page = check_html([flown, longer], version="1", made_at=made_at, sections=[section])
-    assert "after less before" in page
+    assert "The difference is B less A." in page
     assert "<b>longer" not in page
-    assert page.index('id="overview"') < page.index("after less before")
+    assert page.index('id="overview"') < page.index("B less A")
 
 
 def test_what_cannot_be_read_has_nothing_to_compare(

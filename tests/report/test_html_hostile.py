@@ -131,7 +131,7 @@ def test_the_names_are_told_as_they_are(
 def test_names_and_titles_of_sections_are_text(
     browser: Chrome, tmp_path: Path, hostile: CheckResult
 ) -> None:
-    section = comparison_section(hostile, hostile, names=(EVIL, EVIL), title=EVIL)
+    section = comparison_section(hostile, hostile)
     page = check_html(
         [hostile, hostile],
         version="1",

@@ -32,7 +32,7 @@ def test_only_what_failed_is_spread_out() -> None:
     rows = checklist_table(
         checked(TOO_FAR, what_if_of(TOO_FAR)), done=frozenset(), opened=frozenset()
     )
-    texts = [line.text for line in rows.lines]
+    texts = [line.text for line in rows.entries]
     assert any("E101" in text for text in texts)  # energy failed
     assert not any("M109" in text for text in texts)  # structure has assumptions only
 
@@ -40,7 +40,7 @@ def test_only_what_failed_is_spread_out() -> None:
 def test_a_family_is_opened_and_closed() -> None:
     one = checked(TOO_FAR, what_if_of(TOO_FAR))
     texts = [
-        line.text for line in checklist_table(one, done=frozenset(), opened=frozenset("EM")).lines
+        line.text for line in checklist_table(one, done=frozenset(), opened=frozenset("EM")).entries
     ]
     assert not any("E101" in text for text in texts)
     assert any("M109" in text for text in texts)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from reviews import review_app, settled
 
-from planner.tui.ground import Scale, scale_to_fit
 from planner.tui.widgets.canvas import Canvas
-from planner.tui.widgets.ground_map import GroundMap
+from planner.tui.widgets.ground_map import GroundMap, Scale, scale_to_fit
 
 SURVEY = "survey-vineyard.plan"
 

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import pytest
 from reviews import SURVEY, TOO_FAR, missions_shown, review_app, rows_of, settled
 
-from planner.tui.checked import check_what_if
+from planner.service.preflight import check_file
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.panes import DetailsPane
 
 if TYPE_CHECKING:
     from planner.service.preflight import CheckResult, UnreadableMission
-    from planner.tui.what_if import WhatIf
+    from planner.setup import Setup
 
 pytestmark = pytest.mark.asyncio
 
@@ -93,12 +93,12 @@ async def test_a_review_names_the_mission_it_was_opened_for() -> None:
 
 
 async def test_a_bug_of_ours_is_told_of_its_mission_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail_once(file: str, what_if: WhatIf) -> CheckResult | UnreadableMission:
+    def fail_once(file: str, setup: Setup) -> CheckResult | UnreadableMission:
         if file == TOO_FAR:
             raise IndexError
-        return check_what_if(file, what_if)
+        return check_file(file, setup)
 
-    monkeypatch.setattr("planner.tui.screens.missions.check_what_if", fail_once)
+    monkeypatch.setattr("planner.tui.screens.missions.check_file", fail_once)
     async with review_app(TOO_FAR, SURVEY).run_test(size=(100, 30)) as pilot:
         screen = await missions_shown(pilot)
         [wrong, right] = rows_of(screen, "#missions")

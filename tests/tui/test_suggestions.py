@@ -57,7 +57,7 @@ def test_no_flight_is_faster_than_the_offered_speed_allows() -> None:
 def test_the_parts_of_the_offered_split_go_from_their_files() -> None:
     split = _offered(SURVEY, TOO_SMALL)["split"].split
     assert split is not None
-    assert save_parts(split, Path("parts")) == f"{len(split.parts)} parts in parts"
+    assert save_parts(split, "parts") == f"{len(split.parts)} parts in parts"
     files = sorted(Path("parts").glob("*.plan"))
     assert len(files) == len(split.parts) > 1
     for file in files:

@@ -15,11 +15,11 @@ from planner.service.preflight import CheckResult
 from planner.tui.app import HIGH_CONTRAST, THEMES
 from planner.tui.checked import checked
 from planner.tui.details import Summary
-from planner.tui.rows import MARKS, FindingTable, item_table
+from planner.tui.rows import MARKS, finding_table, item_table
 from planner.tui.screens.checklist import checklist_table
-from planner.tui.screens.missions import MissionTable, entries_given
-from planner.tui.screens.search import HitTable, hits
-from planner.tui.suggestions import SuggestionTable, suggestions
+from planner.tui.screens.missions import entries_given, mission_table
+from planner.tui.screens.search import hit_table, hits
+from planner.tui.suggestions import suggestion_table, suggestions
 from planner.tui.widgets.bars import verdict_line
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from textual.geometry import Region
     from textual.pilot import Pilot
 
-    from planner.tui.rows import Table
+    from planner.tui.widgets.row_list import Table
 LEAST_TEXT, LEAST_TEXT_HIGH, LEAST_DRAWING = 4.5, 7.0, 3.0
 """WCAG 2.2: 1.4.3, 1.4.6 and 1.4.11."""
 SIZES = [(80, 24), (100, 30), (142, 42)]
@@ -172,18 +172,18 @@ def test_no_row_is_told_apart_by_its_colour_alone() -> None:
     results = {TOO_FAR: one.result, SURVEY: checked(SURVEY, what_if_of(SURVEY)).result}
     offered = tuple(suggestions(one))
     tables: list[Table] = [
-        FindingTable(findings=one.result.findings),
+        finding_table(one.result.findings),
         item_table(one.result),
-        HitTable(hits=hits(one.result, one.result.findings, "e")),
-        MissionTable(entries=entries, results=results),
+        hit_table(hits(one.result, one.result.findings, "e")),
+        mission_table(entries, results),
         checklist_table(one, done=frozenset(), opened=frozenset()),
-        SuggestionTable(suggestions=offered),
+        suggestion_table(offered),
     ]
     for rows in tables:
         tones: dict[str, set[str]] = {}
         for index in range(len(rows)):
             sign, text = rows.cells(index)[0].strip(), rows.cells(index)[1].strip()
-            tones.setdefault(sign or text[:1], set()).add(rows.tone(index))
+            tones.setdefault(sign or text[:1], set()).add(rows.tone_of(rows.entries[index]))
         assert all(len(tone) == 1 for tone in tones.values()), (type(rows), tones)
 
 

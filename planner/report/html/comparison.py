@@ -12,7 +12,6 @@ from planner.report.text import flight_phases, headline, printable
 from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
-    from planner.report.json import Document
     from planner.service.preflight import UnreadableMission
 
     Result = CheckResult | UnreadableMission
@@ -36,65 +35,44 @@ class ComparedRow(NamedTuple):
     """Of both."""
 
 
-def comparison_section(
-    first: Result, second: Result, *, names: tuple[str, str] = ("A", "B"), title: str = "Compared"
-) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
-    """Return a section that sets two results side by side, for `check_html`.
+def comparison_section(first: Result, second: Result) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
+    """Return a ``section`` that sets two results side by side, for `check_html`; its text is escaped.
 
-    Parameters
-    ----------
-    first, second : CheckResult or UnreadableMission
-        The results; the difference is the second less the first.
-    names : tuple of str
-        What they are called in the heads of the table.
-    title : str
-        Heading of the section.
-
-    Returns
-    -------
-    markupsafe.Markup
-        One ``section`` element, all text escaped.
+    The difference is the second less the first.
     """
+    sides = [
+        {
+            "name": name,
+            "verdict": result.verdict,
+            "file": printable(result.file),
+            "headline": headline(result),
+        }
+        for name, result in (("A", first), ("B", second))
+    ]
     tables = compared_tables(first, second)
-    made = template("comparison.html.j2").module
-    return made.comparison(
-        title,
-        [
-            {
-                "name": name,
-                "verdict": result.verdict,
-                "file": printable(result.file),
-                "headline": headline(result),
-            }
-            for name, result in zip(names, (first, second), strict=True)
-        ],
-        tables,
-    )
+    return template("comparison.html.j2").module.comparison("Compared", sides, tables)
 
 
 def compared_tables(
     first: Result, second: Result
 ) -> tuple[tuple[str, tuple[ComparedRow, ...]], ...]:
-    """Return what two results say, table by table; rows of which neither knows anything left out."""
+    """Return the figures of two results, table by table; what neither knows is left out."""
     documents = figures(first), figures(second)
     tables = [
-        (title, _rows(documents[0], documents[1], members))
+        (
+            title,
+            tuple(
+                _row(member, a, b)
+                for member in members
+                for a, b in [[number_at(document, member.path) for document in documents]]
+                if a is not None or b is not None
+            ),
+        )
         for title, members in FIGURES
         if title in _COMPARED
     ]
     tables.append(("Energy by state", _state_rows(first, second)))
     return tuple((title, rows) for title, rows in tables if rows)
-
-
-def _rows(
-    first: Document, second: Document, members: tuple[Figure, ...]
-) -> tuple[ComparedRow, ...]:
-    rows = []
-    for row in members:
-        a, b = number_at(first, row.path), number_at(second, row.path)
-        if a is not None or b is not None:
-            rows.append(_row(row, a, b))
-    return tuple(rows)
 
 
 def _row(row: Figure, a: float | None, b: float | None) -> ComparedRow:

@@ -6,49 +6,31 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from planner import catalogue, quantity
 from planner.findings import Severity
+from planner.report.columns import cell_text
 from planner.report.figures import KEY_FIGURES, number_at, shown_figure, shown_figures
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
 from planner.report.plots.figures import ORANGE, still_svg
 from planner.report.plots.flight import mission_panels
-from planner.report.plots.tables import make_tables, with_data
 from planner.report.rule_text import explanation
+from planner.report.tables import make_tables, with_data
 from planner.report.text import (
     caveat,
     closing_line,
     finding_message,
-    finding_tally,
     flight_phases,
     headline,
     printable,
 )
 from planner.service.preflight import CheckResult
-from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.findings import Finding
-    from planner.report.figures import ShownFigure
     from planner.report.json import Document
-    from planner.report.plots.tables import FlightTables, Row
+    from planner.report.tables import FlightTables, Row
     from planner.service.preflight import UnreadableMission
-    from planner.vehicle.model import VehicleModel
 Spec = dict[str, Any]
-
-
-SEGMENT_DIGITS = {
-    "start_s": 1,
-    "duration_s": 1,
-    "distance_m": 1,
-    "climb_m": 1,
-    "speed_m_s": 1,
-    "energy_wh": 3,
-    "stopping_distance_m": 1,
-    "stopping_distance_m_p90": 1,
-    "arrival_s": 1,
-    "energy_used_wh": 3,
-}
-"""Decimals of the columns of long tables, whose heads name the unit."""
 
 
 _TIME_TITLE = "Time [min]"
@@ -66,7 +48,9 @@ def page_charts(tables: FlightTables) -> dict[str, object]:
     specs: dict[str, Spec] = {
         name: panel.to_dict(validate=False) for name, panel in mission_panels(tables).items()
     }
-    _add_live_layers(specs)
+    for name, spec in specs.items():
+        spec["layer"] += _map_layers(spec) if name == "map" else _time_layers()
+        spec["datasets"] = spec.get("datasets", {})
     return {
         "charts": specs,
         "tables": {
@@ -87,37 +71,27 @@ def still_charts(tables: FlightTables) -> dict[str, str]:
 def finding_focus(tables: FlightTables) -> list[Row | None]:
     """Return for each finding what of map and time it is about; ``None`` where it has no place."""
     result = tables.result
-    stretches: dict[int, list[Row]] = {}
-    for row in tables.stretches:
-        stretches.setdefault(row["finding"], []).append(
-            {"east_m": row["east_m"], "north_m": row["north_m"], "part": row["part"]}
-        )
     motion = tables.assessment.flight.motion.segments
-    items = motion.item
     focus: list[Row | None] = []
     for number, finding in enumerate(result.findings):
         about: Row = {"code": finding.code}
-        if number in stretches:
-            about["stretch"] = stretches[number]
-        if finding.item is not None and (items == finding.item).any():
-            rows = (items == finding.item).nonzero()[0]
+        if stretch := [row for row in tables.stretches if row["finding"] == number]:
+            keys = ("east_m", "north_m", "part")
+            about["stretch"] = [{key: row[key] for key in keys} for row in stretch]
+        is_own = motion.item == finding.item
+        rows = [] if finding.item is None else is_own.nonzero()[0].tolist()
+        if rows:
+            start_s = motion.end_s[rows[0]] - motion.duration_s[rows[0]]
             about["item"] = finding.item
-            about["start_min"] = round(
-                float(motion.end_s[rows[0]] - motion.duration_s[rows[0]]) / 60.0, 4
-            )
+            about["start_min"] = round(float(start_s) / 60.0, 4)
             about["end_min"] = round(float(motion.end_s[rows[-1]]) / 60.0, 4)
         focus.append(about if len(about) > 1 else None)
     return focus
 
 
-def _add_live_layers(specs: dict[str, Spec]) -> None:
-    """Add what the page moves: a cursor, what is in focus, and on the map what can be zoomed."""
-    for name, spec in specs.items():
-        spec["layer"] += _map_layers(spec) if name == "map" else _time_layers()
-        spec["datasets"] = spec.get("datasets", {})
-
-
 def _time_layers() -> list[Spec]:
+    """Return what the page moves on a picture over time: what is in focus, and a cursor."""
+
     def at(field: str) -> Spec:
         return {"field": field, "type": "quantitative", "title": _TIME_TITLE}
 
@@ -138,6 +112,7 @@ def _time_layers() -> list[Spec]:
 
 
 def _map_layers(spec: Spec) -> list[Spec]:
+    """Return what the page moves on the map, and let the map be zoomed."""
     axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
     place = {key: axes[key] for key in ("x", "y")}
     spec["layer"][0].setdefault("params", []).append(
@@ -220,47 +195,6 @@ class FindingView(NamedTuple):
     """Whether the map has something to show."""
 
 
-class PhaseView(NamedTuple):
-    """A state of the flight, or the whole."""
-
-    state: str
-    numbers: tuple[tuple[str, float | None, str], ...]
-    """Column, value and text of each."""
-
-
-class MissionView(Value):
-    """Everything the template asks of one mission."""
-
-    number: int
-    name: str
-    """What it is called, besides its file; empty: nothing."""
-    file: str
-    verdict: str
-    headline: str
-    remark: str
-    cards: tuple[ShownFigure, ...]
-    figures: tuple[tuple[str, tuple[ShownFigure, ...]], ...]
-    phases: tuple[PhaseView, ...]
-    graver: tuple[FindingView, ...]
-    notes: tuple[FindingView, ...]
-    suppressed: tuple[tuple[FindingView, str], ...]
-    closing: str
-    vehicle: tuple[tuple[str, str], ...]
-    readings: tuple[str, ...]
-    """Decisions taken where the model's source can be read in more than one way."""
-    parameters: tuple[tuple[str, str, float | None, str], ...]
-    """Name, text, value and origin of each."""
-    charts: tuple[tuple[str, str], ...]
-    """Name and title of each."""
-    stills: dict[str, str]
-    """SVG of each by name, for readers without JavaScript; empty where there are too many to make."""
-    counts: dict[str, int]
-    """Rows of the long tables."""
-    sha256: str
-    payload: dict[str, Any]
-    """What the script of the page draws."""
-
-
 def mission_view(
     result: CheckResult | UnreadableMission,
     *,
@@ -269,13 +203,12 @@ def mission_view(
     most_rows: int,
     has_stills: bool = False,
     name: str = "",
-) -> MissionView:
-    """Return one mission as the page shows it.
+) -> dict[str, Any]:
+    """Return everything the template asks of one mission.
 
     Parameters
     ----------
     result : CheckResult or UnreadableMission
-        The mission.
     number : int
         Its place in the report.
     sha256 : str
@@ -288,8 +221,10 @@ def mission_view(
         What it is called, besides its file.
     """
     document = mission_document(result)
-    flown = result if isinstance(result, CheckResult) and result.assessment is not None else None
-    tables = None if flown is None else make_tables(flown, most_rows=most_rows)
+    assessment = result.assessment if isinstance(result, CheckResult) else None
+    tables = None
+    if isinstance(result, CheckResult) and assessment is not None:
+        tables = make_tables(result, most_rows=most_rows)
     payload: dict[str, Any] = {} if tables is None else page_charts(tables)
     payload["long"] = {
         name: _long_table(document, name, keys)
@@ -300,57 +235,50 @@ def mission_view(
         finding_view(finding, index, has_place=focus[index] is not None)
         for index, finding in enumerate(result.findings)
     ]
-    return MissionView(
-        number=number,
-        name=name,
-        file=printable(result.file),
-        verdict=result.verdict,
-        headline=headline(result),
-        remark=caveat([result]).strip(),
-        cards=tuple(
-            shown for one in KEY_FIGURES if (shown := shown_figure(document, one)) is not None
-        ),
-        figures=shown_figures(document),
-        phases=_phases(result) if isinstance(result, CheckResult) else (),
-        graver=tuple(view for view in views if view.finding.severity > Severity.INFO),
-        notes=tuple(view for view in views if view.finding.severity is Severity.INFO),
-        suppressed=tuple(
+    return {
+        "number": number,
+        "name": name,
+        "file": printable(result.file),
+        "verdict": result.verdict,
+        "headline": headline(result),
+        "remark": caveat([result]).strip(),
+        "cards": [*filter(None, (shown_figure(document, one) for one in KEY_FIGURES))],
+        "figures": shown_figures(document),
+        "phases": _phases(result) if isinstance(result, CheckResult) else (),
+        "problems": [view for view in views if view.finding.severity > Severity.INFO],
+        "notes": [view for view in views if view.finding.severity is Severity.INFO],
+        "suppressed": [
             (finding_view(finding, -1, has_place=False), printable(finding.suppression))
             for finding in result.suppressed
-        ),
-        closing=closing_line(result.findings, suppressed=result.suppressed),
-        vehicle=_vehicle(result) if isinstance(result, CheckResult) else (),
-        readings=()
-        if flown is None or flown.assessment is None
-        else _readings(flown.assessment.vehicle),
-        parameters=_parameters(document),
-        charts=tuple((name, TITLES[name]) for name in payload.get("charts", ())),
-        stills=still_charts(tables) if has_stills and tables is not None else {},
-        counts={name: len(table["text"]) for name, table in payload["long"].items()},
-        sha256=sha256,
-        payload=payload,
-    )
+        ],
+        "closing": closing_line(result.findings, suppressed=result.suppressed),
+        "vehicle": _vehicle(result) if isinstance(result, CheckResult) else (),
+        "readings": ()
+        if assessment is None
+        else [*map(printable, assessment.vehicle.provenance.readings)],
+        "parameters": _parameters(document),
+        "charts": [(name, TITLES[name]) for name in payload.get("charts", ())],
+        "stills": still_charts(tables) if has_stills and tables is not None else {},
+        "counts": {name: len(table["text"]) for name, table in payload["long"].items()},
+        "sha256": sha256,
+        "payload": payload,
+    }
 
 
 def badness(result: CheckResult | UnreadableMission) -> tuple[float, ...]:
     """Return what missions are sorted by, worst first: verdict, errors, what is left, warnings."""
-    counts = [
+    errors, warnings = (
         sum(finding.severity is severity for finding in result.findings)
         for severity in (Severity.ERROR, Severity.WARNING)
-    ]
+    )
     margin_wh = number_at(mission_document(result), "battery.margin_wh")
     return (
-        0.0 if not isinstance(result, CheckResult) else 1.0,
-        0.0 if result.verdict == "no-go" else 1.0,
-        -counts[0],
+        float(isinstance(result, CheckResult)),
+        float(result.verdict != "no-go"),
+        -errors,
         float("inf") if margin_wh is None else margin_wh,
-        -counts[1],
+        -warnings,
     )
-
-
-def tally_text(result: CheckResult | UnreadableMission) -> str:
-    """Return how many findings a mission has of each severity."""
-    return finding_tally(result.findings) or quantity.ABSENT
 
 
 def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingView:
@@ -360,8 +288,7 @@ def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingVi
         where.append(f"item {finding.item}")
     if finding.place is not None:
         where.append(f"line {finding.place.line}, column {finding.place.column}")
-    known = finding.code in catalogue.entries()
-    rule = catalogue.rule(finding.code) if known else None
+    rule = catalogue.rule(finding.code) if finding.code in catalogue.entries() else None
     return FindingView(
         number=number,
         finding=finding,
@@ -374,44 +301,41 @@ def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingVi
     )
 
 
-def _phases(result: CheckResult) -> tuple[PhaseView, ...]:
-    return tuple(
-        PhaseView(
-            phase.state,
-            (
-                ("segments", phase.segments, str(phase.segments)),
-                ("time_s", phase.time_s, quantity.duration(phase.time_s)),
-                ("distance_m", phase.distance_m, quantity.distance(phase.distance_m)),
-                ("energy_wh", phase.energy_wh, quantity.energy(phase.energy_wh)),
-                ("energy_fraction", phase.energy_fraction, quantity.percent(phase.energy_fraction)),
-            ),
-        )
+def _phases(result: CheckResult) -> list[dict[str, Any]]:
+    """Return each state of the flight and the whole: column, value and text of each number."""
+    shown: dict[str, Callable[[Any], str]] = {
+        "segments": str,
+        "time_s": quantity.duration,
+        "distance_m": quantity.distance,
+        "energy_wh": quantity.energy,
+        "energy_fraction": quantity.percent,
+    }
+    return [
+        {
+            "state": phase.state,
+            "numbers": [
+                (key, getattr(phase, key), text(getattr(phase, key))) for key, text in shown.items()
+            ],
+        }
         for phase in flight_phases(result)
-    )
+    ]
 
 
-def _vehicle(result: CheckResult) -> tuple[tuple[str, str], ...]:
+def _vehicle(result: CheckResult) -> list[tuple[str, str]]:
     rows = [("Model", result.setup.vehicle.name), ("File", result.setup.vehicle.source)]
     if result.assessment is not None:
-        rows += _provenance(result.assessment.vehicle)
-    return tuple((label, printable(text)) for label, text in rows if text)
-
-
-def _provenance(vehicle: VehicleModel) -> list[tuple[str, str]]:
-    rows = [("Description", vehicle.description), ("Flown as", vehicle.reference.label)]
-    origin = vehicle.provenance
-    rows += [
-        ("Source", origin.source),
-        ("Method", origin.method),
-        ("Made", origin.date.isoformat()),
-        ("Fit", ", ".join(f"{name} {value:.4g}" for name, value in origin.fit)),
-        ("Logs", ", ".join(origin.logs)),
-    ]
-    return rows
-
-
-def _readings(vehicle: VehicleModel) -> tuple[str, ...]:
-    return tuple(printable(reading) for reading in vehicle.provenance.readings)
+        vehicle = result.assessment.vehicle
+        origin = vehicle.provenance
+        rows += [
+            ("Description", vehicle.description),
+            ("Flown as", vehicle.reference.label),
+            ("Source", origin.source),
+            ("Method", origin.method),
+            ("Made", origin.date.isoformat()),
+            ("Fit", ", ".join(f"{name} {value:.4g}" for name, value in origin.fit)),
+            ("Logs", ", ".join(origin.logs)),
+        ]
+    return [(label, printable(text)) for label, text in rows if text]
 
 
 def _parameters(document: Document) -> tuple[tuple[str, str, float | None, str], ...]:
@@ -424,9 +348,7 @@ def _parameters(document: Document) -> tuple[tuple[str, str, float | None, str],
 
 
 def _plain(value: object) -> str:
-    if value is None:
-        return quantity.ABSENT
-    return f"{value:g}" if isinstance(value, float) else printable(str(value))
+    return f"{value:g}" if isinstance(value, float) else cell_text("", value, quantity.ABSENT)
 
 
 def _long_table(document: Document, name: str, keys: tuple[str, ...]) -> dict[str, Any]:
@@ -436,12 +358,6 @@ def _long_table(document: Document, name: str, keys: tuple[str, ...]) -> dict[st
     return {
         "keys": keys,
         "heads": [_HEADS.get(key, key) for key in keys],
-        "text": [[_cell(key, row[key]) for key in keys] for row in rows],
+        "text": [[cell_text(key, row[key], quantity.ABSENT) for key in keys] for row in rows],
         "value": [[row[key] for key in keys] for row in rows],
     }
-
-
-def _cell(key: str, value: Any) -> str:  # noqa: ANN401 - a number, a text or nothing
-    if key in SEGMENT_DIGITS:
-        return quantity.decimals(value, SEGMENT_DIGITS[key])
-    return quantity.ABSENT if value is None else printable(str(value))

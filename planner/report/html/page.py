@@ -13,12 +13,13 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner import quantity
 from planner.errors import UsageError
 from planner.report.figures import KEY_FIGURES, shown_figure
-from planner.report.html.mission import MissionView, badness, mission_view, tally_text
+from planner.report.html.mission import badness, mission_view
 from planner.report.json import figures
 from planner.report.plots.figures import chart_config, load_altair, load_converter
-from planner.report.text import tally, well_formed
+from planner.report.text import finding_tally, tally, well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -96,23 +97,23 @@ def check_html(
         )
         for number, result in enumerate(results)
     ]
-    order = missions
-    if not title:
-        order = sorted(missions, key=lambda view: badness(results[view.number]))
+    order = (
+        missions if title else sorted(missions, key=lambda view: badness(results[view["number"]]))
+    )
     style, script = (_text(name) for name in ("page.css", "page.js"))
-    scripts = [plotting_bundle(), script] if any(view.charts for view in missions) else [script]
+    scripts = [plotting_bundle(), script] if any(view["charts"] for view in missions) else [script]
     text = template("page.html.j2").render(
-        title=title or (missions[0].file if len(results) == 1 else tally(results)),
+        title=title or (missions[0]["file"] if len(results) == 1 else tally(results)),
         is_one=len(results) == 1 and not title,
         missions=order,
         heads=[one.label for one in KEY_FIGURES],
-        overview=() if title else _overview([results[view.number] for view in order], order),
+        overview=() if title else _overview(results, order),
         sections=sections,
         style=style,
         scripts=scripts,
         policy=_policy(scripts),
         config=page_json(chart_config("page")),
-        payloads=[page_json(view.payload) for view in missions],
+        payloads=[page_json(view["payload"]) for view in missions],
         version=version,
         made_at=made_at.strftime("%Y-%m-%d %H:%M %Z").strip(),
     )
@@ -140,20 +141,17 @@ def template(name: str) -> Any:  # noqa: ANN401 - jinja2 is loaded late
     return environment.get_template(name)
 
 
-def _overview(results: Results, views: Sequence[MissionView]) -> list[dict[str, object]]:
-    """Return a row for each mission, in the order given; none for a page of one mission."""
-    if len(results) < 2:
-        return []
+def _overview(results: Results, views: Sequence[dict[str, Any]]) -> list[dict[str, object]]:
+    """Return a row for each view of a mission; none for a page of one mission."""
     return [
         {
+            **{key: view[key] for key in ("number", "file", "verdict")},
             "rank": rank,
-            "number": view.number,
-            "file": view.file,
-            "verdict": view.verdict,
             "numbers": [shown_figure(figures(result), one) for one in KEY_FIGURES],
-            "findings": tally_text(result),
+            "findings": finding_tally(result.findings) or quantity.ABSENT,
         }
-        for rank, (result, view) in enumerate(zip(results, views, strict=True), start=1)
+        for rank, view in enumerate(views if len(views) > 1 else (), start=1)
+        for result in [results[view["number"]]]
     ]
 
 

@@ -19,18 +19,9 @@ _TITLES = {"map": "Map of the parts", "energy": "Energy of each part"}
 
 
 def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
-    """Return a section that shows the parts of a mission, for `check_html`.
+    """Return a ``section`` that shows the parts of a mission, for `check_html`; its text is escaped.
 
-    Parameters
-    ----------
-    split : Split
-        As `planner.split_mission` returns it.  Its parts are taken to be the missions of the page, in
-        their order.
-
-    Returns
-    -------
-    markupsafe.Markup
-        One ``section`` element, all text escaped.
+    The parts are the missions of the page, in their order.
 
     Raises
     ------
@@ -39,21 +30,18 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
     """
     figures = {"map": split_map_figure(split), "energy": split_energy_figure(split)}
     payload = {name: figure.to_dict(validate=False) for name, figure in figures.items()}
-    documents = [part_document(part) for part in split.parts]
     sums = together(split)
     rows = [
         {
             "verdict": part.result.verdict,
             "flies": flown_text(part),
-            "numbers": [shown_figure(document, one) for one in KEY_FIGURES],
+            "numbers": [shown_figure(part_document(part), one) for one in KEY_FIGURES],
         }
-        for part, document in zip(split.parts, documents, strict=True)
+        for part in split.parts
     ]
     totals = {
-        "time_s": ShownFigure("", quantity.duration(sums["time_s"]), "time_s", sums["time_s"]),
-        "energy_wh": ShownFigure(
-            "", quantity.energy(sums["energy_wh"]), "energy_wh", sums["energy_wh"]
-        ),
+        key: ShownFigure("", shown(sums[key]), key, sums[key])
+        for key, shown in (("time_s", quantity.duration), ("energy_wh", quantity.energy))
     }
     return template("split.html.j2").module.split(
         heads=[one.label for one in KEY_FIGURES],

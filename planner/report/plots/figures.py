@@ -22,24 +22,12 @@ _MISSING = "pictures need the libraries of mavjoule[report]: pip install 'mavjou
 
 
 def load_altair() -> ModuleType:
-    """Return Altair, which builds pictures.
-
-    Raises
-    ------
-    UsageError
-        If it is not installed.
-    """
+    """Return Altair, which builds pictures; without it raise ``UsageError``."""
     return _load("altair")
 
 
 def load_converter() -> ModuleType:
-    """Return vl-convert, which writes pictures without a browser.
-
-    Raises
-    ------
-    UsageError
-        If it is not installed.
-    """
+    """Return vl-convert, which writes pictures without a browser; without it raise ``UsageError``."""
     return _load("vl_convert")
 
 
@@ -147,24 +135,14 @@ def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -
 
 
 def still_svg(figure: Chart) -> str:
-    """Return a picture as SVG to stand in a page, in the page's ink and without labels of its parts.
-
-    Raises
-    ------
-    UsageError
-        If a library is missing.
-    """
+    """Return a picture as SVG to stand in a page, in the page's ink and without labels of its parts."""
     config = chart_config("page") | {"aria": False}
     svg: str = load_converter().vegalite_to_svg(figure.to_dict(validate=False) | {"config": config})
     return svg
 
 
 def write_figures(
-    figures: Mapping[str, Chart],
-    folder: Path | str,
-    *,
-    file_formats: Sequence[str] = FILE_FORMATS,
-    scheme: Scheme = "light",
+    figures: Mapping[str, Chart], folder: Path | str, *, file_formats: Sequence[str] = FILE_FORMATS
 ) -> tuple[Path, ...]:
     """Write pictures into a folder, which is made where it is not there, and return their files.
 
@@ -173,11 +151,8 @@ def write_figures(
     figures : mapping of str to altair.TopLevelMixin
         By the stem of their files.
     folder : Path or str
-        Where to.
     file_formats : sequence of str
         ``svg``, ``png``.
-    scheme : str
-        ``light`` or ``dark``.
 
     Raises
     ------
@@ -188,10 +163,24 @@ def write_figures(
     """
     folder = Path(folder)
     make_output_folder(folder, holding="figures")
-    paths = []
-    for stem, figure in figures.items():
-        for file_format in file_formats:
-            path = folder / f"{stem}.{file_format}"
-            write_figure(figure, path, scheme=scheme)
-            paths.append(path)
+    paths = [folder / f"{stem}.{ending}" for stem in figures for ending in file_formats]
+    for path in paths:
+        write_figure(figures[path.stem], path)
     return tuple(paths)
+
+
+def styled(
+    column: str,
+    title: str,
+    curves: Mapping[str, tuple[str, Sequence[int]]],
+    **options: Any,  # noqa: ANN401 - of Altair's channels
+) -> dict[str, Chart]:
+    """Return how curves differ: each of a column's values has a colour and dashes."""
+    alt, domain = load_altair(), list(curves)
+    colours, dashes = ([style[index] for style in curves.values()] for index in (0, 1))
+    return {
+        "color": alt.Color(column, **options).title(title).scale(domain=domain, range=colours),
+        "strokeDash": alt.StrokeDash(column, **options)
+        .title(title)
+        .scale(domain=domain, range=dashes),
+    }

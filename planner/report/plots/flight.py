@@ -16,13 +16,16 @@ from planner.report.plots.figures import (
     STATE_COLOURS,
     Chart,
     load_altair,
+    styled,
 )
 from planner.report.plots.site import map_panel
-from planner.report.plots.tables import make_tables, with_data
+from planner.report.tables import make_tables, with_data
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from planner.flight.budget import BatteryBudget
-    from planner.report.plots.tables import FlightTables, Row
+    from planner.report.tables import FlightTables, Row
     from planner.service.preflight import CheckResult
 
 
@@ -31,7 +34,7 @@ WIDTH, HEIGHT = 720, 200
 _HEIGHTS = ("altitude_amsl_m", "ground_amsl_m")
 _TIME = "Time [min]"
 _LABELLED_BAND = 0.055
-"""Share of the flight that a band of a state takes at least to hold the state's name. [-]"""
+"""Fraction of the flight that a band of a state takes at least to hold the state's name. [-]"""
 _CHARACTER_PX = 6.2
 """Width of a character of a state's name, about."""
 _SPREAD = "8 of 10 flights"
@@ -42,10 +45,7 @@ _USED, _NEEDED = "used so far", "used once home, turning back here"
 def profile_figure(result: CheckResult) -> Chart:
     """Return altitude, over the ground where it is known, and ground speed over time.
 
-    Raises
-    ------
-    UsageError
-        If nothing is flown, or Altair is missing.
+    As every figure of a result it raises ``UsageError`` if nothing is flown, or Altair is missing.
     """
     tables = make_tables(result)
     panels = load_altair().vconcat(altitude_panel(tables), speed_panel(tables))
@@ -53,33 +53,29 @@ def profile_figure(result: CheckResult) -> Chart:
 
 
 def power_figure(result: CheckResult) -> Chart:
-    """Return the electrical power over time, on bands that name the states.
-
-    Raises
-    ------
-    UsageError
-        If nothing is flown, or Altair is missing.
-    """
-    tables = make_tables(result)
-    return with_data(power_panel(tables), tables)
+    """Return the electrical power over time, on bands that name the states."""
+    return _with_rows(power_panel, result)
 
 
 def energy_figure(result: CheckResult) -> Chart:
-    """Return the energy used over time, and what it would be at home when turning back there.
+    """Return the energy used over time, and what it would be at home when turning back there."""
+    return _with_rows(energy_panel, result)
 
-    Raises
-    ------
-    UsageError
-        If nothing is flown, or Altair is missing.
-    """
+
+def map_figure(result: CheckResult) -> Chart:
+    """Return the path flown over ground, north up, a metre as long in both directions."""
+    return _with_rows(map_panel, result)
+
+
+def _with_rows(panel: Callable[[FlightTables], Chart], result: CheckResult) -> Chart:
     tables = make_tables(result)
-    return with_data(energy_panel(tables), tables)
+    return with_data(panel(tables), tables)
 
 
 def altitude_panel(tables: FlightTables) -> Chart:
     """Return the altitude over time, over the ground or, where that is not known, over home."""
     alt = load_altair()
-    home_m = tables.assessment.route.home_amsl_m
+    home_m, terrain = tables.assessment.route.home_amsl_m, tables.assessment.setup.terrain
     flight = alt.Chart(alt.NamedData("flight"))
     x = _time_axis(tables)
     y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
@@ -95,7 +91,7 @@ def altitude_panel(tables: FlightTables) -> Chart:
         ),
         flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
     ]
-    if tables.assessment.setup.terrain is not None:
+    if terrain is not None:
         ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").title(None))
         layers = [
             ground.mark_area(color=GREY, opacity=0.35, line=False).encode(
@@ -104,11 +100,7 @@ def altitude_panel(tables: FlightTables) -> Chart:
             ground.mark_line(color=GREY, strokeWidth=1.2),
             *layers,
         ]
-    what = (
-        "over the ground"
-        if tables.assessment.setup.terrain is not None
-        else "with the altitude of home"
-    )
+    what = "with the altitude of home" if terrain is None else "over the ground"
     return _panel(alt.layer(*layers), f"Altitude of the flight over time, {what}")
 
 
@@ -116,15 +108,9 @@ def speed_panel(tables: FlightTables) -> Chart:
     """Return the ground speed over time."""
     alt = load_altair()
     top_m_s = max(round(1.1 * max(row["speed_m_s"] for row in tables.flight), 2), 1.0)
-    line = (
-        alt.Chart(alt.NamedData("flight"))
-        .mark_line(color=GREEN, strokeWidth=1.5)
-        .encode(
-            x=_time_axis(tables),
-            y=alt.Y("speed_m_s:Q").title("Ground speed [m/s]").scale(domain=[0.0, top_m_s]),
-        )
-    )
-    return _panel(alt.layer(line), "Ground speed over time")
+    y = alt.Y("speed_m_s:Q").title("Ground speed [m/s]").scale(domain=[0.0, top_m_s])
+    line = alt.Chart(alt.NamedData("flight")).mark_line(color=GREEN, strokeWidth=1.5)
+    return _panel(alt.layer(line.encode(x=_time_axis(tables), y=y)), "Ground speed over time")
 
 
 def power_panel(tables: FlightTables) -> Chart:
@@ -145,13 +131,15 @@ def power_panel(tables: FlightTables) -> Chart:
     named = [
         {
             "middle_min": round(0.5 * (row["start_min"] + row["end_min"]), 4),
-            "share": round((row["end_min"] - row["start_min"]) / whole_min, 4),
+            "fraction": round((row["end_min"] - row["start_min"]) / whole_min, 4),
             "state": row["state"],
         }
         for row in tables.states
         if row["end_min"] - row["start_min"] > _LABELLED_BAND * whole_min
     ]
-    has_room = alt.ExprRef(f"datum.share * width > {_CHARACTER_PX} * length(datum.state) ? 1 : 0")
+    has_room = alt.ExprRef(
+        f"datum.fraction * width > {_CHARACTER_PX} * length(datum.state) ? 1 : 0"
+    )
     if tables.assessment.vehicle.is_power_known:
         layers.append(
             alt.Chart(alt.NamedData("flight"))
@@ -170,14 +158,12 @@ def energy_panel(tables: FlightTables) -> Chart:
     """Return the energy over time, with the return, the battery and the reserve."""
     alt = load_altair()
     x = _time_axis(tables)
-    legend = alt.Legend(labelLimit=400, columns=1)
     battery = tables.result.battery
     highest_wh = [row["needed_wh"] for row in tables.returns] + [tables.result.totals.energy_wh]
     highest_wh += [row["p90_wh"] for row in tables.band[-1:]]
     top_wh = round(1.1 * max([*highest_wh, 0.0 if battery is None else battery.usable_wh]), 3)
-    domain = [_USED, _NEEDED]
-    colour = alt.Color("curve:N", legend=legend).title("Energy")
-    dash = alt.StrokeDash("curve:N", legend=legend).title("Energy")
+    styles = {_USED: (ORANGE, [1, 0]), _NEEDED: (BLUE, [6, 3])}
+    legend = alt.Legend(labelLimit=400, columns=1)
 
     def curve(rows: Chart, column: str, name: str) -> Chart:
         return (
@@ -187,8 +173,7 @@ def energy_panel(tables: FlightTables) -> Chart:
             .encode(
                 x=x,
                 y=alt.Y(f"{column}:Q").title("Energy [Wh]").scale(domain=[0.0, top_wh]),
-                color=colour.scale(domain=domain, range=[ORANGE, BLUE]),
-                strokeDash=dash.scale(domain=domain, range=[[1, 0], [6, 3]]),
+                **styled("curve:N", "Energy", styles, legend=legend),
             )
         )
 
@@ -251,17 +236,10 @@ def tightest_row(tables: FlightTables) -> Row | None:
 def limit_rows(battery: BatteryBudget) -> list[Row]:
     """Return what the battery holds, and where its reserve begins."""
     above_wh = battery.usable_wh - battery.reserve_wh
+    limits = (("battery", "battery", battery.usable_wh), ("reserve", "reserve begins", above_wh))
     return [
-        {
-            "limit": "battery",
-            "energy_wh": round(battery.usable_wh, 3),
-            "label": f"battery, {quantity.energy(battery.usable_wh)}",
-        },
-        {
-            "limit": "reserve",
-            "energy_wh": round(above_wh, 3),
-            "label": f"reserve begins, {quantity.energy(above_wh)}",
-        },
+        {"limit": limit, "energy_wh": round(wh, 3), "label": f"{words}, {quantity.energy(wh)}"}
+        for limit, words, wh in limits
     ]
 
 
@@ -288,20 +266,7 @@ def _panel(chart: Chart, description: str) -> Chart:
 def mission_figures(result: CheckResult) -> dict[str, Chart]:
     """Return every picture of a result by name; the tables behind them are made once.
 
-    Parameters
-    ----------
-    result : CheckResult
-        As `planner.check` returns it.
-
-    Returns
-    -------
-    dict
-        Altair charts: ``map``, ``altitude``, ``speed``, ``power`` and, where it is known, ``energy``.
-
-    Raises
-    ------
-    UsageError
-        If nothing is flown, or Altair is missing.
+    They are ``map``, ``altitude``, ``speed``, ``power`` and, where it is known, ``energy``.
     """
     tables = make_tables(result)
     return {name: with_data(panel, tables) for name, panel in mission_panels(tables).items()}

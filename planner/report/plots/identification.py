@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.identify.manoeuvres import simulated_answers
-from planner.report.plots.figures import BLUE, GREY, Chart, load_altair
+from planner.report.plots.figures import BLUE, GREY, Chart, load_altair, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planner.identify.segments import MeasuredPower
     from planner.identify.verification import Verification
     from planner.logs.record import FlightRecord
-    from planner.report.plots.tables import Row
+    from planner.report.tables import Row
     from planner.vehicle.model import VehicleModel
 
 
@@ -41,17 +41,12 @@ _95_PERCENT = 1.96
 """Standard deviations either side of a mean. [-]"""
 _LEVEL_M_S = 0.3
 """A flight that climbs more slowly is level. [m s⁻¹]"""
-_FLOWN, _MODEL = "flown", "model"
+_FLOWN, _MODEL, _PREDICTED = "flown", "model", "predicted"
+_CURVES = {_FLOWN: (GREY, [1, 0]), _MODEL: (BLUE, [6, 2])}
 
 
 def identification_figures(found: Identification) -> dict[str, Chart]:
-    """Return the pictures of an identification by name, only those there are data for.
-
-    Raises
-    ------
-    UsageError
-        If Altair is missing.
-    """
+    """Return the pictures of an identification by name, only those there are data for."""
     evidence, model = found.evidence, found.model
     figures = {response.name: _response(response) for response in evidence.responses}
     if evidence.steady:
@@ -95,7 +90,7 @@ def _response(response: ResponseEvidence) -> Chart:
             x=alt.X("time_s:Q").title("Time after the command [s]").scale(nice=False),
             y=alt.Y("answer:Q").title(_LABELS[response.name]),
             detail="manoeuvre:N",
-            **_styles(),
+            **styled("what:N", "Curve", _CURVES),
         )
     ]
     if response.window_s is not None:
@@ -126,8 +121,7 @@ def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
     return _points_and_law(
         [(h.height_above_home_m, h.power_w, h.error_w) for h in hovers],
         law,
-        x_title="Height above home [m]",
-        y_title="Power [W]",
+        titles=("Height above home [m]", "Power [W]"),
     )
 
 
@@ -150,8 +144,7 @@ def _power_over_speed(steady: Sequence[MeasuredPower], model: VehicleModel) -> C
     return _points_and_law(
         [(one.airspeed_m_s, one.power_w, one.error_w) for one in level],
         law,
-        x_title="Airspeed [m/s]",
-        y_title="Power [W]",
+        titles=("Airspeed [m/s]", "Power [W]"),
     )
 
 
@@ -164,8 +157,7 @@ def _power_over_climb(steady: Sequence[MeasuredPower]) -> Chart:
             if one.airspeed_m_s < 1.0
         ],
         None,
-        x_title="Climb rate [m/s]",
-        y_title="Power [W]",
+        titles=("Climb rate [m/s]", "Power [W]"),
     )
 
 
@@ -174,8 +166,7 @@ def _battery(battery: BatteryFit) -> Chart:
     return _points_and_law(
         list(zip(battery.ocv_soc, battery.ocv_v, battery.ocv_error_v, strict=True)),
         (np.array(battery.ocv_soc), np.array(battery.ocv_v)),
-        x_title="State of charge [-]",
-        y_title="Open-circuit voltage [V]",
+        titles=("State of charge [-]", "Open-circuit voltage [V]"),
     )
 
 
@@ -183,8 +174,7 @@ def _points_and_law(
     points: Sequence[tuple[float, float, float]],
     law: tuple[FloatArray, FloatArray] | None,
     *,
-    x_title: str,
-    y_title: str,
+    titles: tuple[str, str],
 ) -> Chart:
     """Return what was flown as points with their 95 % range, and a law as a line."""
     alt = load_altair()
@@ -198,12 +188,12 @@ def _points_and_law(
         }
         for x, y, error in points
     ]
-    x_axis = alt.X("x:Q").title(x_title).scale(zero=False)
-    y_axis = alt.Y("y:Q").title(y_title).scale(zero=False)
+    x_axis = alt.X("x:Q").title(titles[0]).scale(zero=False)
+    y_axis = alt.Y("y:Q").title(titles[1]).scale(zero=False)
     measured = alt.Chart(alt.InlineData(values=rows))
     layers = [
         measured.mark_rule(color=GREY, strokeWidth=1.5).encode(
-            x=x_axis, y=alt.Y("low:Q").title(y_title), y2="high:Q"
+            x=x_axis, y=alt.Y("low:Q").title(titles[1]), y2="high:Q"
         ),
         measured.mark_point(filled=True, size=45, color=GREY, opacity=1.0).encode(
             x=x_axis, y=y_axis, shape=alt.Shape("what:N").title("Data")
@@ -222,18 +212,6 @@ def _points_and_law(
     return alt.layer(*layers)
 
 
-def _styles() -> dict[str, Any]:
-    """Return how flown and modelled curves differ: by colour and by dashes."""
-    alt = load_altair()
-    domain = [_FLOWN, _MODEL]
-    return {
-        "color": alt.Color("what:N").title("Curve").scale(domain=domain, range=[GREY, BLUE]),
-        "strokeDash": alt.StrokeDash("what:N")
-        .title("Curve")
-        .scale(domain=domain, range=[[1, 0], [6, 2]]),
-    }
-
-
 VERIFICATION_WIDTH, VERIFICATION_HEIGHT = 720, 160
 """Of a panel. [px]"""
 MOST_ROWS = 2_000
@@ -243,37 +221,20 @@ _PANELS = (
     ("height_above_home_m", "Height above home [m]"),
     ("ground_speed_m_s", "Ground speed [m/s]"),
 )
-_AS_FLOWN, _PREDICTED = "flown", "predicted"
 
 
 def verification_figure(one: Verification, *, title: str = "") -> Chart:
-    """Return a flight and its prediction, one over the other, over the time since they began.
-
-    Parameters
-    ----------
-    one : Verification
-        What to draw.
-    title : str
-        Above the panels.
-
-    Raises
-    ------
-    UsageError
-        If Altair is missing.
-    """
+    """Return a flight and its prediction, one over the other, over the time since they began."""
     alt = load_altair()
-    rows = _rows(one.flown, _AS_FLOWN) + _rows(one.foreseen, _PREDICTED)
-    domain = [_AS_FLOWN, _PREDICTED]
+    rows = _rows(one.flown, _FLOWN) + _rows(one.foreseen, _PREDICTED)
+    styles = {_FLOWN: _CURVES[_FLOWN], _PREDICTED: _CURVES[_MODEL]}
     panels = [
         alt.Chart(alt.InlineData(values=rows, name="flights"))
         .mark_line(strokeWidth=1.5)
         .encode(
             x=alt.X("time_s:Q").title("Time [s]").scale(nice=False),
             y=alt.Y(f"{column}:Q").title(label),
-            color=alt.Color("flight:N").title("Flight").scale(domain=domain, range=[GREY, BLUE]),
-            strokeDash=alt.StrokeDash("flight:N")
-            .title("Flight")
-            .scale(domain=domain, range=[[1, 0], [6, 2]]),
+            **styled("flight:N", "Flight", styles),
         )
         .properties(width=VERIFICATION_WIDTH, height=VERIFICATION_HEIGHT)
         for column, label in _PANELS
@@ -289,16 +250,12 @@ def _rows(record: FlightRecord, flight: str) -> list[Row]:
     count = len(record.time_s)
     chosen = np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(np.intp)
     time_s = np.round(record.time_s[chosen], 2).tolist()
-    columns = [_column(getattr(record, name), chosen) for name, _ in _PANELS]
+    columns = [
+        [round(value, 2) if np.isfinite(value) else None for value in column[chosen].tolist()]
+        for column in (np.asarray(getattr(record, name), np.float64) for name, _ in _PANELS)
+    ]
     names = ("flight", "time_s", *(name for name, _ in _PANELS))
     return [
         dict(zip(names, row, strict=True))
         for row in zip([flight] * len(time_s), time_s, *columns, strict=True)
-    ]
-
-
-def _column(values: Any, chosen: Any) -> list[float | None]:  # noqa: ANN401 - arrays of a record
-    return [
-        round(value, 2) if np.isfinite(value) else None
-        for value in np.asarray(values, np.float64)[chosen].tolist()
     ]

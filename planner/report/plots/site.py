@@ -8,13 +8,12 @@ import numpy as np
 
 from planner import quantity
 from planner.report.plots.figures import BLUE, GREEN, ORANGE, PURPLE, RED, Chart, load_altair
-from planner.report.plots.tables import make_tables, with_data
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray
-    from planner.report.plots.tables import FlightTables, Row
+    from planner.report.tables import FlightTables, Row
     from planner.service.preflight import CheckResult
 
 
@@ -27,14 +26,19 @@ _FAR_FENCE = 3.0
 _MOST_NUMBERS = 40
 """Items that have their number beside them: more hide each other."""
 _NEAR_PX = 12.0
-"""Marks nearer to each other share one name."""
+"""Marks nearer to each other have one name together."""
 _ROOM = "room to react and stop, position error"
 _ROOM_OPACITY = 0.3
 _FENCE_DASHES = {"stay inside": [1, 0], "keep out": [5, 3]}
 _MOST_NAMES = 3
 _CHARACTER_PX = 6.0
 """Width of a character of a name, about."""
-_KINDS = ("item", "home", "rally point")
+_KINDS = {
+    "item": ("circle", BLUE),
+    "home": ("square", GREEN),
+    "rally point": ("triangle-up", ORANGE),
+}
+"""Shape and colour of each."""
 
 
 class View(NamedTuple):
@@ -46,22 +50,11 @@ class View(NamedTuple):
     north_m: float
 
 
-def map_figure(result: CheckResult) -> Chart:
-    """Return the path flown over ground, north up, a metre as long in both directions.
-
-    Raises
-    ------
-    UsageError
-        If nothing is flown, or Altair is missing.
-    """
-    tables = make_tables(result)
-    return with_data(map_panel(tables), tables)
-
-
 def map_panel(tables: FlightTables) -> Chart:
     """Return the map of tables."""
     alt = load_altair()
-    marks, view = tables.marks, map_view(tables)
+    marks = tables.marks
+    view = ground_view([*tables.path, *marks, *tables.stretches], tables.fence)
     x, y = ground_axes(view)
 
     def layer(data: Chart) -> Chart:
@@ -86,11 +79,7 @@ def map_panel(tables: FlightTables) -> Chart:
             )
         )
     if tables.fence:
-        layers.append(
-            layer(alt.NamedData("fence"))
-            .mark_line(strokeWidth=1.8, clip=True, color=RED)
-            .encode(detail="area:N", order="order:Q", strokeDash=fence_dashes(tables.fence))
-        )
+        layers.append(fence_layer(layer(alt.NamedData("fence")), tables.fence))
     layers.append(
         layer(alt.NamedData("path"))
         .mark_line(color=BLUE, strokeWidth=1.5, clip=True)
@@ -107,19 +96,14 @@ def map_panel(tables: FlightTables) -> Chart:
             .encode(text="code:N"),
         ]
     kinds = [kind for kind in _KINDS if any(row["kind"] == kind for row in marks)]
-    shapes = dict(zip(_KINDS, ("circle", "square", "triangle-up"), strict=True))
-    colours = dict(zip(_KINDS, (BLUE, GREEN, ORANGE), strict=True))
+    shapes, colours = ([_KINDS[kind][index] for kind in kinds] for index in (0, 1))
     crowded = len(marks) > _MOST_NUMBERS
     layers.append(
         layer(alt.NamedData("marks"))
         .mark_point(filled=True, size=18 if crowded else 45, opacity=1.0, clip=True)
         .encode(
-            shape=alt.Shape("kind:N")
-            .scale(domain=kinds, range=[shapes[kind] for kind in kinds])
-            .title("Place"),
-            color=alt.Color("kind:N")
-            .scale(domain=kinds, range=[colours[kind] for kind in kinds])
-            .title("Place"),
+            shape=alt.Shape("kind:N").scale(domain=kinds, range=shapes).title("Place"),
+            color=alt.Color("kind:N").scale(domain=kinds, range=colours).title("Place"),
             tooltip=[
                 alt.Tooltip("label:N").title("place"),
                 alt.Tooltip("latitude_deg:Q").title("latitude [°]"),
@@ -187,16 +171,13 @@ def ground_axes(view: View) -> tuple[Chart, Chart]:
     )
 
 
-def fence_dashes(fence: list[Row]) -> Chart:
-    """Return how the outlines of a fence say which side to keep."""
-    dashes = load_altair().StrokeDash("kind:N").title("Fence")
+def fence_layer(chart: Chart, fence: list[Row]) -> Chart:
+    """Return the outlines of a fence on a chart of its rows; dashes say which side to keep."""
     kinds = [kind for kind in _FENCE_DASHES if any(row["kind"] == kind for row in fence)]
-    return dashes.scale(domain=kinds, range=[_FENCE_DASHES[kind] for kind in kinds])
-
-
-def map_view(tables: FlightTables) -> View:
-    """Return what of the ground is shown: the flight, and the fence if it is not far larger."""
-    return ground_view([*tables.path, *tables.marks, *tables.stretches], tables.fence)
+    dashes = load_altair().StrokeDash("kind:N").title("Fence")
+    dashes = dashes.scale(domain=kinds, range=[_FENCE_DASHES[kind] for kind in kinds])
+    lines = chart.mark_line(strokeWidth=1.8, clip=True, color=RED)
+    return lines.encode(detail="area:N", order="order:Q", strokeDash=dashes)
 
 
 def ground_view(places: list[Row], fence: Sequence[Row] = ()) -> View:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle, pairwise
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,23 +20,19 @@ from planner.report.plots.figures import (
     Chart,
     load_altair,
 )
-from planner.report.plots.site import HEIGHT, WIDTH, fence_dashes, ground_axes, ground_view
-from planner.report.plots.tables import fence_rows, path_rows, place_rows
+from planner.report.plots.site import HEIGHT, WIDTH, fence_layer, ground_axes, ground_view
+from planner.report.tables import fence_rows, path_rows, place_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from planner.arrays import FloatArray
     from planner.report.plots.site import View
-    from planner.report.plots.tables import Row
-    from planner.service.preflight import CheckResult
+    from planner.report.tables import Row
+    from planner.service.split import Split
 
 
 _BAR_PX = 24
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY)
 """Parts that follow each other have different ones; more parts than these have them again."""
-
-
 _ON_COLOURS = "#000000"
 """Ink on them, whatever the page's is."""
 _LABEL_PLACES = 41
@@ -45,39 +41,10 @@ _OWN = 1
 """Of the stretches of a part: the way there, its own legs, the return."""
 
 
-class FlownPart(Protocol):
-    """A part of a mission, such as `planner.service.split` makes."""
-
-    @property
-    def result(self) -> CheckResult:
-        """Of its check."""
-
-    @property
-    def first_own_item(self) -> int:
-        """Item of the part from which on it flies the mission's legs, from 1."""
-
-    @property
-    def last_own_item(self) -> int:
-        """Last item of the part that does."""
-
-
-class FlownParts(Protocol):
-    """A mission split into flights, such as `planner.service.split` makes."""
-
-    @property
-    def parts(self) -> Sequence[FlownPart]:
-        """In the order they are flown."""
-
-
-def split_map_figure(split: FlownParts) -> Chart:
+def split_map_figure(split: Split) -> Chart:
     """Return the parts of a mission over ground, north up, each with its number and its colour.
 
     The legs of the mission are wide, the ways there and home thin.
-
-    Raises
-    ------
-    UsageError
-        If Altair is missing.
     """
     alt = load_altair()
     assessment = split.parts[0].result.assessment
@@ -93,11 +60,7 @@ def split_map_figure(split: FlownParts) -> Chart:
 
     layers = []
     if fence:
-        layers.append(
-            layer(fence)
-            .mark_line(strokeWidth=1.8, clip=True, color=RED)
-            .encode(detail="area:N", order="order:Q", strokeDash=fence_dashes(fence))
-        )
+        layers.append(fence_layer(layer(fence), fence))
     layers.append(
         layer([row for row in legs if not row["is_own"]])
         .mark_line(strokeWidth=1.0, clip=True, color=GREY, strokeDash=[3, 3])
@@ -106,18 +69,16 @@ def split_map_figure(split: FlownParts) -> Chart:
     own = [row for row in legs if row["is_own"]]
     names = [str(number) for number in range(1, len(split.parts) + 1)]
     colours = [colour for _, colour in zip(names, cycle(_COLOURS), strict=False)]
+    colour = alt.Color("part:N").legend(None).scale(domain=names, range=colours)
+    labels = _label_rows(own)
     layers += [
         layer(own)
         .mark_line(strokeWidth=2.6, clip=True, strokeJoin="round")
-        .encode(
-            detail="stretch:N",
-            order="time_min:Q",
-            color=alt.Color("part:N").legend(None).scale(domain=names, range=colours),
-        ),
-        layer(_label_rows(own))
+        .encode(detail="stretch:N", order="time_min:Q", color=colour),
+        layer(labels)
         .mark_point(shape="circle", filled=True, size=330, opacity=1.0, clip=True)
-        .encode(color=alt.Color("part:N").legend(None).scale(domain=names, range=colours)),
-        layer(_label_rows(own))
+        .encode(color=colour),
+        layer(labels)
         .mark_text(fontWeight="bold", clip=True, color=_ON_COLOURS)
         .encode(text="part:N"),
         layer(marks).mark_point(filled=True, size=60, shape="square", opacity=1.0, color=GREEN),
@@ -132,14 +93,8 @@ def split_map_figure(split: FlownParts) -> Chart:
     )
 
 
-def split_energy_figure(split: FlownParts) -> Chart:
-    """Return what each part takes of its battery, and where the reserve begins.
-
-    Raises
-    ------
-    UsageError
-        If Altair is missing.
-    """
+def split_energy_figure(split: Split) -> Chart:
+    """Return what each part takes of its battery, and where the reserve begins."""
     alt = load_altair()
     rows = []
     for number, part in enumerate(split.parts, start=1):
@@ -191,15 +146,15 @@ def _seen(fence: list[Row], view: View) -> list[Row]:
     return [row for row in fence if row["area"] in seen]
 
 
-def _leg_rows(split: FlownParts, number: int) -> list[Row]:
+def _leg_rows(split: Split, number: int) -> list[Row]:
     """Return the way of a part over ground; its own legs and the ways there and home apart."""
     part = split.parts[number]
     assessment = part.result.assessment
     assert assessment is not None  # a part that is a go is flown
     trace = sample_trace(assessment.flight, assessment.route)
     first = np.searchsorted(trace.item, part.first_own_item)
-    behind = np.searchsorted(trace.item, part.last_own_item, side="right")
-    ends = [0, int(first), int(behind), len(trace.item) - 1]
+    after = np.searchsorted(trace.item, part.last_own_item, side="right")
+    ends = [0, int(first), int(after), len(trace.item) - 1]
     return [
         {"part": str(number + 1), "stretch": 3 * number + stage, "is_own": stage == _OWN}
         | {key: row[key] for key in ("time_min", "east_m", "north_m")}
@@ -217,8 +172,8 @@ def _label_rows(own: list[Row]) -> list[Row]:
     placed: dict[str, FloatArray] = {}
     for name, way in ways.items():
         along_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
-        shares_m = np.linspace(0.0, along_m[-1], _LABEL_PLACES)
-        places = np.column_stack([np.interp(shares_m, along_m, column) for column in way.T])
+        looked_at_m = np.linspace(0.0, along_m[-1], _LABEL_PLACES)
+        places = np.column_stack([np.interp(looked_at_m, along_m, column) for column in way.T])
         others = [*(way for other, way in ways.items() if other != name), *placed.values()]
         if others:
             apart = places[:, None] - np.concatenate(others)

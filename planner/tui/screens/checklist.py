@@ -17,14 +17,14 @@ from planner import __version__, catalogue
 from planner.errors import MavjouleError, OutputError, UsageError
 from planner.files import write_output_file
 from planner.findings import Severity
-from planner.report.json import envelope, json_text
+from planner.report.json import envelope, json_text, values
 from planner.report.text import finding_tally, printable
 from planner.service.preflight import CheckResult
 from planner.tui.checked import file_sha256
 from planner.tui.details import summary
-from planner.tui.rows import MARKS, TableColumn, finding_line
+from planner.tui.rows import MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
-from planner.tui.widgets.row_list import RowList
+from planner.tui.widgets.row_list import RowList, Table, TableColumn
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     from textual.app import ComposeResult
 
-    from planner.findings import Finding
     from planner.site_profile import ManualItem
     from planner.tui.checked import Checked
 
@@ -53,58 +52,34 @@ class ChecklistRow(Value):
     """Which family of rules opens and closes here."""
 
 
-class ChecklistTable(Value, eq=False):
-    """Lines as rows of a table."""
-
-    lines: tuple[ChecklistRow, ...]
-    columns: tuple[TableColumn, ...] = (
-        TableColumn(head="", width=3, is_right=False),
-        TableColumn(head="before take-off", width=0, is_right=False),
-    )
-
-    def __len__(self) -> int:
-        return len(self.lines)
-
-    def cells(self, index: int) -> tuple[str, ...]:
-        """Return sign and text."""
-        return self.lines[index].sign, self.lines[index].text
-
-    def tone(self, index: int) -> str:
-        """Return the severity."""
-        return self.lines[index].tone
-
-
 def manual_items(checked: Checked) -> tuple[ManualItem, ...]:
     """Return what the profile asks a person to look at."""
     profile = None if checked.assessment is None else checked.assessment.setup.profile
     return () if profile is None else profile.manual
 
 
-def checklist_table(
-    checked: Checked, *, done: frozenset[int], opened: frozenset[str]
-) -> ChecklistTable:
+def checklist_table(checked: Checked, *, done: frozenset[int], opened: frozenset[str]) -> Table:
     """Return the checklist: only what failed is spread out.
 
-    Parameters
-    ----------
-    checked : Checked
-        The mission as it was checked.
-    done : frozenset of int
-        Manual items that are ticked off, by position.
-    opened : frozenset of str
-        Families that the user opened, or closed where they failed.
+    ``done`` are positions of manual items, ``opened`` families that the user opened, or closed where
+    they failed.
     """
-    return ChecklistTable(lines=(*_manual_lines(checked, done), *_automatic_lines(checked, opened)))
+    return Table(
+        entries=(*_manual_lines(checked, done), *_automatic_lines(checked, opened)),
+        columns=(
+            TableColumn(head="", width=3, is_right=False),
+            TableColumn(head="before take-off", width=0, is_right=False),
+        ),
+        cells_of=lambda line: (line.sign, line.text),
+        tone_of=lambda line: line.tone,
+    )
 
 
 def _manual_lines(checked: Checked, done: frozenset[int]) -> Iterator[ChecklistRow]:
     items = manual_items(checked)
     if not items:
-        yield ChecklistRow(
-            sign="",
-            text="No manual items: add them under [manual] in a --profile file.",
-            tone="info",
-        )
+        text = "No manual items: add them under [manual] in a --profile file."
+        yield ChecklistRow(sign="", text=text, tone="info")
     for position, item in enumerate(items):
         yield ChecklistRow(
             sign="[x]" if position in done else "[ ]",
@@ -121,22 +96,16 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Check
         own = [finding for finding in findings if finding.code[0] == family]
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
-        sign = f" {MARKS[worst]}" if has_failed else " ✔"
-        tally = finding_tally(own) if own else "nothing found"
-        name = catalogue.FAMILIES.get(family, family)
         yield ChecklistRow(
-            sign=sign,
-            text=f"{name}: {tally}",
+            sign=f" {MARKS[worst]}" if has_failed else " ✔",
+            text=f"{catalogue.FAMILIES.get(family, family)}: {finding_tally(own) or 'nothing found'}",
             tone=worst.label if has_failed else "",
             family=family,
         )
         if has_failed is not (family in opened):
-            yield from (
-                ChecklistRow(
-                    sign="", text=f"  {finding_line(one)}", tone=one.severity.label, family=family
-                )
-                for one in own
-            )
+            for one in own:
+                text, tone = f"  {finding_line(one)}", one.severity.label
+                yield ChecklistRow(sign="", text=text, tone=tone, family=family)
 
 
 def sign_off_paths(file: str) -> tuple[Path, ...]:
@@ -167,23 +136,9 @@ def _reserved_path(file: str) -> Path:
 
 
 def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> Path:
-    """Write that a person has gone through the checklist of a mission.
+    """Write that a person has gone through the checklist of a mission, at a time with its zone.
 
-    Parameters
-    ----------
-    checked : Checked
-        The mission as it was checked.
-    done : frozenset of int
-        Manual items that are ticked off, by position.
-    who : str
-        Name of the person.
-    at : datetime
-        With its time zone.
-
-    Returns
-    -------
-    Path
-        A new file beside the mission; those signed before stay.
+    The file is a new one beside the mission; those signed before stay.
 
     Raises
     ------
@@ -194,18 +149,17 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
     """
     items = manual_items(checked)
     open_items = [item for position, item in enumerate(items) if position not in done]
+    problem = ""
     if not who.strip():
-        msg = "name missing: type who signs"
-        raise UsageError(msg)
-    if open_items:
-        msg = f"not ticked off: {open_items[0].section}: {open_items[0].prompt}"
-        raise UsageError(msg)
-    if checked.snapshot is not None:
-        msg = "a mission on a vehicle may change: save it as a file and sign that"
-        raise UsageError(msg)
-    if checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
-        msg = "the mission file changed after the check: check it again first"
-        raise UsageError(msg)
+        problem = "name missing: type who signs"
+    elif open_items:
+        problem = f"not ticked off: {open_items[0].section}: {open_items[0].prompt}"
+    elif checked.snapshot is not None:
+        problem = "a mission on a vehicle may change: save it as a file and sign that"
+    elif checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
+        problem = "the mission file changed after the check: check it again first"
+    if problem:
+        raise UsageError(problem)
     result = checked.result
     document = {
         "mission": checked.file,
@@ -218,8 +172,8 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
         "manual": [
             {"section": item.section, "prompt": item.prompt, "done": True} for item in items
         ],
-        "findings": [_finding_document(finding) for finding in result.findings],
-        "suppressed": [_finding_document(finding) for finding in result.suppressed],
+        "findings": [values(one, _SIGNED) for one in result.findings],
+        "suppressed": [values(one, _SIGNED) for one in result.suppressed],
     }
     text = json_text(envelope(__version__) | document, indent=2)
     path = _reserved_path(checked.file)
@@ -231,15 +185,7 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
     return path
 
 
-def _finding_document(finding: Finding) -> dict[str, object]:
-    return {
-        "code": finding.code,
-        "severity": finding.severity.label,
-        "item": finding.item,
-        "message": finding.message,
-    }
-
-
+_SIGNED = ("code", "severity", "item", "message")
 _TO_SIGN = "n to sign"
 
 
@@ -288,14 +234,14 @@ class ChecklistScreen(Screen[None]):
     def _say_key(self) -> None:
         self.query_one("#who", Input).placeholder = _TO_SIGN
 
-    def _rows(self) -> ChecklistTable:
+    def _rows(self) -> Table:
         return checklist_table(self._checked, done=self._done, opened=self._opened)
 
     @on(RowList.Chosen)
     def action_tick(self) -> None:
         """Tick a manual item off or on; open or close a family."""
         rows = self.query_one("#checklist", RowList)
-        line = self._rows().lines[rows.cursor]
+        line: ChecklistRow = rows.rows.entries[rows.cursor]
         if line.manual is not None:
             self._done ^= {line.manual}
         elif line.family:

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from textual import on
-from textual.message import Message
 from textual.widgets import Static
 
 from planner import quantity
@@ -16,7 +13,7 @@ from planner.errors import ExitCode, MavjouleError
 from planner.findings import Severity
 from planner.guard.authorisation import Verdict
 from planner.report.text import margin_text, printable
-from planner.tui.checked import checked_vehicle
+from planner.tui.checked import checked
 from planner.tui.details import Summary
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.bars import VerdictStrip
@@ -82,45 +79,7 @@ _STALE_S = 5.0
 
 
 class LiveScreen(ReviewScreen):
-    """One look at one vehicle: its mission, battery and home as they change.
-
-    Parameters
-    ----------
-    link : LinkRequest
-        Which vehicle.
-    what_if_of : callable
-        From its address to what it is checked with.
-    """
-
-    @dataclass
-    class Progressed(Message, bubble=False):
-        """Some of what is read at first was read."""
-
-        text: str
-
-    @dataclass
-    class Received(Message, bubble=False):
-        """Everything was read, or some of it again."""
-
-        snapshot: VehicleSnapshot
-
-    @dataclass
-    class Told(Message, bubble=False):
-        """What holds, every second."""
-
-        status: GuardStatus
-
-    @dataclass
-    class Lost(Message, bubble=False):
-        """The vehicle is waited for."""
-
-        why: str
-
-    @dataclass
-    class Broken(Message, bubble=False):
-        """Nothing is watched any more."""
-
-        error: BaseException
+    """One look at one vehicle: its mission, battery and home as they change."""
 
     def __init__(self, link: LinkRequest, what_if_of: Callable[[str], WhatIf]) -> None:
         super().__init__(link.address.text, what_if_of)
@@ -162,37 +121,32 @@ class LiveScreen(ReviewScreen):
                 is_charge_given="charge" in base.values(),
             )
         except BaseException as error:  # noqa: BLE001 - raised again where it ends the program
-            self.post_message(self.Broken(error))
+            self.call_later(self._break, error)
+
+    # What the thread reports
 
     def progress(self, what: str, done: int, count: int | None) -> None:
-        """Take how far a reading is, from the thread."""
+        """Show how far a reading is."""
         text = f"waiting for {what}" if count is None else f"reading {what}, {done} of {count}"
-        self.post_message(self.Progressed(text))
+        self.call_later(self._say, text)
 
     def received(self, snapshot: VehicleSnapshot) -> None:
-        """Take what was read, from the thread."""
-        self.post_message(self.Received(snapshot))
+        """Check everything that was read, or some of it again."""
+        self.call_later(self._take_snapshot, snapshot)
 
     def reported(self, status: GuardStatus) -> None:
-        """Take what holds, from the thread."""
-        self.post_message(self.Told(status))
+        """Show what holds, every second."""
+        self.call_later(self._take_status, status)
 
     def lost(self, why: str) -> None:
-        """Take why the vehicle is waited for, from the thread."""
-        self.post_message(self.Lost(why))
+        """Show why the vehicle is waited for."""
+        self.call_later(self._take_loss, why)
 
-    @on(Progressed)
-    def _tell_progress(self, event: LiveScreen.Progressed) -> None:
-        self._say(event.text)
-
-    @on(Received)
-    def _take_snapshot(self, event: LiveScreen.Received) -> None:
-        self.snapshot, self.base = event.snapshot, None
+    def _take_snapshot(self, snapshot: VehicleSnapshot) -> None:
+        self.snapshot, self.base = snapshot, None
         self.action_recheck()
 
-    @on(Told)
-    def _take_status(self, event: LiveScreen.Told) -> None:
-        status = event.status
+    def _take_status(self, status: GuardStatus) -> None:
         self._received_s = time.monotonic()
         self.query_one("#live", Static).update(live_line(self.file, status))
         is_unknown = status.view.verdict is Verdict.UNKNOWN
@@ -211,17 +165,15 @@ class LiveScreen(ReviewScreen):
         )
         self.query_one(ProfilePlot).show_vehicle(None if energy is None else energy.progress.time_s)
 
-    @on(Lost)
-    def _take_loss(self, event: LiveScreen.Lost) -> None:
-        self.lost_by = event.why
-        self._say(f"LOST, trying again: {event.why}")
+    def _take_loss(self, why: str) -> None:
+        self.lost_by = why
+        self._say(f"LOST, trying again: {why}")
         self._set_unknown("link to the vehicle lost")
 
-    @on(Broken)
-    def _break(self, event: LiveScreen.Broken) -> None:
-        if not isinstance(event.error, MavjouleError):
-            raise event.error
-        self.app.exit(return_code=ExitCode.UNUSABLE, message=f"mavjoule: {event.error}")
+    def _break(self, error: BaseException) -> None:
+        if not isinstance(error, MavjouleError):
+            raise error
+        self.app.exit(return_code=ExitCode.UNUSABLE, message=f"mavjoule: {error}")
 
     def _say(self, text: str) -> None:
         self.query_one("#live", Static).update(f"live {self.file}: {text}")
@@ -265,7 +217,7 @@ class LiveScreen(ReviewScreen):
     def checked(self, what_if: WhatIf) -> Checked:
         """Return what the vehicle held when it was read last, checked."""
         assert self.snapshot is not None  # nothing is asked for before
-        return checked_vehicle(self.snapshot, what_if)
+        return checked(self.snapshot, what_if)
 
     def ask(self, base: Checked | None) -> None:
         """Ask for a check of what was read last, if anything was."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
 from textual.binding import Binding, BindingType
-from textual.message import Message
 from textual.screen import Screen
 from textual.widgets import Static
 from textual.worker import get_current_worker
@@ -18,12 +16,13 @@ from planner import quantity
 from planner.errors import MavjouleError, bug_text
 from planner.findings import Severity
 from planner.report.text import headline, printable
-from planner.tui.checked import FileWatch, check_what_if, deciding_files
+from planner.service.preflight import CheckResult, UnreadableMission, check_file
+from planner.tui.checked import FileWatch, deciding_files
 from planner.tui.details import Details, summary
-from planner.tui.rows import MARKS, TableColumn, finding_line
+from planner.tui.rows import MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar
 from planner.tui.widgets.panes import DetailsPane
-from planner.tui.widgets.row_list import RowList
+from planner.tui.widgets.row_list import RowList, Table, TableColumn
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -31,13 +30,16 @@ if TYPE_CHECKING:
 
     from textual.app import ComposeResult
 
-    from planner.service.preflight import CheckResult, UnreadableMission
     from planner.tui.what_if import WhatIf
 
 
 SUFFIXES = frozenset({".plan", ".waypoints", ".mission"})
 """What mission files are called; a file that is named by the user may be called anything."""
 MOST_LISTED = 2000
+
+
+Outcome = CheckResult | UnreadableMission | str
+"""Of a check; a text says why a mission could not be checked."""
 
 
 class MissionEntry(Value):
@@ -57,78 +59,64 @@ def entries_of(folder: Path) -> tuple[MissionEntry, ...]:
         inside = sorted(folder.iterdir(), key=lambda path: path.name.lower())
     except OSError:
         inside = []
-    up = MissionEntry(path=str(folder / ".."), name="../", is_folder=True)
     seen = [path for path in inside if not path.name.startswith(".")][:MOST_LISTED]
-    missions = [
-        MissionEntry(path=str(path), name=printable(path.name))
-        for path in seen
-        if path.suffix.lower() in SUFFIXES and path.is_file()
-    ]
-    folders = [
-        MissionEntry(path=str(path), name=f"{printable(path.name)}/", is_folder=True)
-        for path in seen
-        if path.is_dir()
-    ]
-    return (*missions, *folders, up)
+    missions = [path for path in seen if path.suffix.lower() in SUFFIXES and path.is_file()]
+    folders = [path for path in seen if path.is_dir()]
+    return (
+        *(_entry(str(path), path.name) for path in (*missions, *folders)),
+        _entry(str(folder / ".."), ".."),
+    )
+
+
+def _entry(path: str, name: str) -> MissionEntry:
+    is_folder = Path(path).is_dir()
+    return MissionEntry(
+        path=path, name=printable(name) + ("/" if is_folder else ""), is_folder=is_folder
+    )
 
 
 def entries_given(paths: Sequence[str]) -> tuple[MissionEntry, ...]:
     """Return the missions and folders that are named; of a single folder what it holds."""
     if len(paths) == 1 and Path(paths[0]).is_dir():
         return entries_of(Path(paths[0]))
-    return tuple(
-        MissionEntry(
-            path=path,
-            name=printable(path) + ("/" if Path(path).is_dir() else ""),
-            is_folder=Path(path).is_dir(),
-        )
-        for path in paths
-    )
+    return tuple(_entry(path, path) for path in paths)
 
 
-class MissionTable(Value, eq=False):
-    """Missions as rows: sign, name, verdict with what the flight takes and leaves."""
+def mission_table(entries: Sequence[MissionEntry], results: Mapping[str, Outcome]) -> Table:
+    """Return missions as rows: sign, name as wide as it needs, verdict, what the flight takes."""
+    widest = max((len(entry.name) for entry in entries), default=0)
 
-    entries: tuple[MissionEntry, ...]
-    results: Mapping[str, CheckResult | UnreadableMission | str]
-    """By path; a text says why a mission could not be checked."""
-
-    @property
-    def columns(self) -> tuple[TableColumn, ...]:
-        """Heads and widths; the names as wide as they need."""
-        widest = max((len(entry.name) for entry in self.entries), default=0)
-        return (
-            TableColumn(head="", width=1),
-            TableColumn(head="mission", width=min(max(widest, 7), 36), is_right=False),
-            TableColumn(head="verdict", width=7, is_right=False),
-            TableColumn(head="", width=0, is_right=False),
-        )
-
-    def __len__(self) -> int:
-        return len(self.entries)
-
-    def cells(self, index: int) -> tuple[str, ...]:
-        """Return sign, name, verdict and figures."""
-        entry = self.entries[index]
+    def cells(entry: MissionEntry) -> tuple[str, ...]:
+        result = results.get(entry.path)
         if entry.is_folder:
             return "▸", entry.name, "", "folder"
-        result = self.results.get(entry.path)
         if result is None:
             return "…", entry.name, "", "checking"
         if isinstance(result, str):
             return MARKS[Severity.ERROR], entry.name, "NO-GO", printable(result)
-        sign = "✔" if result.verdict == "go" else MARKS[Severity.ERROR]
+        sign = "✔" if _is_go(result) else MARKS[Severity.ERROR]
         return sign, entry.name, result.verdict.upper(), headline(result)
 
-    def tone(self, index: int) -> str:
-        """Return ``error`` for a no-go."""
-        result = self.results.get(self.entries[index].path)
-        if result is None:
-            return ""
-        return "" if not isinstance(result, str) and result.verdict == "go" else "error"
+    return Table(
+        entries=entries,
+        columns=(
+            TableColumn(head="", width=1),
+            TableColumn(head="mission", width=min(max(widest, 7), 36), is_right=False),
+            TableColumn(head="verdict", width=7, is_right=False),
+            TableColumn(head="", width=0, is_right=False),
+        ),
+        cells_of=cells,
+        tone_of=lambda entry: (
+            "error" if entry.path in results and not _is_go(results[entry.path]) else ""
+        ),
+    )
 
 
-def preview(entry: MissionEntry, result: CheckResult | UnreadableMission | str | None) -> Details:
+def _is_go(result: Outcome) -> bool:
+    return not isinstance(result, str) and result.verdict == "go"
+
+
+def preview(entry: MissionEntry, result: Outcome | None) -> Details:
     """Return what is shown of a mission before it is opened."""
     if entry.is_folder or result is None:
         return Details(title=entry.name)
@@ -147,11 +135,11 @@ def preview(entry: MissionEntry, result: CheckResult | UnreadableMission | str |
     )
 
 
-def tally_text(rows: MissionTable) -> str:
+def tally_text(entries: Sequence[MissionEntry], results: Mapping[str, Outcome]) -> str:
     """Return how many missions are checked and go, in a line."""
-    missions = [entry for entry in rows.entries if not entry.is_folder]
-    done = [rows.results[entry.path] for entry in missions if entry.path in rows.results]
-    going = sum(not isinstance(one, str) and one.verdict == "go" for one in done)
+    missions = [entry for entry in entries if not entry.is_folder]
+    done = [results[entry.path] for entry in missions if entry.path in results]
+    going = sum(map(_is_go, done))
     text = f"{quantity.count(len(missions), 'mission')}: {going} GO, {len(done) - going} NO-GO"
     left = len(missions) - len(done)
     return f"{text}, {left} being checked" if left else text
@@ -176,25 +164,18 @@ class MissionsScreen(Screen[None]):
         Binding("q", "app.quit", "Quit"),
     ]
 
-    @dataclass
-    class MissionChecked(Message, bubble=False):
-        """One mission was checked; a text says why it could not be."""
-
-        path: str
-        result: CheckResult | UnreadableMission | str
-
     def __init__(self, paths: Sequence[str], what_if_of: Callable[[str], WhatIf]) -> None:
         super().__init__()
         self._entries = entries_given(paths)
         self._folder = Path(paths[0]) if len(paths) == 1 and Path(paths[0]).is_dir() else None
         self._what_if_of = what_if_of
-        self._results: dict[str, CheckResult | UnreadableMission | str] = {}
+        self._results: dict[str, Outcome] = {}
         self._watch = FileWatch()
 
     def compose(self) -> ComposeResult:
         """Yield the list, the preview and the keys."""
         yield Static(id="tally")
-        yield RowList(self._rows(), empty="No missions here.", id="missions")
+        yield RowList(mission_table((), {}), empty="No missions here.", id="missions")
         yield DetailsPane(id="preview")
         yield KeyBar()
 
@@ -205,13 +186,10 @@ class MissionsScreen(Screen[None]):
         self._check_all()
         self.set_interval(WATCH_S, self.watch_files)
 
-    def _rows(self) -> MissionTable:
-        return MissionTable(entries=self._entries, results=dict(self._results))
-
     def _show(self) -> None:
-        rows = self._rows()
+        rows = mission_table(self._entries, self._results)
         self.query_one("#missions", RowList).show(rows)
-        self.query_one("#tally", Static).update(tally_text(rows))
+        self.query_one("#tally", Static).update(tally_text(self._entries, self._results))
         self._show_preview()
 
     def _show_preview(self) -> None:
@@ -254,18 +232,15 @@ class MissionsScreen(Screen[None]):
             if worker.is_cancelled:
                 return
             try:
-                result: CheckResult | UnreadableMission | str = check_what_if(
-                    path, self._what_if_of(path)
-                )
+                result: Outcome = check_file(path, self._what_if_of(path).setup())
             except (MavjouleError, ValueError) as error:
                 result = str(error)
             except Exception as error:  # noqa: BLE001 - the other missions are checked still
                 result = bug_text(error)
-            self.post_message(self.MissionChecked(path, result))
+            self.call_later(self._take, path, result)
 
-    @on(MissionChecked)
-    def _take(self, event: MissionsScreen.MissionChecked) -> None:
-        self._results[event.path] = event.result
+    def _take(self, path: str, result: Outcome) -> None:
+        self._results[path] = result
         self._show()
 
     @on(RowList.Selected, "#missions")

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.content import Content
-from textual.message import Message
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Input, Static
 from textual.worker import get_current_worker
@@ -112,28 +110,6 @@ class ReviewScreen(Screen[None]):
         Binding("q", "app.quit", "Quit"),
     ]
 
-    @dataclass
-    class Done(Message, bubble=False):
-        """A check is done."""
-
-        number: int
-        base: Checked
-        now: Checked
-
-    @dataclass
-    class Failed(Message, bubble=False):
-        """A check could not be made."""
-
-        number: int
-        problem: str
-
-    @dataclass
-    class ChangesTried(Message, bubble=False):
-        """Changes were tried."""
-
-        number: int
-        found: tuple[Suggestion, ...]
-
     def __init__(self, file: str, what_if_of: Callable[[str], WhatIf]) -> None:
         super().__init__()
         self.file = file
@@ -156,7 +132,7 @@ class ReviewScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Yield the verdict, the panes and the keys."""
         yield VerdictStrip(f"Checking {self.file} …", id="verdict", markup=False)
-        yield PaneBar(PANES, id="pane-bar")
+        yield PaneBar(id="pane-bar")
         yield Panes()
         yield KeyBar()
 
@@ -227,29 +203,29 @@ class ReviewScreen(Screen[None]):
                 base = self.checked(what_if.with_changes({}))
             now = self.checked(what_if) if what_if.changes else base
         except (MavjouleError, ValueError) as error:
-            self.post_message(self.Failed(number, str(error)))
+            self.call_later(self.fail, number, str(error))
         except Exception as error:  # noqa: BLE001 - in words: a check must not seem to go on
-            self.post_message(self.Failed(number, bug_text(error)))
+            self.call_later(self.fail, number, bug_text(error))
         else:
-            self.post_message(self.Done(number, base, now))
+            self.call_later(self.take, number, base, now)
 
     def checked(self, what_if: WhatIf) -> Checked:
         """Return the mission as it is now, checked; called in a thread."""
         return checked(self.file, what_if)
 
-    @on(Done)
-    def _take(self, event: ReviewScreen.Done) -> None:
-        if event.number == self._asked:
-            self.show_checked(event.base, event.now)
-            self.call_after_refresh(self._suggest, event.now, event.number)
+    def take(self, number: int, base: Checked, now: Checked) -> None:
+        """Show a check that is done, if it is the one asked for last."""
+        if number == self._asked:
+            self.show_checked(base, now)
+            self.call_after_refresh(self._suggest, now, number)
 
-    @on(Failed)
-    def _tell(self, event: ReviewScreen.Failed) -> None:
-        if event.number != self._asked:
+    def fail(self, number: int, problem: str) -> None:
+        """Show why a check could not be made."""
+        if number != self._asked:
             return
-        self._problem = event.problem
+        self._problem = problem
         if self.now is None:
-            self.query_one("#verdict", VerdictStrip).update(event.problem)
+            self.query_one("#verdict", VerdictStrip).update(problem)
         self.show_verdict()
         self._show_form(())
 
@@ -260,20 +236,19 @@ class ReviewScreen(Screen[None]):
 
         worker = get_current_worker()
         found: tuple[Suggestion, ...] = ()
-        self.post_message(self.ChangesTried(number, found))
+        self.call_later(self._offer, number, found)
         for suggestion in suggestions(now):
             if worker.is_cancelled:
                 return
             found = (*found, suggestion)
-            self.post_message(self.ChangesTried(number, found))
+            self.call_later(self._offer, number, found)
 
-    @on(ChangesTried)
-    def _offer(self, event: ReviewScreen.ChangesTried) -> None:
-        if event.number != self._asked:
+    def _offer(self, number: int, found: tuple[Suggestion, ...]) -> None:
+        if number != self._asked:
             return
-        self.query_one(WhatIfForm).show_suggestions(event.found)
+        self.query_one(WhatIfForm).show_suggestions(found)
         if self.now is not None and self.now.result.verdict == "no-go":
-            self._going = sum(suggestion.is_go for suggestion in event.found)
+            self._going = sum(suggestion.is_go for suggestion in found)
             self.show_verdict()
 
     @on(WhatIfForm.SettingsTyped)
@@ -306,7 +281,7 @@ class ReviewScreen(Screen[None]):
             self.what_if = self._what_if_of(self.file).with_changes(self.what_if.changes)
         except MavjouleError as error:
             self._asked += 1
-            self.post_message(self.Failed(self._asked, str(error)))
+            self.fail(self._asked, str(error))
         else:
             self.ask(self.base)
 
@@ -314,7 +289,7 @@ class ReviewScreen(Screen[None]):
 
     def action_show_pane(self, pane: str) -> None:
         """Show a pane, where there is room for one, and go to it."""
-        self.query_one(PaneBar).show(PANES, pane)
+        self.query_one(PaneBar).show(pane)
         self.query_one(Panes).show_pane(pane)
 
     def action_turn_picture(self) -> None:
@@ -337,7 +312,7 @@ class ReviewScreen(Screen[None]):
 
         def go(hit: Hit | None) -> None:
             if hit is not None:
-                self.query_one(PaneBar).show(PANES, panes.go_to(hit))
+                self.query_one(PaneBar).show(panes.go_to(hit))
 
         self.app.push_screen(SearchScreen(panes.find), go)
 

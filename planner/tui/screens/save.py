@@ -20,9 +20,9 @@ from planner.mission.convert import mission_at_speed
 from planner.mission.files import write_mission
 from planner.report.json import check_json
 from planner.report.split import flown_text
-from planner.report.text import Medium, check_text, finding_message, headline, printable
+from planner.report.text import Medium, check_text, headline, printable
 from planner.service.conversion import convert_file
-from planner.tui.rows import MARKS
+from planner.tui.rows import finding_line
 
 if TYPE_CHECKING:
     from textual.app import ComposeResult
@@ -34,37 +34,18 @@ if TYPE_CHECKING:
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints"})
 
 
-def default_name(checked: Checked) -> str:
-    """Return the name that is offered for the report of a mission: beside it."""
-    if checked.snapshot is not None:
-        return "vehicle.report.txt"
-    return str(Path(checked.file).with_suffix(".report.txt"))
+def _offered(checked: Checked, ending: str) -> str:
+    """Return the name that is offered: beside the mission."""
+    file = Path("vehicle" if checked.snapshot is not None else checked.file)
+    return str(file.with_name(f"{file.stem}{ending}"))
 
 
-def parts_folder(checked: Checked) -> str:
-    """Return the folder that is offered for the parts of a mission: beside it."""
-    if checked.snapshot is not None:
-        return "vehicle-parts"
-    file = Path(checked.file)
-    return str(file.with_name(f"{file.stem}-parts"))
+class OverwriteError(UsageError):
+    """The file exists; asked a second time, it is overwritten."""
 
 
-def save_parts(split: Split, folder: Path, *, replace: bool = False) -> str:
-    """Save the flights of a split: all of them, or none.
-
-    Parameters
-    ----------
-    split : Split
-        As it was shown.
-    folder : Path
-        Where to; made where it is not there.
-    replace : bool
-        Whether to write over parts that are there.
-
-    Returns
-    -------
-    str
-        What was done, in a sentence.
+def save_parts(split: Split, name: str, *, replace: bool = False) -> str:
+    """Save the flights of a split, all or none, in a folder; return what was done, in a sentence.
 
     Raises
     ------
@@ -75,28 +56,19 @@ def save_parts(split: Split, folder: Path, *, replace: bool = False) -> str:
     """
     from planner.service.split import write_split
 
+    folder = Path(name.strip()).expanduser()
+    if not replace and any(folder.glob("part-*.plan")):
+        msg = f"{folder} already holds parts: press Enter again to overwrite them"
+        raise OverwriteError(msg)
     write_split(split, folder, force=replace)
     return f"{quantity.count(len(split.parts), 'part')} in {folder}"
 
 
 def save(checked: Checked, name: str, *, replace: bool = False) -> str:
-    """Save a review: its report, or the mission as it was tried.
+    """Save a review: its report or, by the suffix, the mission; return what was done, in a sentence.
 
-    A speed that was tried is commanded in the mission that is saved.
-
-    Parameters
-    ----------
-    checked : Checked
-        What is reviewed.
-    name : str
-        The file to write; its suffix says what.
-    replace : bool
-        Whether to write over a file that is there; the mission itself is never written over.
-
-    Returns
-    -------
-    str
-        What was done, in a sentence.
+    A speed that was tried is commanded in the mission that is saved; a file that was read is never
+    written over.
 
     Raises
     ------
@@ -110,8 +82,10 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
     if suffix not in {".txt", ".json", ".html", *MISSION_SUFFIXES}:
         msg = "expected .txt, .json or .html for the report, .plan or .waypoints for the mission"
         raise UsageError(msg)
+    settings = checked.what_if.values()
+    read = (checked.file, *(str(settings.get(key, "")) for key in ("vehicle", "params", "profile")))
     if path.exists():
-        if _is_read(checked, path):
+        if any(Path(one).is_file() and path.samefile(one) for one in read):
             msg = f"{path} is an input of this review: choose another name"
             raise UsageError(msg)
         if not replace:
@@ -149,82 +123,78 @@ def _save_mission(checked: Checked, path: Path) -> str:
     return f"{path}: the mission{flown}, {quantity.count(items, 'item')}{lost}"
 
 
-class OverwriteError(UsageError):
-    """The file exists; asked a second time, it is overwritten."""
-
-
-def _is_read(checked: Checked, path: Path) -> bool:
-    settings = checked.what_if.values()
-    read = [
-        checked.file,
-        *(str(settings[key]) for key in ("vehicle", "params", "profile") if key in settings),
-    ]
-    return any(Path(one).exists() and path.samefile(one) for one in read)
-
-
-class SaveScreen(ModalScreen[None]):
-    """One field; the suffix says what is saved."""
+class _SaveDialog(ModalScreen[None]):
+    """A field that says where to; what exists is overwritten when asked a second time."""
 
     DEFAULT_CSS = """
-    SaveScreen { align: center middle; background: $background 60%; }
-    SaveScreen > Vertical {
-        width: 90%; max-width: 90; height: auto; padding: 1 2; background: $panel;
-        border: round $primary;
-    }
-    SaveScreen #problem { color: $text-warning; height: auto; }
+    _SaveDialog { align: center middle; background: $background 60%; }
+    _SaveDialog > Vertical { background: $panel; border: round $primary; }
+    _SaveDialog #problem { color: $text-warning; height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss", "Back")]
+    _asked = ""
+    """What exists, as the user was warned."""
 
-    def __init__(self, checked: Checked) -> None:
-        super().__init__()
-        self._checked = checked
-        self._asked = ""
-        """The existing file that the user was warned of."""
+    def save(self, name: str, *, replace: bool) -> str:
+        """Save under a name; return what was done."""
+        raise NotImplementedError
 
-    def compose(self) -> ComposeResult:
-        """Yield the field and what may be written."""
-        with Vertical():
-            yield Static(Content.styled("Save as", "bold"))
-            yield Input(default_name(self._checked), id="name")
-            yield Static(
-                ".txt, .json, .html: the report.  .plan or .waypoints: the mission, at the speed tried."
-            )
-            yield Static(id="problem")
+    def on_mount(self) -> None:
+        """Put the keyboard into the field."""
+        self.query_one(Input).focus()
 
     @on(Input.Submitted)
     def _save(self, event: Input.Submitted) -> None:
         try:
-            done = save(self._checked, event.value, replace=event.value == self._asked)
-        except OverwriteError as error:
-            self._asked = event.value
-            self.query_one("#problem", Static).update(Content(str(error)))
+            done = self.save(event.value, replace=event.value == self._asked)
         except MavjouleError as error:
+            if isinstance(error, OverwriteError):
+                self._asked = event.value
             self.query_one("#problem", Static).update(Content(str(error)))
         else:
             self.app.notify(f"Saved {done}", markup=False)
             self.dismiss()
 
 
-class SplitScreen(ModalScreen[None]):
+class SaveScreen(_SaveDialog):
+    """One field; the suffix says what is saved."""
+
+    DEFAULT_CSS = "SaveScreen > Vertical { width: 90%; max-width: 90; height: auto; padding: 1 2; }"
+
+    def __init__(self, checked: Checked) -> None:
+        super().__init__()
+        self._checked = checked
+
+    def compose(self) -> ComposeResult:
+        """Yield the field and what may be written."""
+        with Vertical():
+            yield Static(Content.styled("Save as", "bold"))
+            yield Input(_offered(self._checked, ".report.txt"), id="name")
+            yield Static(
+                ".txt, .json, .html: the report.  .plan or .waypoints: the mission, at the speed tried."
+            )
+            yield Static(id="problem")
+
+    def save(self, name: str, *, replace: bool) -> str:
+        """Save the report or the mission."""
+        return save(self._checked, name, replace=replace)
+
+
+class SplitScreen(_SaveDialog):
     """The flights of a split, and the field for the folder they are saved in."""
 
     DEFAULT_CSS = """
-    SplitScreen { align: center middle; background: $background 60%; }
     SplitScreen > Vertical {
         width: 96%; max-width: 120; height: 96%; max-height: 30; padding: 0 1;
-        background: $panel; border: round $primary;
     }
     SplitScreen VerticalScroll { height: 1fr; }
-    SplitScreen #problem { color: $text-warning; height: auto; max-height: 2; }
+    SplitScreen #problem { max-height: 2; }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss", "Back")]
 
     def __init__(self, split: Split, checked: Checked) -> None:
         super().__init__()
         self._split = split
-        self._checked = checked
-        self._asked = ""
-        """The folder with parts in it that the user was warned of."""
+        self._folder = _offered(checked, "-parts")
 
     def compose(self) -> ComposeResult:
         """Yield the flights and the field."""
@@ -232,28 +202,12 @@ class SplitScreen(ModalScreen[None]):
             with VerticalScroll():
                 yield Static(_split_content(self._split), id="parts")
             yield Static("Save the parts in this folder (Enter: save, Escape: back)")
-            yield Input(parts_folder(self._checked), id="folder")
+            yield Input(self._folder, id="folder")
             yield Static(id="problem")
 
-    def on_mount(self) -> None:
-        """Put the keyboard into the field."""
-        self.query_one("#folder").focus()
-
-    @on(Input.Submitted)
-    def _save(self, event: Input.Submitted) -> None:
-        folder = Path(event.value.strip()).expanduser()
-        if any(folder.glob("part-*.plan")) and event.value != self._asked:
-            self._asked = event.value
-            message = f"{folder} already holds parts: press Enter again to overwrite them"
-            self.query_one("#problem", Static).update(Content(message))
-            return
-        try:
-            done = save_parts(self._split, folder, replace=event.value == self._asked)
-        except MavjouleError as error:
-            self.query_one("#problem", Static).update(Content(str(error)))
-        else:
-            self.app.notify(f"Saved {done}", markup=False)
-            self.dismiss()
+    def save(self, name: str, *, replace: bool) -> str:
+        """Save the parts."""
+        return save_parts(self._split, name, replace=replace)
 
 
 def _split_content(split: Split) -> Content:
@@ -262,12 +216,8 @@ def _split_content(split: Split) -> Content:
     whole = quantity.energy(split.whole.totals.energy_wh)
     lines = [Content.styled(f"{flights} instead of one of {whole}", "bold")]
     for part in split.parts:
-        name = printable(Path(part.file).name)
-        verdict = part.result.verdict.upper()
+        name, verdict = printable(Path(part.file).name), part.result.verdict.upper()
         lines.append(Content(f"✔ {verdict}  {name}  {flown_text(part)}"))
         lines.append(Content(f"      {headline(part.result)}"))
-    lines += [
-        Content(f"{MARKS[one.severity]} {one.code} {finding_message(one)}")
-        for one in split.findings
-    ]
+    lines += [Content(finding_line(one)) for one in split.findings]
     return Content("\n").join(lines)

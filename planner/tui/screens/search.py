@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain, islice
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on
@@ -12,12 +13,12 @@ from textual.widgets import Input
 
 from planner.report.text import printable
 from planner.service.preflight import CheckResult
-from planner.tui.rows import MARKS, TableColumn
-from planner.tui.widgets.row_list import RowList
+from planner.tui.rows import MARKS
+from planner.tui.widgets.row_list import RowList, Table, TableColumn
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from textual.app import ComposeResult
 
@@ -41,74 +42,52 @@ class Hit(Value):
     severity: Severity | None = None
 
 
-class HitTable(Value, eq=False):
-    """Hits as rows of a table."""
-
-    hits: tuple[Hit, ...]
-    columns: tuple[TableColumn, ...] = (
-        TableColumn(head="", width=1),
-        TableColumn(head="number, code or text", width=0, is_right=False),
+def hit_table(found: Sequence[Hit]) -> Table:
+    """Return hits as rows: the sign of a finding's severity, and what was found."""
+    return Table(
+        entries=found,
+        columns=(
+            TableColumn(head="", width=1),
+            TableColumn(head="number, code or text", width=0, is_right=False),
+        ),
+        cells_of=lambda hit: ("" if hit.severity is None else MARKS[hit.severity], hit.text),
+        tone_of=lambda hit: "" if hit.severity is None else hit.severity.label,
     )
-
-    def __len__(self) -> int:
-        return len(self.hits)
-
-    def cells(self, index: int) -> tuple[str, ...]:
-        """Return the sign of a finding's severity, and what was found."""
-        hit = self.hits[index]
-        return "" if hit.severity is None else MARKS[hit.severity], hit.text
-
-    def tone(self, index: int) -> str:
-        """Return the severity."""
-        severity = self.hits[index].severity
-        return "" if severity is None else severity.label
 
 
 def hits(
     result: CheckResult | UnreadableMission, findings: Sequence[Finding], text: str
 ) -> tuple[Hit, ...]:
-    """Return what a text finds, of a number the item itself first.
+    """Return what a text finds among items and findings, whose order is that of the list.
 
-    Parameters
-    ----------
-    result : CheckResult or UnreadableMission
-        The mission, for its items.
-    findings : sequence of Finding
-        As they are listed.
-    text : str
-        A number of an item, a code or the beginning of one, or any words; case does not count.
+    It is a number of an item, which comes first, a code or its beginning, or any words.
     """
     wanted = text.strip().casefold()
     if not wanted:
         return ()
     items = result.items if isinstance(result, CheckResult) else ()
-    found: list[Hit] = []
-    if wanted.isdecimal() and 0 < int(wanted) <= len(items):
-        found.append(_item_hit(items[int(wanted) - 1]))
-    found += _findings_that_hold(findings, wanted)
-    if not wanted.isdecimal():
-        matching = (arrival for arrival in items if wanted in arrival.command.casefold())
-        for arrival in matching:
-            if len(found) >= MOST_HITS:
-                break
-            found.append(_item_hit(arrival))
-    return tuple(found[:MOST_HITS])
-
-
-def _findings_that_hold(findings: Sequence[Finding], wanted: str) -> Iterator[Hit]:
-    for index, finding in enumerate(findings):
-        if wanted.isdecimal():
-            is_hit = str(finding.item) == wanted
-        else:
-            searched = f"{finding.code} {finding.name} {finding.message}"
-            is_hit = wanted in searched.casefold()
-        if is_hit:
-            item = "" if finding.item is None else f" item {finding.item}:"
-            yield Hit(
-                text=f"{finding.code}{item} {printable(finding.message)}",
-                finding=index,
-                severity=finding.severity,
+    is_number = wanted.isdecimal()
+    found = chain(
+        (_item_hit(one) for one in items[int(wanted) - 1 : int(wanted)])
+        if is_number and int(wanted) > 0
+        else (),
+        (
+            Hit(text=_finding_text(one), finding=index, severity=one.severity)
+            for index, one in enumerate(findings)
+            if (
+                str(one.item) == wanted
+                if is_number
+                else wanted in f"{one.code} {one.name} {one.message}".casefold()
             )
+        ),
+        (_item_hit(one) for one in items if not is_number and wanted in one.command.casefold()),
+    )
+    return tuple(islice(found, MOST_HITS))
+
+
+def _finding_text(finding: Finding) -> str:
+    item = "" if finding.item is None else f" item {finding.item}:"
+    return f"{finding.code}{item} {printable(finding.message)}"
 
 
 def _item_hit(arrival: ItemArrival) -> Hit:
@@ -116,13 +95,7 @@ def _item_hit(arrival: ItemArrival) -> Hit:
 
 
 class SearchScreen(ModalScreen[Hit | None]):
-    """A field, and what its text finds.
-
-    Parameters
-    ----------
-    search : callable
-        From a text to what it finds.
-    """
+    """A field, and what the search finds of its text."""
 
     DEFAULT_CSS = """
     SearchScreen { align: center top; background: $background 60%; }
@@ -146,7 +119,7 @@ class SearchScreen(ModalScreen[Hit | None]):
         """Yield the field and the list."""
         with Vertical():
             yield Input(placeholder="number of an item, code or text", id="wanted")
-            yield RowList(HitTable(hits=()), empty="Nothing found.", id="hits")
+            yield RowList(hit_table(()), empty="Nothing found.", id="hits")
 
     def on_mount(self) -> None:
         """Put the keyboard into the field."""
@@ -160,13 +133,12 @@ class SearchScreen(ModalScreen[Hit | None]):
     @on(Input.Changed)
     def _find(self, event: Input.Changed) -> None:
         rows = self.query_one("#hits", RowList)
-        rows.show(HitTable(hits=self._search(event.value)))
+        rows.show(hit_table(self._search(event.value)))
         rows.select(0)
 
     @on(Input.Submitted)
     @on(RowList.Chosen)
     def _choose(self) -> None:
         rows = self.query_one("#hits", RowList)
-        found = rows.rows
-        if isinstance(found, HitTable) and found.hits:
-            self.dismiss(found.hits[rows.cursor])
+        if rows.rows.entries:
+            self.dismiss(rows.rows.entries[rows.cursor])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from rich.segment import Segment as Run
@@ -49,10 +49,16 @@ class Drawing(Widget, can_focus=True):
 
         time_s: float
 
-    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(id=id, classes=classes)
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401 - of Widget
+        super().__init__(**options)
+        self.cursor_s = 0.0
         self._still: Canvas | None = None
         self._shown: Canvas | None = None
+
+    @property
+    def end_s(self) -> float:
+        """When the flight ends; 0 where nothing is flown. [s]"""
+        raise NotImplementedError
 
     def still_canvas(self, columns: int, rows: int) -> Canvas:
         """Return what stays while the cursor moves."""
@@ -61,6 +67,18 @@ class Drawing(Widget, can_focus=True):
     def draw_cursor(self, canvas: Canvas) -> None:
         """Draw what moves with the cursor."""
         raise NotImplementedError
+
+    def point_at(self, time_s: float) -> None:
+        """Put the cursor on a moment without saying so."""
+        if time_s != self.cursor_s:
+            self.cursor_s = time_s
+            self.move_cursor()
+
+    def move_to(self, time_s: float) -> None:
+        """Put the cursor on a moment of the flight, and report it."""
+        if self.end_s > 0.0:
+            self.point_at(min(max(time_s, 0.0), self.end_s))
+            self.post_message(self.Moved(self.cursor_s))
 
     def redraw(self) -> None:
         """Draw everything again."""
@@ -104,13 +122,7 @@ _WEIGHTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dt
 
 
 class Canvas:
-    """Lines and characters on a grid of cells; what is drawn later covers what was there.
-
-    Parameters
-    ----------
-    columns, rows : int
-        Size in cells; at least one each is taken.
-    """
+    """Lines and characters on a grid of cells; what is drawn later covers what was there."""
 
     def __init__(self, columns: int, rows: int) -> None:
         self.columns, self.rows = max(columns, 1), max(rows, 1)
@@ -128,15 +140,7 @@ class Canvas:
         return other
 
     def line(self, x: FloatArray, y: FloatArray, ink: str) -> None:
-        """Draw a line through points in dots, y downwards; what lies outside is left out.
-
-        Parameters
-        ----------
-        x, y : ndarray
-            Corners of the line, finite. (n,) [dots]
-        ink : str
-            What the cells it touches are drawn in.
-        """
+        """Draw a line through finite points, y downwards; what lies outside is left out. (n,) [dots]"""
         across, down = np.rint(x), np.rint(y)
         moved = np.ones(len(across), dtype=bool)
         moved[1:] = (np.diff(across) != 0.0) | (np.diff(down) != 0.0)
@@ -148,16 +152,16 @@ class Canvas:
         steps = np.maximum(np.abs(right), np.abs(lower))
         begins, ends = np.zeros(len(steps)), np.ones(len(steps))
         for start, change, size in ((across, right, self.width), (down, lower, self.height)):
-            low, high = _shares_inside(start[:-1], change, size)
+            low, high = _fractions_inside(start[:-1], change, size)
             begins, ends = np.maximum(begins, low), np.minimum(ends, high)
         first = np.floor(begins * steps)  # of the dots of each leg, those in sight alone are made
         counts = np.maximum(np.ceil(ends * steps) - first, 0.0).astype(np.int64)
         leg = np.repeat(np.arange(len(steps)), counts)
         own = np.arange(len(leg)) - np.repeat(np.cumsum(counts) - counts, counts)
-        share = (first[leg] + own) / steps[leg]
+        fraction = (first[leg] + own) / steps[leg]
         self.dots(
-            np.append(across[leg] + share * right[leg], across[-1]),
-            np.append(down[leg] + share * lower[leg], down[-1]),
+            np.append(across[leg] + fraction * right[leg], across[-1]),
+            np.append(down[leg] + fraction * lower[leg], down[-1]),
             ink,
         )
 
@@ -186,9 +190,9 @@ class Canvas:
         weights = cells.reshape(DOTS_DOWN, self.columns, DOTS_ACROSS) * _WEIGHTS[:, None, :]
         codes = weights.sum(axis=(0, 2)).tolist()
         found: list[tuple[str, str]] = []
-        for column, (code, own_ink) in enumerate(zip(codes, self._inks[row].tolist(), strict=True)):
+        for column, (code, ink) in enumerate(zip(codes, self._inks[row].tolist(), strict=True)):
             plain = chr(_BRAILLE + code) if code else " "
-            character, ink = self._characters.get((row, column), plain), own_ink
+            character = self._characters.get((row, column), plain)
             if found and found[-1][1] == ink:
                 found[-1] = (found[-1][0] + character, ink)
             else:
@@ -196,10 +200,10 @@ class Canvas:
         return found
 
 
-def _shares_inside(
+def _fractions_inside(
     start: FloatArray, change: FloatArray, size: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return between which shares of their change lines are on a canvas; none where high is lower."""
+    """Return between which fractions of their change lines are on a canvas; none where high is lower."""
     moves = change != 0.0
     by = np.where(moves, change, 1.0)
     crossings = np.stack(((-1.0 - start) / by, (size - start) / by))

@@ -1,22 +1,160 @@
-"""The flight from above, north up."""
+"""The flight from above, north up, in metres east and north of home."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+import math
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from textual.binding import Binding, BindingType
 
 from planner import quantity
-from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
+from planner.report.tables import fence_outlines, place_rows
 from planner.tui.widgets.canvas import DOTS_ACROSS, DOTS_DOWN, VEHICLE, Canvas, Drawing
+from planner.values import Value
 
 if TYPE_CHECKING:
     from textual import events
 
     from planner.arrays import FloatArray
     from planner.findings import FlightStretch
-    from planner.tui.ground import Ground, Scale
+    from planner.geo.geodesy import LocalFrame
+    from planner.physics.wind import Wind
+    from planner.rules.assessment import Assessment
+
+
+_SAMPLES = 3000
+_MOST_ENDS = 50_000
+_ARROWS = "↓↙←↖↑↗→↘"
+"""Where a wind from north, north-east, … blows to."""
+
+
+class Outline(Value, eq=False):
+    """A closed line: a part of the fence."""
+
+    is_inclusion: bool
+    east_m: FloatArray
+    north_m: FloatArray
+
+
+class Mark(Value):
+    """A place with a letter: home or a rally point."""
+
+    letter: str
+    east_m: float
+    north_m: float
+
+
+class Ground(Value, eq=False):
+    """What lies under a flight."""
+
+    time_s: FloatArray
+    east_m: FloatArray
+    north_m: FloatArray
+    """Places of the vehicle at those times. (n,) [m]"""
+    outlines: tuple[Outline, ...]
+    marks: tuple[Mark, ...]
+    frame: LocalFrame
+    wind: Wind
+
+    def place_m(self, time_s: float) -> tuple[float, float]:
+        """Return where the vehicle is at a time, east and north. [m]"""
+        return (
+            float(np.interp(time_s, self.time_s, self.east_m)),
+            float(np.interp(time_s, self.time_s, self.north_m)),
+        )
+
+    def extent_m(self) -> tuple[float, float, float, float]:
+        """Return west, south, east and north ends of all there is to draw. [m]"""
+        drawn: tuple[Ground | Outline | Mark, ...] = (self, *self.outlines, *self.marks)
+        east_m = np.concatenate([np.atleast_1d(one.east_m) for one in drawn])
+        north_m = np.concatenate([np.atleast_1d(one.north_m) for one in drawn])
+        return float(east_m.min()), float(north_m.min()), float(east_m.max()), float(north_m.max())
+
+    def stretch_m(self, stretch: FlightStretch) -> list[tuple[FloatArray, FloatArray]]:
+        """Return the parts of a finding's stretch, east and north of each. (n,) [m]"""
+        return [
+            self.frame.east_north_m(*zip(*line_deg, strict=True)) for line_deg in stretch.lines_deg
+        ]
+
+    def at_m(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
+        """Return where a place is, east and north. [m]"""
+        east_m, north_m = self.frame.east_north_m([latitude_deg], [longitude_deg])
+        return float(east_m[0]), float(north_m[0])
+
+    def time_near(self, east_m: float, north_m: float) -> float:
+        """Return when the vehicle is nearest to a place. [s]"""
+        nearest = np.argmin(np.hypot(self.east_m - east_m, self.north_m - north_m))
+        return float(self.time_s[nearest])
+
+
+def ground(assessment: Assessment | None) -> Ground | None:
+    """Return the ground of a flight; ``None`` where nothing is flown."""
+    if assessment is None or not assessment.flight.time_s > 0.0:
+        return None
+    flight, frame = assessment.flight, assessment.route.frame
+    time_s = np.linspace(0.0, flight.time_s, _SAMPLES)
+    end_s = flight.motion.segments.end_s
+    if len(end_s) <= _MOST_ENDS:
+        time_s = np.union1d(time_s, np.clip(end_s, 0.0, flight.time_s))
+    state = flight.motion.state_at_time(time_s)
+    return Ground(
+        time_s=time_s,
+        east_m=np.asarray(state.east_m, dtype=np.float64),
+        north_m=np.asarray(state.north_m, dtype=np.float64),
+        outlines=tuple(
+            Outline(is_inclusion=is_inside, east_m=east_m, north_m=north_m)
+            for is_inside, east_m, north_m in fence_outlines(assessment)
+        ),
+        marks=tuple(
+            Mark(letter=row["short"][0], east_m=row["east_m"], north_m=row["north_m"])
+            for row in place_rows(assessment)
+        ),
+        frame=frame,
+        wind=assessment.setup.wind,
+    )
+
+
+def wind_arrow(wind: Wind) -> str:
+    """Return an arrow that points where the wind blows to, north being up."""
+    return _ARROWS[round(wind.from_deg / 45.0) % 8]
+
+
+class Scale(Value):
+    """How ground becomes dots of a canvas: north up, as many metres across as down."""
+
+    west_m: float
+    north_m: float
+    m_per_dot: float
+
+    def dots(self, east_m: FloatArray, north_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return places as dots of the canvas, y downwards."""
+        return (east_m - self.west_m) / self.m_per_dot, (self.north_m - north_m) / self.m_per_dot
+
+    def about(self, place_m: tuple[float, float], factor: float, width: int, height: int) -> Scale:
+        """Return the scale that shows a place in the middle of so many dots, larger by a factor."""
+        m_per_dot = self.m_per_dot / factor
+        return Scale(
+            west_m=place_m[0] - m_per_dot * (width - 1) / 2.0,
+            north_m=place_m[1] + m_per_dot * (height - 1) / 2.0,
+            m_per_dot=m_per_dot,
+        )
+
+
+def scale_to_fit(extent_m: tuple[float, float, float, float], width: int, height: int) -> Scale:
+    """Return the scale that shows an extent in the middle of so many dots, with a border."""
+    west_m, south_m, east_m, north_m = extent_m
+    across, down = max(width - 5, 1), max(height - 5, 1)
+    m_per_dot = max((east_m - west_m) / across, (north_m - south_m) / down, 0.01)
+    middle_m = (west_m + east_m) / 2.0, (north_m + south_m) / 2.0
+    return Scale(west_m=0.0, north_m=0.0, m_per_dot=m_per_dot).about(middle_m, 1.0, width, height)
+
+
+def scale_bar_m(m_per_dot: float, dots: int) -> float:
+    """Return the longest of 1, 2, 5, 10, … metres that takes at most so many dots. [m]"""
+    most_m = m_per_dot * dots
+    power = 10.0 ** math.floor(math.log10(most_m))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most_m * (1 + 1e-9))
 
 
 _FINEST_M = 0.05
@@ -38,10 +176,9 @@ class GroundMap(Drawing):
         Binding("shift+down,J", "pan(0, -1)", "Pan south", show=False),
     ]
 
-    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(id=id, classes=classes)
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401 - of Widget
+        super().__init__(**options)
         self._ground: Ground | None = None
-        self._cursor_s = 0.0
         self._stretch: FlightStretch | None = None
         self._span_s: tuple[float, float] | None = None
         self._scale: Scale | None = None
@@ -51,26 +188,24 @@ class GroundMap(Drawing):
         self._middle_m = (0.0, 0.0)
         """What is in the middle of a map that is zoomed, east and north. [m]"""
 
+    @property
+    def end_s(self) -> float:
+        """When the flight ends; 0 where nothing is flown. [s]"""
+        return 0.0 if self._ground is None else float(self._ground.time_s[-1])
+
     def show(self, ground: Ground | None) -> None:
         """Show another flight."""
         self._ground = ground
         self.redraw()
 
     def point_at(self, time_s: float) -> None:
-        """Put the cursor on a moment without saying so."""
-        if time_s != self._cursor_s:
-            self._cursor_s = time_s
-            self._keep_in_sight()
-            self.move_cursor()
-
-    def _keep_in_sight(self) -> None:
-        """Move the map where the cursor would leave it."""
+        """Put the cursor on a moment without saying so; the map moves where it would leave it."""
+        super().point_at(time_s)
         if self._ground is None or self._scale is None or not self._zoom:
             return
-        place_m = self._ground.place_m(self._cursor_s)
-        x, y = self._scale.dots(np.array([place_m[0]]), np.array([place_m[1]]))
-        width, height = self.size.width * DOTS_ACROSS, self.size.height * DOTS_DOWN
-        if not (0.0 <= x[0] < width and 0.0 <= y[0] < height):
+        place_m = self._ground.place_m(self.cursor_s)
+        column, row = _cell(place_m, self._scale)
+        if not (0 <= column < self.size.width and 0 <= row < self.size.height):
             self._middle_m = place_m
             self.redraw()
 
@@ -90,10 +225,7 @@ class GroundMap(Drawing):
 
     def action_step(self, by: int) -> None:
         """Move the cursor along the path by a hundredth of the flight."""
-        if self._ground is not None:
-            end_s = float(self._ground.time_s[-1])
-            self.point_at(min(max(self._cursor_s + by * end_s / 100.0, 0.0), end_s))
-            self.post_message(self.Moved(self._cursor_s))
+        self.move_to(self.cursor_s + by * self.end_s / 100.0)
 
     def action_zoom(self, by: int) -> None:
         """Double or halve the map about its middle; the first time about the cursor."""
@@ -102,7 +234,7 @@ class GroundMap(Drawing):
         if by > 0 and self._scale.m_per_dot <= _FINEST_M:
             return
         if not self._zoom:
-            self._middle_m = self._ground.place_m(self._cursor_s)
+            self._middle_m = self._ground.place_m(self.cursor_s)
         self._zoom = max(self._zoom + by, 0)
         self.redraw()
 
@@ -138,8 +270,7 @@ class GroundMap(Drawing):
             return
         east_m = self._scale.west_m + (event.x + 0.5) * DOTS_ACROSS * self._scale.m_per_dot
         north_m = self._scale.north_m - (event.y + 0.5) * DOTS_DOWN * self._scale.m_per_dot
-        self.point_at(self._ground.time_near(east_m, north_m))
-        self.post_message(self.Moved(self._cursor_s))
+        self.move_to(self._ground.time_near(east_m, north_m))
 
     def still_canvas(self, columns: int, rows: int) -> Canvas:
         """Return everything but the cursor."""
@@ -160,8 +291,7 @@ class GroundMap(Drawing):
                 canvas.write(column, row, "✖", "exclusion")
         canvas.line(*scale.dots(ground.east_m, ground.north_m), "curve")
         for mark in ground.marks:
-            x, y = scale.dots(np.array([mark.east_m]), np.array([mark.north_m]))
-            canvas.write(int(x[0]) // DOTS_ACROSS, int(y[0]) // DOTS_DOWN, mark.letter, "mark")
+            canvas.write(*_cell((mark.east_m, mark.north_m), scale), mark.letter, "mark")
         self._write_legend(canvas, ground, scale)
         if self._zoom:
             text = f"×{2**self._zoom}, 0: all"
@@ -193,9 +323,9 @@ class GroundMap(Drawing):
         if self._stretch is not None:
             for part_m in ground.stretch_m(self._stretch):
                 self._draw_stretch(canvas, *scale.dots(*part_m))
-        self._write_at(canvas, ground.place_m(self._cursor_s), scale, "◆")
+        canvas.write(*_cell(ground.place_m(self.cursor_s), scale), "◆", "cursor")
         if self._vehicle_m is not None:
-            self._write_at(canvas, self._vehicle_m, scale, VEHICLE)
+            canvas.write(*_cell(self._vehicle_m, scale), VEHICLE, "cursor")
 
     @staticmethod
     def _draw_stretch(canvas: Canvas, x: FloatArray, y: FloatArray) -> None:
@@ -204,7 +334,8 @@ class GroundMap(Drawing):
         for end in (0, -1):
             canvas.write(int(x[end] // DOTS_ACROSS), int(y[end] // DOTS_DOWN), "○", "stretch")
 
-    @staticmethod
-    def _write_at(canvas: Canvas, place_m: tuple[float, float], scale: Scale, sign: str) -> None:
-        x, y = scale.dots(np.array([place_m[0]]), np.array([place_m[1]]))
-        canvas.write(int(x[0] // DOTS_ACROSS), int(y[0] // DOTS_DOWN), sign, "cursor")
+
+def _cell(place_m: tuple[float, float], scale: Scale) -> tuple[int, int]:
+    """Return column and row of a place."""
+    x, y = scale.dots(*np.array(place_m))
+    return int(x // DOTS_ACROSS), int(y // DOTS_DOWN)

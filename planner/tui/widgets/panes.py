@@ -10,17 +10,21 @@ from textual.content import Content
 from textual.widgets import Static
 
 from planner.service.preflight import CheckResult, UnreadableMission
-from planner.tui import curves, details
-from planner.tui.rows import FindingTable, item_table, segment_table
+from planner.tui import details
+from planner.tui.rows import finding_table, item_table, segment_table
 from planner.tui.widgets.canvas import Drawing
 from planner.tui.widgets.ground_map import GroundMap
-from planner.tui.widgets.profile_plot import ProfilePlot
+from planner.tui.widgets.profile_plot import (
+    ProfilePlot,
+    item_at,
+    item_span_s,
+    segment_at,
+    segment_span_s,
+)
 from planner.tui.widgets.row_list import RowList
 from planner.tui.widgets.what_if_form import WhatIfForm
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from textual.app import ComposeResult
 
     from planner.findings import Finding
@@ -28,6 +32,17 @@ if TYPE_CHECKING:
     from planner.tui.checked import Checked
     from planner.tui.details import Details
     from planner.tui.screens.search import Hit
+
+
+PANES = {
+    "findings": "Findings",
+    "plot": "Profile",
+    "map": "Map",
+    "segments": "Segments",
+    "items": "Items",
+    "what-if": "What if",
+}
+"""Panes by id, in the order of their digits."""
 
 
 class PaneBar(Static):
@@ -43,20 +58,17 @@ class PaneBar(Static):
     }
     """
 
-    def __init__(self, names: Mapping[str, str], *, id: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(_names(names, next(iter(names))), id=id)
+    def on_mount(self) -> None:
+        """Show that the first pane is shown."""
+        self.show(next(iter(PANES)))
 
-    def show(self, names: Mapping[str, str], current: str) -> None:
-        """Show the names of the panes by id, and which one is shown."""
-        self.update(_names(names, current))
-
-
-def _names(names: Mapping[str, str], current: str) -> Content:
-    parts = []
-    for number, (pane, name) in enumerate(names.items(), start=1):
-        part = Content.from_markup(f"[@click=screen.show_pane('{pane}')] {number} {name} [/]")
-        parts.append(part.stylize("bold reverse") if pane == current else part)
-    return Content("").join(parts)
+    def show(self, current: str) -> None:
+        """Show the names of the panes, and which one is shown."""
+        parts = []
+        for number, (pane, name) in enumerate(PANES.items(), start=1):
+            part = Content.from_markup(f"[@click=screen.show_pane('{pane}')] {number} {name} [/]")
+            parts.append(part.stylize("bold reverse") if pane == current else part)
+        self.update(Content("").join(parts))
 
 
 _STYLES = {"error": "bold $text-error", "warning": "bold $text-warning"}
@@ -74,9 +86,7 @@ class DetailsPane(VerticalScroll):
     """
     can_focus: ClassVar[bool] = True  # type: ignore[misc] # scrolled by keys
 
-    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(id=id, classes=classes)
-        self.details: Details | None = None
+    details: Details | None = None
 
     def compose(self) -> ComposeResult:
         """Yield the text."""
@@ -95,16 +105,6 @@ class DetailsPane(VerticalScroll):
         self.scroll_home(animate=False)
 
 
-PANES = {
-    "findings": "Findings",
-    "plot": "Profile",
-    "map": "Map",
-    "segments": "Segments",
-    "items": "Items",
-    "what-if": "What if",
-}
-"""Panes by id, in the order of their digits."""
-
 _UNCHECKED = "Not checked yet."
 _NOTHING = UnreadableMission(file="", findings=())
 """What is shown until the first check is done."""
@@ -113,18 +113,14 @@ _NOTHING = UnreadableMission(file="", findings=())
 class Panes(Container):
     """Findings, profile, map, tables, what if and details: one at a time, or all at once."""
 
-    def __init__(self, *, id: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(id=id)
-        self.current = "findings"
-        """The pane that is shown where there is room for one."""
-        self._shown: Checked | None = None
-        self._urgent: tuple[Finding, ...] = ()
+    current = "findings"
+    """The pane that is shown where there is room for one."""
+    _shown: Checked | None = None
+    _urgent: tuple[Finding, ...] = ()
 
     def compose(self) -> ComposeResult:
         """Yield the panes; what the form holds follows when the first check is done."""
-        yield RowList(
-            FindingTable(findings=()), empty=_UNCHECKED, id="findings", classes="pane -current"
-        )
+        yield RowList(finding_table(()), empty=_UNCHECKED, id="findings", classes="pane -current")
         yield ProfilePlot(id="plot", classes="pane")
         yield WhatIfForm(id="what-if", classes="pane")
         yield DetailsPane(id="details", classes="pane -current")
@@ -156,7 +152,7 @@ class Panes(Container):
         is_first, self._shown = self._shown is None, now
         result = now.result
         findings = self.query_one("#findings", RowList)
-        findings.show(FindingTable(findings=self._findings), empty="No problem found.")
+        findings.show(finding_table(self._findings), empty="No problem found.")
         segments = self.query_one("#segments", RowList)
         segments.show(segment_table(result), empty="Nothing is flown.")
         self.query_one("#items", RowList).show(item_table(result), empty="No items.")
@@ -174,7 +170,7 @@ class Panes(Container):
             return
         rows = self.query_one("#findings", RowList)
         moved, self._urgent = len(urgent) - len(self._urgent), urgent
-        rows.show(FindingTable(findings=self._findings))
+        rows.show(finding_table(self._findings))
         rows.select(rows.cursor + moved)
 
     def show_flight(self) -> None:
@@ -234,7 +230,7 @@ class Panes(Container):
         assessment = self._case
         span_s = None
         if assessment is not None and finding.item is not None:
-            span_s = curves.item_span_s(assessment, finding.item)
+            span_s = item_span_s(assessment, finding.item)
             if span_s is not None:
                 self._point_at(span_s[0], but="findings")
             self.query_one("#items", RowList).select(finding.item - 1)
@@ -247,7 +243,7 @@ class Panes(Container):
         assessment, result = self._case, self._result
         if assessment is not None and result is not None:
             self.query_one(DetailsPane).show(details.segment_details(result, event.index))
-            self._mark(curves.segment_span_s(assessment, event.index), but="segments")
+            self._mark(segment_span_s(assessment, event.index), but="segments")
 
     @on(RowList.Selected, "#items")
     def _on_item(self, event: RowList.Selected) -> None:
@@ -255,7 +251,7 @@ class Panes(Container):
         if assessment is None or result is None:
             return
         self.query_one(DetailsPane).show(details.item_details(result, event.index + 1))
-        span_s = curves.item_span_s(assessment, event.index + 1)
+        span_s = item_span_s(assessment, event.index + 1)
         if span_s is not None:
             self._mark(span_s, but="items")
 
@@ -264,7 +260,7 @@ class Panes(Container):
         assessment, result = self._case, self._result
         if assessment is not None and result is not None:
             self._point_at(event.time_s)
-            segment = curves.segment_at(assessment, event.time_s)
+            segment = segment_at(assessment, event.time_s)
             self.query_one(DetailsPane).show(details.segment_details(result, segment))
 
     def _mark(self, span_s: tuple[float, float], *, but: str) -> None:
@@ -280,6 +276,6 @@ class Panes(Container):
         self.query_one(ProfilePlot).point_at(time_s)
         self.query_one(GroundMap).point_at(time_s)
         if but != "segments":
-            self.query_one("#segments", RowList).select(curves.segment_at(assessment, time_s))
+            self.query_one("#segments", RowList).select(segment_at(assessment, time_s))
         if but not in {"items", "findings"}:
-            self.query_one("#items", RowList).select(curves.item_at(assessment, time_s) - 1)
+            self.query_one("#items", RowList).select(item_at(assessment, time_s) - 1)

@@ -1,25 +1,191 @@
-"""The flight over time: one quantity at a time, with a cursor."""
+"""The flight over time: one quantity at a time, with a cursor; which moment and item belong together."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from textual.binding import Binding, BindingType
 
 from planner import quantity
-from planner.tui.curves import thinned
+from planner.flight.returns.path import return_profile
 from planner.tui.widgets.canvas import DOTS_ACROSS, DOTS_DOWN, VEHICLE, Canvas, Drawing
+from planner.units import wh_from_j
+from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from textual import events
 
-    from planner.tui.curves import Picture
+    from planner.arrays import FloatArray
+    from planner.rules.assessment import Assessment
+
+SAMPLES = 2400
+"""Times a flight is looked at, evenly: several to each dot of a wide terminal."""
+_MOST_ENDS = 20_000
+"""Segments whose ends are looked at besides."""
+
+
+class Curve(Value, eq=False):
+    """One line of a picture."""
+
+    time_s: FloatArray
+    value: FloatArray
+    name: str = ""
+    """Shown on all but the first."""
+    ink: str = "curve"
+
+
+class Picture(Value, eq=False):
+    """One quantity over time."""
+
+    name: str
+    lines: tuple[Curve, ...]
+    """The quantity itself first."""
+    shown: Callable[[float | None], str]
+    """From a value to its text."""
+
+    def low_high(self) -> tuple[float, float]:
+        """Return the range to draw: that of all lines, never nothing, zero within."""
+        values = np.concatenate([line.value for line in self.lines])
+        low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
+        return (low, high) if high > low else (low, low + 1.0)
+
+    def at(self, time_s: float) -> float:
+        """Return the quantity at a time."""
+        return float(np.interp(time_s, self.lines[0].time_s, self.lines[0].value))
+
+
+def pictures(assessment: Assessment | None) -> tuple[Picture, ...]:
+    """Return the pictures of a flight: altitude, speed, power, energy, charge, as far as known."""
+    if assessment is None or not assessment.flight.time_s > 0.0:
+        return ()
+    flight = assessment.flight
+    end_s = flight.motion.segments.end_s
+    time_s = np.linspace(0.0, flight.time_s, SAMPLES)
+    if len(end_s) <= _MOST_ENDS:
+        time_s = np.union1d(time_s, np.clip(end_s, 0.0, flight.time_s))
+    state = flight.motion.state_at_time(time_s)
+
+    def single(name: str, value: FloatArray, shown: Callable[[float | None], str]) -> Picture:
+        return Picture(name=name, lines=(Curve(time_s=time_s, value=value),), shown=shown)
+
+    found = [
+        single("altitude above home", state.height_m, quantity.height),
+        single("ground speed", state.ground_speed_m_s, quantity.speed),
+    ]
+    if not assessment.vehicle.is_power_known:
+        return tuple(found)
+    found += [
+        single("power", flight.power_w(time_s), quantity.power),
+        _energy(assessment),
+        *_charge(assessment),
+    ]
+    return tuple(found)
+
+
+def _used(assessment: Assessment) -> tuple[FloatArray, FloatArray]:
+    """Return times and the energy used by then, at the ends of the segments."""
+    flight = assessment.flight
+    time_s = np.append(0.0, flight.motion.segments.end_s)
+    return time_s, np.append(0.0, np.cumsum(wh_from_j(flight.segment_energy_j)))
+
+
+def _energy(assessment: Assessment) -> Picture:
+    time_s, used_wh = _used(assessment)
+    home = return_profile(assessment.returns)
+    at_home_wh = home.used_wh + home.return_wh
+    lines = [
+        Curve(time_s=time_s, value=used_wh),
+        Curve(name="used and return", time_s=home.time_s, value=at_home_wh, ink="second"),
+    ]
+    if assessment.battery is not None:
+        above_wh = assessment.battery.usable_wh - assessment.battery.reserve_wh
+        lines.append(_level("above the reserve", above_wh, assessment.flight.time_s))
+    return Picture(name="energy", lines=tuple(lines), shown=quantity.energy)
+
+
+def _charge(assessment: Assessment) -> Iterator[Picture]:
+    """Yield the charge left: of the battery's own curve where it is known, else of its energy."""
+    battery = assessment.battery
+    if battery is None or not battery.capacity_wh > 0.0:
+        return
+    time_s, used_wh = _used(assessment)
+    if assessment.discharge is None:
+        name, left = "energy left in the battery", battery.usable_wh - used_wh
+        reserve = battery.reserve_wh / battery.capacity_wh
+        lines = [
+            Curve(time_s=time_s, value=left / battery.capacity_wh),
+            _level("reserve", reserve, assessment.flight.time_s),
+        ]
+    else:
+        name = "charge left in the battery"
+        left = np.append(assessment.charge, assessment.discharge.state_of_charge)
+        lines = [Curve(time_s=time_s, value=left)]
+    yield Picture(name=name, lines=tuple(lines), shown=quantity.percent)
+
+
+def _level(name: str, value: float, time_s: float) -> Curve:
+    return Curve(name=name, time_s=np.array([0.0, time_s]), value=np.full(2, value), ink="limit")
+
+
+def thinned(
+    time_s: FloatArray, value: FloatArray, *, end_s: float, columns: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return column and value of a line's lowest and highest point in each column of dots.
+
+    Times rise; ``end_s`` is at the right edge.
+    """
+    x = time_s / end_s * (columns - 1) if end_s > 0.0 else np.zeros(len(time_s))
+    if len(x) <= 4 * columns:
+        return x, value
+    column = np.rint(x)
+    first = np.flatnonzero(np.diff(column, prepend=-1.0))
+    lowest, highest = np.minimum.reduceat(value, first), np.maximum.reduceat(value, first)
+    is_rising = value[first] <= (lowest + highest) / 2.0
+    pair = np.stack(
+        (np.where(is_rising, lowest, highest), np.where(is_rising, highest, lowest)), axis=1
+    )
+    return np.repeat(column[first], 2), pair.ravel()
+
+
+def segment_at(assessment: Assessment, time_s: float) -> int:
+    """Return the segment that is flown at a time."""
+    end_s = assessment.flight.motion.segments.end_s
+    return min(int(np.searchsorted(end_s, time_s, side="right")), len(end_s) - 1)
+
+
+def segment_span_s(assessment: Assessment, segment: int) -> tuple[float, float]:
+    """Return when a segment begins and ends. [s]"""
+    columns = assessment.flight.motion.segments
+    end_s = float(columns.end_s[segment])
+    return end_s - float(columns.duration_s[segment]), end_s
+
+
+def item_at(assessment: Assessment, time_s: float) -> int:
+    """Return the item that is flown for at a time."""
+    return int(assessment.flight.motion.segments.item[segment_at(assessment, time_s)])
+
+
+def item_span_s(assessment: Assessment, item: int) -> tuple[float, float] | None:
+    """Return when an item is first flown for, begin and end; ``None`` where it never is. [s]
+
+    An item that only sets something is a moment.
+    """
+    of_item = np.flatnonzero(assessment.flight.motion.segments.item == item)
+    if len(of_item):
+        apart = np.flatnonzero(np.diff(of_item) > 1)
+        last = of_item[apart[0]] if len(apart) else of_item[-1]
+        begins_s, _ = segment_span_s(assessment, int(of_item[0]))
+        return begins_s, segment_span_s(assessment, int(last))[1]
+    arrival_s = assessment.items[item - 1].arrival_s if 0 < item <= len(assessment.items) else None
+    return None if arrival_s is None else (arrival_s, arrival_s)
+
 
 _LABELS = 9
 """Columns left of the curve."""
-_HEADS = 1
-_FEET = 1
+_HEADS, _FEET = 1, 1
 
 
 class ProfilePlot(Drawing):
@@ -36,13 +202,17 @@ class ProfilePlot(Drawing):
         Binding("down,j", "turn(1)", "Next quantity", show=False),
     ]
 
-    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(id=id, classes=classes)
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401 - of Widget
+        super().__init__(**options)
         self._pictures: tuple[Picture, ...] = ()
         self._index = 0
-        self._cursor_s = 0.0
         self._span_s: tuple[float, float] | None = None
         self._vehicle_s: float | None = None
+
+    @property
+    def end_s(self) -> float:
+        """When the flight ends; 0 where nothing is flown. [s]"""
+        return float(self._pictures[0].lines[0].time_s[-1]) if self._pictures else 0.0
 
     @property
     def picture(self) -> Picture | None:
@@ -53,12 +223,6 @@ class ProfilePlot(Drawing):
         """Show the pictures of another flight, the same quantity of it."""
         self._pictures = pictures
         self.redraw()
-
-    def point_at(self, time_s: float) -> None:
-        """Put the cursor on a moment without saying so."""
-        if time_s != self._cursor_s:
-            self._cursor_s = time_s
-            self.move_cursor()
 
     def show_vehicle(self, time_s: float | None) -> None:
         """Show at which moment of its flight the vehicle itself is; ``None``: at none."""
@@ -79,34 +243,23 @@ class ProfilePlot(Drawing):
 
     def action_step(self, by: int) -> None:
         """Move the cursor by some columns."""
-        if (end_s := self._end_s()) > 0.0:
-            self._move(self._cursor_s + by * end_s / max(self._across(self.size.width) - 1, 1))
+        self.move_to(self.cursor_s + by * self.end_s / max(self._across(self.size.width) - 1, 1))
 
-    def action_edge(self, share: int) -> None:
+    def action_edge(self, end: int) -> None:
         """Move the cursor to the start or the end."""
-        self._move(share * self._end_s())
+        self.move_to(end * self.end_s)
 
     def on_click(self, event: events.Click) -> None:
         """Put the cursor under the mouse."""
         across = max(self._across(self.size.width) - 1, 1)
-        self._move((event.x - _LABELS) / across * self._end_s())
-
-    def _move(self, time_s: float) -> None:
-        if self._pictures:
-            self.point_at(min(max(time_s, 0.0), self._end_s()))
-            self.post_message(self.Moved(self._cursor_s))
-
-    def _end_s(self) -> float:
-        return float(self._pictures[0].lines[0].time_s[-1]) if self._pictures else 0.0
+        self.move_to((event.x - _LABELS) / across * self.end_s)
 
     @staticmethod
     def _across(columns: int) -> int:
         """Return the columns of the curve."""
         return max(columns - _LABELS, 2)
 
-    def _y(
-        self, canvas: Canvas, value: np.ndarray[tuple[int], np.dtype[np.float64]]
-    ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    def _y(self, canvas: Canvas, value: FloatArray) -> FloatArray:
         picture = self.picture
         low, high = picture.low_high() if picture is not None else (0.0, 1.0)
         down = (canvas.rows - _HEADS - _FEET) * DOTS_DOWN - 1
@@ -119,7 +272,7 @@ class ProfilePlot(Drawing):
         if picture is None or rows < _HEADS + _FEET + 1:
             canvas.write(1, 0, "nothing is flown", "axis")
             return canvas
-        end_s, across = self._end_s(), self._across(columns)
+        end_s, across = self.end_s, self._across(columns)
         low, high = picture.low_high()
         for row in range(_HEADS, rows - _FEET):
             canvas.write(_LABELS - 1, row, "│", "axis")
@@ -144,7 +297,7 @@ class ProfilePlot(Drawing):
 
     def draw_cursor(self, canvas: Canvas) -> None:
         """Draw the moment, the value there and the marked stretch."""
-        picture, end_s = self.picture, self._end_s()
+        picture, end_s = self.picture, self.end_s
         if picture is None or not end_s > 0.0 or canvas.rows < _HEADS + _FEET + 1:
             return
         across = self._across(canvas.columns)
@@ -156,16 +309,16 @@ class ProfilePlot(Drawing):
             first, last = (_LABELS + round(time_s / end_s * (across - 1)) for time_s in span_s)
             for column in range(first, last + 1):
                 canvas.write(column, canvas.rows - 1, "▔", "stretch", only_blank=True)
-        column = _LABELS + round(self._cursor_s / end_s * (across - 1))
+        column = _LABELS + round(self.cursor_s / end_s * (across - 1))
         for row in range(_HEADS, canvas.rows - _FEET):
             canvas.write(column, row, "┊", "cursor")
-        value = picture.at(self._cursor_s)
+        value = picture.at(self.cursor_s)
         row = int(self._y(canvas, np.array([value]))[0]) // DOTS_DOWN
         canvas.write(column, min(max(row, _HEADS), canvas.rows - _FEET - 1), "◆", "cursor")
         if self._vehicle_s is not None:
             column = _LABELS + round(self._vehicle_s / end_s * (across - 1))
             canvas.write(column, canvas.rows - 1, VEHICLE, "cursor")
-        text = f"{picture.name}: {picture.shown(value)} at {quantity.duration(self._cursor_s)}"
+        text = f"{picture.name}: {picture.shown(value)} at {quantity.duration(self.cursor_s)}"
         hint = "  (p: next)" if len(self._pictures) > 1 else ""
         text += hint if len(text) + len(hint) < canvas.columns else ""
         canvas.write(1, 0, text, "cursor")

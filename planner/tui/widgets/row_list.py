@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.cells import cell_len, set_cell_size
 from rich.segment import Segment as Run
@@ -13,14 +13,44 @@ from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-if TYPE_CHECKING:
-    from textual import events
+from planner.values import Value
 
-    from planner.tui.rows import Table, TableColumn
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from textual import events
 
 _GAP = 1
 """Blank cells between columns."""
 _LEAST_FLEXIBLE = 12
+
+
+class TableColumn(Value):
+    """One column of a table."""
+
+    head: str
+    width: int
+    """In cells; 0 takes what is left."""
+    is_right: bool = True
+
+
+class Table(Value, eq=False):
+    """The rows of a table."""
+
+    columns: tuple[TableColumn, ...]
+    """The first are shown where there is no room for all."""
+    entries: Sequence[Any]
+    cells_of: Callable[[Any], tuple[str, ...]]
+    """The texts of an entry, made where they are looked at."""
+    tone_of: Callable[[Any], str] = lambda _: ""
+    """What the row of an entry is to look like: ``error``, ``warning``, ``info`` or nothing."""
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return the texts of a row."""
+        return self.cells_of(self.entries[index])
 
 
 class RowList(ScrollView, can_focus=True):
@@ -58,73 +88,43 @@ class RowList(ScrollView, can_focus=True):
     ]
 
     @dataclass
-    class Selected(Message):
+    class _OfRow(Message):
+        row_list: RowList
+        index: int
+
+        @property
+        def control(self) -> RowList:
+            return self.row_list
+
+    class Selected(_OfRow):
         """The cursor went to another row."""
 
-        row_list: RowList
-        index: int
-
-        @property
-        def control(self) -> RowList:
-            """The list it happened in."""
-            return self.row_list
-
-    @dataclass
-    class Chosen(Message):
+    class Chosen(_OfRow):
         """A row was chosen: Enter, or a click on the selected row."""
 
-        row_list: RowList
-        index: int
-
-        @property
-        def control(self) -> RowList:
-            """The list it happened in."""
-            return self.row_list
-
-    def __init__(
-        self,
-        rows: Table,
-        *,
-        empty: str,
-        id: str | None = None,  # noqa: A002 - textual's name
-        classes: str | None = None,
-    ) -> None:
-        super().__init__(id=id, classes=classes)
-        self._rows = rows
-        self._empty = empty
-        self._cursor = 0
-
-    @property
-    def rows(self) -> Table:
-        """What is shown."""
-        return self._rows
-
-    @property
-    def cursor(self) -> int:
+    def __init__(self, rows: Table, *, empty: str, **options: Any) -> None:  # noqa: ANN401 - of Widget
+        super().__init__(**options)
+        self.rows = rows
+        self.cursor = 0
         """The selected row, from 0."""
-        return self._cursor
+        self._empty = empty
 
     def show(self, rows: Table, *, empty: str | None = None) -> None:
-        """Show other rows; the cursor stays where it was, as far as there are rows.
+        """Show other rows, and from now on another text where there are none.
 
-        Parameters
-        ----------
-        rows : Rows
-            What is shown.
-        empty : str, optional
-            Text shown from now on where there are none.
+        The cursor stays where it was, as far as there are rows.
         """
-        self._rows = rows
+        self.rows = rows
         self._empty = self._empty if empty is None else empty
-        self._cursor = min(self._cursor, max(len(rows) - 1, 0))
+        self.cursor = min(self.cursor, max(len(rows) - 1, 0))
         self._measure()
         self.refresh()
 
     def select(self, index: int) -> None:
         """Put the cursor on a row without saying so."""
-        index = max(min(index, len(self._rows) - 1), 0)
-        if index != self._cursor:
-            before, self._cursor = self._cursor, index
+        index = max(min(index, len(self.rows) - 1), 0)
+        if index != self.cursor:
+            before, self.cursor = self.cursor, index
             if not self._reveal():
                 self._refresh_row(before)
                 self._refresh_row(index)
@@ -134,7 +134,7 @@ class RowList(ScrollView, can_focus=True):
         self._measure()
 
     def _measure(self) -> None:
-        self.virtual_size = Size(self.size.width, len(self._rows) + 1)
+        self.virtual_size = Size(self.size.width, len(self.rows) + 1)
 
     def _shown_rows(self) -> int:
         return max(self.scrollable_content_region.height - 1, 1)
@@ -146,7 +146,7 @@ class RowList(ScrollView, can_focus=True):
     def _reveal(self) -> bool:
         """Scroll until the cursor is in sight; return whether that moved anything."""
         top, height = self.scroll_offset.y, self._shown_rows()
-        wanted = min(max(top, self._cursor - height + 1), self._cursor)
+        wanted = min(max(top, self.cursor - height + 1), self.cursor)
         if wanted == top:
             return False
         self.scroll_to(y=wanted, animate=False, immediate=True, force=True)
@@ -155,25 +155,25 @@ class RowList(ScrollView, can_focus=True):
 
     def action_move(self, by: int) -> None:
         """Move the cursor by some rows."""
-        self._go(self._cursor + by)
+        self._go(self.cursor + by)
 
     def action_page(self, by: int) -> None:
         """Move the cursor by a page."""
-        self._go(self._cursor + by * self._shown_rows())
+        self._go(self.cursor + by * self._shown_rows())
 
     def action_move_to(self, index: int) -> None:
         """Move the cursor to a row, counted from the end where negative."""
-        self._go(index if index >= 0 else len(self._rows) + index)
+        self._go(index if index >= 0 else len(self.rows) + index)
 
     def action_choose(self) -> None:
         """Say that the selected row was chosen."""
-        if len(self._rows):
-            self.post_message(self.Chosen(self, self._cursor))
+        if len(self.rows):
+            self.post_message(self.Chosen(self, self.cursor))
 
     def _go(self, index: int) -> None:
-        if len(self._rows):
+        if len(self.rows):
             self.select(index)
-            self.post_message(self.Selected(self, self._cursor))
+            self.post_message(self.Selected(self, self.cursor))
 
     def on_click(self, event: events.Click) -> None:
         """Select the row under the mouse; choose the one that is selected already."""
@@ -181,33 +181,33 @@ class RowList(ScrollView, can_focus=True):
         if offset is None or offset.y == 0:
             return
         index = self.scroll_offset.y + offset.y - 1
-        if index >= len(self._rows):
+        if index >= len(self.rows):
             return
-        if index == self._cursor:
+        if index == self.cursor:
             self.action_choose()
         else:
             self._go(index)
 
     def on_focus(self) -> None:
         """Say what is selected: the details follow the list in use."""
-        if len(self._rows):
-            self.post_message(self.Selected(self, self._cursor))
+        if len(self.rows):
+            self.post_message(self.Selected(self, self.cursor))
 
     def render_line(self, y: int) -> Strip:
         """Return the head, a row, or a blank line."""
         width = self.scrollable_content_region.width
         if y == 0:
-            head = tuple(column.head for column in self._rows.columns)
+            head = tuple(column.head for column in self.rows.columns)
             return self._strip(head, "head", width)
         index = self.scroll_offset.y + y - 1
-        if index >= len(self._rows):
-            text = f" {self._empty}" if y == 1 and not len(self._rows) else ""
+        if index >= len(self.rows):
+            text = f" {self._empty}" if y == 1 and not len(self.rows) else ""
             return Strip([Run(set_cell_size(text, width), self.rich_style)], width)
-        part = "cursor" if index == self._cursor else self._rows.tone(index)
-        return self._strip(self._rows.cells(index), part, width)
+        part = "cursor" if index == self.cursor else self.rows.tone_of(self.rows.entries[index])
+        return self._strip(self.rows.cells(index), part, width)
 
     def _strip(self, cells: tuple[str, ...], part: str, width: int) -> Strip:
-        columns = self._rows.columns
+        columns = self.rows.columns
         while len(columns) > 1 and _taken(columns) > width:
             columns = columns[:-1]  # a column is left out before a number is cut
         flexible = max(width - _taken(columns) + _LEAST_FLEXIBLE, _LEAST_FLEXIBLE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import on
 from textual.binding import Binding, BindingType
@@ -12,7 +12,7 @@ from textual.content import Content
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from planner.tui.suggestions import Suggestion, SuggestionTable
+from planner.tui.suggestions import Suggestion, suggestion_table
 from planner.tui.what_if import WhatIf, form_settings
 from planner.tui.widgets.row_list import RowList
 
@@ -58,8 +58,8 @@ class WhatIfForm(VerticalScroll):
 
         suggestion: Suggestion
 
-    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
-        super().__init__(id=id, classes=classes, can_focus=False)
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401 - of Widget
+        super().__init__(**options, can_focus=False)
         self._timer: Timer | None = None
         self._is_filled = False
         self._what_if: WhatIf | None = None
@@ -74,7 +74,7 @@ class WhatIfForm(VerticalScroll):
         shown = form_settings()
         fields = [Input(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown]
         labels = Static("\n".join(one.label for one in shown), classes="labels", markup=False)
-        rows = SuggestionTable(suggestions=self._suggestions)
+        rows = suggestion_table(self._suggestions)
         self.mount(
             Horizontal(labels, Vertical(*fields)),
             Static(self._outcome, classes="outcome", id="outcome"),
@@ -93,8 +93,9 @@ class WhatIfForm(VerticalScroll):
         for setting, field in zip(form_settings(), self.query(Input), strict=False):
             key = setting.key
             field.placeholder = what_if.hint(setting)
-            with field.prevent(Input.Changed):
-                if field.value.strip() != what_if.changes.get(key, ""):
+            is_other = field.value.strip() != what_if.changes.get(key, "")
+            if is_other and self._timer is None:  # else what is being typed is kept
+                with field.prevent(Input.Changed):
                     field.value = what_if.changes.get(key, "")
             field.set_class(bool(what_if.problem(key)), "-wrong")
 
@@ -117,7 +118,7 @@ class WhatIfForm(VerticalScroll):
         """Show what is worth a try."""
         self._suggestions = found
         for rows in self.query("#suggestions").results(RowList):
-            rows.show(SuggestionTable(suggestions=found))
+            rows.show(suggestion_table(found))
             rows.display = bool(found)
             rows.styles.height = len(found) + 1
 
@@ -157,9 +158,7 @@ class WhatIfForm(VerticalScroll):
     @on(RowList.Chosen, "#suggestions")
     def _suggest(self, event: RowList.Chosen) -> None:
         event.stop()
-        rows = event.row_list.rows
-        if isinstance(rows, SuggestionTable):
-            self.post_message(self.Suggested(rows.suggestions[event.index]))
+        self.post_message(self.Suggested(self._suggestions[event.index]))
 
     @on(RowList.Selected, "#suggestions")
     def _keep(self, event: RowList.Selected) -> None:

@@ -19,17 +19,15 @@ from planner.flight.motion.kinematics import STATES
 from planner.flight.prediction import sample_trace
 from planner.flight.returns.path import return_profile
 from planner.flight.uncertainty import predict_energy_band
-from planner.geo.fence import FencePolygon
 from planner.geo.path import swept_areas
 from planner.mission.route.stage import StageKind
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.units import wh_from_j
-from planner.values import Value
+from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
     from planner.flight.prediction import Trace
-    from planner.geo.fence import FenceCircle
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.stage import Stage
     from planner.report.plots.figures import Chart
@@ -40,7 +38,7 @@ if TYPE_CHECKING:
 _MOST_POINTS = 1_500
 """Corners of all areas together; more are thinned out."""
 _DOT = 1.0 / 1_000
-"""What an outline may be off at first, as a share of the extent of the flight. [-]"""
+"""What an outline may be off at first, as a fraction of the extent of the flight. [-]"""
 _ALIKE_DIGITS = 1
 """Legs flown again and again, to a tenth of a metre, are one: a union of many takes long."""
 _LEAST_M = 0.1
@@ -54,18 +52,9 @@ def stop_room_rows(assessment: Assessment) -> list[Row]:
 
     Around every place of the path it is the way straight ahead until the vehicle stands still (to
     react, to stop, what the wind adds), and the margin by which its position may be wrong: where that
-    reaches over a fence there is a finding F102.
-
-    Parameters
-    ----------
-    assessment : Assessment
-        What is flown; without a fence there is no such area, nor where none of it could be seen.
-
-    Returns
-    -------
-    list
-        ``area``, ``order``, ``east_m``, ``north_m``; an area with holes is one line that goes there
-        and back, round each hole the other way, so that it is filled as it should be.
+    reaches over a fence there is a finding F102.  There is none without a fence, or too small to see.
+    An area with holes is one line that goes there and back, round each hole the other way, so that it
+    is filled as it should be.
     """
     if not assessment.mission.fence:
         return []
@@ -92,13 +81,8 @@ def stop_room_rows(assessment: Assessment) -> list[Row]:
     for number, polygon in enumerate(shapely.get_parts(outline), start=1):
         places = _single_line(polygon)
         degrees = flown.frame.latitude_longitude_deg(places[:, 0], places[:, 1])
-        east_m, north_m = assessment.route.frame.east_north_m(*degrees)
-        rows += [
-            {"area": number, "order": order, "east_m": round(east, 1), "north_m": round(north, 1)}
-            for order, (east, north) in enumerate(
-                zip(east_m.tolist(), north_m.tolist(), strict=True)
-            )
-        ]
+        line_m = assessment.route.frame.east_north_m(*degrees)
+        rows += [{"area": number} | row for row in _line_rows(*line_m)]
     return rows
 
 
@@ -178,37 +162,54 @@ def place_rows(assessment: Assessment) -> list[Row]:
     frame = assessment.route.frame
     home = _place("home", "home", frame, frame.latitude_deg, frame.longitude_deg)
     rally = [
-        _place(
-            "rally point", f"rally point {number}", frame, place.latitude_deg, place.longitude_deg
+        _place("rally point", f"rally point {number}", frame, *place) | {"short": f"R{number}"}
+        for number, place in enumerate(
+            ((one.latitude_deg, one.longitude_deg) for one in assessment.mission.rally), start=1
         )
-        | {"short": f"R{number}"}
-        for number, place in enumerate(assessment.mission.rally, start=1)
     ]
     return [home | {"short": "H"}, *rally]
 
 
-def fence_rows(assessment: Assessment) -> list[Row]:
-    """Return the outlines of the fence's areas, closed, a row per point."""
+def fence_outlines(assessment: Assessment) -> list[tuple[bool, FloatArray, FloatArray]]:
+    """Return whether each area of the fence is to be kept inside, and its closed outline.
+
+    East and north of home. (n,) [m]
+    """
     fence, frame = assessment.mission.fence, assessment.route.frame
     if fence is None:
         return []
-    areas: tuple[FencePolygon | FenceCircle, ...] = (*fence.polygons, *fence.circles)
-    rows: list[Row] = []
-    for number, area in enumerate(areas, start=1):
-        east_m, north_m = _outline(area, frame)
-        rows += [
-            {
-                "area": number,
-                "kind": "stay inside" if area.inclusion else "keep out",
-                "order": order,
-                "east_m": round(east, 1),
-                "north_m": round(north, 1),
-            }
-            for order, (east, north) in enumerate(
-                zip(east_m.tolist(), north_m.tolist(), strict=True)
-            )
-        ]
-    return rows
+    found = []
+    for polygon in fence.polygons:
+        if polygon.vertices_deg:
+            corners = np.array([*polygon.vertices_deg, polygon.vertices_deg[0]])
+            steps = np.linspace(0.0, len(corners) - 1, (len(corners) - 1) * _EDGE_POINTS + 1)
+            whole = np.arange(len(corners))
+            degrees = [np.interp(steps, whole, column) for column in corners.T]
+            found.append((polygon.inclusion, *frame.east_north_m(*degrees)))
+    turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE_POINTS + 1)
+    for circle in fence.circles:
+        east_m, north_m = frame.east_north_m(circle.latitude_deg, circle.longitude_deg)
+        radius_m = circle.radius_m
+        found.append(
+            (circle.inclusion, east_m + radius_m * np.sin(turn), north_m + radius_m * np.cos(turn))
+        )
+    return found
+
+
+def fence_rows(assessment: Assessment) -> list[Row]:
+    """Return the outlines of the fence's areas, closed, a row per point."""
+    return [
+        {"area": number, "kind": "stay inside" if is_inside else "keep out"} | row
+        for number, (is_inside, *line_m) in enumerate(fence_outlines(assessment), start=1)
+        for row in _line_rows(*line_m)
+    ]
+
+
+def _line_rows(east_m: FloatArray, north_m: FloatArray) -> list[Row]:
+    return [
+        {"order": order, "east_m": round(east, 1), "north_m": round(north, 1)}
+        for order, (east, north) in enumerate(zip(east_m.tolist(), north_m.tolist(), strict=True))
+    ]
 
 
 def stretch_rows(result: CheckResult) -> list[Row]:
@@ -229,19 +230,6 @@ def stretch_rows(result: CheckResult) -> list[Row]:
         for part, line_deg in enumerate(finding.stretch.lines_deg)
         for order, point_deg in enumerate(line_deg)
     ]
-
-
-def _outline(area: FencePolygon | FenceCircle, frame: LocalFrame) -> tuple[FloatArray, FloatArray]:
-    if isinstance(area, FencePolygon):
-        corners = np.array([*area.vertices_deg, area.vertices_deg[0]])
-        steps = np.linspace(0.0, len(corners) - 1, (len(corners) - 1) * _EDGE_POINTS + 1)
-        whole = np.arange(len(corners))
-        return frame.east_north_m(
-            np.interp(steps, whole, corners[:, 0]), np.interp(steps, whole, corners[:, 1])
-        )
-    turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE_POINTS + 1)
-    east_m, north_m = frame.east_north_m(area.latitude_deg, area.longitude_deg)
-    return east_m + area.radius_m * np.sin(turn), north_m + area.radius_m * np.cos(turn)
 
 
 def _metres(frame: LocalFrame, latitude_deg: float, longitude_deg: float) -> Row:
@@ -274,7 +262,7 @@ _BAND_POINTS = 121
 _BANDS = 500
 """Most bands of states; with more, each shows what takes most of its time."""
 _PATH_TOLERANCE = 1.0 / 4_000
-"""What a simplified path may be off, as a share of its extent: a quarter of a dot. [-]"""
+"""What a simplified path may be off, as a fraction of its extent: a quarter of a dot. [-]"""
 
 
 class FlightTables(Value, eq=False):
@@ -304,18 +292,8 @@ class FlightTables(Value, eq=False):
     @property
     def named(self) -> dict[str, list[Row]]:
         """The rows that pictures name; those that hold any."""
-        rows = {
-            "flight": self.flight,
-            "path": self.path,
-            "states": self.states,
-            "returns": self.returns,
-            "marks": self.marks,
-            "fence": self.fence,
-            "stretches": self.stretches,
-            "room": self.room,
-            "band": self.band,
-        }
-        return {name: table for name, table in rows.items() if table}
+        rows = field_values(self)
+        return {name: rows[name] for name in field_names(self)[2:] if rows[name]}
 
 
 def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTables:
@@ -383,17 +361,7 @@ def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[R
 
 
 def path_rows(assessment: Assessment, trace: Trace, chosen: slice = slice(None)) -> list[Row]:
-    """Return the way over ground, a row for each corner that can be seen.
-
-    Parameters
-    ----------
-    assessment : Assessment
-        What is flown.
-    trace : Trace
-        Its samples.
-    chosen : slice
-        Which of them.
-    """
+    """Return the way over ground of the samples chosen, a row for each corner that can be seen."""
     import shapely
 
     east_m, north_m = assessment.route.frame.east_north_m(
@@ -419,14 +387,8 @@ def _state_rows(assessment: Assessment) -> list[Row]:
     columns = assessment.flight.motion.segments
     state, end_s = columns.state, columns.end_s
     last = np.flatnonzero(np.diff(state, append=-1))
-    bands = list(
-        zip(
-            state[last].tolist(),
-            [0.0, *end_s[last[:-1]].tolist()],
-            end_s[last].tolist(),
-            strict=True,
-        )
-    )
+    starts_s = [0.0, *end_s[last[:-1]].tolist()]
+    bands = list(zip(state[last].tolist(), starts_s, end_s[last].tolist(), strict=True))
     if len(bands) > _BANDS:
         bands = _coarse_bands(state, end_s)
     return [
@@ -445,10 +407,9 @@ def _coarse_bands(state: IntArray, end_s: FloatArray) -> list[tuple[int, float, 
     spent_s = np.zeros((len(STATES), _BANDS))
     for index in range(len(STATES)):
         of_state_s = np.cumsum(np.where(state == index, np.diff(end_s, prepend=0.0), 0.0))
-        until_s = np.interp(
-            edges_s, np.concatenate(([0.0], end_s)), np.concatenate(([0.0], of_state_s))
+        spent_s[index] = np.diff(
+            np.interp(edges_s, np.append(0.0, end_s), np.append(0.0, of_state_s))
         )
-        spent_s[index] = np.diff(until_s)
     most = spent_s.argmax(axis=0).tolist()
     bands = []
     for index, group in groupby(range(_BANDS), key=most.__getitem__):
@@ -483,26 +444,23 @@ def _band_rows(assessment: Assessment) -> list[Row]:
     )
     if band is None:
         return []
-    at_start = np.zeros(1)
-    times_s = np.concatenate((at_start, columns.end_s[segments]))
-    low_wh, high_wh = (np.concatenate((at_start, wh)) for wh in band)
+    low_wh, high_wh = band
     rows = {
-        "time_min": _rounded(times_s / 60.0, 4),
-        "p10_wh": _rounded(low_wh, 3),
-        "p90_wh": _rounded(high_wh, 3),
+        "time_min": _rounded(np.append(0.0, columns.end_s[segments]) / 60.0, 4),
+        "p10_wh": _rounded(np.append(0.0, low_wh), 3),
+        "p90_wh": _rounded(np.append(0.0, high_wh), 3),
     }
-    return _rows(rows, np.arange(len(times_s)))
+    return _rows(rows, np.arange(len(segments) + 1))
 
 
 def _used_wh(assessment: Assessment, trace: Trace) -> FloatArray:
     """Return the energy used by each sample: exact where segments end, by the powers between."""
-    ends_s = np.concatenate(([0.0], assessment.flight.motion.segments.end_s))
-    ends_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(assessment.flight.segment_energy_j))))
+    ends_s = np.append(0.0, assessment.flight.motion.segments.end_s)
+    ends_wh = np.append(0.0, np.cumsum(wh_from_j(assessment.flight.segment_energy_j)))
     steps_j = 0.5 * (trace.power_w[1:] + trace.power_w[:-1]) * np.diff(trace.time_s)
-    rough_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(steps_j))))
-    rough_at_ends_wh = np.interp(ends_s, trace.time_s, rough_wh)
-    missing_wh = np.interp(trace.time_s, ends_s, ends_wh - rough_at_ends_wh)
-    used_wh: FloatArray = rough_wh + missing_wh
+    rough_wh: FloatArray = np.append(0.0, np.cumsum(wh_from_j(steps_j)))
+    missing_wh = ends_wh - np.interp(ends_s, trace.time_s, rough_wh)
+    used_wh: FloatArray = rough_wh + np.interp(trace.time_s, ends_s, missing_wh)
     return used_wh
 
 
