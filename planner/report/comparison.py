@@ -83,12 +83,8 @@ def comparison_json(
             "b": _document(comparison.b, options[1]),
             "difference": values(comparison, _DIFFERENCES),
             "states": [
-                {
-                    "state": str(state),
-                    "a": values(one, _STATE_KEYS),
-                    "b": values(other, _STATE_KEYS),
-                }
-                for state, one, other in comparison.states
+                {"state": str(state), "a": values(a, _STATE_KEYS), "b": values(b, _STATE_KEYS)}
+                for state, a, b in comparison.states
             ],
             "gained": [finding_document(finding) for finding in comparison.gained],
             "lost": [finding_document(finding) for finding in comparison.lost],
@@ -102,10 +98,7 @@ def _document(result: CheckResult, options: str) -> dict[str, object]:
         "file": value(result, "file"),
         "options": options,
         "verdict": result.verdict,
-        "vehicle": {
-            "name": value(result.setup.vehicle, "name"),
-            "source": value(result.setup.vehicle, "source"),
-        },
+        "vehicle": values(result.setup.vehicle, ("name", "source")),
         **figures(result),
     }
 
@@ -126,14 +119,11 @@ def _apart(first: float | None, second: float | None) -> float | None:
 
 def mission_comparison_text(comparison: MissionComparison) -> str:
     """Return every difference, a line for each, and how many matter."""
-    lines = difference_lines(comparison.differences)
     matter = sum(one.matters for one in comparison.differences)
     pair = f"{comparison.first} and {comparison.second}"
-    if matter:
-        lines.append(f"{quantity.count(matter, 'difference')} between {pair}")
-    else:
-        lines.append(f"{pair} are the same mission")
-    return "".join(f"{line}\n" for line in lines)
+    last = f"{quantity.count(matter, 'difference')} between {pair}"
+    lines = difference_lines(comparison.differences)
+    return "\n".join([*lines, last if matter else f"{pair} are the same mission"]) + "\n"
 
 
 def difference_lines(differences: Sequence[Difference]) -> list[str]:

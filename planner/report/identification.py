@@ -7,9 +7,8 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.findings import Severity
 from planner.identify.segments import FitStatus
-from planner.report.text import finding_lines, note_lines, printable, table_lines
+from planner.report.text import by_weight, finding_lines, note_lines, printable, table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,17 +27,7 @@ _COLOURED_NOISE = 0.01
 
 
 def identification_text(found: Identification, *, medium: Medium, with_segments: bool) -> str:
-    """Return the report of an identification.
-
-    Parameters
-    ----------
-    found : Identification
-        What was found.
-    medium : Medium
-        What the text is written on.
-    with_segments : bool
-        Whether every segment is listed.
-    """
+    """Return the report of an identification, if asked with every segment."""
     model = found.model
     flights = found.evidence.records
     seconds = sum(record.duration_s for record in flights)
@@ -64,7 +53,7 @@ def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) 
     lines += medium.wrapped(f"  {printable(outcome.summary)}", indent=2)
     if outcome.estimates:
         rows = [
-            (f"  {e.name}", f"{e.value:.6g}", _error(e.error), _share(e.value, e.error))
+            (f"  {e.name}", f"{e.value:.6g}", _error(e.error), _fraction(e.value, e.error))
             for e in outcome.estimates
         ]
         lines += table_lines(rows, alignment="<>><")
@@ -106,7 +95,7 @@ def _error(error: float) -> str:
     return f"± {error:.2g}" if math.isfinite(error) else quantity.ABSENT
 
 
-def _share(value: float, error: float) -> str:
+def _fraction(value: float, error: float) -> str:
     if not math.isfinite(error) or value == 0.0:
         return ""
     return f"({quantity.percent(abs(error / value))})"
@@ -174,11 +163,9 @@ def flight_label(one: Verification) -> str:
 
 def flight_errors(one: Verification) -> str:
     """Return how far a flight was from its prediction: ``time +1.3 %, energy -0.4 %``."""
-    energy = (
-        f", energy {error_text(one.energy_fraction)}"
-        if one.energy_fraction is not None
-        else "; no energy to compare"
-    )
+    energy = f", energy {error_text(one.energy_fraction)}"
+    if one.energy_fraction is None:
+        energy = "; no energy to compare"
     return f"time {error_text(one.time_fraction)}{energy}"
 
 
@@ -188,11 +175,10 @@ def _flight_lines(one: Verification, *, medium: Medium) -> list[str]:
     lines += ["", *_verified_state_lines(one.states)]
     if one.stops:
         lines += ["", *_stop_lines(one.stops)]
-    graver = [finding for finding in one.findings if finding.severity > Severity.INFO]
-    notes = [finding for finding in one.findings if finding.severity is Severity.INFO]
-    if graver:
+    problems, notes = by_weight(one.findings)
+    if problems:
         lines.append("")
-    for finding in graver:
+    for finding in problems:
         lines += finding_lines(finding, file=one.mission, medium=medium)
     if notes:
         lines += ["", "Assumptions"]
@@ -202,51 +188,43 @@ def _flight_lines(one: Verification, *, medium: Medium) -> list[str]:
 
 
 def _figure_lines(one: Verification) -> list[str]:
-    measured, predicted = one.measured, one.predicted
     distance_fraction = None
-    if measured.distance_m and predicted.distance_m is not None:
-        distance_fraction = predicted.distance_m / measured.distance_m - 1.0
+    if one.measured.distance_m and one.predicted.distance_m is not None:
+        distance_fraction = one.predicted.distance_m / one.measured.distance_m - 1.0
+    sides = one.measured, one.predicted
     rows = [
         ("", "flown", "predicted", "error"),
-        (
-            "Time",
-            f"{quantity.decimals(measured.time_s, 1)} s",
-            f"{quantity.decimals(predicted.time_s, 1)} s",
-            error_text(one.time_fraction),
-        ),
+        ("Time", *(_seconds(side.time_s) for side in sides), error_text(one.time_fraction)),
         (
             "Energy",
-            quantity.energy(measured.energy_wh),
-            quantity.energy(predicted.energy_wh),
+            *(quantity.energy(side.energy_wh) for side in sides),
             error_text(one.energy_fraction),
         ),
         (
             "Distance",
-            quantity.distance(measured.distance_m),
-            quantity.distance(predicted.distance_m),
+            *(quantity.distance(side.distance_m) for side in sides),
             error_text(distance_fraction),
         ),
     ]
-    wind = one.setup.wind
-    air = (
-        f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
-        if wind.speed_m_s
-        else "no wind"
+    wind, air = one.setup.wind, "no wind"
+    if wind.speed_m_s:
+        air = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
+    home = f"home {quantity.height(one.setup.home_amsl_m)} AMSL"
+    errors = (
+        f"height {quantity.height(one.height_rms_m)}, speed {quantity.speed(one.speed_rms_m_s)}, "
+        f"power {quantity.power(one.power_rms_w)}: root mean square in the air"
     )
     return [
         *table_lines(rows, alignment="<>>>"),
         "",
-        (
-            f"Vehicle     {printable(one.vehicle_name)}, {air}, "
-            f"home {quantity.height(one.setup.home_amsl_m)} AMSL"
-        ),
+        f"Vehicle     {printable(one.vehicle_name)}, {air}, {home}",
         f"Mission     {printable(one.mission)}",
-        (
-            f"Errors      height {quantity.height(one.height_rms_m)}, "
-            f"speed {quantity.speed(one.speed_rms_m_s)}, power {quantity.power(one.power_rms_w)}: "
-            "root mean square in the air"
-        ),
+        f"Errors      {errors}",
     ]
+
+
+def _seconds(time_s: float) -> str:
+    return f"{quantity.decimals(time_s, 1)} s"
 
 
 def _verified_state_lines(states: Sequence[StateComparison]) -> list[str]:
@@ -289,7 +267,7 @@ def _summary_lines(verifications: Sequence[Verification]) -> list[str]:
     rows = [
         (
             flight_label(one),
-            f"{quantity.decimals(one.measured.time_s, 1)} s",
+            _seconds(one.measured.time_s),
             error_text(one.time_fraction),
             quantity.energy(one.measured.energy_wh),
             error_text(one.energy_fraction),

@@ -147,7 +147,7 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
     return {
         "file": value(result, "file"),
         "verdict": result.verdict,
-        "vehicle": {"name": value(vehicle, "name"), "source": value(vehicle, "source")},
+        "vehicle": values(vehicle, ("name", "source")),
         "conditions": {row.key: plain(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),

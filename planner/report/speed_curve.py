@@ -8,27 +8,19 @@ from planner import quantity
 from planner.report.columns import columns_csv
 from planner.report.json import envelope, finding_document, json_text, value, values
 from planner.report.text import printable, table_lines
+from planner.service.speed import FlownSpeed
+from planner.values import field_names
 
 if TYPE_CHECKING:
-    from planner.service.speed import FlownSpeed, SpeedCurve
+    from planner.service.speed import SpeedCurve
 
-_KEYS = (
-    "speed_m_s",
-    "time_s",
-    "energy_wh",
-    "mean_power_w",
-    "energy_wh_per_km",
-    "margin_wh",
-    "return_margin_wh",
-    "fits",
-    "verdict",
-)
+_KEYS = field_names(FlownSpeed)[:-1]
 _MARKS = ("present", "best_endurance", "best_range", "fastest_fitting", "fastest_clear")
 _HEADS = (
     ("speed", "time", "energy", "per km", "mean", "above reserve", "verdict"),
     ("m/s", "", "Wh", "Wh", "W", "Wh", ""),
 )
-_WORTH_TELLING = 0.01
+_WORTH_REPORTING = 0.01
 _ALIGNMENT = ">>>>>><"
 
 
@@ -100,7 +92,7 @@ def _remarks(curve: SpeedCurve) -> list[str]:
         )
     elif (saved := _saved(curve)) is not None and curve.best_range is not None:
         speed = f"{quantity.decimals(curve.best_range.speed_m_s, 2)} m/s"
-        fraction = quantity.percent(saved) if saved >= _WORTH_TELLING else "less than 1 %"
+        fraction = quantity.percent(saved) if saved >= _WORTH_REPORTING else "less than 1 %"
         remarks.append(f"At {speed} the mission uses {fraction} less energy than at its own speeds")
     if curve.present.fits is None:
         remarks.append("Battery unknown: give --battery to see which speeds it allows")
@@ -119,7 +111,7 @@ def _remarks(curve: SpeedCurve) -> list[str]:
 
 
 def _saved(curve: SpeedCurve) -> float | None:
-    """Return the share of its energy that the mission would save at its best speed."""
+    """Return the fraction of its energy that the mission would save at its best speed."""
     best, present = curve.best_range, curve.present
     if best is None or best.energy_wh is None or not present.energy_wh:
         return None

@@ -78,15 +78,7 @@ def together(split: Split) -> dict[str, float]:
 
 
 def flights_text(split: Split, *, energy: str = "") -> str:
-    """Return how many flights a mission became: ``site.plan: 3 flights instead of one``.
-
-    Parameters
-    ----------
-    split : Split
-        As `planner.split_mission` returns it.
-    energy : str
-        What the one flight would take; empty leaves it out.
-    """
+    """Return how many flights a mission became: ``site.plan: 3 flights instead of one of 24 Wh``."""
     of = f" of {energy}" if energy else ""
     count = len(split.parts)
     flights = f"one flight{of} is enough" if count == 1 else f"{count} flights instead of one{of}"

@@ -66,26 +66,28 @@ def _place(home: Home | None) -> str:
     return f"{home.latitude_deg:.7f}, {home.longitude_deg:.7f}, {amsl}"
 
 
-_LATE_S = 2.0
+LATE_S = 2.0
 """A vehicle not heard for so long is reported. [s]"""
 
 
 def status_line(status: GuardStatus) -> str:
     """Return ``GO: 31 Wh above the reserve | read 4 s ago | asks before arming``."""
     view = status.view
-    age = "" if view.age_s is None else f" | read {quantity.duration(max(view.age_s, 0.0))} ago"
-    late = ""
-    if status.heard_ago_s > _LATE_S:
-        late = f" | not heard for {quantity.duration(status.heard_ago_s)}"
     if status.is_flying:
         energy = "energy not measured" if status.energy is None else energy_text(status.energy)
-        return f"in flight: {energy}{late}"
-    asks = ""
-    if status.arming is not None:
-        asks = " | asks before arming" if status.arming.is_asking else " | does not ask"
-    armed = " | armed" if status.is_armed else ""
-    text = view.text if view.text.startswith(view.verdict.value) else f"{view.verdict}: {view.text}"
-    return f"{text}{age}{asks}{armed}{late}"
+        parts = [f"in flight: {energy}"]
+    else:
+        is_named = view.text.startswith(view.verdict.value)
+        parts = [view.text if is_named else f"{view.verdict}: {view.text}"]
+        if view.age_s is not None:
+            parts.append(f"read {quantity.duration(max(view.age_s, 0.0))} ago")
+        if status.arming is not None:
+            parts.append("asks before arming" if status.arming.is_asking else "does not ask")
+        if status.is_armed:
+            parts.append("armed")
+    if status.heard_ago_s > LATE_S:
+        parts.append(f"not heard for {quantity.duration(status.heard_ago_s)}")
+    return " | ".join(parts)
 
 
 def energy_text(state: EnergyState) -> str:

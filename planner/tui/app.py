@@ -68,17 +68,7 @@ THEMES = (DARK, LIGHT.name, HIGH_CONTRAST.name)
 
 
 class ReviewApp(App[None]):
-    """Reviews missions; everything it reads comes from what it is given.
-
-    Parameters
-    ----------
-    missions : sequence of str
-        Mission files, and folders of them.
-    what_if_of : callable
-        From a mission file to its settings.
-    link : LinkRequest, optional
-        The vehicle that is reviewed instead, named as the only mission.
-    """
+    """Reviews mission files, folders of them, or the vehicle on a link; ``what_if_of`` has settings."""
 
     TITLE = "mavjoule review"
     CSS = """
@@ -132,9 +122,8 @@ class ReviewApp(App[None]):
 
     def action_turn_theme(self) -> None:
         """Take the next of the themes."""
-        names = [*THEMES]
-        at = names.index(self.theme) if self.theme in names else -1
-        self.theme = names[(at + 1) % len(names)]
+        at = THEMES.index(self.theme) if self.theme in THEMES else -1
+        self.theme = THEMES[(at + 1) % len(THEMES)]
 
     def action_toggle_help(self) -> None:
         """Show or hide the keys of what is in use."""

@@ -47,12 +47,7 @@ class Checked(Value, eq=False):
 def checked(source: str | VehicleSnapshot, what_if: WhatIf) -> Checked:
     """Check a mission file or what a vehicle holds, and work out what is drawn of it.
 
-    Raises
-    ------
-    ValueError
-        If a change does not say a value.
-    MavjouleError
-        If the settings are unusable.
+    Raises ``ValueError`` if a change is no value, `MavjouleError` if the settings are unusable.
     """
     snapshot = None if isinstance(source, str) else source
     file = source if isinstance(source, str) else source.address
@@ -85,13 +80,7 @@ def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | U
 
 
 def check_inputs(checked: Checked, assessment: Assessment) -> tuple[Mission, Setup]:
-    """Return mission and setup of a check.
-
-    Raises
-    ------
-    MavjouleError
-        If a file that the settings name is unusable by now.
-    """
+    """Return mission and setup of a check; a file that they name may be unusable by now."""
     setup = replace(checked.what_if.setup(), parameters=assessment.setup.parameters)
     if checked.snapshot is not None:
         # the vehicle's own charge, where it reports one

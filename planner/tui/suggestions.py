@@ -22,7 +22,7 @@ from planner.vehicle.battery import Battery
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.service.preflight import UnreadableMission
+    from planner.flight.budget import BatteryBudget
     from planner.service.split import Split
     from planner.tui.checked import Checked
 
@@ -82,12 +82,7 @@ def suggestions(checked: Checked) -> Iterator[Suggestion]:
 
 
 def _tried(checked: Checked, text: str, changes: dict[str, str]) -> Suggestion:
-    return _suggestion(text, changes, check_again(checked, changes))
-
-
-def _suggestion(
-    text: str, changes: dict[str, str], result: CheckResult | UnreadableMission
-) -> Suggestion:
+    result = check_again(checked, changes)
     return Suggestion(
         text=text,
         changes=tuple(changes.items()),
@@ -149,7 +144,9 @@ def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestio
         change = {"battery": battery_text(battery)}
         tried = check_again(checked, change)
         if tried.verdict == "go":
-            yield _suggestion(f"battery {change['battery']}, no heavier", change, tried)
+            text = f"battery {change['battery']}, no heavier"
+            outcome = headline(tried)
+            yield Suggestion(text=text, changes=(*change.items(),), is_go=True, outcome=outcome)
             return
         if not isinstance(tried, CheckResult):
             return
@@ -158,16 +155,12 @@ def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestio
 
 def _enlarged(battery: Battery, result: CheckResult) -> Battery | None:
     """Return a battery that covers what is missing, in steps packs are sold in; ``None`` if none."""
-    budget, way = result.battery, result.return_plan
+    budget = result.battery
     if budget is None:
         return None
-    missing_wh = max(
-        -budget.margin_wh, -way.margin_wh if way is not None and way.margin_wh is not None else 0.0
-    )
-    if not missing_wh > 0.0:
-        return None
+    missing_wh = -_margin_wh(budget, result)
     kept = 1.0 - (budget.reserve_wh / budget.capacity_wh)
-    if not kept > 0.0:
+    if not (missing_wh > 0.0 and kept > 0.0):
         return None
     needed_wh = budget.capacity_wh + missing_wh / kept
     if battery.capacity_ah is not None and battery.nominal_voltage_v is not None:
@@ -179,15 +172,19 @@ def _enlarged(battery: Battery, result: CheckResult) -> Battery | None:
     return Battery(capacity_wh=math.ceil(needed_wh / _ENERGY_STEP_WH) * _ENERGY_STEP_WH)
 
 
+def _margin_wh(budget: BatteryBudget, result: CheckResult) -> float:
+    """Return the energy above the reserve, at landing or after the tightest return. [Wh]"""
+    way = result.return_plan
+    margin_wh = budget.margin_wh if way is None else way.margin_wh
+    return budget.margin_wh if margin_wh is None else min(budget.margin_wh, margin_wh)
+
+
 def _more_reserve(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the greatest reserve, in whole percent, that still goes."""
-    budget, way = result.battery, result.return_plan
+    budget = result.battery
     if budget is None:
         return
-    left_wh = min(
-        budget.margin_wh,
-        way.margin_wh if way is not None and way.margin_wh is not None else budget.margin_wh,
-    )
+    left_wh = _margin_wh(budget, result)
     percent = math.floor((budget.reserve_wh + left_wh) / budget.capacity_wh / _RESERVE_STEP)
     if percent > 0 and percent * _RESERVE_STEP > budget.reserve_wh / budget.capacity_wh:
         text = f"reserve {percent}%, the most that fits"

@@ -40,13 +40,7 @@ class WhatIf(Value):
         return WhatIf(settings=self.settings, given=self.given, changes=kept)
 
     def values(self) -> dict[str, Any]:
-        """Return the settings by key, those changed as they are typed.
-
-        Raises
-        ------
-        ValueError
-            If a text does not say a value; one sentence with the label of its field.
-        """
+        """Return the settings by key; a changed one that is no value raises ``ValueError``."""
         values = dict(self.settings)
         for key, text in self.changes.items():
             setting = settings()[key]
@@ -67,15 +61,7 @@ class WhatIf(Value):
         return ""
 
     def setup(self) -> Setup:
-        """Return what the mission is checked under.
-
-        Raises
-        ------
-        ValueError
-            If a text does not say a value.
-        MavjouleError
-            If a file that the settings name is unusable.
-        """
+        """Return what the mission is checked under; a file it names may be unusable."""
         return Setup.of(self.values())
 
     def hint(self, setting: Setting) -> str:

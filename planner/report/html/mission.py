@@ -122,43 +122,25 @@ def _map_layers(spec: Spec) -> list[Spec]:
             "bind": "scales",
         }
     )
+    line = {"type": "line", "strokeWidth": 9, "opacity": 0.7, "strokeCap": "round"}
+    along = {
+        "order": {"field": "order", "type": "quantitative"},
+        "detail": {"field": "part", "type": "nominal"},
+    }
+    point = {"type": "point", "size": 260, "strokeWidth": 3}
+    cross = {"type": "point", "shape": "cross", "filled": True, "size": 120, "opacity": 1.0}
     return [
         {
-            "name": "focus",
-            "data": {"name": "focus_place"},
-            "mark": {
-                "type": "line",
-                "color": ORANGE,
-                "strokeWidth": 9,
-                "opacity": 0.7,
-                "strokeCap": "round",
-                "clip": True,
-            },
-            "encoding": {
-                **place,
-                "order": {"field": "order", "type": "quantitative"},
-                "detail": {"field": "part", "type": "nominal"},
-            },
-        },
-        {
-            "name": "focus_point",
-            "data": {"name": "focus_place"},
-            "mark": {"type": "point", "size": 260, "strokeWidth": 3, "color": ORANGE, "clip": True},
-            "encoding": place,
-        },
-        {
-            "name": "cursor",
-            "data": {"name": "cursor"},
-            "mark": {
-                "type": "point",
-                "shape": "cross",
-                "filled": True,
-                "size": 120,
-                "opacity": 1.0,
-                "clip": True,
-            },
-            "encoding": place,
-        },
+            "name": name,
+            "data": {"name": data},
+            "mark": {**mark, "clip": True},
+            "encoding": {**place, **encoding},
+        }
+        for name, data, mark, encoding in (
+            ("focus", "focus_place", {**line, "color": ORANGE}, along),
+            ("focus_point", "focus_place", {**point, "color": ORANGE}, {}),
+            ("cursor", "cursor", cross, {}),
+        )
     ]
 
 

@@ -13,6 +13,7 @@ from planner.errors import ExitCode, MavjouleError
 from planner.findings import Severity
 from planner.guard.authorisation import Verdict
 from planner.report.text import margin_text, printable
+from planner.report.vehicle import LATE_S
 from planner.tui.checked import checked
 from planner.tui.details import Summary
 from planner.tui.screens.review import ReviewScreen
@@ -35,17 +36,13 @@ if TYPE_CHECKING:
     from planner.tui.what_if import WhatIf
 
 
-_LATE_S = 2.0
-"""A vehicle not heard for so long is reported. [s]"""
-
-
 def live_line(address: str, status: GuardStatus) -> str:
     """Return ``live udpin:…: battery 78 %, 14.9 V, in flight, item 5, 3 min 12 s into the flight, …``."""
     return f"live {address}: {', '.join(_status_parts(status))}"
 
 
 def _status_parts(status: GuardStatus) -> Iterator[str]:
-    if status.heard_ago_s > _LATE_S:
+    if status.heard_ago_s > LATE_S:
         yield f"NO SIGNAL for {quantity.duration(status.heard_ago_s)}"
     battery = status.state.battery
     charge = None if battery is None else battery.remaining_fraction

@@ -78,15 +78,7 @@ WATCH_S = 1.0
 
 
 class ReviewScreen(Screen[None]):
-    """One look at one mission.
-
-    Parameters
-    ----------
-    file : str
-        The mission.
-    what_if_of : callable
-        From a mission file to its settings; asked again when the configuration changes.
-    """
+    """One look at one mission; its settings are asked for again when the configuration changes."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (132, "-wide")]  # noqa: RUF012 - as textual has it
     VERTICAL_BREAKPOINTS = [(0, "-low"), (36, "-high")]  # noqa: RUF012 - as textual has it
@@ -160,12 +152,9 @@ class ReviewScreen(Screen[None]):
         if self.now is None:
             return
         changed = "with your changes" if self.now is not self.base else ""
-        going = (
-            f"{quantity.count(self._going, 'change')} would make it a GO: press w"
-            if self._going
-            else ""
-        )
-        note = "; ".join(text for text in (changed, self._note, going, *notes) if text)
+        going = f"{quantity.count(self._going, 'change')} would make it a GO: press w"
+        texts = (changed, self._note, going if self._going else "", *notes)
+        note = "; ".join(filter(None, texts))
         self.query_one("#verdict", VerdictStrip).show(self.summary(self.now), note=note)
 
     def summary(self, now: Checked) -> Summary:

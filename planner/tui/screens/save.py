@@ -47,12 +47,7 @@ class OverwriteError(UsageError):
 def save_parts(split: Split, name: str, *, replace: bool = False) -> str:
     """Save the flights of a split, all or none, in a folder; return what was done, in a sentence.
 
-    Raises
-    ------
-    UsageError
-        If there are parts already, or parts of another split would be left over.
-    OutputError
-        If a part cannot be written.
+    Parts that are there, or would be left over of another split, raise ``UsageError``.
     """
     from planner.service.split import write_split
 
@@ -70,12 +65,7 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
     A speed that was tried is commanded in the mission that is saved; a file that was read is never
     written over.
 
-    Raises
-    ------
-    UsageError
-        If the suffix says nothing, the file is there, or it is one that was read.
-    MavjouleError
-        If it cannot be written.
+    A suffix of nothing, a file that is there or was read raise ``UsageError``.
     """
     path = Path(name.strip()).expanduser()
     suffix = path.suffix.lower()
