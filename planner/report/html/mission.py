@@ -122,12 +122,12 @@ def _map_layers(spec: Spec) -> list[Spec]:
             "bind": "scales",
         }
     )
-    line = {"type": "line", "strokeWidth": 9, "opacity": 0.7, "strokeCap": "round"}
+    line = {"type": "line", "color": ORANGE, "strokeWidth": 9, "opacity": 0.7, "strokeCap": "round"}
     along = {
         "order": {"field": "order", "type": "quantitative"},
         "detail": {"field": "part", "type": "nominal"},
     }
-    point = {"type": "point", "size": 260, "strokeWidth": 3}
+    point = {"type": "point", "size": 260, "strokeWidth": 3, "color": ORANGE}
     cross = {"type": "point", "shape": "cross", "filled": True, "size": 120, "opacity": 1.0}
     return [
         {
@@ -137,8 +137,8 @@ def _map_layers(spec: Spec) -> list[Spec]:
             "encoding": {**place, **encoding},
         }
         for name, data, mark, encoding in (
-            ("focus", "focus_place", {**line, "color": ORANGE}, along),
-            ("focus_point", "focus_place", {**point, "color": ORANGE}, {}),
+            ("focus", "focus_place", line, along),
+            ("focus_point", "focus_place", point, {}),
             ("cursor", "cursor", cross, {}),
         )
     ]
