@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -9,6 +10,7 @@ from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.theme import Theme
 
+from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 
 if TYPE_CHECKING:
@@ -102,8 +104,6 @@ class ReviewApp(App[None]):
             self.live = LiveScreen(self.link, self.what_if_of)
             return self.live
         if others or Path(first).is_dir():
-            from planner.tui.screens.missions import MissionsScreen
-
             return MissionsScreen(self.missions, self.what_if_of)
         return ReviewScreen(first, self.what_if_of)
 
@@ -115,8 +115,6 @@ class ReviewApp(App[None]):
         if len(self.screen_stack) > 1:
             self.pop_screen()
         else:
-            from planner.tui.screens.missions import MissionsScreen
-
             folder = str(Path(review.file).parent)
             self.push_screen(MissionsScreen((folder,), self.what_if_of))
 
@@ -135,12 +133,8 @@ class ReviewApp(App[None]):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Return what the palette offers: Textual's own, and the screen's keys by their names."""
         yield from super().get_system_commands(screen)
-        for binding in screen.active_bindings.values():
-            if binding.node is screen and binding.binding.description:
-                yield SystemCommand(
-                    binding.binding.description,
-                    f"key {binding.binding.key}",
-                    lambda action=binding.binding.action: self.call_later(
-                        screen.run_action, action
-                    ),
-                )
+        for active in screen.active_bindings.values():
+            one = active.binding
+            if active.node is screen and one.description:
+                run = partial(self.call_later, screen.run_action, one.action)
+                yield SystemCommand(one.description, f"key {one.key}", run)

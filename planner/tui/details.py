@@ -44,7 +44,7 @@ class Details(Value):
 
 def finding_details(finding: Finding, *, file: str) -> Details:
     """Return a finding with the numbers that made it fire, its way out and its explanation."""
-    word = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "assumption"}
+    word = "assumption" if finding.severity is Severity.INFO else finding.severity.label
     where = printable(file)
     if finding.place is not None:
         where += f":{finding.place.line}:{finding.place.column}"
@@ -57,7 +57,7 @@ def finding_details(finding: Finding, *, file: str) -> Details:
         shown = {"Fix"} if finding.fix == rule.fix else set()
         parts += [part for part in explanation(rule) if part[0] not in shown]
     return Details(
-        title=f"{MARKS[finding.severity]} {label(finding)} ({word[finding.severity]})",
+        title=f"{MARKS[finding.severity]} {label(finding)} ({word})",
         tone=finding.severity.label,
         parts=tuple(parts),
     )

@@ -32,7 +32,6 @@ class ComparedRow(NamedTuple):
     path: str
     """Keys of the number in the document of each, joined by a dot."""
     values: tuple[float | None, float | None]
-    """Of both."""
 
 
 def comparison_section(first: Result, second: Result) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late

@@ -188,19 +188,9 @@ def mission_view(
 ) -> dict[str, Any]:
     """Return everything the template asks of one mission.
 
-    Parameters
-    ----------
-    result : CheckResult or UnreadableMission
-    number : int
-        Its place in the report.
-    sha256 : str
-        Of its file; empty where that is not known.
-    most_rows : int
-        Of each table behind a picture.
-    has_stills : bool
-        Whether its pictures are made for readers without JavaScript, too.
-    name : str
-        What it is called, besides its file.
+    ``number`` is its place in the report, ``sha256`` is empty where that of its file is not known,
+    ``most_rows`` are those of each table behind a picture, stills are for readers without
+    JavaScript, and ``name`` is what it is called besides its file.
     """
     document = mission_document(result)
     assessment = result.assessment if isinstance(result, CheckResult) else None

@@ -60,23 +60,10 @@ def check_html(
 ) -> str:
     """Return all missions of a call as a page.
 
-    Parameters
-    ----------
-    results : sequence of CheckResult or UnreadableMission
-        In the order of the call; several are led by an overview, worst first.
-    version : str
-        Of this program.
-    made_at : datetime
-        When.
-    sha256 : mapping of str to str, optional
-        Hashes of the missions' files by their names, in hexadecimal.
-    sections : sequence of markupsafe.Markup
-        More of the page, after the overview: such as `planner.report.html.comparison` makes.
-    title : str
-        Of a page whose sections say of all missions what there is to overview: they follow in the order
-        of the call.
-    names : sequence of str
-        What each mission is called, besides its file.
+    Several are led by an overview, worst first; on a page with a title the sections, such as
+    `planner.report.html.comparison` makes, say of all missions what there is to overview, and the
+    missions follow in the order of the call.  ``sha256`` are of the missions' files by their names,
+    ``names`` what each mission is called besides its file.
 
     Raises
     ------

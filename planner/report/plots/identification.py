@@ -75,10 +75,8 @@ def _response(response: ResponseEvidence) -> Chart:
     for number, (manoeuvre, answer) in enumerate(zip(chosen, answers, strict=True)):
         since_s = manoeuvre.time_s - manoeuvre.command_s
         step = max(1, len(since_s) // _MOST_SAMPLES)
-        for what, values in (
-            (_FLOWN, manoeuvre.answer - manoeuvre.answer_before),
-            (_MODEL, answer),
-        ):
+        flown = manoeuvre.answer - manoeuvre.answer_before
+        for what, values in ((_FLOWN, flown), (_MODEL, answer)):
             rows += [
                 {"manoeuvre": number, "what": what, "time_s": round(t, 3), "answer": round(v, 4)}
                 for t, v in zip(since_s[::step].tolist(), values[::step].tolist(), strict=True)

@@ -15,7 +15,7 @@ from textual.worker import get_current_worker
 from planner import quantity
 from planner.errors import MavjouleError, bug_text
 from planner.findings import Severity
-from planner.report.text import headline, printable
+from planner.report.text import by_weight, headline, printable
 from planner.service.preflight import CheckResult, UnreadableMission, check_file
 from planner.tui.checked import FileWatch, deciding_files
 from planner.tui.details import Details, summary
@@ -123,15 +123,12 @@ def preview(entry: MissionEntry, result: Outcome | None) -> Details:
     if isinstance(result, str):
         return Details(title=entry.name, tone="error", parts=(("", printable(result)),))
     brief = summary(result)
-    parts = [("", brief.headline)]
-    if brief.return_plan:
-        parts.append(("", brief.return_plan))
-    parts += [("", finding_line(f)) for f in result.findings if f.severity > Severity.INFO]
-    parts.append(("", brief.closing))
+    problems = map(finding_line, by_weight(result.findings)[0])
+    texts = (brief.headline, brief.return_plan, *problems, brief.closing)
     return Details(
         title=f"{brief.verdict}  {entry.name}",
         tone="" if brief.is_go else "error",
-        parts=tuple(parts),
+        parts=tuple(("", text) for text in texts if text),
     )
 
 

@@ -83,11 +83,8 @@ class VerdictStrip(Static):
         first = verdict_line(summary)
         if note:
             first = Content.assemble(first, Content.styled(f"  {note}", "italic"))
-        lines = [first, Content(summary.headline)]
-        lines += (
-            [Content(summary.return_plan)] if summary.return_plan else [Content(summary.closing)]
-        )
-        self.update(Content("\n").join(lines))
+        last = summary.return_plan or summary.closing
+        self.update(Content("\n").join([first, Content(summary.headline), Content(last)]))
 
 
 def verdict_line(summary: Summary) -> Content:
