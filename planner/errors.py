@@ -1,25 +1,4 @@
-"""What can go wrong, as one tree; each class knows the exit code it ends in.  How messages quote input.
-
-::
-
-    MavjouleError                2
-    ├── InputError               2   a file that cannot be used, with its place
-    │   ├── MissionFileError     2
-    │   │   ├── NoMissionFileError  2   nothing to be opened: missing, a folder, no permission
-    │   │   └── OtherVehicleError  2   a mission that no multicopter flies
-    │   ├── VehicleFileError     2
-    │   ├── ParameterFileError   2
-    │   ├── TerrainFileError     2
-    │   ├── BaselineFileError    2
-    │   ├── ProfileFileError     2
-    │   └── LogFileError         2
-    ├── UsageError               2   options that make no sense together
-    ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
-    ├── OutputError              2   a report that cannot be written
-    ├── SplitError           1   a mission that no split makes a go
-    ├── IdentificationError      2   flights that do not tell what a model needs
-    └── LinkError                3   the vehicle on the line
-"""
+"""What can go wrong, as one tree; each class knows the exit code it ends in.  How messages quote input."""
 
 from __future__ import annotations
 

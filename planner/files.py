@@ -43,39 +43,26 @@ def small_text(
         Of the kind given, if there are too many bytes, or they are not UTF-8.
     """
     if len(data) > most_bytes:
-        msg = f"is larger than {most_bytes >> 10} KiB: this is no {what}"
+        msg = f"is larger than {most_bytes >> 10} KiB: this is not a {what}"
         raise error(msg, source=source)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as refused:
         place = Place(line=data.count(b"\n", 0, refused.start) + 1, column=1)
-        msg = f"is not UTF-8 text: this is no {what}"
+        msg = f"is not UTF-8 text: this is not a {what}"
         raise error(msg, source=source, place=place) from refused
 
 
 def write_output_file(path: Path, text: str) -> None:
-    """Write a text atomically: into a temporary file beside it, then in its place.
-
-    A link is followed, the permissions of a file that is replaced are kept; a device or a pipe is
-    written to directly.
-
-    Parameters
-    ----------
-    path : Path
-        The file to write or replace.
-    text : str
-        Its whole contents.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written; what was there before is untouched.
-    """
+    """Write a text as `write_output_bytes` writes bytes."""
     write_output_bytes(path, text.encode("utf-8"))
 
 
 def write_output_bytes(path: Path, data: bytes) -> None:
-    """Write bytes as `write_output_file` writes a text.
+    """Write or replace a file atomically: into a temporary file beside it, then in its place.
+
+    A link is followed, the permissions of a file that is replaced are kept; a device or a pipe is
+    written to directly.
 
     Raises
     ------
@@ -104,12 +91,7 @@ def write_output_bytes(path: Path, data: bytes) -> None:
 
 
 def write_output_files(texts: Mapping[Path, str]) -> None:
-    """Write several texts: all of them or, where one cannot be written, none.
-
-    Parameters
-    ----------
-    texts : mapping of Path to str
-        The whole contents of each file to write or replace.
+    """Write several texts, the whole contents of each file: all of them or, where one fails, none.
 
     Raises
     ------
@@ -139,14 +121,7 @@ def write_output_files(texts: Mapping[Path, str]) -> None:
 
 
 def make_output_folder(folder: Path, *, holding: str) -> None:
-    """Make a folder that files are to be written to, where it is not there.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder, and those it lies in.
-    holding : str
-        What is written there, in the plural: for the sentence where it is a file.
+    """Make a folder for files, which a message names in the plural, where it is not there.
 
     Raises
     ------

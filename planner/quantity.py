@@ -138,7 +138,7 @@ def decimals(value: float | None, digits: int) -> str:
 
 
 def beside(value: float, limit: float, shown: Callable[[float], str]) -> str:
-    """Return a value told beside a limit: ``just over 60 m`` where both would read the same."""
+    """Return a value beside its limit: ``just over 60 m`` where both would read the same."""
     text = shown(value)
     if value == limit or text != shown(limit):
         return text

@@ -13,25 +13,26 @@ import os
 import re
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
+
+import msgspec
 
 from planner.errors import BaselineFileError
 from planner.files import write_output_file
 from planner.findings import Severity
-from planner.values import Value, field_values, replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from planner.findings import Finding
 
-SCHEMA = 1
 ENERGY_FAMILY = "E"
 _ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
 _ANY_FOLDERS = "**"
 
 
-class KnownFinding(Value, order=True):
+class KnownFinding(Value, order=True, forbid_unknown_fields=True):
     """What makes a finding the same as one seen before."""
 
     file: str
@@ -41,6 +42,11 @@ class KnownFinding(Value, order=True):
     code: str
     severity: str
     message: str
+
+
+class _BaselineDocument(Value, forbid_unknown_fields=True):
+    schema: Literal[1]
+    known: tuple[KnownFinding, ...]
 
 
 class Baseline(Value):
@@ -83,11 +89,7 @@ class FileIgnore(Value):
     folder: Path
     """Where the configuration is."""
     pattern: str
-    item: int | None
-    """``None``: every item."""
-    codes: tuple[str, ...]
-    origin: str
-    """The configuration and the key, for whoever wonders."""
+    exemption: Exemption
 
     def meets(self, mission: Path) -> bool:
         """Return whether the path of a mission below the folder meets the pattern."""
@@ -95,10 +97,6 @@ class FileIgnore(Value):
         if len(parts) == 1:
             parts = [_ANY_FOLDERS, *parts]
         return _meet(mission.relative_to(self.folder).parts, parts)
-
-    def exemption(self) -> Exemption:
-        """Return what is not reported of a mission that meets the pattern."""
-        return Exemption(codes=self.codes, item=self.item, origin=self.origin)
 
 
 def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -> FileIgnore:
@@ -124,14 +122,12 @@ def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -
     return FileIgnore(
         folder=configuration.parent.resolve(),
         pattern=pattern,
-        item=item,
-        codes=codes,
-        origin=f"{key} in {configuration.name}",
+        exemption=Exemption(codes=codes, item=item, origin=f"{key} in {configuration.name}"),
     )
 
 
 class Selection(Value):
-    """What is asked to be reported; as it stands, everything."""
+    """What is asked to be reported; by default everything."""
 
     select: tuple[str, ...] = ()
     """Codes, or beginnings of codes, of the findings to report; empty: all."""
@@ -164,15 +160,13 @@ class Selection(Value):
         reported, suppressed : tuple of Finding
             The second with the reason as their ``suppression``.
         """
-        reported: list[Finding] = []
-        suppressed: list[Finding] = []
-        for finding in sorted(findings, key=lambda f: (-f.severity, f.item or 0, f.code)):
-            reason = self.reason(finding, file=file)
-            if reason is None:
-                reported.append(finding)
-            else:
-                suppressed.append(replace(finding, suppression=reason))
-        return tuple(reported), tuple(suppressed)
+        ordered = sorted(findings, key=lambda f: (-f.severity, f.item or 0, f.code))
+        reasons = [self.reason(finding, file=file) for finding in ordered]
+        both = list(zip(ordered, reasons, strict=True))
+        return (
+            tuple(finding for finding, reason in both if reason is None),
+            tuple(replace(finding, suppression=reason) for finding, reason in both if reason),
+        )
 
     def reason(self, finding: Finding, *, file: str) -> str | None:
         """Return why a finding is not to be reported; ``None`` where it is."""
@@ -206,24 +200,17 @@ def read_baseline(path: Path) -> Baseline:
     """
     source = str(path)
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = msgspec.json.decode(path.read_bytes(), type=_BaselineDocument)
     except OSError as error:
         msg = f"cannot be read: {error.strerror or error}"
         raise BaselineFileError(msg, source=source) from error
-    except (ValueError, RecursionError) as error:
+    except msgspec.ValidationError as error:
+        msg = "is not a baseline of this version: write it again with --write-baseline"
+        raise BaselineFileError(msg, source=source) from error
+    except (msgspec.DecodeError, RecursionError) as error:
         msg = f"is not JSON: {error}"
         raise BaselineFileError(msg, source=source) from error
-    try:
-        schema, entries = document["schema"], document["known"]
-        known = frozenset(KnownFinding(**entry) for entry in entries)
-        # A list or a table in the place of a text is found out by the hash, a number here.
-        is_sound = schema == SCHEMA and all(map(_is_sound, known))
-    except (KeyError, TypeError):
-        is_sound = False
-    if not is_sound:
-        msg = "is no baseline of this version: write it anew with --write-baseline"
-        raise BaselineFileError(msg, source=source)
-    return Baseline(source=source, folder=_folder(path), known=known)
+    return Baseline(source=source, folder=_folder(path), known=frozenset(document.known))
 
 
 def write_baseline(path: Path, findings: Iterable[tuple[str, Finding]]) -> tuple[int, int]:
@@ -243,7 +230,7 @@ def write_baseline(path: Path, findings: Iterable[tuple[str, Finding]]) -> tuple
     known = {
         _known(finding, file, _folder(path)) for file, finding in given if may_be_known(finding)
     }
-    document = {"schema": SCHEMA, "known": [field_values(one) for one in sorted(known)]}
+    document = msgspec.to_builtins(_BaselineDocument(schema=1, known=tuple(sorted(known))))
     write_output_file(path, json.dumps(document, ensure_ascii=True, indent=2) + "\n")
     return len(known), sum(not may_be_known(finding) for _, finding in given)
 
@@ -256,11 +243,6 @@ def _known(finding: Finding, file: str, folder: Path) -> KnownFinding:
         severity=finding.severity.label,
         message=finding.message,
     )
-
-
-def _is_sound(known: KnownFinding) -> bool:
-    texts = (known.file, known.code, known.severity, known.message)
-    return type(known.item) is int and all(isinstance(text, str) for text in texts)
 
 
 def _folder(path: Path) -> Path:

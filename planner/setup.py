@@ -40,7 +40,7 @@ from planner.setting import (
     is_finite_number,
     setting,
 )
-from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.units import FASTEST_M_S, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
@@ -60,8 +60,6 @@ FORMATS = ("text", "json", "json-lines", "sarif", "junit", "github", "gitlab")
 """Formats of a report."""
 MOST_NOISE_M = 1.5
 """PX4 stands still at an error of MPC_XY_ERR_MAX, 2 m by default; this is short of it. [m]"""
-_FASTEST_M_S = 100.0
-"""No multicopter is faster, and in no such wind does one fly."""
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would get a GO."""
 _MOST_ENERGY_WH = 50_000.0
@@ -183,7 +181,7 @@ class _ReserveKind(Fraction):
 
 
 _WIND = (
-    Number("m/s", 0.0, _FASTEST_M_S, with_spread=True),
+    Number("m/s", 0.0, FASTEST_M_S, with_spread=True),
     Number("°", 0.0, 360.0, with_spread=True),
 )
 """Its speed, and the direction it blows from."""
@@ -465,7 +463,7 @@ class Setup(_Vehicle):
     )
 
     speed_m_s: float | None = setting(
-        Number("m/s", 0.0, _FASTEST_M_S, is_open=True),
+        Number("m/s", 0.0, FASTEST_M_S, is_open=True),
         Group.FLIGHT,
         "ground speed of every level leg",
         default=None,

@@ -23,6 +23,9 @@ JOULES_PER_WATT_HOUR = 3600.0
 SECONDS_PER_HOUR = 3600.0
 MILLIAMPERE_HOURS_PER_AMPERE_HOUR = 1000.0
 
+FASTEST_M_S = 100.0
+"""No multicopter is faster, and in no such wind does one fly. [m s⁻¹]"""
+
 
 def j_from_wh(energy_wh: Quantity) -> Quantity:
     """Energy in joules from watt-hours."""

@@ -153,7 +153,7 @@ def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     if ignores := values.get("per_file_ignores", ()):
         whole = path.parent.resolve() / path.name
         values["per_file_ignores"] = tuple(
-            ignore.exemption() for ignore in ignores if ignore.meets(whole)
+            ignore.exemption for ignore in ignores if ignore.meets(whole)
         )
     return values
 

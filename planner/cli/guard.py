@@ -8,7 +8,6 @@ import shutil
 import sys
 from contextlib import suppress
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -16,48 +15,54 @@ import click
 from planner import __version__
 from planner.cli.configuration import mission_settings
 from planner.cli.link import link_options, link_request, taken_link
-from planner.cli.options import CHECK_GROUPS, given_settings, setting_options
+from planner.cli.options import (
+    CHECK_GROUPS,
+    given_settings,
+    kind_option,
+    path_option,
+    setting_options,
+)
 from planner.cli.output import narrate
 from planner.errors import OutputError
 from planner.guard.decision import GuardSettings
+from planner.quantity import NUMBER
 from planner.report.json import decision_json
 from planner.report.text import printable
 from planner.report.vehicle import decision_text, status_line
 from planner.service.guard import GuardRequest, guard_vehicle
+from planner.setting import Choice, Number
 from planner.setup import Setup
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from planner.guard.decision import Decision
     from planner.guard.session import GuardStatus
 
-_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min|h)?", re.IGNORECASE)
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _LONGEST_S = 86_400.0
 _PLAIN_EVERY_S = 10
-"""So often the energy in flight is told where there is no terminal. [s]"""
+"""So often the energy in flight is reported where there is no terminal. [s]"""
 
 
-class DurationType(click.ParamType[float]):
-    """A duration: ``60s``, ``2min``, ``1h``, seconds where no unit is given."""
-
-    name = "duration"
+class Duration(Number):
+    """A duration: ``60s``, ``2min``, ``1h``; seconds where no unit is given."""
 
     def __init__(self, *, least_s: float = 0.0) -> None:
-        self._least_s = least_s
+        super().__init__("s", least_s, _LONGEST_S)
+        self.metavar = "TIME"
 
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
+    def read_one(self, text: str) -> float:
         """Return the seconds."""
-        if isinstance(value, (int, float)):
-            return float(value)
-        found = _DURATION.fullmatch(str(value).strip())
+        found = re.fullmatch(rf"{NUMBER}\s*(s|min|h)?", text.strip(), re.IGNORECASE)
         if found is None:
-            self.fail(f"{value!r} is no duration: write 60s, 2min or 1h", param, ctx)
-        seconds = float(found["number"]) * _UNITS_S[(found["unit"] or "s").lower()]
-        if not self._least_s <= seconds <= _LONGEST_S:
-            self.fail(f"{value!r} must be from {self._least_s:g} s to a day", param, ctx)
-        return seconds
+            msg = f"expected a duration, such as 60s, 2min or 1h, got {text!r}"
+            raise ValueError(msg)
+        return float(found[1]) * _UNITS_S[(found[2] or "s").lower()]
+
+    def write_one(self, value: float) -> str:
+        """Return the seconds as text."""
+        return f"{value:g}s"
 
 
 _DEFAULTS = GuardSettings()
@@ -66,56 +71,44 @@ _DEFAULTS = GuardSettings()
 @click.command("guard", short_help="Watch a vehicle and answer its requests to arm.")
 @click.argument("url", metavar="URL")
 @setting_options(*CHECK_GROUPS)
-@click.option(
+@kind_option(
     "--valid-for",
-    metavar="TIME",
-    type=DurationType(least_s=1.0),
+    Duration(least_s=1.0),
+    "how long an acceptance holds; PX4 does not ask again until then",
     default=float(_DEFAULTS.valid_for_s),
-    help="how long an acceptance holds; PX4 does not ask again until then [default: 10s]",
 )
-@click.option(
+@kind_option(
     "--confirm-within",
-    metavar="TIME",
-    type=DurationType(),
+    Duration(),
+    "accept on what was read so shortly before the request, for radios too slow to be asked after it",
     default=_DEFAULTS.confirmed_s,
-    help="accept on what was read so shortly before the request, for radios too slow to be asked "
-    "after it [default: 0s]",
 )
-@click.option(
+@kind_option(
     "--reread",
-    metavar="TIME",
-    type=DurationType(least_s=1.0),
+    Duration(least_s=1.0),
+    "how often to read again what gave no sign of a change",
     default=_DEFAULTS.oldest_s,
-    help="how often to read again what gave no sign of a change [default: 60s]",
 )
-@click.option(
+@kind_option(
     "--warn-before",
-    metavar="TIME",
-    type=DurationType(),
-    default=60.0,
-    help="in flight, warn so long before the point of no return [default: 60s]",
+    Duration(),
+    "in flight, warn so long before the point of no return",
+    default=_DEFAULTS.warn_before_s,
 )
-@click.option(
+@kind_option(
     "--lost-after",
-    metavar="TIME",
-    type=DurationType(least_s=1.0),
-    default=30.0,
-    help="the link has failed when nothing is heard for so long [default: 30s]",
+    Duration(least_s=1.0),
+    "the link has failed when nothing is heard for so long",
+    default=_DEFAULTS.lost_after_s,
 )
 @click.option("--keep", is_flag=True, help="wait for a vehicle that is lost, instead of ending")
-@click.option(
+@kind_option(
     "--authoriser",
-    type=click.Choice(("messages", "mavsdk")),
+    Choice({"messages": "messages", "mavsdk": "mavsdk"}),
+    "who answers requests: own messages, or MAVSDK's server",
     default="messages",
-    metavar="messages|mavsdk",
-    help="who answers requests: own messages, or MAVSDK's server [default: messages]",
 )
-@click.option(
-    "--log",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="append every decision to a file, as JSON lines",
-)
+@path_option("--log", help="append every decision to a file, as JSON lines")
 @link_options
 def command(
     *,
@@ -133,7 +126,7 @@ def command(
 
     URL is the vehicle's address, as for fetch.  Mission, fence, rally points, parameters, home and
     charge are followed and checked whenever they change.  PX4 asks before it arms with
-    COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID 245; a vehicle that does not ask is told the verdict in
+    COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID 245; a vehicle that does not ask is sent the verdict in
     status texts.  In flight the measured energy is held against finishing and returning.
     Nothing is ever commanded.
 
@@ -199,7 +192,7 @@ class DecisionLog:
             raise OutputError(msg) from error
 
     def add(self, decision: Decision) -> None:
-        """Append a decision; a disk that is full is told once, and guarding goes on."""
+        """Append a decision; a full disk is reported once, and guarding continues."""
         line = decision_json(
             decision, address=self._address, at=datetime.now(UTC), version=__version__
         )
@@ -224,7 +217,7 @@ class GuardDisplay:
         self._in_flight_s = 0
 
     def status(self, status: GuardStatus) -> None:
-        """Show what is held now, told every second."""
+        """Show the status, once a second."""
         if self._is_terminal:
             width = shutil.get_terminal_size().columns - 1
             self._write(f"\r\x1b[K{printable(status_line(status))[:width]}")
@@ -234,14 +227,14 @@ class GuardDisplay:
         self._in_flight_s = self._in_flight_s + 1 if status.is_flying else 0
 
     def decision(self, decision: Decision) -> None:
-        """Tell a decision."""
-        self._tell(decision_text(decision))
+        """Report a decision."""
+        self._narrate(decision_text(decision))
 
     def lost(self, why: str) -> None:
-        """Tell that the vehicle is waited for."""
-        self._tell(f"{why}; waiting for it")
+        """Report that the vehicle is waited for."""
+        self._narrate(f"{why}; waiting for it")
 
-    def _tell(self, text: str) -> None:
+    def _narrate(self, text: str) -> None:
         if self._is_terminal:
             self._write("\r\x1b[K")
         narrate(text)

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from planner import __version__
-from planner.cli.options import FiniteRange, format_option
+from planner.cli.options import format_option, kind_option, path_option
 from planner.cli.output import narrate, write_data
 from planner.errors import ExitCode, UsageError
+from planner.setting import Number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from planner.link.logs import DownloadedLog
     from planner.link.vehicle import LinkRequest
 
-LINK_OPTIONS = {
+_SYSTEM_ID = click.IntRange(1, 255)
+LINK_OPTIONS: dict[str, Callable[[Callable[..., Any]], Callable[..., Any]]] = {
     "baud": click.option(
         "--baud",
         metavar="BD",
@@ -31,29 +33,27 @@ LINK_OPTIONS = {
     "system_id": click.option(
         "--system-id",
         metavar="N",
-        type=click.IntRange(1, 255),
+        type=_SYSTEM_ID,
         help="the vehicle to speak to [default: the only one on the line]",
     ),
     "own_system_id": click.option(
         "--own-system-id",
         metavar="N",
-        type=click.IntRange(1, 255),
+        type=_SYSTEM_ID,
         default=245,
         help="system id of this program; the vehicle's COM_ARM_AUTH_ID for a guard [default: 245]",
     ),
-    "heartbeat_timeout": click.option(
+    "heartbeat_timeout": kind_option(
         "--heartbeat-timeout",
-        metavar="S",
-        type=FiniteRange(min=0.0, min_open=True, max=3600.0),
+        Number("s", 0.0, 3600.0, is_open=True),
+        "how long to wait for the vehicle",
         default=10.0,
-        help="how long to wait for the vehicle [default: 10]",
     ),
-    "reply_timeout": click.option(
+    "reply_timeout": kind_option(
         "--reply-timeout",
-        metavar="S",
-        type=FiniteRange(min=0.0, min_open=True, max=600.0),
+        Number("s", 0.0, 600.0, is_open=True),
+        "longest wait until a request is repeated, longer for slow radios",
         default=1.5,
-        help="longest wait until a request is repeated, longer for slow radios [default: 1.5]",
     ),
     "retries": click.option(
         "--retries",
@@ -162,20 +162,14 @@ class TransferProgress:
 
 @click.command("fetch", short_help="Read mission, parameters and state from a vehicle.")
 @click.argument("url", metavar="URL")
-@click.option(
+@path_option(
     "-o",
     "--output",
     metavar="MISSION.plan",
-    type=click.Path(path_type=Path),
     required=True,
     help="the plan to write: mission, fence, rally points and home",
 )
-@click.option(
-    "--params",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="the parameter file to write [default: MISSION.params]",
-)
+@path_option("--params", help="the parameter file to write [default: MISSION.params]")
 @click.option("--force", is_flag=True, help="replace existing files")
 @format_option("text", "json")
 @link_options
@@ -204,14 +198,11 @@ def fetch(
     for finding in (*snapshot.findings, *snapshot.mission.findings):
         for line in finding_lines(finding, file=snapshot.address, medium=Medium()):
             narrate(line)
-    if file_format == "json":
-        from planner.report.json import snapshot_json
+    from planner.report.json import snapshot_json
+    from planner.report.vehicle import snapshot_text
 
-        write_data(snapshot_json(snapshot, __version__))
-    else:
-        from planner.report.vehicle import snapshot_text
-
-        write_data(snapshot_text(snapshot))
+    is_json = file_format == "json"
+    write_data(snapshot_json(snapshot, __version__) if is_json else snapshot_text(snapshot))
     narrate(f"the mission is in {output}, the parameters are in {params}")
 
 
@@ -223,7 +214,7 @@ def fetch(
 def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCode:
     """Compare a mission with the one on a vehicle, or in another file, item by item.
 
-    Frames that say the same count as one, places and numbers are rounded as MAVLink sends them.
+    Frames that mean the same count as one, places and numbers are rounded as MAVLink sends them.
     What an autopilot stores in its own way, or does not fly by, is shown and counts as the same.
     Home is left out: a vehicle has its own.
 
@@ -239,14 +230,13 @@ def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCo
         comparison = compare_with_vehicle(mission, request, on_progress=TransferProgress())
     else:
         comparison = compare_files(mission, read_mission(second))
-    if file_format == "json":
-        from planner.report.json import comparison_json
+    from planner.report.comparison import mission_comparison_text
+    from planner.report.json import comparison_json
 
-        write_data(comparison_json(comparison, __version__))
-    else:
-        from planner.report.comparison import mission_comparison_text
-
-        write_data(mission_comparison_text(comparison))
+    is_json = file_format == "json"
+    write_data(
+        comparison_json(comparison, __version__) if is_json else mission_comparison_text(comparison)
+    )
     return ExitCode.GO if comparison.is_same else ExitCode.NO_GO
 
 

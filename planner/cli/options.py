@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,20 +66,33 @@ class KindType(click.ParamType[object]):
         ]
 
 
-class FiniteRange(click.FloatRange):
-    """A number in a range; click's own lets NaN through, and infinity where no end is given."""
+def kind_option(
+    option: str,
+    kind: Kind,
+    help: str,  # noqa: A002 - as click's
+    *,
+    name: str = "",
+    default: object = None,
+    metavar: str = "",
+) -> Callable[[Command], Command]:
+    """Return a decorator that adds an option, read as its kind is written."""
+    shown = "" if default is None else f" [default: {kind.text(default)}]"
+    return click.option(
+        *filter(None, (option, name)),
+        type=KindType(kind),
+        metavar=metavar or kind.metavar,
+        default=default,
+        help=f"{help}{shown}",
+    )
 
-    def convert(
-        self,
-        value: Any,  # noqa: ANN401 - text or a default: click's own signature
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> float:
-        """Return the number of the text; fail where it is none, not finite, or out of range."""
-        number = super().convert(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"{value!r} is not a finite number", param, ctx)
-        return float(number)
+
+def path_option(
+    *names: str,
+    metavar: str = "FILE",
+    **more: Any,  # noqa: ANN401 - as of `click.option`
+) -> Callable[[Command], Command]:
+    """Return a decorator that adds an option that names a file or a folder."""
+    return click.option(*names, metavar=metavar, type=click.Path(path_type=Path), **more)
 
 
 def setting_option(
@@ -103,17 +115,13 @@ def setting_option(
         Where they are otherwise in this command than declared.
     """
     setting = settings()[key]
-    setting = replace(
-        setting,
-        option=setting.option if option is None else option,
-        help=setting.help if help is None else help,
-        unset=setting.unset if unset is None else unset,
-    )
+    asked = {"option": option, "help": help, "unset": unset}
+    setting = replace(setting, **{one: text for one, text in asked.items() if text is not None})
+    names = (setting.option, name or key)
     if isinstance(setting.kind, Switch):
-        return click.option(setting.option, name or key, default=None, help=setting.help_text)
+        return click.option(*names, default=None, help=setting.help_text)
     return click.option(
-        setting.option,
-        name or key,
+        *names,
         type=KindType(setting.kind),
         metavar=setting.metavar,
         multiple=setting.kind.is_repeated,
@@ -191,24 +199,14 @@ def format_option(*formats: str) -> Callable[[Command], Command]:
 
 def data_options(*formats: str) -> Callable[[Command], Command]:
     """Return a decorator that adds ``--format`` and ``--output``, for a command that prints data."""
-
-    def decorate(command: Command) -> Command:
-        output = click.option(
-            "--output",
-            metavar="FILE",
-            type=click.Path(path_type=Path),
-            help="write to a file instead of standard output",
-        )
-        return format_option(*formats)(output(command))
-
-    return decorate
+    output = path_option("--output", help="write to a file instead of standard output")
+    return lambda command: format_option(*formats)(output(command))
 
 
 def page_option(holding: str) -> Callable[[Command], Command]:
     """Return a decorator that adds ``--report`` for a page beside the output of a command."""
-    return click.option(
+    return path_option(
         "--report",
         metavar="FILE.html",
-        type=click.Path(path_type=Path),
         help=f"write {holding}, side by side and each with its pictures, as a page as well",
     )

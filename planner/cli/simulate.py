@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,14 +10,22 @@ import click
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.cli.configuration import mission_settings
-from planner.cli.options import MISSION_PATH, FiniteRange, given_settings, setting_options
+from planner.cli.options import (
+    MISSION_PATH,
+    given_settings,
+    kind_option,
+    path_option,
+    setting_options,
+)
 from planner.cli.output import narrate
 from planner.errors import UsageError
-from planner.setting import Group
+from planner.setting import Choice, Group, Number
 from planner.setup import Setup
 from planner.values import replace
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from planner.link.address import LinkAddress
     from planner.simulator.vehicle import SimulatedVehicle
     from planner.simulator.wire import PassedMessage
@@ -30,12 +37,8 @@ _RETRY_S = 10.0
 
 @click.command("simulate", short_help="Speak as a vehicle that holds a mission and flies it.")
 @click.argument("mission", type=MISSION_PATH)
-@click.option(
-    "--as",
-    "stack",
-    type=click.Choice(tuple(_AUTOPILOTS)),
-    default="px4",
-    help="whose manners it has [default: px4]",
+@kind_option(
+    "--as", Choice(_AUTOPILOTS), "whose manners it has", name="autopilot", default=Autopilot.PX4
 )
 @click.option(
     "--url",
@@ -43,19 +46,18 @@ _RETRY_S = 10.0
     metavar="URL",
     help="the vehicle's end of the line [default: udpout:127.0.0.1:14550]",
 )
-@click.option(
+@kind_option(
     "--speed-up",
-    type=FiniteRange(min=0.0, min_open=True, max=1000.0),
+    Number("", 0.0, 1000.0, is_open=True),
+    "seconds of flight in a second of the clock",
     default=1.0,
     metavar="X",
-    help="seconds of flight in a second of the clock [default: 1]",
 )
-@click.option(
+@kind_option(
     "--arm-after",
-    type=FiniteRange(min=0.0),
-    metavar="S",
-    help="fly the mission after so many seconds, and try again as long as it may not [default: it "
-    "stays on the ground]",
+    Number("s", 0.0, 86_400.0),
+    "fly the mission after so many seconds, and try again as long as it may not [default: it stays "
+    "on the ground]",
 )
 @click.option(
     "--authoriser",
@@ -73,19 +75,17 @@ _RETRY_S = 10.0
     help="what goes wrong: loss=20%,duplication=,reordering=,delay=S,garbage=,truncation= (-in or "
     "-out for one way), silence=K[:S] after K messages, count=+2, twin, reject=TEXT, event=NAME, seed=N",
 )
-@click.option(
+@path_option(
     "--log",
     "logs",
-    type=click.Path(path_type=Path),
     multiple=True,
-    metavar="FILE",
     help="a flight log that it has to be downloaded; repeatable [default: one of no use]",
 )
 @setting_options(Group.FLIGHT, Group.BATTERY, without={"autopilot"})
 def command(
     *,
     mission: str,
-    stack: str,
+    autopilot: Autopilot,
     url: str,
     speed_up: float,
     arm_after: float | None,
@@ -114,9 +114,9 @@ def command(
 
     address = read_address(url)
     setup = Setup.of(mission_settings(mission, given_settings(options)))
-    autopilot = _AUTOPILOTS[stack]
     if setup.target is not None and setup.target.autopilot is not autopilot:
-        msg = f"--target {setup.target.label} is not firmware of a vehicle simulated as {stack}"
+        flown = autopilot.label
+        msg = f"--target {setup.target.label} is not firmware of a vehicle simulated as {flown}"
         raise UsageError(msg)
     request = SimulationRequest(
         autopilot=autopilot,
@@ -130,7 +130,7 @@ def command(
     vehicle = make_simulated_vehicle(read_mission(mission), request)
     runner, wire = open_simulation(vehicle, request, address)
     try:
-        wire.on_message = _tell
+        wire.on_message = _report_text
         _introduce(vehicle, mission, address)
         if arm_after is not None:
             vehicle.arm_at(time.monotonic() + arm_after, retry_s=max(arm_after, _RETRY_S))
@@ -164,7 +164,6 @@ def _other_end(address: LinkAddress) -> str:
     return replace(address, kind=other, host="127.0.0.1" if everywhere else address.host).text
 
 
-def _tell(passed: PassedMessage) -> None:
-    """Say on standard error what the vehicle says as text."""
+def _report_text(passed: PassedMessage) -> None:
     if not passed.is_to_vehicle and passed.message.name == "STATUSTEXT":
         narrate(f"vehicle: {passed.message['text']}")

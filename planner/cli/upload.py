@@ -14,8 +14,8 @@ from planner.cli.link import TransferProgress, link_options, link_request, taken
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
-    FiniteRange,
     given_settings,
+    kind_option,
     setting_options,
 )
 from planner.cli.output import narrate, write_data
@@ -23,6 +23,7 @@ from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.report.comparison import difference_lines
 from planner.service.upload import UploadOptions, send_mission
+from planner.setting import Number
 from planner.setup import Output, Setup
 
 if TYPE_CHECKING:
@@ -44,13 +45,12 @@ if TYPE_CHECKING:
     help="leave the vehicle's fence and rally points where FILE has none, and check it with them",
 )
 @click.option("--yes", is_flag=True, help="do not ask before it is sent")
-@click.option(
+@kind_option(
     "--listen",
-    "listen_s",
-    metavar="S",
-    type=FiniteRange(0.0, 600.0),
+    Number("s", 0.0, 600.0),
+    "how long to listen for the vehicle's own rejection",
+    name="listen_s",
     default=5.0,
-    help="how long to listen for the vehicle's own rejection [default: 5]",
 )
 @setting_options(*CHECK_GROUPS)
 @link_options

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from planner import __version__
-from planner.cli.options import KindType, data_options, given_settings, setting_option
+from planner.cli.options import (
+    data_options,
+    given_settings,
+    kind_option,
+    path_option,
+    setting_option,
+)
 from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
@@ -22,45 +29,30 @@ if TYPE_CHECKING:
     from planner.identify.assembly import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameters.files import ParameterSet
-
-_FILE = click.Path(path_type=Path)
 
 
 @click.command("verify", short_help="Predict the flights in logs, and compare.")
 @click.argument("model", metavar="MODEL")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=click.Path(readable=False))
-@click.option("--mission", metavar="FILE", type=_FILE, help="mission flown [default: the log's]")
-@click.option(
-    "--params", metavar="FILE", type=_FILE, help="autopilot parameters [default: the log's]"
-)
-@click.option(
-    "--mapping", metavar="FILE.toml", type=_FILE, help="which column of a CSV log is which"
-)
+@path_option("--mission", help="mission flown [default: the log's]")
+@path_option("--params", help="autopilot parameters [default: the log's]")
+@path_option("--mapping", metavar="FILE.toml", help="which column of a CSV log is which")
 @setting_option("wind", unset="the log's, else none")
 @setting_option("home_amsl_m", unset="the log's")
 @setting_option("temperature_c")
 @setting_option("payload_kg")
-@click.option(
-    "--fail-on-time",
-    metavar="FRACTION",
-    type=KindType(Fraction()),
-    help="exit with 1 at a larger error of time",
-)
-@click.option(
+@kind_option("--fail-on-time", Fraction(), "exit with 1 at a larger error of time")
+@kind_option(
     "--fail-on-energy",
-    metavar="FRACTION",
-    type=KindType(Fraction()),
-    help="exit with 1 at a larger error of energy, or where the energy is unknown",
+    Fraction(),
+    "exit with 1 at a larger error of energy, or where the energy is unknown",
 )
 @click.option(
     "--leave-one-out",
     is_flag=True,
-    help="predict each log by a model identified from the others; MODEL gives what they do not tell",
+    help="predict each log by a model identified from the others; MODEL gives what they do not show",
 )
-@click.option(
-    "--plots", metavar="FOLDER", type=_FILE, help="draw power, height and speed of every flight"
-)
+@path_option("--plots", metavar="FOLDER", help="draw power, height and speed of every flight")
 @data_options("text", "json")
 def command(
     model: str,
@@ -103,24 +95,25 @@ def command(
         )
     if plots is not None:
         _draw(done, plots)
-    if file_format == "json":
-        from planner.report.json import verification_json
+    from planner.report.identification import verification_text
+    from planner.report.json import verification_json
 
-        text = verification_json(done, model=model, version=__version__)
-    else:
-        from planner.report.identification import verification_text
-
-        text = verification_text(done, medium=standard_medium(output))
+    text = (
+        verification_json(done, model=model, version=__version__)
+        if file_format == "json"
+        else verification_text(done, medium=standard_medium(output))
+    )
     write_data(text, output=output)
     return _exit_code(done, options["fail_on_time"], options["fail_on_energy"])
 
 
 def _known(mission: Path | None, params: Path | None, given: dict[str, Any]) -> KnownConditions:
     from planner.identify.verification import KnownConditions
+    from planner.vehicle.parameters.files import read_parameters
 
     return KnownConditions(
         mission=None if mission is None else read_mission(mission),
-        parameters=None if params is None else _parameters(params),
+        parameters=None if params is None else read_parameters(params),
         **given,
     )
 
@@ -139,12 +132,6 @@ def _settings(vehicle: VehicleModel) -> IdentificationSettings:
         mass_kg=vehicle.mass_kg,
         base=vehicle,
     )
-
-
-def _parameters(path: Path) -> ParameterSet:
-    from planner.vehicle.parameters.files import read_parameters
-
-    return read_parameters(path)
 
 
 def _draw(done: Sequence[Verification], folder: Path) -> None:
@@ -166,10 +153,8 @@ def _exit_code(
     done: Sequence[Verification], most_time: float | None, most_energy: float | None
 ) -> ExitCode:
     for one in done:
-        if most_time is not None and abs(one.time_fraction) > most_time:
+        is_late = most_time is not None and abs(one.time_fraction) > most_time
+        energy = math.inf if one.energy_fraction is None else abs(one.energy_fraction)
+        if is_late or (most_energy is not None and energy > most_energy):
             return ExitCode.NO_GO
-        if most_energy is not None:
-            error = one.energy_fraction
-            if error is None or abs(error) > most_energy:
-                return ExitCode.NO_GO
     return ExitCode.GO

@@ -22,7 +22,7 @@ from planner.mission.formats.writers import plan_text, wpl_text, written_items
 from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
 from planner.mission.route.route import flown_order, make_route
 from planner.mission.route.stage import StageKind
-from planner.mission.route.walk import FASTEST_M_S
+from planner.units import FASTEST_M_S
 from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
@@ -343,22 +343,20 @@ def level_speeds(route: Route) -> frozenset[float | None]:
     return frozenset(route.stages[number].speed_m_s for number in _level_stages(route))
 
 
-def mission_at_speed(
-    mission: Mission, speed_m_s: float, *, dialect: Autopilot | None = None
-) -> Mission:
+def mission_at_speed(mission: Mission, speed_m_s: float) -> Mission:
     """Return a mission that commands one speed for every level leg.
 
     Parameters
     ----------
     mission : Mission
         Its DO_CHANGE_SPEED of level flight are changed in place; one is inserted before the first leg
-        where none governs that one, and the jumps lead where they led before.
-    dialect : Autopilot, optional
-        Whose reading of the items counts; default the file's firmware.  PX4 takes every
-        DO_CHANGE_SPEED for the speed of level flight.
+        where none governs that one, and the jumps lead where they led before.  In a file for PX4 every
+        DO_CHANGE_SPEED counts as the speed of level flight.
+    speed_m_s : float
+        At most 100. [m s⁻¹]
     """
     _refuse(speed_m_s)
-    dialect = mission.autopilot if dialect is None else dialect
+    dialect = mission.autopilot
     items = tuple(_changed(item, speed_m_s, dialect) for item in mission.items)
     first = _first_ungoverned(mission, dialect)
     if first is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.mission.convert import mission_at_speed
 from planner.mission.files import read_mission, write_mission
 from planner.values import Value
 
@@ -31,8 +32,6 @@ def convert_file(
 ) -> ConversionResult:
     """Read a mission and write it in the format that the target's suffix names.
 
-    ``speed_m_s`` is commanded for every level leg; by default the speeds stay as they are. [m s⁻¹]
-
     Raises
     ------
     MissionFileError
@@ -44,8 +43,6 @@ def convert_file(
     """
     mission = read_mission(source)
     if speed_m_s is not None:
-        from planner.mission.convert import mission_at_speed
-
         mission = mission_at_speed(mission, speed_m_s)
     return ConversionResult(
         file=mission.source,

@@ -24,32 +24,14 @@ def identify_logs(
 ) -> Identification:
     """Identify a vehicle from its flight logs and write the model file.
 
-    Parameters
-    ----------
-    paths : sequence of Path or str
-        Flight logs.
-    settings : IdentificationSettings
-        What no log tells.
-    mapping : CsvMapping, optional
-        For logs in CSV of no known kind.
-    output : Path, optional
-        The model file; left out, none is written.
-    on_log : callable
-        Told what is done next: a log is read, the model is fitted.
-    on_step : callable
-        Told the steps of it, of which there are many: a flight is cut, a response is fitted.
-
-    Returns
-    -------
-    Identification
-        The model, what was found about each state, and what has to be known.
+    ``on_log`` is called with what is done next, ``on_step`` with the steps of it, of which there are many.
 
     Raises
     ------
     LogFileError
         If a log cannot be read.
     IdentificationError
-        If the flights do not tell enough for any model.
+        If the flights do not show enough for any model.
     UsageError
         If the base model answers another reference.
     OutputError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,15 +22,12 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy.typing as npt
-
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.service.preflight import CheckResult
     from planner.vehicle.declared import Interval
-
-    FloatArray = npt.NDArray[np.float64]
     from planner.vehicle.model import VehicleModel
 
 FINEST_M_S = 0.01
@@ -63,7 +61,7 @@ class FlownSpeed(Value):
     margin_wh: float | None
     """Above the reserve at landing; ``None`` with no battery. [Wh]"""
     return_margin_wh: float | None
-    """Above the reserve at home, from the point whose way home is tightest. [Wh]"""
+    """Above the reserve at home, from the point with the tightest return. [Wh]"""
     fits: bool | None
     """Whether the battery does for it: no finding of energy makes it a no-go; ``None``: not known."""
     verdict: str
@@ -86,7 +84,7 @@ class SpeedCurve(Value):
     best_range: FlownSpeed | None
     """Least energy, and so least energy per distance in this wind."""
     fastest_fitting: FlownSpeed | None
-    """Fastest the battery does for, above the reserve and on every way home; ``None``: none."""
+    """Fastest the battery does for, above the reserve and on every return; ``None``: none."""
     fastest_clear: FlownSpeed | None
     """Fastest that is a go with room to the fence, too: no finding of it; ``None``: none."""
     identified_m_s: Interval | None
@@ -99,27 +97,30 @@ class SpeedCurve(Value):
     @property
     def speed_m_s(self) -> FloatArray:
         """Speeds of the points. (n,) [m s⁻¹]"""
-        return _column(self.points, "speed_m_s")
+        return self._column("speed_m_s")
 
     @property
     def time_s(self) -> FloatArray:
         """Time of the mission at each. (n,) [s]"""
-        return _column(self.points, "time_s")
+        return self._column("time_s")
 
     @property
     def energy_wh(self) -> FloatArray:
         """Energy of the mission at each, NaN where it is not known. (n,) [Wh]"""
-        return _column(self.points, "energy_wh")
+        return self._column("energy_wh")
 
     @property
     def mean_power_w(self) -> FloatArray:
         """Mean power at each, NaN where it is not known. (n,) [W]"""
-        return _column(self.points, "mean_power_w")
+        return self._column("mean_power_w")
 
     @property
     def margin_wh(self) -> FloatArray:
         """Energy above the reserve at each, NaN where no battery is known. (n,) [Wh]"""
-        return _column(self.points, "margin_wh")
+        return self._column("margin_wh")
+
+    def _column(self, name: str) -> FloatArray:
+        return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
 
     def marks(self) -> tuple[tuple[str, FlownSpeed], ...]:
         """Return the speeds worth knowing by name, those there are."""
@@ -161,7 +162,7 @@ def predict_speed_curve(
     Returns
     -------
     SpeedCurve
-        Each point is what `planner.check` says with ``speed_m_s``; the marked speeds are found to
+        Each point is what `planner.check` returns with ``speed_m_s``; the marked speeds are found to
         0.01 m/s among all of the range, however the curve bends.
 
     Raises
@@ -211,13 +212,7 @@ def speed_curve(
     endurance = best = None
     if is_known:
         grid = _grid(speeds[0], speeds[-1])
-        flights = {speed: _cost(assessment, speed) for speed in grid}
-
-        def cost(speed_m_s: float) -> tuple[float, float]:
-            if speed_m_s not in flights:
-                flights[speed_m_s] = _cost(assessment, speed_m_s)
-            return flights[speed_m_s]
-
+        cost = cache(partial(_cost, assessment))
         best = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0]))
         endurance = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0] / cost(speed)[1]))
     sure = [*points, *(one for one in (best, endurance) if one is not None)]
@@ -271,17 +266,13 @@ class _Missions:
         if good[-1] + 1 == len(rising):
             return low
         high = rising[good[-1] + 1]
-        while (between := _between(low, high)) is not None:
+        while True:
+            slow, fast = low.speed_m_s or 0.0, high.speed_m_s or 0.0
+            between = round(0.5 * (slow + fast), 2)
+            if not slow < between < fast:
+                return low
             middle = self.flown(between)
             low, high = (middle, high) if is_good(middle) else (low, middle)
-        return low
-
-
-def _between(low: FlownSpeed, high: FlownSpeed) -> float | None:
-    """Return a speed in the middle, ``None`` where there is none to 0.01 m/s."""
-    slow, fast = low.speed_m_s or 0.0, high.speed_m_s or 0.0
-    middle = round(0.5 * (slow + fast), 2)
-    return middle if slow < middle < fast else None
 
 
 def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
@@ -325,7 +316,10 @@ def _range(
     if not (0.0 < low <= high and math.isfinite(high)):
         msg = f"a range of speeds rises from above 0, got {low:g} to {high:g} m/s"
         raise UsageError(msg)
-    step = _even_step((high - low) / _ROWS) if step_m_s is None else step_m_s
+    step = step_m_s
+    if step is None:
+        rough = (high - low) / _ROWS
+        step = next(one for one in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf) if one >= rough)
     if not (math.isfinite(step) and step >= FINEST_M_S) or (high - low) / step > _MOST_ROWS:
         msg = (
             f"steps of {step:g} m/s from {low:g} to {high:g} m/s: give {FINEST_M_S:g} m/s or more, "
@@ -335,11 +329,6 @@ def _range(
     count = math.floor((high - low) / step + 1e-9) + 1
     speeds = [round(low + number * step, 6) for number in range(count)]
     return speeds if high - speeds[-1] < 1e-6 else [*speeds, round(high, 6)]
-
-
-def _even_step(least_m_s: float) -> float:
-    """Return the next of 0.1, 0.2, 0.5, 1, 2, 5, 10 m/s."""
-    return next(step for step in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf) if step >= least_m_s)
 
 
 def _highest_m_s(assessment: Assessment) -> float:
@@ -391,8 +380,3 @@ def _least(grid: list[float], cost: Callable[[float], float]) -> float:
         candidates += [speed for speed in inside if low < speed < high]
     least = min(map(cost, candidates))
     return min(speed for speed in candidates if cost(speed) <= least * (1.0 + _SAME))
-
-
-def _column(points: tuple[FlownSpeed, ...], name: str) -> FloatArray:
-    values = [getattr(point, name) for point in points]
-    return np.array([math.nan if value is None else value for value in values], dtype=np.float64)

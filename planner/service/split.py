@@ -31,10 +31,10 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.mission.parts import FlownItems, SplitPoint
+    from planner.rules.assessment import Assessment
     from planner.service.preflight import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -63,53 +63,28 @@ class _Trial(Value):
     """Least energy above the reserve, at landing or on a return. [Wh]"""
 
 
-class _Forecast(Value, eq=False):
-    """What parts take, by the flight in one piece: where to look first, never what is told."""
+class _Forecast:
+    """What parts take, by the flight in one piece: where to look first, never what is reported."""
 
-    used_wh: FloatArray
-    """When each stage is done. (stages,) [Wh]"""
-    home_wh: FloatArray
-    """For the return from there. (stages,) [Wh]"""
-
-    def at(self, flown: FlownItems, cut: SplitPoint) -> tuple[float, float]:
-        """Return the energy used up to a cut, and for the return from there. [Wh], [Wh]"""
-        stage = flown.stages[cut.step]
-        assert stage is not None  # cuts are at items that are flown
-        place = np.array([1.0 - cut.fraction, cut.fraction])
-        rows = slice(stage - 1, stage + 1)
-        return float(place @ self.used_wh[rows]), float(place @ self.home_wh[rows])
-
-
-def _make_forecast(whole: CheckResult) -> _Forecast | None:
-    """Return the forecast that a whole flight gives; ``None`` where its power is not known."""
-    assessment = whole.assessment
-    if assessment is None or not assessment.vehicle.is_power_known:
-        return None
-    returns = assessment.returns
-    ends = returns.stage_ends
-    points = returns.end_points(ends)
-    _, way_wh = returns.fly(points.stop_m, points.stage, HOME)
-    every = np.arange(len(assessment.route.stages))
-    # a stage without a segment is done with the one before
-    return _Forecast(
-        used_wh=np.interp(every, points.stage, points.used_wh),
-        home_wh=np.interp(every, points.stage, points.stop_wh + way_wh),
-    )
-
-
-class _Budget:
-    """How far parts reach among places they may end at, as far as is known."""
-
-    def __init__(
-        self, forecast: _Forecast, flown: FlownItems, cuts: Sequence[SplitPoint], above_wh: float
-    ) -> None:
-        self._forecast = forecast
-        self._steps = flown
+    def __init__(self, whole: Assessment, flown: FlownItems, above_wh: float) -> None:
+        self._flown = flown
         self._above_wh = above_wh
-        both = [forecast.at(flown, cut) for cut in cuts]
-        self._needed_wh = np.maximum.accumulate(np.array([used + home for used, home in both]))
+        returns = whole.returns
+        points = returns.end_points(returns.stage_ends)
+        _, way_wh = returns.fly(points.stop_m, points.stage, HOME)
+        every = np.arange(len(whole.route.stages))
+        # a stage without a segment is done with the one before
+        self._used_wh = np.interp(every, points.stage, points.used_wh)
+        self._home_wh = np.interp(every, points.stage, points.stop_wh + way_wh)
+        self._needed_wh = np.empty(0)
+        """For each place a part may end at, with the return from there. [Wh]"""
         self._off_wh = 0.0
         """What parts take beyond their forecast, by the one checked last."""
+
+    def ending_at(self, cuts: Sequence[SplitPoint]) -> None:
+        """Take the places parts may end at."""
+        self._needed_wh = np.maximum.accumulate(np.array([sum(self._at(cut)) for cut in cuts]))
+        self._off_wh = 0.0
 
     def reach(self, start: SplitPoint | None) -> int:
         """Return the last place a part should end at; below 0: none."""
@@ -124,44 +99,42 @@ class _Budget:
 
     def is_rest_too_much(self, start: SplitPoint | None) -> bool:
         """Return whether the legs from a place to the end alone take more than there is."""
-        used_wh = 0.0 if start is None else self._forecast.at(self._steps, start)[0]
-        return float(self._forecast.used_wh[-1]) - used_wh > _TOO_MUCH * self._above_wh
+        used_wh = 0.0 if start is None else self._at(start)[0]
+        return float(self._used_wh[-1]) - used_wh > _TOO_MUCH * self._above_wh
+
+    def _at(self, cut: SplitPoint) -> tuple[float, float]:
+        """Return the energy used up to a cut, and for the return from there. [Wh], [Wh]"""
+        stage = self._flown.stages[cut.step]
+        assert stage is not None  # cuts are at items that are flown
+        place = np.array([1.0 - cut.fraction, cut.fraction])
+        rows = slice(stage - 1, stage + 1)
+        return float(place @ self._used_wh[rows]), float(place @ self._home_wh[rows])
 
     def _begun_wh(self, start: SplitPoint | None) -> float:
         """Return what a part saves by beginning there, with its way out taken for one home."""
         if start is None:
             return 0.0
-        used_wh, home_wh = self._forecast.at(self._steps, start)
+        used_wh, home_wh = self._at(start)
         return used_wh - home_wh
 
 
 class PartSearch:
-    """The search for the parts of one mission.
-
-    Parameters
-    ----------
-    flown : FlownItems
-        The mission in flown order.
-    setup : Setup
-        What flies it, and how.
-    whole : CheckResult
-        Of the mission in one flight.
-    on_step : callable
-        Told how far the search is, in words.
-    """
+    """The search for the parts of one mission, given its check in one flight."""
 
     def __init__(
         self, flown: FlownItems, setup: Setup, whole: CheckResult, on_step: Callable[[str], None]
     ) -> None:
         self.refusal = ""
-        self._steps = flown
+        self._flown = flown
         self._setup = replace(setup, with_trace=False)
         self._on_step = on_step
         self._tried: dict[Range, _Trial] = {}
-        self._forecast = _make_forecast(whole)
-        battery = whole.battery
+        battery, assessment = whole.battery, whole.assessment
         self._above_wh = None if battery is None else battery.usable_wh - battery.reserve_wh
         self._whole_wh = whole.totals.energy_wh
+        self._forecast = None
+        if self._above_wh and assessment is not None and assessment.vehicle.is_power_known:
+            self._forecast = _Forecast(assessment, flown, self._above_wh)
 
     def fewest(self) -> int:
         """Return a number of parts below which the energy of the mission alone does not go."""
@@ -172,18 +145,18 @@ class PartSearch:
         if self.fewest() > _MOST_PARTS:
             self._refuse_so_many()
             return None
-        cuts = split_points(self._steps, inside_legs=inside_legs)
-        budget = None
-        if self._forecast is not None and self._above_wh is not None and cuts:
-            budget = _Budget(self._forecast, self._steps, cuts, self._above_wh)
+        cuts = split_points(self._flown, inside_legs=inside_legs)
+        forecast = self._forecast if cuts else None
+        if forecast is not None:
+            forecast.ending_at(cuts)
         found: list[Range] = []
         start: SplitPoint | None = None
         first = 0
         while True:
-            is_last = budget is None or not budget.is_rest_too_much(start)
+            is_last = forecast is None or not forecast.is_rest_too_much(start)
             if is_last and self._trial(start, None).goes:
                 return [*found, (start, None)]
-            end = self._farthest(start, cuts, first, budget)
+            end = self._farthest(start, cuts, first, forecast)
             if end is None:
                 self._refuse(start, cuts[first] if first < len(cuts) else None)
                 return None
@@ -191,19 +164,20 @@ class PartSearch:
                 self._refuse_so_many()
                 return None
             found.append((start, cuts[end]))
-            self._tell(found, cuts[end], inside_legs=inside_legs)
-            start = resumption(self._steps, cuts[end])
+            where = "inside legs too" if inside_legs else "between items"
+            self._on_step(
+                f"cutting {where}: {quantity.count(len(found), 'part')}, up to item "
+                f"{self._flown.numbers[cuts[end].step]} of {len(self._flown.mission.items)}"
+            )
+            start = resumption(self._flown, cuts[end])
             first = end + 1
 
-    def _tell(self, found: list[Range], end: SplitPoint, *, inside_legs: bool) -> None:
-        where = "inside legs too" if inside_legs else "between items"
-        self._on_step(
-            f"cutting {where}: {quantity.count(len(found), 'part')}, up to item "
-            f"{self._steps.numbers[end.step]} of {len(self._steps.mission.items)}"
-        )
-
     def _farthest(
-        self, start: SplitPoint | None, cuts: list[SplitPoint], first: int, budget: _Budget | None
+        self,
+        start: SplitPoint | None,
+        cuts: list[SplitPoint],
+        first: int,
+        forecast: _Forecast | None,
     ) -> int | None:
         """Return the last cut that a part may end at; ``None``: none.
 
@@ -216,15 +190,15 @@ class PartSearch:
                 break
             place = (low + high) // 2
             if tries < _GUESSES:
-                place = low if budget is None else budget.reach(start)
+                place = low if forecast is None else forecast.reach(start)
                 if not low < place < high:
                     place = low + stride if place <= low else high - stride
                     stride *= 2
                 place = min(max(place, low + 1), high - 1)
             trial = self._trial(start, cuts[place])
             low, high = (place, high) if trial.fits else (low, place)
-            if budget is not None:
-                budget.learn(start, place, trial.margin_wh)
+            if forecast is not None:
+                forecast.learn(start, place, trial.margin_wh)
         for end in range(low, max(low - _TRIES, first - 1), -1):
             if self._trial(start, cuts[end]).goes:
                 return end
@@ -233,48 +207,42 @@ class PartSearch:
     def _trial(self, start: SplitPoint | None, end: SplitPoint | None) -> _Trial:
         if (start, end) not in self._tried:
             result = self._check(start, end)
-            battery, plan = result.battery, result.return_plan
-            margins = [
+            failing = [one for one in result.findings if one.severity >= result.setup.fail_on]
+            margins_wh = [
                 one.margin_wh
-                for one in (battery, plan)
+                for one in (result.battery, result.return_plan)
                 if one is not None and one.margin_wh is not None
             ]
             self._tried[start, end] = _Trial(
-                fits=not any(
-                    finding.code in MENDED and finding.severity >= result.setup.fail_on
-                    for finding in result.findings
-                ),
+                fits=not any(one.code in MENDED for one in failing),
                 goes=result.verdict == "go",
-                margin_wh=min(margins, default=None),
+                margin_wh=min(margins_wh, default=None),
             )
         return self._tried[start, end]
 
     def _check(self, start: SplitPoint | None, end: SplitPoint | None) -> CheckResult:
-        part = mission_part(self._steps, start, end, name=self._steps.mission.source)
+        part = mission_part(self._flown, start, end, name=self._flown.mission.source)
         return check_mission(part.mission, self._setup)
 
     def _refuse_so_many(self) -> None:
         self.refusal = (
-            f"{self._steps.mission.source}: cannot be split: it takes more than {_MOST_PARTS} flights; "
+            f"{self._flown.mission.source}: cannot be split: it takes more than {_MOST_PARTS} flights; "
             "what would help is a larger battery or a smaller reserve"
         )
 
     def _refuse(self, start: SplitPoint | None, end: SplitPoint | None) -> None:
         result = self._check(start, end)
         battery, totals = result.battery, result.totals
-        flying = self._steps.flying
-        places = [one for one in flying if self._steps.stage(one).kind not in ENDS] or flying
+        flying = self._flown.flying
+        places = [one for one in flying if self._flown.stage(one).kind not in ENDS] or flying
         step = end.step if end is not None and end.fraction else places[-1]
         if end is not None and not end.fraction:
             step = max(one for one in flying if one < end.step)
         elif start is not None and end is None:
             step = start.step
-        number = self._steps.numbers[step]
-        others = [
-            one
-            for one in result.findings
-            if one.severity >= result.setup.fail_on and one.code not in MENDED
-        ]
+        number = self._flown.numbers[step]
+        failing = [one for one in result.findings if one.severity >= result.setup.fail_on]
+        others = [one for one in failing if one.code not in MENDED]
         why = "".join(f": {one.code} {one.message}" for one in others[:1])
         if battery is not None and not others:
             left_wh = battery.usable_wh - battery.reserve_wh
@@ -282,15 +250,11 @@ class PartSearch:
                 f": with the way there and home it takes {quantity.energy(totals.energy_wh)}, the "
                 f"battery has {quantity.energy(left_wh)} above the reserve"
             )
-        if self._steps.stage(step).hold_s > totals.time_s / 2.0:
+        helps = "a larger battery, a smaller reserve, another speed (mavjoule speed), or a home nearer to it"
+        if self._flown.stage(step).hold_s > totals.time_s / 2.0:
             helps = "a shorter hold there, a larger battery, or a smaller reserve"
-        else:
-            helps = (
-                "a larger battery, a smaller reserve, another speed (mavjoule speed), or a home "
-                "nearer to it"
-            )
         self.refusal = (
-            f"{self._steps.mission.source}: cannot be split: not even the shortest flight to "
+            f"{self._flown.mission.source}: cannot be split: not even the shortest flight to "
             f"item {number} is a go{why}; what would help is {helps}"
         )
 
@@ -316,7 +280,7 @@ class SplitPart(Value):
     first_own_item: int
     """Item of the part from which on it flies the mission's legs, from 1; those before lead there."""
     last_own_item: int
-    """Last item of the part that does; those behind lead home."""
+    """Last item of the part that does; those after lead home."""
 
 
 class Split(Value):
@@ -349,7 +313,7 @@ def split_mission(
     folder : Path or str
         Where the parts are to be written, for their names.
     on_step : callable
-        Told how far the search is, in words.
+        Called with how far the search is, in words.
     **options
         Battery, reserve, conditions and the rest, as `planner.check` takes them; a ``speed_m_s`` is
         written into the parts.
@@ -404,18 +368,14 @@ def split_under(
             ranges = finer
     if ranges is None:
         raise SplitError(search.refusal)
-    parts: list[SplitPart] = []
-    losses: dict[str, Finding] = {}
-
-    def check(part: Mission) -> CheckResult:
-        return check_mission(part, setup)
-
     before = [None, *(end for _, end in ranges)]
-    for number, (ends, after) in enumerate(zip(ranges, before, strict=False), start=1):
-        file = str(Path(folder) / f"part-{number:02}.plan")
-        part, lost = _written(flown, ends, after, file, check)
-        parts.append(part)
-        losses = {finding.code: finding for finding in lost} | losses
+    files = [str(Path(folder) / f"part-{number:02}.plan") for number in range(1, len(ranges) + 1)]
+    made = [
+        _written(flown, ends, after, file, setup)
+        for ends, after, file in zip(ranges, before, files, strict=False)
+    ]
+    parts = [part for part, _ in made]
+    losses = {finding.code: finding for _, lost in reversed(made) for finding in lost}
     return Split(
         file=mission.source,
         whole=whole,
@@ -470,18 +430,14 @@ def _refuse_not_mended(whole: CheckResult) -> None:
 
 
 def _written(
-    flown: FlownItems,
-    ends: Range,
-    after: SplitPoint | None,
-    file: str,
-    check: Callable[[Mission], CheckResult],
+    flown: FlownItems, ends: Range, after: SplitPoint | None, file: str, setup: Setup
 ) -> tuple[SplitPart, tuple[Finding, ...]]:
     """Return a part as it is written, checked once more as it reads back, and what that loses."""
     start, end = ends
     made = mission_part(flown, start, end, name=file)
     conversion = convert_mission(made.mission, MissionFormat.PLAN)
     text = conversion.text
-    result = check(read_plan_text(text, source=file))
+    result = check_mission(read_plan_text(text, source=file), setup)
     if result.verdict != "go":
         msg = f"{file}: reads back as a no-go: {result.findings[0].message}"
         raise SplitError(msg)
@@ -575,11 +531,8 @@ def _remarks(flown: FlownItems, parts: list[SplitPart]) -> Iterator[Finding]:
             f"{quantity.count(len(twice), 'part begins', 'parts begin')}"
         )
     if len(parts) > 1 and (outputs := flown.states[-1].outputs()):
-        first = next(
-            number
-            for number, item in zip(flown.numbers, flown.items, strict=True)
-            if is_output(item)
-        )
+        items = zip(flown.numbers, flown.items, strict=True)
+        first = next(number for number, item in items if is_output(item))
         yield OUTPUTS_SET_AGAIN.finding(
             f"{quantity.count(len(outputs), 'output')} (servo, relay or the like) set again where the "
             "next part begins; the state is kept on the return",

@@ -24,24 +24,8 @@ def verify_logs(
 ) -> Iterator[Verification]:
     """Predict the flights in logs from their missions alone, and compare with what was flown.
 
-    Parameters
-    ----------
-    vehicle : VehicleModel
-        The model to verify.
-    paths : iterable of path
-        Flight logs.
-    known : KnownConditions
-        What the logs do not tell, or tell wrongly.
-    mapping : CsvMapping, optional
-        For logs in CSV of no known kind.
-    left_out : IdentificationSettings, optional
-        Identify a model from all logs but one with these, and verify it on that one, for each in turn,
-        instead of the model given.
-
-    Yields
-    ------
-    Verification
-        One for every flight, in the order of the logs.
+    With ``left_out``, each log is predicted by a model that was identified from the others with these
+    settings, instead of by the model given.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from planner import errors, service
+from planner import errors
 from planner.cli.main import main
 from planner.errors import ExitCode, MavjouleError
 from planner.setup import FORMATS
@@ -109,7 +109,7 @@ def test_every_error_ends_in_its_exit_code_and_one_sentence(
     def fail(*_: object) -> None:
         raise _make(kind)
 
-    monkeypatch.setattr(service, "check_file", fail)
+    monkeypatch.setattr("planner.cli.check.check_file", fail)
     assert main(["check", mission]) == kind.exit_code
     said = capsys.readouterr()
     assert said.out == ""
@@ -128,7 +128,7 @@ def test_an_interruption_ends_in_130(mission: str, monkeypatch: pytest.MonkeyPat
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(service, "check_file", interrupt)
+    monkeypatch.setattr("planner.cli.check.check_file", interrupt)
     assert main(["check", mission]) == 130
 
 
@@ -139,7 +139,7 @@ def test_a_bug_is_called_a_bug_and_tells_how_to_see_more(
         message = "division by zero"
         raise ZeroDivisionError(message)
 
-    monkeypatch.setattr(service, "check_file", crash)
+    monkeypatch.setattr("planner.cli.check.check_file", crash)
     assert main(["check", mission]) == ExitCode.UNUSABLE
     said = capsys.readouterr().err
     assert "bug in mavjoule" in said

@@ -50,7 +50,7 @@ def test_a_key_means_these_missions(key: str, mission: str, met: str) -> None:
 
 def test_a_number_after_the_sign_is_an_item() -> None:
     def item(key: str) -> int | None:
-        return make_file_ignore(key, (), configuration=SITE / "mavjoule.toml").exemption().item
+        return make_file_ignore(key, (), configuration=SITE / "mavjoule.toml").exemption.item
 
     assert item("a.plan#12") == 12
     assert item("a.plan") is None

@@ -9,7 +9,7 @@ import pytest
 from guarded_vehicle import GuardedVehicle, guarded
 from virtual_vehicle import VirtualLine
 
-from planner.cli.guard import DurationType
+from planner.cli.guard import Duration
 from planner.cli.main import main
 
 if TYPE_CHECKING:
@@ -133,4 +133,4 @@ def test_a_validity_that_is_none_is_bad_usage(
     [("90", 90.0), ("60s", 60.0), ("2 min", 120.0), ("1h", 3600.0), ("24H", 86_400.0)],
 )
 def test_durations_are_written_in_seconds_minutes_and_hours(text: str, seconds: float) -> None:
-    assert DurationType().convert(text, None, None) == seconds
+    assert Duration().read(text) == seconds

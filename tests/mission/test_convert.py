@@ -253,7 +253,7 @@ def test_commanded_speeds_are_changed_in_place_and_others_left() -> None:
 
 def test_px4_takes_every_speed_for_that_of_level_flight() -> None:
     made = mission(takeoff(30.0), speed(3.0, kind=2.0), waypoint(100.0, 30.0), rtl())
-    changed = mission_at_speed(made, 7.0, dialect=Autopilot.PX4)
+    changed = mission_at_speed(replace(made, autopilot=Autopilot.PX4), 7.0)
     assert commanded(changed) == [(1.0, 7.0)]
 
 
@@ -273,7 +273,7 @@ def test_a_return_keeps_the_speed_of_the_vehicle() -> None:
     assert [stage.speed_m_s for stage in stages] == [None, 7.0, None]
 
 
-@pytest.mark.parametrize("wrong", [0.0, -3.0, float("nan"), float("inf"), 2000.0])
+@pytest.mark.parametrize("wrong", [0.0, -3.0, float("nan"), float("inf"), 101.0])
 def test_a_speed_nothing_flies_at_is_refused(wrong: float) -> None:
     made = mission(takeoff(30.0), waypoint(100.0, 30.0), rtl())
     with pytest.raises(UsageError, match=r"must be (above 0|a finite number)"):

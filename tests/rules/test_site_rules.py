@@ -155,7 +155,7 @@ def test_a_profile_that_is_none_is_refused_in_a_sentence(
 def test_a_profile_of_random_bytes_is_refused_in_a_sentence(tmp_path: Path) -> None:
     path = tmp_path / "site.toml"
     path.write_bytes(b"\xf4\x01\x93")
-    with pytest.raises(ProfileFileError, match="is not UTF-8 text: this is no profile"):
+    with pytest.raises(ProfileFileError, match="is not UTF-8 text: this is not a profile"):
         read_profile(path)
 
 
