@@ -17,6 +17,7 @@ from planner.cli.options import (
     MISSION_PATH,
     data_options,
     given_settings,
+    path_option,
     setting_options,
 )
 from planner.cli.output import narrate, progress, refuse_overwriting, write_data
@@ -41,10 +42,8 @@ _READ = ("vehicle", "params", "profile")
 @click.command("check")
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
 @setting_options(*CHECK_GROUPS, Group.FLEET, Group.REPORT)
-@click.option(
+@path_option(
     "--write-baseline",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
     help="write what is found to a file for --baseline, itself judged without any",
 )
 @link_options

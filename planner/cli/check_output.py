@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,9 +54,18 @@ def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
     """Return the report of a call in the format asked for."""
     match asked.format:
         case "text":
-            return _text(results, asked)
-        case "json" | "json-lines":
-            return _json(results, asked)
+            from planner.report.text import check_text, statistics_text
+
+            write = statistics_text if asked.statistics else check_text
+            return write(results, medium=standard_medium(asked.output))
+        case "json" | "json-lines" as name:
+            from planner.report.json import check_json, check_json_lines
+
+            return (
+                check_json_lines(results, version=__version__)
+                if name == "json-lines"
+                else check_json(results, version=__version__, with_statistics=asked.statistics)
+            )
         case "sarif":
             from planner import catalogue
             from planner.report.sarif import check_sarif
@@ -79,23 +89,6 @@ def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
             from planner.report.gitlab import check_gitlab
 
             return check_gitlab(results, folder=Path.cwd())
-
-
-def _text(results: Results, asked: Output) -> str:
-    from planner.report.text import check_text, statistics_text
-
-    medium = standard_medium(asked.output)
-    if asked.statistics:
-        return statistics_text(results, medium=medium)
-    return check_text(results, medium=medium)
-
-
-def _json(results: Results, asked: Output) -> str:
-    from planner.report.json import check_json, check_json_lines
-
-    if asked.format == "json-lines":
-        return check_json_lines(results, version=__version__)
-    return check_json(results, version=__version__, with_statistics=asked.statistics)
 
 
 def write_attachments(results: Results, asked: Output) -> None:
@@ -139,17 +132,19 @@ def write_page(
     OutputError
         If it cannot be written.
     """
+    import hashlib
     from datetime import UTC, datetime
 
-    from planner import __version__
     from planner.report.html.page import check_html
 
-    made_at = datetime.now(UTC)
-    sha256 = {result.file: _sha256(result.file) for result in results}
+    sha256 = dict.fromkeys((result.file for result in results), "")
+    for file in sha256:
+        with suppress(OSError):  # standard input, or gone meanwhile
+            sha256[file] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
     page = check_html(
         results,
         version=__version__,
-        made_at=made_at,
+        made_at=datetime.now(UTC),
         sha256=sha256,
         sections=sections,
         title=title,
@@ -157,17 +152,6 @@ def write_page(
     )
     write_data(page, output=path)
     narrate(f"the page is in {path}")
-
-
-def _sha256(file: str) -> str:
-    """Return the hash of a file; empty where it cannot be read a second time."""
-    import hashlib
-    from pathlib import Path
-
-    try:
-        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
-    except OSError:
-        return ""
 
 
 def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:

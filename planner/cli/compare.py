@@ -79,10 +79,11 @@ def command(
     from planner.report.comparison import comparison_json, comparison_text
 
     own = ("", options_b.strip())
-    if file_format == "json":
-        text = comparison_json(comparison, options=own, version=__version__)
-    else:
-        text = comparison_text(comparison, options=own, medium=standard_medium(output))
+    text = (
+        comparison_json(comparison, options=own, version=__version__)
+        if file_format == "json"
+        else comparison_text(comparison, options=own, medium=standard_medium(output))
+    )
     write_data(text, output=output)
     if report is not None:
         from planner.cli.check_output import write_page

@@ -36,17 +36,7 @@ class Configuration(Value):
 
 
 def find_configuration(folder: Path) -> Configuration:
-    """Return the configuration that holds in a folder; an empty one where there is none.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of the mission.
-
-    Returns
-    -------
-    Configuration
-        Of the nearest folder upward that has one.
+    """Return the configuration of the nearest folder upward that has one; an empty one without any.
 
     Raises
     ------
@@ -136,17 +126,8 @@ def _document(path: Path) -> dict[str, Any]:
 def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of one mission by key: the command line's over its configuration's.
 
-    Parameters
-    ----------
-    mission : str
-        Path of the mission, ``-`` for standard input, whose folder is the current one.
-    given : mapping of str to value
-        What the command line sets.
-
-    Returns
-    -------
-    dict
-        With ``per_file_ignores`` as the exemptions that this mission meets.
+    The folder of ``-``, standard input, is the current one; ``per_file_ignores`` are the exemptions that
+    this mission meets.
     """
     path = Path(mission)
     values = {**find_configuration(path.parent).values, **given}

@@ -74,15 +74,7 @@ def cli() -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; nothing ends in a traceback.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Without the program's name; the process's own where absent.
-
-    Returns
-    -------
-    int
-        A value of `planner.errors.ExitCode`.
+    ``arguments`` come without the program's name, and are the process's own where absent.
     """
     _tolerate_any_character()
     _stop_as_by_ctrl_c()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -14,6 +13,7 @@ from planner.cli.options import (
     MISSION_PATH,
     data_options,
     given_settings,
+    path_option,
     setting_option,
     setting_options,
 )
@@ -24,6 +24,8 @@ from planner.service.speed import speed_curve
 from planner.setup import Setup
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from planner.service.speed import SpeedCurve
 
 
@@ -48,10 +50,9 @@ if TYPE_CHECKING:
 )
 @setting_options(*CHECK_GROUPS, without={"speed_m_s"})
 @data_options("text", "json", "csv")
-@click.option(
+@path_option(
     "--plots",
     metavar="DIR",
-    type=click.Path(path_type=Path),
     help="draw the curve into a folder, as SVG and PNG (needs mavjoule[report])",
 )
 def command(

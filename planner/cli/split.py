@@ -14,6 +14,7 @@ from planner.cli.options import (
     format_option,
     given_settings,
     page_option,
+    path_option,
     setting_options,
 )
 from planner.cli.output import (
@@ -31,12 +32,11 @@ from planner.setup import Setup
 
 @click.command("split", short_help="Split a mission into flights that each fit the battery.")
 @click.argument("mission", type=MISSION_PATH)
-@click.option(
+@path_option(
     "-o",
     "--output",
     "folder",
     metavar="DIR",
-    type=click.Path(path_type=Path),
     help="where the parts are written [default: the mission's name, with -parts]",
 )
 @click.option("--force", is_flag=True, help="write over parts that are there already")
@@ -78,11 +78,12 @@ def command(
     write_split(split, folder, force=force)
     from planner.report.split import flights_text, split_json, split_text
 
-    if file_format == "json":
-        text = split_json(split, version=__version__)
-    else:
-        text = split_text(split, medium=standard_medium())
-    write_data(text)
+    is_json = file_format == "json"
+    write_data(
+        split_json(split, version=__version__)
+        if is_json
+        else split_text(split, medium=standard_medium())
+    )
     if report is not None:
         from planner.cli.check_output import write_page
         from planner.report.html.split import split_section

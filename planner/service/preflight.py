@@ -72,7 +72,7 @@ class CheckResult(Value):
 
 
 class UnreadableMission(Value):
-    """A mission file about which nothing can be said but why; never a go."""
+    """A mission file that cannot be read; never a go."""
 
     file: str
     findings: tuple[Finding, ...]
@@ -346,8 +346,6 @@ def check_read(
     ----------
     read : callable
         Returns the mission, or raises ``MissionFileError``.
-    setup : Setup
-        What it is checked under.
     file : str
         What the result calls the mission, where it cannot be read.
 

@@ -130,7 +130,7 @@ def keep_apart(
     spacing = Spacing(separation_m=together.separation_m, start_error_s=together.start_error_s)
     conflicts = list(predict_conflicts(fleet, spacing))
 
-    @cache  # each of both is told
+    @cache  # for the finding of each of the two
     def details(conflict: Conflict) -> tuple[ClosestApproach, float | None]:
         pair = fleet[conflict.first], fleet[conflict.second]
         nearest = predict_approach(*pair, spacing) or conflict.approach
@@ -173,12 +173,11 @@ def _starts_s(results: Sequence[object], together: Together) -> tuple[float, ...
 
 def _known_home_amsl_m(assessment: Assessment) -> float | None:
     """Return the altitude of home; ``None`` where it is not known. [m AMSL]"""
-    home = assessment.mission.home
+    home, setup = assessment.mission.home, assessment.setup
     # 0 is what programs write who do not know.
-    is_told = home is not None and bool(home.altitude_amsl_m)
-    if is_told or assessment.setup.home_amsl_m is not None or assessment.setup.terrain is not None:
-        return assessment.route.home_amsl_m
-    return None
+    is_stated = home is not None and bool(home.altitude_amsl_m)
+    is_known = is_stated or setup.home_amsl_m is not None or setup.terrain is not None
+    return assessment.route.home_amsl_m if is_known else None
 
 
 def _too_near(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
@@ -116,12 +115,6 @@ def test_every_error_ends_in_its_exit_code_and_one_sentence(
     assert said.err.endswith("is wrong\n")
     assert said.err.startswith("mavjoule: ")
     assert said.err.count("\n") == 1
-
-
-def test_the_tree_in_the_documentation_is_the_tree_of_the_classes() -> None:
-    assert errors.__doc__ is not None
-    drawn = dict(re.findall(r"(\w+Error)\s+(\d+)", errors.__doc__))
-    assert drawn == {kind.__name__: str(int(kind.exit_code)) for kind in _classes()}
 
 
 def test_an_interruption_ends_in_130(mission: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -105,7 +105,7 @@ def test_columns_are_read_by_a_mapping(tmp_path: Path, capsys: pytest.CaptureFix
         (["nothing.BIN", "-o", "x.toml"], "nothing.BIN: cannot be read"),
         (["garbage.BIN", "-o", "x.toml"], "garbage.BIN: is not a known kind of log"),
         (["copter.BIN", "-o", "x.json"], "ends in .toml"),
-        (["copter.BIN", "-o", "x.toml", "--name", "y"], "stands in y.toml"),
+        (["copter.BIN", "-o", "x.toml", "--name", "y"], "belongs in y.toml"),
         (["copter.BIN", "-o", "x.toml", "--chemistry", "lead"], "--chemistry must be one of"),
         (["copter.BIN", "-o", "x.toml", "--chemistry", "lipo"], "needs --cells"),
         (["copter.BIN", "-o", "x.toml", "--base", "px4-sih-quad"], "cannot be their base model"),
