@@ -184,13 +184,7 @@ class Spread(Value):
 
 
 def read_number(text: str, *, unit: str = "") -> float:
-    """Return the number of ``15``, or with its unit ``15C`` or ``15 °C``; case does not matter.
-
-    Raises
-    ------
-    ValueError
-        If it is no number of this unit.
-    """
+    """Return the number of ``15``, or with its unit ``15C`` or ``15 °C``; case does not matter."""
     found = re.fullmatch(rf"{NUMBER}\s*(?:°?{re.escape(unit)})?", text.strip(), re.IGNORECASE)
     if found is None:
         msg = f"expected a number{f' of {unit}' if unit else ''}, got {text!r}"
@@ -199,13 +193,7 @@ def read_number(text: str, *, unit: str = "") -> float:
 
 
 def read_fraction(text: str) -> float:
-    """Return the fraction of ``20%`` or ``0.2``; a bare ``1`` is refused: 1 % or all of it?
-
-    Raises
-    ------
-    ValueError
-        If it is no fraction from 0 to 1.
-    """
+    """Return the fraction of ``20%`` or ``0.2``; a bare ``1`` is refused: 1 % or all of it?"""
     bare = text.strip()
     if found := _PERCENT.fullmatch(bare):
         value = float(found[1]) / 100.0

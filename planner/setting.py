@@ -91,16 +91,7 @@ class Kind:
 class Number(Kind):
     """A number with its unit in a range, perhaps not known exactly: ``0.5``, ``0.5kg``, ``0.5±0.1``.
 
-    Parameters
-    ----------
-    unit : str
-        May stand after the number.
-    low, high : float
-        The least and the greatest; an open range does not hold the least.
-    with_spread : bool
-        Whether it may have a standard deviation.
-    hint : str
-        Asked of whoever gives more than the greatest.
+    An open range does not hold the least; the hint is asked of whoever gives more than the greatest.
     """
 
     def __init__(
@@ -560,15 +551,7 @@ Made = TypeVar("Made", bound=Declared)
 def taking_settings(
     use: Callable[[Subject, Made], Outcome], make: Callable[P, Made]
 ) -> Callable[Concatenate[Subject, P], Outcome]:
-    """Return a use case that takes the fields of a declared value as keywords of its own.
-
-    Parameters
-    ----------
-    use : callable
-        Takes its subject and the value.
-    make : type
-        The class of the value, whose declarations are the documentation of the keywords.
-    """
+    """Return a use case that takes the fields of a declared value as keywords of its own."""
 
     def call(subject: Subject, /, *args: P.args, **settings: P.kwargs) -> Outcome:
         return use(subject, make(*args, **settings))

@@ -92,13 +92,7 @@ def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
 
 
 def write_attachments(results: Results, asked: Output) -> None:
-    """Write the files that are asked for beside the report.
-
-    Raises
-    ------
-    OutputError
-        If one cannot be written.
-    """
+    """Write the files that are asked for beside the report."""
     if asked.trace is not None:
         _write_trace(results[0], asked.trace)
     if asked.report is not None:
@@ -125,13 +119,7 @@ def write_page(
     title: str = "",
     names: Sequence[str] = (),
 ) -> None:
-    """Write results as a page, with more sections after the overview, or in its place.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write results as a page, with more sections after the overview, or in its place."""
     import hashlib
     from datetime import UTC, datetime
 

@@ -167,13 +167,6 @@ def command(
 class DecisionLog:
     """A file that decisions are appended to, a line each, whole or not at all.
 
-    Parameters
-    ----------
-    path : Path
-        Made where there is none.
-    address : str
-        The vehicle's.
-
     Raises
     ------
     OutputError

@@ -117,13 +117,7 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
 
 
 class TransferProgress:
-    """Reports on standard error how far a transfer is: item by item on a terminal, else periodically.
-
-    Parameters
-    ----------
-    now_s : callable
-        The time by any clock. [s]
-    """
+    """Reports on standard error how far a transfer is: item by item on a terminal, else periodically."""
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
         self._now_s = now_s

@@ -105,14 +105,8 @@ def setting_option(
 ) -> Callable[[Command], Command]:
     """Return a decorator that adds the option of a setting, with no default.
 
-    Parameters
-    ----------
-    key : str
-        Of the setting.
-    name : str, optional
-        Of the command's parameter; default the key.
-    option, help, unset : str, optional
-        Where they are otherwise in this command than declared.
+    ``name`` is that of the command's parameter, by default the key; option, help and unset are those of
+    this command, where they are otherwise than declared.
     """
     setting = settings()[key]
     asked = {"option": option, "help": help, "unset": unset}

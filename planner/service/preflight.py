@@ -167,15 +167,7 @@ check = taking_settings(check_mission, Setup)
 
 
 def prepare(mission: Mission, setup: Setup) -> Preparation:
-    """Return what the flight of a mission is predicted from.
-
-    Raises
-    ------
-    MissionFileError
-        If an item holds a number no vehicle can fly.
-    UsageError
-        If the model cannot be flown as asked.
-    """
+    """Return what the flight of a mission is predicted from."""
     given: object = mission
     if not isinstance(given, Mission):
         msg = f"mission must be planner.read_mission(path): got {given!r:.60}"
@@ -238,13 +230,12 @@ def assess(prepared: Preparation) -> Assessment:
     route = with_own_return(prepared.route, destinations)
     pilot = make_pilot(setup, prepared.parameters)
     flight = predict_flight(route, setup, pilot)
-    pack = vehicle.battery if setup.battery is None else setup.battery
+    pack = setup.battery or vehicle.battery
     if pack is not None:
         pack = pack.aged(
             health=setup.battery_health, resistance_factor=setup.battery_resistance_factor
         )
-    charge = mean_of(setup.charge)
-    reserve = setup.reserve
+    charge, reserve = mean_of(setup.charge), setup.reserve
     if not isinstance(reserve, Reserve):
         reserve = Reserve(fraction=float(reserve))
     discharge = None
@@ -342,12 +333,8 @@ def check_read(
 ) -> CheckResult | UnreadableMission:
     """Check a mission wherever it comes from; one that cannot be read is a result too.
 
-    Parameters
-    ----------
-    read : callable
-        Returns the mission, or raises ``MissionFileError``.
-    file : str
-        What the result calls the mission, where it cannot be read.
+    ``read`` returns the mission, or raises ``MissionFileError``; ``file`` is what the result calls the
+    mission then.
 
     Raises
     ------
@@ -357,11 +344,10 @@ def check_read(
     try:
         return check_mission(read(), setup)
     except MissionFileError as error:
-        fix = None
-        if isinstance(error, OtherVehicleError):
-            fix = "give a multicopter's mission"
-        elif isinstance(error, NoMissionFileError):
-            fix = "give the path of a mission file that can be read"
+        fix = {
+            OtherVehicleError: "give a multicopter's mission",
+            NoMissionFileError: "give the path of a mission file that can be read",
+        }.get(type(error))
         # The report names the file and the place itself.
         message = str(error) if error.source != file else error.message
         if error.source == file and error.key is not None:

@@ -8,7 +8,7 @@ from planner.autopilot import Autopilot
 from planner.errors import LogFileError, MavjouleError
 from planner.flight.budget import battery_temperature_c
 from planner.mission.items import Home
-from planner.service.preflight import UnreadableMission, check_read
+from planner.service.preflight import check_mission
 from planner.simulator.faults import Faults
 from planner.simulator.flown import fly_prediction
 from planner.simulator.setup import FIRMWARE, StoredLog, make_parameters, make_setup
@@ -127,12 +127,12 @@ def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission 
     else:
         setup = replace(setup, autopilot=request.autopilot, with_trace=True)
     try:
-        result = check_read(lambda: mission, setup, file=mission.source)
+        result = check_mission(mission, setup)
     except MavjouleError:
         return None
-    if isinstance(result, UnreadableMission) or result.assessment is None or result.trace is None:
-        return None
     assessment = result.assessment
+    if assessment is None or result.trace is None:
+        return None
     return fly_prediction(
         assessment.flight,
         assessment.route,
@@ -158,13 +158,10 @@ def _home(mission: Mission, request: SimulationRequest) -> Home | None:
 
 
 def _read_logs(request: SimulationRequest) -> tuple[StoredLog, ...]:
-    path = _LOG_PATHS[request.autopilot]
-    contents = [_LOG_CONTENT]
-    if request.logs:
-        contents = [_read_log(log) for log in request.logs]
+    contents = [_read_log(log) for log in request.logs] or [_LOG_CONTENT]
     return tuple(
         StoredLog(
-            path=path.format(number),
+            path=_LOG_PATHS[request.autopilot].format(number),
             content=content,
             time_utc_s=_FIRST_LOG_S + (number - 1) * _DAY_S,
         )

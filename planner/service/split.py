@@ -280,7 +280,6 @@ class SplitPart(Value):
     first_own_item: int
     """Item of the part from which on it flies the mission's legs, from 1; those before lead there."""
     last_own_item: int
-    """Last item of the part that does; those after lead home."""
 
 
 class Split(Value):
