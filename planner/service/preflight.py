@@ -187,8 +187,8 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         setup = replace(setup, position_noise_m=vehicle.position_noise_m)
         if setup.flown_by is Autopilot.PX4 and vehicle.position_noise_m > 0.0:
             message = (
-                f"position noise of {vehicle.position_noise_m:g} m from {vehicle.name}: PX4 slows "
-                "down for it and wanders"
+                f"position noise {vehicle.position_noise_m:g} m, as in the model {vehicle.name}: PX4 "
+                "flies more slowly and wanders"
             )
             found.append(NOISE_ASSUMED.finding(message))
     route = make_route(
@@ -205,8 +205,8 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         if changed.stages != route.stages:
             route = changed
             message = (
-                f"every level leg is flown at {quantity.speed(setup.speed_m_s)} as asked: the file "
-                "does not command that"
+                f"predicted at {quantity.speed(setup.speed_m_s)} on every level leg: the file commands "
+                "other speeds"
             )
             found.append(SPEED_REPLACED.finding(message))
     return Preparation(
