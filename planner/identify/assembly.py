@@ -20,6 +20,7 @@ from planner.identify.flown_mission import flown_parameters
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread
+from planner.identify.uncertainty import rounded
 from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import (
@@ -33,7 +34,7 @@ from planner.vehicle.model import (
 
 if TYPE_CHECKING:
     import datetime as dt
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -159,12 +160,19 @@ def _outward(value: float, step: float) -> float:
     return round(math.ceil(beyond / step - 1e-9) * step, 6)
 
 
+def _named(names: Iterable[str]) -> str:
+    return ", ".join(sorted(filter(None, set(names))))
+
+
+def _minutes(records: Sequence[FlightRecord]) -> float:
+    return sum(r.duration_s for r in records) / 60.0
+
+
 def made_description(records: Sequence[FlightRecord], reference: Autopilot) -> str:
     """Return a description for a pilot, where none is given."""
-    names = ", ".join(sorted({r.vehicle for r in records if r.vehicle})) or "Multicopter"
-    minutes = sum(r.duration_s for r in records) / 60.0
-    flights = f"{len(records)} flight" + ("s" if len(records) > 1 else "")
-    return f"{names}, {reference.label}; identified from {flights} of {minutes:.0f} min."
+    names = _named(r.vehicle for r in records) or "Multicopter"
+    flights = quantity.count(len(records), "flight")
+    return f"{names}, {reference.label}; identified from {flights} of {_minutes(records):.0f} min."
 
 
 def made_provenance(
@@ -175,12 +183,9 @@ def made_provenance(
 ) -> Provenance:
     """Return logs, method and figures of the fit."""
     files = {record.sha256: record.source for record in records}
-    firmware = ", ".join(sorted({r.firmware for r in records if r.firmware}))
-    vehicle = ", ".join(sorted({r.vehicle for r in records if r.vehicle}))
-    origin = " of ".join(part for part in (firmware, vehicle) if part)
-    source = f"{quantity.count(len(records), 'flight')} in {quantity.count(len(files), 'log')}" + (
-        f", {origin}" if origin else ""
-    )
+    named = (_named(r.firmware for r in records), _named(r.vehicle for r in records))
+    origin = " of ".join(filter(None, named))
+    source = f"{quantity.count(len(records), 'flight')} in {quantity.count(len(files), 'log')}"
     fit: list[tuple[str, float]] = [("flights", float(len(records)))]
     for outcome in outcomes:
         if outcome.status is not FitStatus.IDENTIFIED:
@@ -191,9 +196,9 @@ def made_provenance(
             fit.append((f"{name}_fit_percent", round(outcome.fit_percent, 2)))
         if outcome.rms is not None:
             unit = {"W": "w", "m": "m", "m/s": "m_s", "V": "v"}.get(outcome.unit, "")
-            fit.append((f"{name}_rmse_{unit}".rstrip("_"), float(f"{outcome.rms:.4g}")))
+            fit.append((f"{name}_rmse_{unit}".rstrip("_"), rounded(outcome.rms, 4)))
     return Provenance(
-        source=source,
+        source=", ".join(filter(None, (source, origin))),
         method=f"mavjoule identify {settings.version}, {settings.method}",
         date=settings.date,
         readings=tuple(readings),
@@ -210,12 +215,8 @@ def made_remarks(
     outcomes: Sequence[StateOutcome],
 ) -> tuple[str, ...]:
     """Return comments for the top of the file: each state with its numbers and their errors."""
-    minutes = sum(r.duration_s for r in records) / 60.0
-    flights = quantity.count(len(records), "flight")
-    lines = [
-        f"Written by mavjoule identify {settings.version} from {flights}, {minutes:.0f} min.",
-        "",
-    ]
+    flights = f"{quantity.count(len(records), 'flight')}, {_minutes(records):.0f} min"
+    lines = [f"Written by mavjoule identify {settings.version} from {flights}.", ""]
     for outcome in outcomes:
         lines.append(f"{outcome.name}: {outcome.summary}")
         lines += [
@@ -316,7 +317,7 @@ def assemble_model(
     mass_kg = settings.mass_kg
     if mass_kg is None and base is not None:
         mass_kg = base.mass_kg
-    findings += [*_said(outcomes, settings, mass_kg), *_vehicles(records)]
+    findings += [*_reported(outcomes, settings, mass_kg), *_vehicles(records)]
     readings = [
         *settings.readings,
         *parts.power.readings,
@@ -502,7 +503,7 @@ MASS_UNKNOWN = Rule(
 )
 
 
-def _said(
+def _reported(
     outcomes: Sequence[StateOutcome], settings: IdentificationSettings, mass_kg: float | None
 ) -> list[Finding]:
     findings = []

@@ -30,8 +30,8 @@ from planner.identify.power import (
 from planner.identify.ramps import has_references, identify_ramps
 from planner.identify.responses import identify_response
 from planner.identify.segments import (
-    FitStatus,
     SegmentUse,
+    StateOutcome,
     find_states,
     record_air_density_kg_m3,
     steady_flight,
@@ -85,8 +85,8 @@ def identify_vehicle(
         raise UsageError(msg)
     identify = _identify_shaped
     if reference is Autopilot.STEP:
-        is_told = any(has_references(record) for record in records)
-        identify = _identify_stepped if is_told else _identify_unreferenced
+        is_logged = any(has_references(record) for record in records)
+        identify = _identify_stepped if is_logged else _identify_unreferenced
     settings = replace(settings, reference=reference)
     return assemble_model(records, settings, identify(records, settings, on_step), on_step=on_step)
 
@@ -233,15 +233,8 @@ def _counted_from_hover(
     """
     if found.response is None or found.outcome.name != ResponseKind.BRAKE_POWER.value or not hovers:
         return found
-    before_w = float(
-        np.median(
-            [
-                cut.manoeuvre.answer_before
-                for cut in cuts
-                if cut.answer is ResponseKind.BRAKE_POWER and cut.manoeuvre is not None
-            ]
-        )
-    )
+    brakes = [cut.manoeuvre for cut in cuts if cut.answer is ResponseKind.BRAKE_POWER]
+    before_w = float(np.median([m.answer_before for m in brakes if m is not None]))
     hover_w = float(np.mean([hover.power_w for hover in hovers]))
     if abs(before_w) <= _SAME_POWER * hover_w:
         return found
@@ -249,16 +242,8 @@ def _counted_from_hover(
         f"cruise before the stop takes {before_w:+.0f} W more than hover: braking is predicted by the "
         "cruise power at its speed, a response from hover would lose that"
     )
-    outcome = replace(
-        found.outcome,
-        status=FitStatus.LEFT_OUT,
-        summary=summary,
-        estimates=(),
-        fit_percent=None,
-        rms=None,
-        whiteness=None,
-    )
-    return replace(found, response=None, outcome=outcome)
+    outcome = StateOutcome.left_out(found.outcome.name, summary, found.outcome.segments)
+    return replace(found, response=None, outcome=replace(outcome, unit=found.outcome.unit))
 
 
 def _stepped_power(
@@ -286,13 +271,10 @@ def _power_refusals(record: FlightRecord) -> list[SegmentUse]:
 
 def _span_refusals(record: FlightRecord, spans: Sequence[SteadySpan]) -> list[SegmentUse]:
     return [
-        SegmentUse(
-            log=record.source,
-            flight=record.number,
+        replace(
+            SegmentUse.of_flight(record, str(s.segment.state), s.refusal),
             start_s=s.segment.start_s,
             duration_s=s.segment.duration_s,
-            what=str(s.segment.state),
-            refusal=s.refusal,
         )
         for s in spans
         if s.refusal

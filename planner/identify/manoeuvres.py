@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from enum import StrEnum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -60,11 +61,9 @@ class Manoeuvre(Value, eq=False):
             column = np.array(getattr(self, name), dtype=np.float64)
             column.setflags(write=False)
             force_setattr(self, name, column)
-        if not self.time_s.shape == self.reference.shape == self.answer.shape:
-            msg = (
-                "time, reference and answer of a manoeuvre must have one length, got "
-                f"{self.time_s.shape}, {self.reference.shape} and {self.answer.shape}"
-            )
+        shapes = self.time_s.shape, self.reference.shape, self.answer.shape
+        if len(set(shapes)) > 1:
+            msg = f"time, reference and answer of a manoeuvre must have one length, got {shapes}"
             raise ValueError(msg)
         if self.time_s.ndim != 1 or self.time_s.size < 3:
             msg = f"a manoeuvre needs three samples at least, got shape {self.time_s.shape}"
@@ -137,7 +136,10 @@ class Manoeuvre(Value, eq=False):
             train = np.zeros(samples)
             for position, size in edges:
                 train[position] = size
-            return _convolved(train, answer_to_edge[..., :samples])
+            size = 1 << (2 * samples - 1).bit_length()
+            answers = np.fft.rfft(answer_to_edge[..., :samples], size)
+            convolved = np.fft.irfft(np.fft.rfft(train, size) * answers, size)
+            return np.asarray(convolved[..., :samples])
         total = np.zeros((*answer_to_edge.shape[:-1], samples))
         for position, size in edges:
             total[..., position:] += size * answer_to_edge[..., : samples - position]
@@ -146,7 +148,7 @@ class Manoeuvre(Value, eq=False):
     @property
     def edge_order(self) -> int:
         """0 where the reference is made of steps, 1 where it is made of ramps."""
-        return 0 if self.reference_form is ReferenceForm.HELD else 1
+        return int(self.reference_form is ReferenceForm.LINEAR)
 
     def _edges(self) -> list[tuple[int, float]]:
         """Position and size of each edge of the reference. [input s^-order]"""
@@ -156,14 +158,6 @@ class Manoeuvre(Value, eq=False):
             slopes = np.diff(self.reference) / self.step_s
             sizes = np.diff(slopes, prepend=0.0)
         return [(int(position), float(sizes[position])) for position in np.flatnonzero(sizes)]
-
-
-def _convolved(train: FloatArray, answers: FloatArray) -> FloatArray:
-    """Return the causal convolution of a train of edges (n,) with answers (…, n)."""
-    samples = train.size
-    size = 1 << (2 * samples - 1).bit_length()
-    product = np.fft.rfft(train, size) * np.fft.rfft(answers, size)
-    return np.asarray(np.fft.irfft(product, size)[..., :samples])
 
 
 def simulated_answers(
@@ -287,16 +281,14 @@ def cut_manoeuvres(
 
 def hold_out(cuts: Sequence[ManoeuvreCut]) -> tuple[ManoeuvreCut, ...]:
     """Keep the last of every four manoeuvres of each answer and direction from the fit."""
-    seen: dict[tuple[ResponseKind, bool], int] = {}
+    seen: Counter[tuple[ResponseKind, bool]] = Counter()
     marked = []
     for cut in cuts:
-        if cut.manoeuvre is None:
-            marked.append(cut)
-            continue
-        kind = (cut.answer, cut.change > 0.0)
-        seen[kind] = seen.get(kind, 0) + 1
-        is_held_out = seen[kind] % _HELD_OUT_EVERY == 0
-        manoeuvre = replace(cut.manoeuvre, is_held_out=is_held_out)
+        manoeuvre = cut.manoeuvre
+        if manoeuvre is not None:
+            kind = (cut.answer, cut.change > 0.0)
+            seen[kind] += 1
+            manoeuvre = replace(manoeuvre, is_held_out=seen[kind] % _HELD_OUT_EVERY == 0)
         marked.append(replace(cut, manoeuvre=manoeuvre))
     return tuple(marked)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,12 +103,13 @@ def _by_momentum_theory(
     judged = held or list(steady)
     measured = np.array([f.power_w for f in judged])
     errors = tested.residuals_w(judged)
-    payload = ""
-    if mass_deviation_kg > 0.0:
-        payload = f", the mass of each flight not known to {mass_deviation_kg:g} kg"
-    doubt = ""
-    if fitted.from_prior:
-        doubt = f"; not shown by the flights: {', '.join(fitted.from_prior)}"
+    unknown = ", ".join(fitted.from_prior)
+    payload = (
+        f", the mass of each flight not known to {mass_deviation_kg:g} kg"
+        if mass_deviation_kg > 0.0
+        else ""
+    )
+    doubt = f"; not shown by the flights: {unknown}" if unknown else ""
     outcome = StateOutcome(
         name="steady power",
         status=FitStatus.IDENTIFIED,
@@ -134,10 +136,9 @@ def _by_momentum_theory(
         readings.append(
             "All flights have one mass: another one is extrapolated by momentum theory."
         )
-    if fitted.from_prior:
+    if unknown:
         readings.append(
-            f"The flights do not show {', '.join(fitted.from_prior)}: held at what is usual for "
-            "multirotors."
+            f"The flights do not show {unknown}: held at what is usual for multirotors."
         )
     return PowerIdentification(
         cruise=fitted.law, outcomes=(outcome,), steady_map=fitted, readings=tuple(readings)
@@ -316,11 +317,10 @@ def _climbs(
 
 def _held_out(flights: Sequence[MeasuredPower]) -> list[bool]:
     """Hold out every fourth span of a cell; of all, where hardly a cell was flown so often."""
-    seen: dict[tuple[int, int], int] = {}
+    seen: Counter[tuple[int, int]] = Counter()
     held = []
-    for flight in flights:
-        cell = cell_of(flight)
-        seen[cell] = seen.get(cell, 0) + 1
+    for cell in map(cell_of, flights):
+        seen[cell] += 1
         held.append(seen[cell] % _EVERY == 0)
     if sum(held) * 10 < len(held):
         return [(number + 1) % _EVERY == 0 for number in range(len(flights))]

@@ -50,10 +50,6 @@ class Quality(Value):
     whiteness: float
     """Chance that white noise has residuals of such a memory; small where the model leaves
     something over. [-]"""
-    is_held_out: bool
-    """Whether the manoeuvre was kept from the fit."""
-    source: str
-    """Name of the log."""
 
 
 def evaluate_model(
@@ -70,8 +66,6 @@ def evaluate_model(
                 fit_percent=fit_percent(manoeuvre.answer, predicted),
                 rms=float(np.sqrt(np.mean(residuals**2))),
                 whiteness=whiteness(residuals),
-                is_held_out=manoeuvre.is_held_out,
-                source=manoeuvre.source,
             )
         )
     return tuple(found)

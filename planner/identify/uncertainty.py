@@ -14,7 +14,6 @@ References
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -186,11 +185,6 @@ class Estimate(Value):
     value: float
     error: float
     """Standard error, in the unit of the value."""
-
-    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
-        """Return the interval that holds the truth with a probability, errors taken as normal."""
-        half = NormalDist().inv_cdf(0.5 + 0.5 * confidence) * self.error
-        return self.value - half, self.value + half
 
 
 _LAGS = 20

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -239,11 +240,11 @@ def _items_begun(record: FlightRecord) -> dict[tuple[int, int], float]:
     items = record.mission_item
     changes = np.flatnonzero(np.diff(items, prepend=0))
     begun: dict[tuple[int, int], float] = {}
-    times: dict[int, int] = {}
+    times: Counter[int] = Counter()
     for at in changes.tolist():
         number = int(items[at])
         if number:
-            times[number] = times.get(number, 0) + 1
+            times[number] += 1
             begun[number, times[number]] = float(record.time_s[at])
     return begun
 

@@ -8,7 +8,6 @@ import math
 import re
 import tomllib
 import zlib
-from array import array
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import LogFileError, nearest_hint
-from planner.logs.messages import electrical_series, modes_entered
+from planner.logs.messages import MessageColumns, electrical_series, modes_entered
 from planner.logs.record import ABSENCE_COSTS, LOG_DAMAGED, Recording
 from planner.logs.series import Clock, Series, euler_angles_deg, wind_north_east_m_s
 from planner.values import Value
@@ -275,13 +274,10 @@ _LEAST_CHANGES = 10
 def csv_recordings(file: LogFile, mapping: CsvMapping | None) -> tuple[Recording, ...]:
     """Return what a CSV file holds, a recording for each run of its clock.
 
-    Parameters
-    ----------
-    mapping : CsvMapping, optional
-        Which column is what; recognised by the headers where it is one of the known.
+    A mapping left out is recognised by the headers where it is one of the known.
     """
     table = _read(file.source, mapping)
-    numbers = table.numbers()
+    numbers = table.known_numbers()
     clock = Clock.of(np.arange(table.count, dtype=np.int64), numbers["time_s"])
     if not len(clock.places):
         msg = f"no row has a number in the column {table.mapping.columns['time_s'].column!r}"
@@ -308,7 +304,7 @@ def looks_like_csv(data: mmap) -> bool:
     return not _CONTROLS.search(line) and any(mark.encode() in line for mark in _MARKS)
 
 
-class _Table:
+class _Table(MessageColumns):
     """The wanted columns of the rows so far."""
 
     def __init__(self, mapping: CsvMapping, headers: tuple[str, ...], source: str) -> None:
@@ -317,24 +313,18 @@ class _Table:
             more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
             msg = f"has no column {missing[0]!r}{more}, which the mapping {mapping.name} names"
             raise LogFileError(msg, source=source)
-        self.mapping = mapping
-        self.source = source
+        turned = () if mapping.orientation is None else mapping.orientation.columns
+        columns = {**{name: ColumnSource(column=name) for name in turned}, **mapping.columns}
+        super().__init__(
+            (name for name in columns if name not in STATES),
+            (name for name in columns if name in STATES),
+        )
+        self.mapping, self.source = mapping, source
         self.count = 0
         self.breaks_off = ""
         self._short = 0
         self._width = len(headers)
-        turned = () if mapping.orientation is None else mapping.orientation.columns
-        self._numbers = {
-            name: (headers.index(entry.column), entry.factor, array("d"))
-            for name, entry in mapping.columns.items()
-            if name not in STATES
-        }
-        self._numbers |= {name: (headers.index(name), 1.0, array("d")) for name in turned}
-        self.texts: dict[str, tuple[int, list[str]]] = {
-            name: (headers.index(entry.column), [])
-            for name, entry in mapping.columns.items()
-            if name in STATES
-        }
+        self._index = {name: headers.index(entry.column) for name, entry in columns.items()}
 
     def add(self, row: list[str]) -> None:
         """Add a row; cells that are no numbers are not known."""
@@ -343,15 +333,19 @@ class _Table:
         if len(row) < self._width:
             self._short += 1
             return
-        for index, factor, values in self._numbers.values():
-            values.append(_number(row[index]) * factor)
-        for index, texts in self.texts.values():
-            texts.append(row[index].strip())
+        for name, values in self.numbers.items():
+            values.append(_number(row[self._index[name]]))
+        for name, texts in self.texts.items():
+            texts.append(row[self._index[name]].strip())
         self.count += 1
 
-    def numbers(self) -> dict[str, FloatArray]:
+    def known_numbers(self) -> dict[str, FloatArray]:
         """Return the columns of numbers by the names of quantities, quaternions by header."""
-        return {name: np.array(values) for name, (_, _, values) in self._numbers.items()}
+        columns = self.mapping.columns
+        return {
+            name: np.array(values) * (columns[name].factor if name in columns else 1.0)
+            for name, values in self.numbers.items()
+        }
 
     def findings(self) -> Iterator[Finding]:
         """Return what is wrong with the rows."""
@@ -442,9 +436,7 @@ def _recording(
         for name, column in values.items()
         if name not in {"voltage_v", "current_a"}
     }
-    texts = {
-        name: [column[row] for row in chosen.tolist()] for name, (_, column) in table.texts.items()
-    }
+    texts = {name: [column[row] for row in chosen.tolist()] for name, column in table.texts.items()}
     states = {
         name: Series.of(time_s, _state_values(name, cells), headers[name], is_event=True) or None
         for name, cells in texts.items()

@@ -114,12 +114,8 @@ class Series(Value, eq=False):
     def mean_at(self, time_s: FloatArray) -> FloatArray:
         """Return the mean around each of even times, so that the integral of a fast signal is kept.
 
-        Where the log has fewer than two samples a step, this is :meth:`at`.
-
-        Parameters
-        ----------
-        time_s : ndarray
-            Times on the log's clock, :data:`~planner.logs.record.STEP_S` apart. [s]
+        The times are :data:`~planner.logs.record.STEP_S` apart.  Where the log has fewer than two
+        samples a step, this is :meth:`at`.
         """
         values = self.at(time_s)
         if self.interval_s is None or self.interval_s > STEP_S / 2.0 or not len(time_s):
@@ -222,20 +218,10 @@ class Clock(Value, eq=False):
 def euler_angles_deg(
     w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return roll, pitch and yaw of a rotation from the body to its frame of reference.
+    """Return roll and yaw in [−180, 180] and pitch in [−90, 90] of unit quaternions, scalar first. [°]
 
-    The order of rotation is yaw, pitch, roll, about axes forward, right, down in a frame north,
-    east, down (Diebel, "Representing Attitude", 2006, section 8.2).
-
-    Parameters
-    ----------
-    w, x, y, z : ndarray
-        Unit quaternions, scalar first.
-
-    Returns
-    -------
-    roll_deg, pitch_deg, yaw_deg : ndarray
-        Roll and yaw in [−180, 180], pitch in [−90, 90]. [°]
+    They turn from the body to its frame of reference: yaw, pitch, roll, about axes forward, right,
+    down in a frame north, east, down (Diebel, "Representing Attitude", 2006, section 8.2).
     """
     roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))

@@ -106,10 +106,8 @@ def test_hover_law() -> None:
             (
                 coefficient.value,
                 exponent.value,
-                float(
-                    coefficient.interval()[0] <= HOVER_COEFFICIENT_W <= coefficient.interval()[1]
-                ),
-                float(exponent.interval()[0] <= HOVER_EXPONENT <= exponent.interval()[1]),
+                float(abs(coefficient.value - HOVER_COEFFICIENT_W) <= 1.96 * coefficient.error),
+                float(abs(exponent.value - HOVER_EXPONENT) <= 1.96 * exponent.error),
             )
         )
     values = np.array(rows)

@@ -91,8 +91,8 @@ def test_intervals_hold_the_truth_about_as_often_as_they_claim() -> None:
         generator = np.random.default_rng(100 + seed)
         fit = fit_response([steps(G4, 0.2 * generator.standard_normal(400))], MOTION)
         for figure, truth in G4.figures.items():
-            low, high = fit.estimate(figure).interval()
-            held.append(low <= truth <= high)
+            estimate = fit.estimate(figure)
+            held.append(abs(estimate.value - truth) <= 1.96 * estimate.error)
     # 80 intervals, four of each draw related: at 95 % fewer than 68 are a chance of about 1e-3
     assert sum(held) >= 68
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from experiment_manoeuvres import manoeuvres
 
-from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.responses import evaluate_model
 from planner.identify.uncertainty import fit_percent, whiteness
 from planner.physics.response import TransferFunction
@@ -37,14 +36,5 @@ def test_the_true_model_leaves_white_noise_of_its_size() -> None:
     for quality in evaluate_model(TRUTH, cuts):
         assert quality.rms == pytest.approx(0.2, rel=0.15)
         assert quality.fit_percent > 90.0
-        assert quality.source == "simulated"
     slow = TransferFunction(numerator=(0.1,), denominator=(1.0, 0.6, 0.1), delay_s=0.6)
     assert all(q.whiteness < 1e-9 for q in evaluate_model(slow, cuts))
-
-
-def test_a_manoeuvre_held_out_is_named_so() -> None:
-    cut = manoeuvres(63)["G4"][0]
-    held_out = Manoeuvre(
-        time_s=cut.time_s, reference=cut.reference, answer=cut.answer, is_held_out=True
-    )
-    assert [q.is_held_out for q in evaluate_model(TRUTH, [cut, held_out])] == [False, True]
