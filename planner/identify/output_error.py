@@ -367,7 +367,6 @@ def select_response(
 def _bounds(
     structure: Structure, step_s: float, longest_delay_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper bounds of the free parameters."""
     poles = structure.denominator_degree
     # what is faster than half the sampling rate leaves no trace
     fastest = math.pi / step_s

@@ -169,7 +169,6 @@ def _prepared(manoeuvre: Manoeuvre, answer: ResponseKind) -> Manoeuvre:
 
 
 def _command_s(manoeuvre: Manoeuvre) -> float:
-    """How long the reference changes [s]."""
     moving = np.flatnonzero(np.diff(manoeuvre.reference))
     return float(manoeuvre.time_s[moving[-1] + 1]) - manoeuvre.command_s
 

@@ -260,7 +260,6 @@ def smoothed(column: FloatArray, window: int) -> FloatArray:
 
 
 def _mean(column: FloatArray, window: int) -> FloatArray:
-    """Mean of the samples around each."""
     half = min(window // 2, (column.size - 1) // 2)
     weights = np.full(2 * half + 1, 1.0 / (2 * half + 1))
     return np.pad(np.convolve(column, weights, mode="valid"), half, mode="edge")

@@ -123,7 +123,6 @@ def _energy_fractions(
 
 
 def _by_state(energies_j: Iterable[Mapping[str, float]]) -> FloatArray:
-    """Return energies by state, (flights, states). [J]"""
     return np.array([[one.get(name, 0.0) for name in STATE_NAMES] for one in energies_j])
 
 
@@ -155,13 +154,11 @@ def left_out_spread(
     is_whole = True
     for record in records:
         without = _model_without(model, record, steady, settings)
-        if without is None:
-            continue
-        whole = _whole_flight(record, without, settings) if record.mission_items else None
-        is_whole &= whole is not None
-        one = whole or _energy_alone(record, without, settings)
-        if one is not None:
-            compared.append(one)
+        if without is not None:
+            whole = _whole_flight(record, without, settings) if record.mission_items else None
+            is_whole &= whole is not None
+            one = whole or _energy_alone(record, without, settings)
+            compared += [] if one is None else [one]
     if not compared:
         return None
     how = "from its mission alone" if is_whole else "along the motion flown"
@@ -179,7 +176,6 @@ def _model_without(
     steady: Sequence[MeasuredPower],
     settings: IdentificationSettings,
 ) -> VehicleModel | None:
-    """Return the model with the power of the other flights."""
     if not model.is_power_known:
         return model
     own = f"{record.source}#{record.number}"

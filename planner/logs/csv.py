@@ -389,7 +389,6 @@ def _read(source: str, mapping: CsvMapping | None) -> _Table:
 
 
 def _limited(lines: Iterable[str], source: str) -> Iterator[str]:
-    """Yield lines until there are too many of them for a log."""
     characters = 0
     for line in lines:
         characters += len(line)

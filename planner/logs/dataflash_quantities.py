@@ -155,7 +155,6 @@ def dataflash_recording(tables: Tables, file: LogFile, findings: tuple[Finding, 
 
 
 def _is_first_instance(table: MessageTable) -> BoolArray:
-    """Return which messages are of the first sensor or estimator core."""
     number = next((table.numbers[name] for name in _INSTANCES if name in table.numbers), None)
     return np.ones(table.places.shape, np.bool_) if number is None else number == number.min()
 
@@ -181,7 +180,6 @@ def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
 
 
 def _other_batteries(tables: Tables, source: str) -> Iterator[Finding]:
-    """Return a finding where batteries other than the first give current."""
     others: dict[str, FloatArray] = {}
     for name in (*_MORE_BATTERIES, *_BATTERIES):
         if name in tables and tables[name].has("Curr"):
@@ -305,7 +303,6 @@ def _homes(tables: Tables) -> tuple[tuple[float, LoggedHome], ...]:
 
 
 def _parameters(table: MessageTable | None) -> tuple[tuple[float, str, float], ...]:
-    """Return time, name and value of each parameter reported."""
     if table is None or "Name" not in table.texts or not table.has("Value"):
         return ()
     rows = zip(

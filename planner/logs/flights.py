@@ -38,9 +38,9 @@ _AIRBORNE_M = 1.0
 _OFF_GROUND_M = 0.5
 """Rise at which take-off is timed, where only heights are known. [m]"""
 _IDLE_FRACTION = 0.15
-"""Fraction of the power in flight below which the motors stand, where only power is known. [-]"""
+"""Fraction of the power in flight below which the motors are off, where only power is known. [-]"""
 _SHORTEST_PAUSE_S = 5.0
-"""The motors stand still, or the vehicle on the ground, for longer than this between flights. [s]"""
+"""Between flights the motors are off, or the vehicle is on the ground, for longer than this. [s]"""
 _LONGEST_FLIGHT_S = 43_200.0
 """Twelve hours: a longer run of a log without a silence is a broken clock. [s]"""
 
@@ -350,7 +350,7 @@ def _modes(grid: Grid) -> tuple[TextArray, str | None]:
 
 
 def _landed(grid: Grid, height: GridColumn | None) -> tuple[BoolArray, str | None]:
-    """Return whether the vehicle stands on the ground, by the detector or the heights."""
+    """Return whether the vehicle is on the ground, by the detector or the heights."""
     detector = grid.recording.is_landed
     if detector is not None:
         # Before the first event the opposite holds; a sampled state begins with what it is.

@@ -208,7 +208,6 @@ def _global_reference(grid: Grid, frame: LocalFrame) -> dict[str, GridColumn]:
 def _in_frame(
     frame: LocalFrame, latitude: GridColumn, longitude: GridColumn
 ) -> tuple[GridColumn, GridColumn]:
-    """Return the columns east and north."""
     east_m, north_m = frame.east_north_m(latitude.values, longitude.values)
     return replace(longitude, values=east_m), replace(latitude, values=north_m)
 
@@ -218,7 +217,6 @@ def _wrapped(longitude_deg: Longitude) -> Longitude:
 
 
 def _first(column: GridColumn | None) -> float | None:
-    """Return the first value that is known."""
     if column is None:
         return None
     known = column.values[np.isfinite(column.values)]

@@ -392,7 +392,6 @@ def _parsed(source: str) -> Any:  # noqa: ANN401 - pyulog has no types
 
 
 def _topics(log: Any) -> Iterator[tuple[int, MessageTable]]:  # noqa: ANN401 - as above
-    """Yield each instance of a topic with its number."""
     for data in log.data_list:
         columns = {
             name: values.astype(np.float64)

@@ -1,13 +1,23 @@
-"""Noise with a memory is told from noise without, and errors count it."""
+"""What a fit leaves over: noise with a memory, its errors, and how well a model describes."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from experiment_manoeuvres import manoeuvres
 from scipy.signal import lfilter
 
 from planner.errors import IdentificationError
-from planner.identify.uncertainty import Noise, fit_noise, least_squares_covariance, mean_with_error
+from planner.identify.responses import evaluate_model
+from planner.identify.uncertainty import (
+    Noise,
+    fit_noise,
+    fit_percent,
+    least_squares_covariance,
+    mean_with_error,
+    whiteness,
+)
+from planner.physics.response import TransferFunction
 
 
 def remembering(
@@ -81,3 +91,33 @@ def test_columns_that_say_the_same_are_refused() -> None:
     design = np.ones((20, 2))
     with pytest.raises(IdentificationError, match="do not determine"):
         least_squares_covariance([(1.0, design, Noise(variance=1.0))])
+
+
+TRUTH = TransferFunction(numerator=(0.3569,), denominator=(1.0, 0.935, 0.3588), delay_s=0.6)
+
+
+def test_the_fit_is_that_of_the_definition() -> None:
+    measured = np.array([0.0, 0.0, 3.0, 3.0])  # 1.5 from its mean: norm 3
+    assert fit_percent(measured, measured) == 100.0
+    assert fit_percent(measured, np.full(4, 1.5)) == 0.0
+    assert fit_percent(measured, np.array([1.5, 0.0, 3.0, 3.0])) == pytest.approx(50.0)
+    assert fit_percent(np.ones(3), np.zeros(3)) == -np.inf
+
+
+def test_white_residuals_pass_and_remembering_ones_do_not() -> None:
+    white = np.random.default_rng(61).standard_normal((200, 300))
+    chances = np.array([whiteness(row) for row in white])
+    # uniform on [0, 1]: 5 % of 200 below 0.05, three standard errors 4.6 %
+    assert np.mean(chances < 0.05) == pytest.approx(0.05, abs=0.046)
+    remembering = np.convolve(white[0], np.ones(5), mode="valid")
+    assert whiteness(remembering) < 1e-6
+    assert whiteness(np.zeros(50)) == 1.0
+
+
+def test_the_true_model_leaves_white_noise_of_its_size() -> None:
+    cuts = manoeuvres(62)["G4"]
+    for quality in evaluate_model(TRUTH, cuts):
+        assert quality.rms == pytest.approx(0.2, rel=0.15)
+        assert quality.fit_percent > 90.0
+    slow = TransferFunction(numerator=(0.1,), denominator=(1.0, 0.6, 0.1), delay_s=0.6)
+    assert all(q.whiteness < 1e-9 for q in evaluate_model(slow, cuts))
