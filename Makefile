@@ -4,6 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 MADE := .venv/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
+VEHICLE := falkowski-2023-quadrotor
 
 .PHONY: help setup demo test lint types layers unit bench format golden readme rules models clean
 
@@ -20,13 +21,13 @@ $(MADE): pyproject.toml
 	@touch $@
 
 demo: $(MADE) ## check a sample mission
-	@$(BIN)/mavjoule check $(SAMPLE)
+	@$(BIN)/mavjoule check $(SAMPLE) --vehicle $(VEHICLE)
 	@echo
 	@echo "Try next:"
-	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan    a no-go, and why"
-	@echo "  $(BIN)/mavjoule review missions/crossing-too-far.plan   why, on the screen; try what makes it go"
+	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan --vehicle $(VEHICLE)    a no-go, and why"
+	@echo "  $(BIN)/mavjoule review missions/crossing-too-far.plan --vehicle $(VEHICLE)   why, on the screen; try what makes it go"
 	@echo "  $(BIN)/mavjoule segments $(SAMPLE)  the flight, segment by segment"
-	@echo "  $(BIN)/mavjoule check YOUR.plan --battery 5.2Ah@14.8V   your own mission"
+	@echo "  $(BIN)/mavjoule check YOUR.plan --vehicle YOURS.toml --battery 5.2Ah@14.8V   your own mission"
 
 test: lint types layers unit ## the whole gate
 

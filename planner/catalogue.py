@@ -25,6 +25,12 @@ class Entry(NamedTuple):
     """Where it is declared: beside what reports it."""
     example: str
     """A message of it, as its case in the tests makes it."""
+    severity: str = "info"
+    """As declared; a finding may be milder or worse."""
+    instead: str = ""
+    """What to give instead of ignoring it; where that is named, no setting switches its errors off."""
+    leaves_open: bool = False
+    """Whether it fires where something could not be checked."""
 
 
 FAMILIES: Mapping[str, str] = {
@@ -87,6 +93,15 @@ def entries() -> Mapping[str, Entry]:
     """Return where each rule is declared, by its code: known without importing the rules."""
     text = Path(__file__).with_suffix(".json").read_text(encoding="utf-8")
     return {code: Entry(**entry) for code, entry in json.loads(text).items()}
+
+
+def kept_on() -> Mapping[str, str]:
+    """Return what to give instead of ignoring a rule, by the codes that cannot be ignored."""
+    return {
+        code: entry.instead
+        for code, entry in entries().items()
+        if entry.instead and entry.severity == "error"
+    }
 
 
 @cache

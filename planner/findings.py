@@ -85,6 +85,10 @@ class Rule(Value, kw_only=False):
     """How to make it go away honestly."""
     is_default: bool = True
     """Whether it is evaluated without being selected by its code."""
+    instead: str = ""
+    """The option to give instead of ignoring it: where there is one, no setting switches its errors off."""
+    leaves_open: bool = False
+    """Whether it fires where something could not be checked, rather than where something is wrong."""
 
     @property
     def code(self) -> str:

@@ -2,8 +2,8 @@
 
 A baseline holds findings that were seen and accepted.  A finding is known by its words: another
 number, item or severity makes it another finding, which is reported, so a shortfall that has grown
-comes back.  What the battery cannot do is never taken into a baseline, because it depends on the day
-as much as on the file.
+comes back.  Errors about energy, vehicle, fence and ground (those whose rule names what to give instead)
+take part in every verdict: nothing here switches them off.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
+from planner import catalogue
 from planner.errors import BaselineFileError
 from planner.files import write_output_file
 from planner.findings import Severity
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
 
-ENERGY_FAMILY = "E"
 _ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
 _ANY_FOLDERS = "**"
 
@@ -59,7 +59,7 @@ class Baseline(Value):
 
     def holds(self, finding: Finding, *, file: str) -> bool:
         """Return whether a finding of a mission is known, and may be."""
-        return may_be_known(finding) and _known(finding, file, self.folder) in self.known
+        return not is_kept_on(finding) and _known(finding, file, self.folder) in self.known
 
 
 class Exemption(Value):
@@ -171,6 +171,8 @@ class Selection(Value):
     def reason(self, finding: Finding, *, file: str) -> str | None:
         """Return why a finding is not to be reported; ``None`` where it is."""
         code = finding.code
+        if is_kept_on(finding):
+            return None
         if not code.startswith(self.extend_select):
             if self.select and not code.startswith(self.select):
                 return f"not among the selected codes {', '.join(self.select)}"
@@ -185,9 +187,12 @@ class Selection(Value):
         return None
 
 
-def may_be_known(finding: Finding) -> bool:
-    """Return whether a baseline may hold a finding: not an error of energy."""
-    return not (finding.code.startswith(ENERGY_FAMILY) and finding.severity is Severity.ERROR)
+def is_kept_on(finding: Finding) -> bool:
+    """Return whether a finding takes part in every verdict, whatever is selected or ignored."""
+    if finding.severity is not Severity.ERROR:
+        return False
+    entry = catalogue.entries().get(finding.code)
+    return entry is not None and bool(entry.instead)
 
 
 def read_baseline(path: Path) -> Baseline:
@@ -228,11 +233,11 @@ def write_baseline(path: Path, findings: Iterable[tuple[str, Finding]]) -> tuple
     """
     given = list(findings)
     known = {
-        _known(finding, file, _folder(path)) for file, finding in given if may_be_known(finding)
+        _known(finding, file, _folder(path)) for file, finding in given if not is_kept_on(finding)
     }
     document = msgspec.to_builtins(_BaselineDocument(schema=1, known=tuple(sorted(known))))
     write_output_file(path, json.dumps(document, ensure_ascii=True, indent=2) + "\n")
-    return len(known), sum(not may_be_known(finding) for _, finding in given)
+    return len(known), sum(is_kept_on(finding) for _, finding in given)
 
 
 def _known(finding: Finding, file: str, folder: Path) -> KnownFinding:

@@ -329,7 +329,35 @@ class Codes(Kind):
         raise self.wrong(raw)
 
 
-class CodesByFile(Codes):
+class IgnoredCodes(Codes):
+    """Codes of rules to ignore: none of those that take part in every verdict.
+
+    Parameters
+    ----------
+    known : callable
+        Returns every code.
+    kept_on : callable
+        Returns what to give instead of ignoring a rule, by the codes that cannot be ignored.
+    """
+
+    def __init__(
+        self, known: Callable[[], Iterable[str]], kept_on: Callable[[], Mapping[str, str]]
+    ) -> None:
+        super().__init__(known)
+        self._kept_on = kept_on
+
+    def read(self, text: str) -> tuple[str, ...]:
+        """Return the codes."""
+        codes = super().read(text)
+        kept_on = self._kept_on()
+        for code in codes:
+            if code in kept_on:
+                msg = f"{code} cannot be ignored: it takes part in every verdict; give {kept_on[code]}"
+                raise ValueError(msg)
+        return codes
+
+
+class CodesByFile(IgnoredCodes):
     """A table of codes by the pattern of a mission's path."""
 
     holds = "table of codes by file"
@@ -342,7 +370,7 @@ class CodesByFile(Codes):
 
     def _ignore(self, key: str, raw: object, file: Path) -> FileIgnore:
         try:
-            codes = Codes(self._known).from_toml(raw, file)
+            codes = IgnoredCodes(self._known, self._kept_on).from_toml(raw, file)
             return make_file_ignore(key, codes, configuration=file)
         except ValueError as error:
             msg = f"{key!r}: {error}"

@@ -29,6 +29,7 @@ from planner.setting import (
     Form,
     Fraction,
     Group,
+    IgnoredCodes,
     Kind,
     NameOrFile,
     Number,
@@ -306,6 +307,7 @@ def _wind_phrase(wind: Wind) -> str:
 
 
 _CODES = _lazy("planner.catalogue", "entries")
+_KEPT_ON = _lazy("planner.catalogue", "kept_on")
 
 
 class _Vehicle(Declared, kw_only=False):
@@ -316,7 +318,7 @@ class _Vehicle(Declared, kw_only=False):
         Group.FLIGHT,
         "vehicle model: a shipped one by name, or a model file",
         metavar="NAME|FILE.toml",
-        unset="the article's quadrotor",
+        unset="none: the article's quadrotor as an example, and X903",
         label="Vehicle",
         load=load_vehicle,
         made_by="planner.load_vehicle(name)",
@@ -599,7 +601,7 @@ class Setup(_Vehicle):
                 into=_selected("extend_select"),
             ),
             Setting(
-                Codes(_CODES),
+                IgnoredCodes(_CODES, _KEPT_ON),
                 Group.JUDGEMENT,
                 "do not report these codes, or codes that begin so; commas, repeatable",
                 key="ignore",
@@ -614,7 +616,7 @@ class Setup(_Vehicle):
                 into=_selected("baseline"),
             ),
             Setting(
-                CodesByFile(_CODES),
+                CodesByFile(_CODES, _KEPT_ON),
                 Group.JUDGEMENT,
                 "codes not to report of some files, or of an item: 'site.plan#12'",
                 key="per_file_ignores",
@@ -646,10 +648,15 @@ class Setup(_Vehicle):
         is_option=False,
     )
 
+    is_vehicle_named: bool = True
+    """Whether somebody said what flies; else the article's quadrotor is only an example."""
+
     @classmethod
     def of(cls, values: Mapping[str, SettingValue]) -> Self:
         """Return what settings by key make; the article's quadrotor flies where none is named."""
-        return super().of({"vehicle": DEFAULT_MODEL, **values})
+        named = {key: value for key, value in values.items() if value is not None}
+        setup = super().of({"vehicle": DEFAULT_MODEL} | named)
+        return replace(setup, is_vehicle_named="vehicle" in named)
 
     @property
     def flown_by(self) -> Autopilot:

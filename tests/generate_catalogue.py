@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner import catalogue
+from planner.findings import Rule
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,9 +58,17 @@ def declared() -> dict[str, tuple[str, str]]:
     return found
 
 
+def marks(code: str, module: str) -> dict[str, object]:
+    """Return what is known of a rule before its module is imported."""
+    declared_there = vars(import_module(module)).values()
+    rule = next(one for one in declared_there if isinstance(one, Rule) and one.code == code)
+    given = {"instead": rule.instead, "leaves_open": rule.leaves_open}
+    return {"severity": rule.severity.label} | {name: mark for name, mark in given.items() if mark}
+
+
 if __name__ == "__main__":
     entries = {
-        code: {"name": name, "module": module, "example": example(code)}
+        code: {"name": name, "module": module, "example": example(code)} | marks(code, module)
         for code, (name, module) in sorted(declared().items())
     }
     path = Path(catalogue.__file__).with_suffix(".json")

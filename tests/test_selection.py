@@ -14,7 +14,7 @@ def _finding(code: str, *, item: int | None = None, severity: int = 1) -> Findin
     )
 
 
-E101, E105, F102 = _finding("E101", severity=2), _finding("E105", item=3), _finding("F102", item=3)
+E107, E105, F102 = _finding("E107", severity=2), _finding("E105", item=3), _finding("F102", item=3)
 
 
 def _reported(selection: Selection, *findings: Finding) -> list[str]:
@@ -26,23 +26,23 @@ def _reported(selection: Selection, *findings: Finding) -> list[str]:
 
 
 def test_as_it_stands_everything_is_reported() -> None:
-    assert _reported(Selection(), E101, E105, F102) == ["E101", "E105", "F102"]
+    assert _reported(Selection(), E107, E105, F102) == ["E107", "E105", "F102"]
 
 
 @pytest.mark.parametrize(
     ("selection", "codes"),
     [
-        (Selection(select=("E",)), ["E101", "E105"]),
-        (Selection(select=("F102", "E101")), ["E101", "F102"]),
+        (Selection(select=("E",)), ["E107", "E105"]),
+        (Selection(select=("F102", "E107")), ["E107", "F102"]),
         (Selection(ignore=("E1",)), ["F102"]),
-        (Selection(select=("E",), ignore=("E105",)), ["E101"]),
-        (Selection(select=("E",), extend_select=("F",)), ["E101", "E105", "F102"]),
+        (Selection(select=("E",), ignore=("E105",)), ["E107"]),
+        (Selection(select=("E",), extend_select=("F",)), ["E107", "E105", "F102"]),
         (Selection(ignore=("E",), extend_select=("E105",)), ["E105", "F102"]),
-        (Selection(extend_select=("F",)), ["E101", "E105", "F102"]),
+        (Selection(extend_select=("F",)), ["E107", "E105", "F102"]),
     ],
 )
 def test_codes_are_chosen_by_their_beginning(selection: Selection, codes: list[str]) -> None:
-    assert _reported(selection, E101, E105, F102) == codes
+    assert _reported(selection, E107, E105, F102) == codes
 
 
 def test_an_exemption_of_an_item_holds_for_that_item_alone() -> None:
@@ -77,8 +77,8 @@ def test_the_reason_names_what_turned_the_finding_off() -> None:
 
 
 def test_both_parts_stand_worst_first_then_by_item() -> None:
-    findings = [F102, _finding("E105", item=1), E101, _finding("X902", severity=0)]
+    findings = [F102, _finding("E105", item=1), E107, _finding("X902", severity=0)]
     reported, _ = Selection().divide(findings, file="site.plan")
-    assert [finding.code for finding in reported] == ["E101", "E105", "F102", "X902"]
+    assert [finding.code for finding in reported] == ["E107", "E105", "F102", "X902"]
     _, suppressed = Selection(select=("Z",)).divide(findings, file="site.plan")
-    assert [finding.code for finding in suppressed] == ["E101", "E105", "F102", "X902"]
+    assert [finding.code for finding in suppressed] == ["E107", "E105", "F102", "X902"]

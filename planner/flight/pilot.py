@@ -98,6 +98,7 @@ CONDITION_NOT_MODELLED = Rule(
     "step-response model uses only the fence of a parameter file; a file of an unknown autopilot is an "
     "error where it holds a fence.",
     fix="use a vehicle model that has the missing quantity",
+    instead="a model that counts it with --vehicle",
 )
 
 

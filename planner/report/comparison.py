@@ -43,7 +43,7 @@ def comparison_text(
     ]
     rows = [
         ("", "A", "B", "B - A"),
-        ("verdict", a.verdict.upper(), b.verdict.upper(), ""),
+        ("verdict", a.verdict_text, b.verdict_text, ""),
         ("vehicle", printable(a.setup.vehicle.name), printable(b.setup.vehicle.name), ""),
         *(_row(one, figures(a), figures(b)) for one in _COMPARED),
     ]

@@ -65,7 +65,7 @@ def github_summary(results: Results, *, folder: Path) -> str:
     ]
     for result in results[:_MOST_ROWS]:
         path = pipeline_path(result.file, folder=folder)
-        cells = (f"{result.verdict.upper()}{caveat([result])}", path, headline(result))
+        cells = (f"{result.verdict_text}{caveat([result])}", path, headline(result))
         lines.append(_row(*cells))
     lines += _more(len(results))
     found = _worst_first(results, folder=folder)

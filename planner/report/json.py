@@ -16,7 +16,7 @@ from planner.report.rule_text import way_off
 from planner.report.text import count_codes, well_formed
 from planner.service.preflight import CheckResult
 from planner.setup import conditions
-from planner.values import field_names
+from planner.values import field_names, field_values
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -147,12 +147,14 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
     return {
         "file": value(result, "file"),
         "verdict": result.verdict,
+        "verdict_text": result.verdict_text,
         "vehicle": values(vehicle, ("name", "source")),
         "conditions": {row.key: plain(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [values(one, ITEM_KEYS) for one in (flown.items if flown else ())],
+        "checks": [field_values(entry) for entry in (flown.checked if flown else ())],
         "findings": [finding_document(finding) for finding in result.findings],
         "suppressed": [
             finding_document(finding) | {"suppression": value(finding, "suppression")}

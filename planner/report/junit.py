@@ -39,14 +39,15 @@ def check_junit(results: Sequence[CheckResult | UnreadableMission], *, folder: P
 def _suite(result: CheckResult | UnreadableMission, *, path: str) -> ET.Element:
     suite = ET.Element("testsuite", name=path)
     verdict = ET.SubElement(suite, "testcase", classname=path, name="verdict", file=path)
-    if result.verdict == "no-go":
-        ET.SubElement(verdict, "failure", type="no-go", message=headline(result))
+    if result.verdict != "go":
+        kind = result.verdict_text.lower().replace(" ", "-")
+        ET.SubElement(verdict, "failure", type=kind, message=headline(result))
     for finding in (*result.findings, *result.suppressed):
         case = ET.SubElement(suite, "testcase", classname=path, name=_name(finding), file=path)
         if finding.place is not None:
             case.set("line", str(finding.place.line))
         _judge(case, finding, result)
-    said_last = f"{result.verdict.upper()}{caveat([result])}: {headline(result)}"
+    said_last = f"{result.verdict_text}{caveat([result])}: {headline(result)}"
     ET.SubElement(suite, "system-out").text = said_last
     _count(suite, "tests", "failures", "errors", "skipped")
     return suite

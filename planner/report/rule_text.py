@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 from planner.catalogue import FAMILIES, entries, events_of
 from planner.findings import Severity
 from planner.report.text import table_lines
-from planner.selection import ENERGY_FAMILY
-from planner.service.preflight import FILE_UNREADABLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,12 +69,12 @@ def explanation(rule: Rule) -> tuple[tuple[str, str], ...]:
 def way_off(rule: Rule) -> str:
     """Return how to turn a rule off: everywhere, for a file, for an item, for what is known."""
     code = rule.code
-    if code == FILE_UNREADABLE.code:
-        return "not possible: a mission that cannot be read is never a go"
+    if rule.instead and rule.severity is Severity.ERROR:
+        return f"not possible: it takes part in every verdict; give {rule.instead}"
     text = (
         f'--ignore {code}, or ignore = ["{code}"] in mavjoule.toml; for one file or item, under '
         f'[per_file_ignores], "site.plan" = ["{code}"] or "site.plan#12" = ["{code}"]; '
     )
-    if code.startswith(ENERGY_FAMILY) and rule.severity is Severity.ERROR:
-        return text + "no --baseline takes it. It stays counted beside the verdict."
+    if rule.instead:
+        return text + f"its errors take part in every verdict: give {rule.instead}"
     return text + "for what is there already, --baseline."

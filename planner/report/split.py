@@ -88,7 +88,7 @@ def flights_text(split: Split, *, energy: str = "") -> str:
 def _row(part: SplitPart) -> tuple[str, ...]:
     document = figures(part.result)
     numbers = (one.text(number_at(document, one.path)) for one in _SHOWN)
-    return (part.result.verdict.upper(), printable(part.file), flown_text(part), *numbers)
+    return (part.result.verdict_text, printable(part.file), flown_text(part), *numbers)
 
 
 def flown_text(part: SplitPart) -> str:

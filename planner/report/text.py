@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from planner import quantity
 from planner.findings import Finding, Severity
 from planner.flight.motion.kinematics import STATES
+from planner.rules.declaration import Outcome
 from planner.rules.energy import destination_name, place_along, reserve_name
 from planner.service.preflight import CheckResult
 from planner.setup import conditions_text
@@ -209,15 +210,36 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
 
 def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return how many missions go, in a line: ``2 missions: 1 GO, 1 NO-GO``."""
-    going = sum(result.verdict == "go" for result in results)
+    counts = Counter(result.verdict_text for result in results)
     missions = quantity.count(len(results), "mission")
-    return f"{missions}: {going} GO, {len(results) - going} NO-GO"
+    text = f"{missions}: {counts['GO']} GO, {counts['NO-GO']} NO-GO"
+    return text + (f", {counts['NOT CHECKED']} NOT CHECKED" if counts["NOT CHECKED"] else "")
 
 
 def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return the remark that verdicts need which were reached by not looking; else nothing."""
     grave = [finding for result in results for finding in by_weight(result.suppressed)[0]]
     return f" (not counting {finding_tally(grave)})" if grave else ""
+
+
+def checked_text(result: CheckResult | UnreadableMission) -> str:
+    """Return how much was checked: ``74 rules checked, 3 not checked, 31 do not apply.``"""
+    if not isinstance(result, CheckResult) or not result.checked:
+        return ""
+    counts = Counter(entry.outcome for entry in result.checked)
+    text = f"{quantity.count(counts[Outcome.CHECKED], 'rule')} checked"
+    if counts[Outcome.NOT_CHECKED]:
+        text += f", {counts[Outcome.NOT_CHECKED]} not checked"
+    return f"{text}, {counts[Outcome.NOT_APPLICABLE]} not applicable."
+
+
+def not_checked(result: CheckResult | UnreadableMission) -> tuple[tuple[str, str], ...]:
+    """Return what is missing for rules that were not checked, each with the rules that need it."""
+    rules: defaultdict[str, list[str]] = defaultdict(list)
+    for entry in result.checked if isinstance(result, CheckResult) else ():
+        if entry.outcome is Outcome.NOT_CHECKED:
+            rules[entry.needs].append(f"{entry.code} {entry.name}")
+    return tuple((needs, ", ".join(names)) for needs, names in rules.items())
 
 
 def statistics_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
@@ -240,7 +262,11 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
     lines += ["", f"{closing.removesuffix('.')}:" if notes else closing]
     for note in notes:
         lines += note_lines(note, medium=medium)
-    if notes:
+    if checked := checked_text(result):
+        lines += ["", checked]
+        for needs, rules in not_checked(result):
+            lines += medium.wrapped(f"  not checked (needs {needs}): {rules}", indent=_INDENT)
+    if notes or checked:
         lines.append("")
     if result.findings:
         lines.append(f"More about a code: mavjoule explain {result.findings[0].code}")
@@ -248,7 +274,7 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
 
 
 def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int = 0) -> str:
-    text = f"{result.verdict.upper():<{width}}"
+    text = f"{result.verdict_text:<{width}}"
     return medium.paint(text, "green" if result.verdict == "go" else "red")
 
 
@@ -356,9 +382,9 @@ def _summary_lines(
     results: Sequence[CheckResult | UnreadableMission], *, medium: Medium
 ) -> list[str]:
     lines = [tally(results)]
-    width = max(len(result.verdict) for result in results)
+    width = max(len(result.verdict_text) for result in results)
     for result in results:
-        verdict = f"  {result.verdict.upper():<{width}}"
+        verdict = f"  {result.verdict_text:<{width}}"
         text = f"{verdict}  {printable(result.file)}{caveat([result])}: {headline(result)}"
         first, *rest = medium.wrapped(text, indent=width + 4)
         lines += [first.replace(verdict, f"  {_verdict(result, medium, width)}", 1), *rest]

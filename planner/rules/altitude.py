@@ -60,6 +60,7 @@ BELOW_TERRAIN = Rule(
     "Without --terrain the ground is level with home, and places more than 1 m below it fire.  Legs "
     "that follow terrain on ArduPilot are not judged.",
     fix="fly higher there, or add a waypoint before the ridge",
+    instead="--terrain, --home-amsl or --clearance",
 )
 
 

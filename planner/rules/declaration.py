@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 from planner.autopilot import Autopilot
 from planner.values import Value
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
+    Found: TypeAlias = "Finding | NotEvaluated"
+
 T = TypeVar("T")
 T1 = TypeVar("T1")
 T2 = TypeVar("T2")
@@ -37,6 +40,37 @@ class Need(Value, Generic[T], kw_only=False):
     """What it is and what gives it."""
     of: Callable[[Assessment], T | None]
     """Returns it; ``None`` where it is missing."""
+    is_subject: bool = False
+    """Whether it is what the rule is about: without it there is nothing to check."""
+
+
+class NotEvaluated(Value):
+    """A rule that could not be evaluated, though something in use asks for it."""
+
+    rule: Rule
+    needs: str
+    """What it lacks, and what gives it."""
+    asked_by: str
+    """The parameter or item: ``BATT_LOW_VOLT of 21.0 V``."""
+    item: int | None = None
+
+
+class Outcome(StrEnum):
+    """What became of a rule."""
+
+    CHECKED = "checked"
+    NOT_CHECKED = "not-checked"
+    NOT_APPLICABLE = "not-applicable"
+
+
+class LedgerEntry(Value):
+    """One rule in the list of what was checked."""
+
+    code: str
+    name: str
+    outcome: Outcome
+    needs: str = ""
+    """What it lacks; empty where it was checked."""
 
 
 def _target(a: Assessment, autopilot: Autopilot) -> Target | None:
@@ -61,26 +95,36 @@ BUDGET: Need[BatteryBudget] = Need("the vehicle's power and a battery", lambda a
 DISCHARGE: Need[Discharge] = Need(
     "the battery's resistance and open-circuit voltage", lambda a: a.discharge
 )
-EXTREMES: Need[Extremes] = Need("a flight that takes time", lambda a: a.flight.extremes)
+EXTREMES: Need[Extremes] = Need(
+    "a flight that takes time", lambda a: a.flight.extremes, is_subject=True
+)
 PARAMETERS: Need[FlightParameters] = Need(
     "a vehicle that an autopilot flies", lambda a: a.parameters
 )
 PX4: Need[Px4Parameters] = Need(
     "a vehicle that PX4 flies",
     lambda a: a.parameters if a.autopilot is Autopilot.PX4 else None,  # type: ignore[arg-type,return-value] # PX4's then
+    is_subject=True,
 )
 ARDUPILOT: Need[ArduPilotParameters] = Need(
     "a vehicle that ArduPilot flies",
     lambda a: a.parameters if a.autopilot is Autopilot.ARDUPILOT else None,  # type: ignore[arg-type,return-value] # ArduPilot's then
+    is_subject=True,
 )
 TARGET: Need[Target] = Need("the autopilot the mission is for: --target", lambda a: a.target)
 TERRAIN: Need[TerrainGrid] = Need("terrain: --terrain", lambda a: a.setup.terrain)
-PX4_TARGET: Need[Target] = Need("a mission for PX4: --target", lambda a: _target(a, Autopilot.PX4))
-ARDUPILOT_TARGET: Need[Target] = Need(
-    "a mission for ArduPilot: --target", lambda a: _target(a, Autopilot.ARDUPILOT)
+PX4_TARGET: Need[Target] = Need(
+    "a mission for PX4: --target", lambda a: _target(a, Autopilot.PX4), is_subject=True
 )
-FENCE: Need[FenceLimits] = Need("a fence in the mission or the parameters", _fence_limits)
-PROFILE: Need[SiteProfile] = Need("a profile of the site: --profile", lambda a: a.setup.profile)
+ARDUPILOT_TARGET: Need[Target] = Need(
+    "a mission for ArduPilot: --target", lambda a: _target(a, Autopilot.ARDUPILOT), is_subject=True
+)
+FENCE: Need[FenceLimits] = Need(
+    "a fence in the mission or the parameters", _fence_limits, is_subject=True
+)
+PROFILE: Need[SiteProfile] = Need(
+    "a profile of the site: --profile", lambda a: a.setup.profile, is_subject=True
+)
 
 
 class Check(Value, kw_only=False):
@@ -88,31 +132,34 @@ class Check(Value, kw_only=False):
 
     rules: tuple[Rule, ...]
     needs: tuple[Need[Any], ...]
-    function: Callable[..., Iterator[Finding]]
+    function: Callable[..., Iterator[Found]]
 
-    def __call__(self, a: Assessment) -> Iterator[Finding]:
-        """Yield what the rules find; nothing where something they need is missing."""
-        given = [need.of(a) for need in self.needs]
-        if all(value is not None for value in given):
-            yield from self.function(a, *given)
+    def __call__(self, a: Assessment) -> Need[Any] | tuple[Found, ...]:
+        """Return what the rules find, or the first thing that is missing for them."""
+        given = []
+        for need in self.needs:
+            if (value := need.of(a)) is None:
+                return need
+            given.append(value)
+        return tuple(self.function(a, *given))
 
 
 @overload
-def judges(*rules: Rule) -> Callable[[Callable[[Assessment], Iterator[Finding]]], Check]: ...
+def judges(*rules: Rule) -> Callable[[Callable[[Assessment], Iterator[Found]]], Check]: ...
 @overload
 def judges(
     *rules: Rule, needs: tuple[Need[T1]]
-) -> Callable[[Callable[[Assessment, T1], Iterator[Finding]]], Check]: ...
+) -> Callable[[Callable[[Assessment, T1], Iterator[Found]]], Check]: ...
 @overload
 def judges(
     *rules: Rule, needs: tuple[Need[T1], Need[T2]]
-) -> Callable[[Callable[[Assessment, T1, T2], Iterator[Finding]]], Check]: ...
+) -> Callable[[Callable[[Assessment, T1, T2], Iterator[Found]]], Check]: ...
 @overload
 def judges(
     *rules: Rule, needs: tuple[Need[T1], Need[T2], Need[T3]]
-) -> Callable[[Callable[[Assessment, T1, T2, T3], Iterator[Finding]]], Check]: ...
+) -> Callable[[Callable[[Assessment, T1, T2, T3], Iterator[Found]]], Check]: ...
 def judges(
     *rules: Rule, needs: tuple[Need[Any], ...] = ()
-) -> Callable[[Callable[..., Iterator[Finding]]], Check]:
+) -> Callable[[Callable[..., Iterator[Found]]], Check]:
     """Make a function the check of some rules; it is passed the assessment and what it needs."""
     return lambda function: Check(rules, needs, function)

@@ -37,6 +37,8 @@ BATTERY_UNKNOWN = Rule(
     why="A mission without a battery cannot be judged; a guessed one would be a wrong 'go'.",
     how="Neither --battery nor the vehicle model's [battery] gives a capacity.",
     fix='give --battery, for example "5.2Ah@14.8V" or 77Wh',
+    instead="--battery",
+    leaves_open=True,
 )
 
 
@@ -50,6 +52,7 @@ RESERVE_BELOW_MINIMUM = Rule(
     "of the take-off to disarmed; fires where the margin is negative.  The finding is at the item "
     "during which the reserve is first used, and gives how far below it a battery starts.",
     fix="shorten or split the mission, or use a larger or fuller battery",
+    instead="--battery, --charge or --reserve",
 )
 
 
@@ -101,6 +104,7 @@ RETURN_BELOW_RESERVE = Rule(
     "E101 where it is the same (to 5 %).  A return leads where the vehicle's would: home, as "
     "DO_SET_HOME has moved it, or a rally point.",
     fix="bring the far end of the mission nearer, or use a larger or fuller battery",
+    instead="--battery, --charge or --reserve",
 )
 
 
@@ -168,6 +172,7 @@ RESERVE_AT_RISK = Rule(
     "not return from some point, below the reserve exceeds --risk (5 % by default) while the "
     "prediction itself stays above it.  Not computed where the model has no [spread].",
     fix="leave more margin: a shorter mission, or a larger or fuller battery",
+    instead="--battery, --charge or --reserve",
 )
 
 
@@ -204,6 +209,7 @@ VOLTAGE_LOW = Rule(
     "R at the temperature and age of the battery; fires where V is below cutoff_voltage_v, or where no "
     "current gives the power.",
     fix="fly a shorter or slower mission, start with a fuller battery, or use one of less resistance",
+    instead="--battery or --charge",
 )
 
 
@@ -233,6 +239,7 @@ DISCHARGE_RATE_HIGH = Rule(
     why="Beyond its rate a battery heats up, sags and ages, and its predicted voltage does not hold.",
     how="Highest predicted current over the charge of the new battery, above its max_c_rate.",
     fix="use a battery of more charge or a higher rate, or fly slower and lighter",
+    instead="--battery",
 )
 
 
@@ -264,6 +271,7 @@ BATTERY_VOLTAGE_DIFFERS = Rule(
     how="Nominal voltage of the battery over that of the model's own: less than 0.85 or more than "
     "1.18, so that one cell of six fewer is outside and another chemistry of as many cells is not.",
     fix="give the battery that flies, or ignore the code where the vehicle is made for both",
+    instead="--battery",
 )
 
 
@@ -290,6 +298,7 @@ BATTERY_COLD = Rule(
     "temperature.",
     fix="keep the battery warm and give --battery-temperature, or allow for the cold with "
     "--battery-health",
+    instead="--battery-temperature",
 )
 
 

@@ -12,7 +12,15 @@ from planner.flight.failsafe import RETURNS, WARNS, ardupilot_events, battery_pr
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
-from planner.rules.declaration import ARDUPILOT, BUDGET, DISCHARGE, PACK, PARAMETERS, judges
+from planner.rules.declaration import (
+    ARDUPILOT,
+    BUDGET,
+    DISCHARGE,
+    PACK,
+    PARAMETERS,
+    NotEvaluated,
+    judges,
+)
 from planner.rules.energy import place_along
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
@@ -56,13 +64,14 @@ FAILSAFE_BEFORE_END = Rule(
     "vehicle returns or lands, information where it only warns; not checked in the last landing.",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
+    instead="the vehicle's own parameters with --params",
 )
 
 
 @judges(FAILSAFE_BEFORE_END, needs=(PACK, PARAMETERS))
 def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
-) -> Iterator[Finding]:
+) -> Iterator[Finding | NotEvaluated]:
     profile = _profile(a, pack)
     if isinstance(parameters, Px4Parameters):
         events = list(px4_events(a.returns, profile, pack, parameters))
@@ -70,6 +79,7 @@ def _failsafe_before_end(
         events = list(ardupilot_events(profile, parameters))
     events = [event for event in events if not _comes_too_late(a, event)]
     events.sort(key=lambda event: (event.segment, event.fraction))
+    yield from _unwatched(profile, parameters)
     acting = next((event for event in events if event.action != WARNS), None)
     warning = next((event for event in events if event.action == WARNS), None)
     if acting is not None:
@@ -78,6 +88,37 @@ def _failsafe_before_end(
         acting is None or (warning.segment, warning.fraction) < (acting.segment, acting.fraction)
     ):
         yield _reported(a, warning, Severity.INFO)
+
+
+def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterator[NotEvaluated]:
+    """Yield the thresholds of a parameter file that the battery says too little for."""
+    if isinstance(parameters, Px4Parameters):
+        return
+    for name, quantity_name, is_known, shown in (
+        ("BATT_LOW_VOLT", "battery_low_v", profile.loaded_v is not None, _volts),
+        ("BATT_CRT_VOLT", "battery_critical_v", profile.loaded_v is not None, _volts),
+        ("BATT_ARM_VOLT", "arm_battery_min_v", profile.rest_v is not None, _volts),
+        ("BATT_LOW_MAH", "battery_low_ah", profile.used_ah is not None, _milliampere_hours),
+        ("BATT_CRT_MAH", "battery_critical_ah", profile.used_ah is not None, _milliampere_hours),
+    ):
+        threshold = getattr(parameters, quantity_name)
+        origin = parameters.origins.get(quantity_name)
+        if is_known or threshold <= 0.0 or origin is None or origin.kind is not OriginKind.FILE:
+            continue
+        yield NotEvaluated(
+            rule=ARMING_REFUSED if name == "BATT_ARM_VOLT" else FAILSAFE_BEFORE_END,
+            asked_by=f"{name} of {shown(threshold)}",
+            needs="the battery's charge and voltage, such as --battery 5.2Ah@14.8V, or its cells in "
+            "the vehicle model",
+        )
+
+
+def _volts(voltage_v: float) -> str:
+    return f"{quantity.decimals(voltage_v, 1)} V"
+
+
+def _milliampere_hours(charge_ah: float) -> str:
+    return quantity.charge(1000.0 * charge_ah)
 
 
 def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
@@ -108,6 +149,7 @@ ARMING_REFUSED = Rule(
     "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_CAPACITY below BATT_ARM_MAH "
     "(ArduPilot).",
     fix="charge the battery, or correct the parameter",
+    instead="--charge, or the parameters of --params",
 )
 
 
@@ -214,6 +256,7 @@ HOVER_THROTTLE_HIGH = Rule(
     "over that without, times (V_full / V)² for the lowest voltage under load at the end of a segment; "
     "fires above 0.7.  Needs the battery's curve; PX4 has no hover throttle that is known beforehand.",
     fix="carry less, fly a shorter mission, or use a battery that sags less",
+    instead="--payload, or the parameters of --params",
 )
 
 

@@ -56,6 +56,7 @@ FENCE_HEIGHT = Rule(
     "below it); the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  An error for the mission, "
     "a warning for a return the mission does not fly.",
     fix="fly lower, or raise the limit",
+    instead="a mission within the heights of the fence",
 )
 
 
@@ -135,6 +136,7 @@ RALLY_OUTSIDE = Rule(
     "(ArduPilot #7333).",
     how="Each rally point against every area of the fence.",
     fix="move the rally point, or the fence",
+    instead="a rally point inside the fence",
 )
 
 
@@ -146,6 +148,7 @@ HOME_OUTSIDE = Rule(
     "(PX4 #27099), and a return ends in a breach.",
     how="The home of the mission against every area of the fence.",
     fix="move the fence, or the planned home to the place of take-off",
+    instead="a fence around home",
 )
 
 
@@ -162,6 +165,7 @@ PATH_CROSSES = Rule(
     "autopilot takes them: PX4's edges are straight in degrees and its legs in metres, ArduPilot's are "
     "both straight in its own metres.",
     fix="move the waypoint, or the fence",
+    instead="a mission inside its fence",
 )
 
 
@@ -173,6 +177,7 @@ LOITER_CROSSES = Rule(
     "#28527): only centres are checked on board.",
     how="The circle as it is flown, its arcs divided until chords are within 5 cm of them.",
     fix="move the centre, or make the circle smaller",
+    instead="a circle inside the fence",
 )
 
 
@@ -187,6 +192,7 @@ RTL_PATH_CROSSES = Rule(
     "the target, so that no place is left out.  The return a mission flies itself is part of its path: "
     "F101.",
     fix="add a rally point with a clear return, or move the waypoint",
+    instead="a rally point with a clear return",
 )
 
 

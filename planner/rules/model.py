@@ -60,6 +60,7 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "up, or in other air, is only noted.",
     fix="keep the mission inside the identified range, or record a flight beyond it and run mavjoule "
     "identify",
+    instead="a model identified there with --vehicle",
 )
 
 
@@ -261,6 +262,27 @@ def _air_density(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
         )
 
 
+NO_VEHICLE = Rule(
+    "X903 no-vehicle",
+    Severity.ERROR,
+    summary="No vehicle was named: this is the prediction for the article's quadrotor.",
+    why="A prediction with a model that nobody named says nothing about the vehicle that flies: a "
+    "130 W quadrotor's GO was taken for any drone.",
+    how="Neither --vehicle nor a settings file names a vehicle model.",
+    fix="name the vehicle that flies with --vehicle (mavjoule models lists those that are shipped)",
+    instead="--vehicle",
+    leaves_open=True,
+)
+
+
+@judges(NO_VEHICLE)
+def _no_vehicle(a: Assessment) -> Iterator[Finding]:
+    if not a.setup.is_vehicle_named:
+        yield a.finding(
+            NO_VEHICLE, f"no vehicle named: predicted for {a.vehicle.name}, which is not your drone"
+        )
+
+
 POWER_UNKNOWN = Rule(
     "E109 power-not-identified",
     Severity.ERROR,
@@ -268,6 +290,8 @@ POWER_UNKNOWN = Rule(
     why="Without energy a mission cannot be judged against a battery; it is never a 'go'.",
     how='law = "not-given" under [hover] and [cruise] of the vehicle model.',
     fix="identify the vehicle from logs with voltage and current, or use another model",
+    instead="a vehicle model with [hover]",
+    leaves_open=True,
 )
 
 
@@ -312,6 +336,7 @@ LIFT_UNKNOWN = Rule(
     "thinnest air of [valid_for] (else 1.225 kg/m³) over the air at the highest point of the flight: "
     "more than 1.5.  Thrust falls with air density as weight grows.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
+    instead="--payload",
 )
 
 
@@ -488,6 +513,7 @@ WIND_BEYOND_MODEL = Rule(
     how="Wind speed at or above the highest speed of the model's [valid_for], in a step-response "
     "model; with an autopilot the lean angle decides (W101).",
     fix="wait for less wind, or identify the vehicle at higher speeds",
+    instead="--wind",
 )
 
 

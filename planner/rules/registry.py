@@ -1,10 +1,12 @@
-"""Every rule that judges a flight, found where it is declared."""
+"""Every rule that judges a flight, found where it is declared, and the list of what was checked."""
 
 from __future__ import annotations
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from planner import catalogue
+from planner.findings import Finding, Rule, Severity
 from planner.rules.declaration import (
     BUDGET,
     FENCE,
@@ -13,14 +15,16 @@ from planner.rules.declaration import (
     TARGET,
     TERRAIN,
     Check,
+    LedgerEntry,
     Need,
+    NotEvaluated,
+    Outcome,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.autopilot import Autopilot
-    from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.selection import Selection
@@ -39,17 +43,54 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
 }
 """The modules with rules, each with what all of them need: it is imported only where that is there."""
 
+RULE_NOT_EVALUATED = Rule(
+    "X904 rule-not-evaluated",
+    Severity.ERROR,
+    summary="A parameter or an item in use asks for a check that could not be made.",
+    why="A rule that cannot be evaluated says nothing, and silence reads as approval: voltage "
+    "failsafes went unchecked because the battery was given by its energy alone.",
+    how="A rule meets a parameter of --params, or an item of the mission, that it cannot judge with "
+    "what is known.  What was checked and what was not is listed in every report.",
+    fix="give what is missing",
+    instead="what the message names",
+    leaves_open=True,
+)
 
-def judge(a: Assessment, selection: Selection) -> tuple[Finding, ...]:
-    """Return what every rule finds, those off by default where selected."""
-    return tuple(
-        finding
-        for subject, needs in SUBJECTS.items()
-        if all(need.of(a) is not None for need in needs)
-        for check in checks_of(subject)
-        if any(rule.is_default or selection.asks_for(rule.code) for rule in check.rules)
-        for finding in check(a)
-    )
+
+def judge(
+    a: Assessment, selection: Selection
+) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
+    """Return what every rule finds, those off by default where selected, and what was checked."""
+    findings: list[Finding] = []
+    entries: list[LedgerEntry] = []
+    for subject, needs in SUBJECTS.items():
+        missing = next((need for need in needs if need.of(a) is None), None)
+        if missing is not None:
+            entries += (
+                _entry(code, one.name, missing)
+                for code, one in catalogue.entries().items()
+                if one.module == f"planner.rules.{subject}"
+            )
+            continue
+        for check in checks_of(subject):
+            if not any(rule.is_default or selection.asks_for(rule.code) for rule in check.rules):
+                entries += (
+                    _entry(rule.code, rule.name, f"--extend-select {rule.code}")
+                    for rule in check.rules
+                )
+                continue
+            found = check(a)
+            if isinstance(found, Need):
+                entries += (_entry(rule.code, rule.name, found) for rule in check.rules)
+                continue
+            entries += (_entry(rule.code, rule.name) for rule in check.rules)
+            for one in found:
+                if isinstance(one, NotEvaluated):
+                    entries.append(_entry(one.rule.code, one.rule.name, one))
+                    findings.append(_not_evaluated(a, one))
+                else:
+                    findings.append(one)
+    return tuple(findings), _ledger(entries)
 
 
 def checks_of(subject: str) -> Iterator[Check]:
@@ -57,6 +98,45 @@ def checks_of(subject: str) -> Iterator[Check]:
     for value in vars(import_module(f"planner.rules.{subject}")).values():
         if isinstance(value, Check):
             yield value
+
+
+def _entry(
+    code: str, name: str, missing: Need[Any] | NotEvaluated | str | None = None
+) -> LedgerEntry:
+    """Return what became of a rule in one of its checks."""
+    match missing:
+        case None:
+            return LedgerEntry(code=code, name=name, outcome=Outcome.CHECKED)
+        case NotEvaluated():
+            needs, outcome = missing.needs, Outcome.NOT_CHECKED
+        case Need(is_subject=False):
+            needs, outcome = missing.what, Outcome.NOT_CHECKED
+        case _:
+            needs = missing if isinstance(missing, str) else missing.what
+            outcome = Outcome.NOT_APPLICABLE
+    return LedgerEntry(code=code, name=name, outcome=outcome, needs=needs)
+
+
+_GRAVITY = (Outcome.NOT_APPLICABLE, Outcome.CHECKED, Outcome.NOT_CHECKED)
+"""A rule of several checks is checked where one was made, and not checked where one could not be."""
+
+
+def _ledger(entries: list[LedgerEntry]) -> tuple[LedgerEntry, ...]:
+    """Return one entry for each rule, by its code."""
+    by_code: dict[str, LedgerEntry] = {}
+    for entry in entries:
+        known = by_code.setdefault(entry.code, entry)
+        if _GRAVITY.index(entry.outcome) > _GRAVITY.index(known.outcome):
+            by_code[entry.code] = entry
+    return tuple(by_code[code] for code in sorted(by_code))
+
+
+def _not_evaluated(a: Assessment, lack: NotEvaluated) -> Finding:
+    return a.finding(
+        RULE_NOT_EVALUATED,
+        f"{lack.asked_by} cannot be checked ({lack.rule.title}): needs {lack.needs}",
+        item=lack.item,
+    )
 
 
 def judge_unflown(

@@ -42,6 +42,7 @@ STOP_BUFFER = Rule(
     "2.5 m (half of the fixes of a common single-frequency receiver are nearer).  Places where the "
     "vehicle is braking already count at the beginning and the end of the braking.",
     fix="fly slower there, or turn earlier",
+    instead="--position-error or --reaction-time, or a mission farther from its fence",
 )
 
 

@@ -66,6 +66,7 @@ RETURN_BELOW_TERRAIN = Rule(
     "over that place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT, in its "
     "cone; against --terrain plus --clearance.  Not checked where RTL_ALT_TYPE follows terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
+    instead="--terrain or --clearance",
 )
 
 

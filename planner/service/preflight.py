@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from planner import quantity
+from planner import catalogue, quantity
 from planner.autopilot import Autopilot, Target
 from planner.errors import MissionFileError, NoMissionFileError, OtherVehicleError, UsageError
 from planner.findings import Rule, Severity
@@ -34,7 +34,7 @@ from planner.setup import Reserve, Setup
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
 
     from planner.findings import Finding
@@ -42,9 +42,11 @@ if TYPE_CHECKING:
     from planner.flight.prediction import ItemArrival, Segment, Trace
     from planner.flight.returns.tightest import ReturnPlan
     from planner.mission.route.stage import Route
+    from planner.rules.declaration import LedgerEntry
     from planner.vehicle.parameters.resolve import FlightParameters
 
 Verdict = Literal["go", "no-go"]
+VerdictText = Literal["GO", "NO-GO", "NOT CHECKED"]
 
 
 class CheckResult(Value):
@@ -69,6 +71,13 @@ class CheckResult(Value):
     """The flight sampled over time, where it was asked for and something is flown."""
     assessment: Assessment | None = None
     """Everything the rules looked at; ``None`` where nothing is flown."""
+    checked: tuple[LedgerEntry, ...] = ()
+    """What became of each rule, by its code; none where nothing is flown."""
+
+    @property
+    def verdict_text(self) -> VerdictText:
+        """The verdict as it is printed."""
+        return verdict_text(self.verdict, self.findings, self.setup.fail_on)
 
 
 class UnreadableMission(Value):
@@ -77,7 +86,8 @@ class UnreadableMission(Value):
     file: str
     findings: tuple[Finding, ...]
     """X901 file-unreadable."""
-    verdict: Literal["no-go"] = "no-go"
+    verdict: None = None
+    verdict_text: VerdictText = "NOT CHECKED"
     suppressed: tuple[Finding, ...] = ()
     """Nothing ever is: that a file cannot be read is always reported."""
 
@@ -124,9 +134,10 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
     route, setup = prepared.route, prepared.setup
     if route.stages:
         assessment = assess(prepared)
-        findings = [*assessment.findings, *judge(assessment, setup.selection)]
+        found, checked = judge(assessment, setup.selection)
+        findings = [*assessment.findings, *found]
     else:
-        assessment = None
+        assessment, checked = None, ()
         findings = [
             *prepared.findings,
             *judge_unflown(mission, setup.flown_by, prepared.fence_parameters),
@@ -159,6 +170,7 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
             else None
         ),
         assessment=assessment,
+        checked=checked,
     )
 
 
@@ -307,6 +319,16 @@ def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:
     return "no-go" if any(finding.severity >= fail_on for finding in findings) else "go"
 
 
+def verdict_text(verdict: Verdict, findings: Iterable[Finding], fail_on: Severity) -> VerdictText:
+    """Return a verdict as it is printed: NOT CHECKED where nothing is wrong but what was left open."""
+    if verdict == "go":
+        return "GO"
+    deciding = [finding for finding in findings if finding.severity >= fail_on]
+    open_codes = {code for code, entry in catalogue.entries().items() if entry.leaves_open}
+    left_open = all(finding.code in open_codes for finding in deciding)
+    return "NOT CHECKED" if deciding and left_open else "NO-GO"
+
+
 def check_file(path: Path | str, setup: Setup) -> CheckResult | UnreadableMission:
     """Read a mission and check it; one that cannot be read is a result too.
 
@@ -325,6 +347,8 @@ FILE_UNREADABLE = Rule(
     why="A mission that cannot be read cannot be judged; it is never a 'go'.",
     how="The reader refused the file; the message gives where and why.  The exit code is 2.",
     fix="correct the file, or save it again with the program that wrote it",
+    instead="a file that can be read",
+    leaves_open=True,
 )
 
 

@@ -139,7 +139,7 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
     """Return the verdict and the figures of a flight in words."""
     way = result.return_plan if isinstance(result, CheckResult) else None
     return Summary(
-        verdict=result.verdict.upper(),
+        verdict=result.verdict_text,
         is_go=result.verdict == "go",
         file=printable(result.file) + caveat([result]),
         headline=headline(result),
@@ -157,7 +157,7 @@ def differences(
     base: CheckResult | UnreadableMission, now: CheckResult | UnreadableMission
 ) -> tuple[tuple[str, str], ...]:
     """Return label, the figures before and after a change, and their difference."""
-    lines = [("Verdict", _arrow([base.verdict.upper(), now.verdict.upper()]))]
+    lines = [("Verdict", _arrow([base.verdict_text, now.verdict_text]))]
     if not (isinstance(base, CheckResult) and isinstance(now, CheckResult)):
         return tuple(lines)
     before, after = figures(base), figures(now)

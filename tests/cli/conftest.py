@@ -18,6 +18,13 @@ SQUARE = """QGC WPL 110
 """Up to 100 m, 556 m north (0.005° x 111.2 km), back and down."""
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _vehicle(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Name the vehicle that flies in the settings above all folders of the tests."""
+    settings = tmp_path_factory.getbasetemp() / "mavjoule.toml"
+    settings.write_text('vehicle = "falkowski-2023-quadrotor"\n', encoding="utf-8")
+
+
 @pytest.fixture(autouse=True)
 def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Run in a folder of its own, in an environment that asks for nothing."""

@@ -36,7 +36,7 @@ def test_json_comes_out_as_one_document_with_nothing_else(
     assert main(["check", mission, broken, "--battery", "77Wh", "--format", "json"]) == 2
     said = capsys.readouterr()
     document = json.loads(said.out)
-    assert [one["verdict"] for one in document["missions"]] == ["go", "no-go"]
+    assert [one["verdict"] for one in document["missions"]] == ["go", None]
     assert document["tool"]["version"] == planner.__version__
     assert said.err == ""
 
@@ -97,17 +97,44 @@ def test_the_configuration_of_each_mission_holds_for_it_alone(
 def test_an_ignored_finding_is_counted_but_neither_reported_nor_judged(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["check", mission, "--battery", "5Wh"]) == 1
-    assert "E101" in capsys.readouterr().out
-    assert main(["check", mission, "--battery", "5Wh", "--ignore", "x9, e1"]) == 0
+    warned = ["check", mission, "--battery", "77Wh", "--temperature", "20", "--fail-on", "warning"]
+    assert main(warned) == 1
+    assert "E108 condition" in capsys.readouterr().out
+    assert main([*warned, "--ignore", "x9, e1"]) == 0
     out = capsys.readouterr().out
-    assert "E101" not in out
+    assert "E108 condition" not in out
     assert "X902" not in out
-    assert "(not counting 2 errors)" in out.splitlines()[0]
-    assert main(["check", mission, "--battery", "5Wh", "--select", "X", "--format", "json"]) == 0
+    assert "(not counting 1 warning)" in out.splitlines()[0]
+    assert main([*warned, "--select", "X", "--format", "json"]) == 0
     [told] = json.loads(capsys.readouterr().out)["missions"]
     assert {finding["code"] for finding in told["findings"]} == {"X902"}
-    assert {"E101", "E107"} <= {finding["code"] for finding in told["suppressed"]}
+    assert {"E107", "E108"} <= {finding["code"] for finding in told["suppressed"]}
+
+
+@pytest.mark.parametrize("way", [("--ignore", "E1"), ("--select", "W")])
+def test_no_selection_makes_a_battery_suffice(
+    mission: str, way: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", mission, "--battery", "5Wh", *way]) == 1
+    assert "E101" in capsys.readouterr().out
+
+
+def test_ignoring_an_error_of_energy_is_refused_with_what_addresses_it(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", mission, "--battery", "5Wh", "--ignore", "M109,E101"]) == 2
+    assert "E101 cannot be ignored" in (said := capsys.readouterr().err)
+    assert "--battery, --charge or --reserve" in said
+
+
+def test_without_a_vehicle_nothing_is_a_go(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mavjoule.toml").write_text("reserve = 0.2\n", encoding="utf-8")  # the nearest; names none
+    assert main(["check", mission, "--battery", "77Wh"]) == 1
+    out = capsys.readouterr().out
+    assert out.startswith("NOT CHECKED  out.waypoints")
+    assert "X903 no-vehicle [error]" in out
 
 
 def test_a_file_that_is_not_there_or_a_folder_is_named_once_and_nothing_to_mend(

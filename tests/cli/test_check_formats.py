@@ -101,19 +101,22 @@ def test_gitlab_s_report_goes_to_the_file_its_pipeline_collects(mission: str) ->
 def test_statistics_count_by_code_in_text_and_json(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["check", mission, mission, *TOO_SMALL, "--ignore", "E102", "--statistics"]
+    arguments = ["check", mission, mission, *TOO_SMALL, "--ignore", "E107", "--statistics"]
     assert main(arguments) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "2 missions: 0 GO, 2 NO-GO"
     heads, first, second, *_ = lines[4:]
     assert heads.split()[0] == "count"
     assert first.split() == ["2", "0", "2", "E101", "error", "reserve-below-minimum"]
-    assert second.split() == ["0", "2", "2", "E102", "error", "no-return-point"]
+    assert second.split() == ["2", "0", "2", "E102", "error", "no-return-point"]
+    assert ["0", "2", "2", "E107", "info", "cruise-power-assumed"] in [
+        line.split() for line in lines
+    ]
     main([*arguments, "--format", "json"])
     counted = json.loads(capsys.readouterr().out)["statistics"]
     assert [(one["code"], one["count"], one["suppressed"]) for one in counted[:2]] == [
         ("E101", 2, 0),
-        ("E102", 0, 2),
+        ("E102", 2, 0),
     ]
 
 
@@ -137,7 +140,8 @@ def test_writing_a_baseline_looks_past_the_one_of_the_configuration(mission: str
     arguments = ["check", mission, *LOADED]
     main([*arguments, "--write-baseline", "known.json"])
     first = Path("known.json").read_text(encoding="utf-8")
-    Path("mavjoule.toml").write_text('baseline = "known.json"\n', encoding="utf-8")
+    settings = 'baseline = "known.json"\nvehicle = "falkowski-2023-quadrotor"\n'
+    Path("mavjoule.toml").write_text(settings, encoding="utf-8")
     assert main(arguments) == 0
     assert main([*arguments, "--write-baseline", "known.json"]) == 1
     assert Path("known.json").read_text(encoding="utf-8") == first
@@ -165,9 +169,10 @@ def test_no_baseline_is_written_without_a_mission_that_cannot_be_read(
 def test_a_verdict_on_standard_error_says_what_it_does_not_count(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["check", mission, *TOO_SMALL, "--ignore", "E", "--format", "sarif"]
+    warned = ["--battery", "77Wh", "--temperature", "20", "--fail-on", "warning"]
+    arguments = ["check", mission, *warned, "--ignore", "E", "--format", "sarif"]
     assert main([*arguments, "--output", "report.sarif"]) == 0
     assert capsys.readouterr().err == (
-        "mavjoule: 1 mission: 1 GO, 0 NO-GO (not counting 2 errors); "
+        "mavjoule: 1 mission: 1 GO, 0 NO-GO (not counting 1 warning); "
         "the report is in report.sarif\n"
     )

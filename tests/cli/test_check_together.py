@@ -98,7 +98,10 @@ def test_a_mission_that_cannot_be_read_is_no_part_of_it_and_that_is_told(
 def test_a_configuration_may_ask_for_it(
     mission: str, neighbour: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("mavjoule.toml").write_text("separation_m = 15\nmin_nav_alt_m = 3\n", encoding="utf-8")
+    Path("mavjoule.toml").write_text(
+        'vehicle = "falkowski-2023-quadrotor"\nseparation_m = 15\nmin_nav_alt_m = 3\n',
+        encoding="utf-8",
+    )
     assert _checked(capsys, mission, neighbour)[0] == 1
     assert _checked(capsys, mission)[0] == 0  # alone: nothing to be kept away from
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -19,9 +19,6 @@ from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.selection import Selection
 from planner.setup import Output, Setup, Together, settings
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def _own(folder: Path, text: str) -> Path:
@@ -175,7 +172,7 @@ def test_a_key_is_spelled_with_hyphens_as_well(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_any_has_no_settings(tmp_path: Path) -> None:
-    assert find_configuration(tmp_path).values == {}
+    assert find_configuration(Path(tmp_path.anchor)).values == {}
 
 
 def test_the_command_line_beats_the_file(tmp_path: Path) -> None:

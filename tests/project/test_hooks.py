@@ -42,8 +42,9 @@ def test_the_hook_fails_where_a_mission_is_a_no_go() -> None:
     program, *arguments = shlex.split(_hook()["entry"])
     assert program == "mavjoule"
     assert _hook()["language"] == "python"
-    assert main([*arguments, str(ROOT / "missions" / "survey-vineyard.plan")]) == 0
-    assert main([*arguments, str(ROOT / "missions" / "crossing-too-far.plan")]) == 1
+    named = ("--vehicle", "falkowski-2023-quadrotor")  # as `args` of the hook, or mavjoule.toml
+    assert main([*arguments, *named, str(ROOT / "missions" / "survey-vineyard.plan")]) == 0
+    assert main([*arguments, *named, str(ROOT / "missions" / "crossing-too-far.plan")]) == 1
 
 
 def test_the_readme_names_the_hook_by_its_id() -> None:

@@ -98,7 +98,9 @@ def test_the_library_example_runs_and_finds_what_the_command_finds(
     [example] = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
     exec(compile(example, "README.md", "exec"), {})
     verdict, energy, unit, findings = capsys.readouterr().out.split()
-    shown = _blocks()["mavjoule check missions/survey-vineyard.plan"]
+    shown = _blocks()[
+        "mavjoule check missions/survey-vineyard.plan --vehicle falkowski-2023-quadrotor"
+    ]
     assert f", {energy} {unit}: " in shown, "the same energy as the command's headline"
     assert verdict == "go"
     assert int(findings) > 0

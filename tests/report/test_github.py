@@ -126,9 +126,9 @@ def test_the_summary_has_a_row_per_mission_and_per_finding(
     flown: CheckResult, unreadable: UnreadableMission
 ) -> None:
     lines = github_summary([flown, unreadable], folder=FOLDER).splitlines()
-    assert lines[0] == "### mavjoule: 2 missions: 1 GO, 1 NO-GO"
+    assert lines[0] == "### mavjoule: 2 missions: 1 GO, 0 NO-GO, 1 NOT CHECKED"
     assert lines[4].startswith("| GO | site.plan | 11 min 32 s, 4.32 km, 24.1 Wh")
-    assert lines[5] == "| NO-GO | broken.plan | the mission cannot be checked |"
+    assert lines[5] == "| NOT CHECKED | broken.plan | the mission cannot be checked |"
     assert lines[9].startswith("| error | broken.plan:3 | X901 file-unreadable |")
     assert [line.split(" | ")[0] for line in lines[9:12]] == ["| error", "| warning", "| info"]
 

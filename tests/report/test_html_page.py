@@ -183,7 +183,7 @@ def test_nothing_of_a_file_becomes_part_of_the_page(
     broken = checked(folder / "broken.plan")
     opened(browser, written(folder, broken))
     assert browser.title == f"{broken.file} · mavjoule"
-    assert browser.find_element("css selector", ".verdict").text.endswith("NO-GO")
+    assert browser.find_element("css selector", ".verdict").text.endswith("NOT CHECKED")
     assert "X901" in browser.find_element("css selector", ".finding").text
     assert messages(browser) == []
 
@@ -281,7 +281,10 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
     fine = checked(MISSIONS / "survey-vineyard.plan", wind_m_s=0.0)
     results = [fine, survey, checked(folder / "broken.plan")]
     opened(browser, written(folder, *results))
-    assert browser.find_element("css selector", "h1").text == "3 missions: 1 GO, 2 NO-GO"
+    assert (
+        browser.find_element("css selector", "h1").text
+        == "3 missions: 1 GO, 1 NO-GO, 1 NOT CHECKED"
+    )
     assert grave_violations(browser, is_unfolded=False) == []  # each is as any check's
     files = (
         "return [...document.querySelectorAll('#overview tbody th')].map(one => one.textContent)"

@@ -41,12 +41,12 @@ def test_the_ways_to_turn_a_rule_off_are_made_from_its_code() -> None:
     )
 
 
-def test_an_error_of_energy_is_said_to_be_in_no_baseline() -> None:
-    grave = replace(RULE, title="E999 made-up", severity=Severity.ERROR)
-    assert "no --baseline takes it. It stays counted" in way_off(grave)
-    assert "for what is there already, --baseline" in way_off(
-        replace(grave, severity=Severity.WARNING)
-    )
+def test_a_rule_that_takes_part_in_every_verdict_names_what_to_give_instead() -> None:
+    kept_on = replace(RULE, instead="--battery", severity=Severity.ERROR)
+    assert way_off(kept_on) == "not possible: it takes part in every verdict; give --battery"
+    warning = way_off(replace(kept_on, severity=Severity.WARNING))
+    assert warning.startswith("--ignore Z101")
+    assert warning.endswith("its errors take part in every verdict: give --battery")
 
 
 def test_that_a_file_cannot_be_read_cannot_be_turned_off() -> None:

@@ -66,9 +66,9 @@ def test_the_text_keeps_the_verdict_of_every_mission(
     flown: CheckResult, unreadable: UnreadableMission
 ) -> None:
     lines = statistics_text([*_results(flown), unreadable], medium=Medium()).splitlines()
-    assert lines[0] == "3 missions: 2 GO, 1 NO-GO"
-    assert lines[1].startswith("  GO     site.plan (not counting 1 error): ")
-    assert lines[3] == "  NO-GO  broken.plan: the mission cannot be checked"
+    assert lines[0] == "3 missions: 2 GO, 0 NO-GO, 1 NOT CHECKED"
+    assert lines[1].startswith("  GO           site.plan (not counting 1 error): ")
+    assert lines[3] == "  NOT CHECKED  broken.plan: the mission cannot be checked"
     assert [line.split()[3] for line in lines[6:]] == ["X901", "C1", "A1", "A2", "B1"]
 
 

@@ -47,7 +47,7 @@ def test_the_verdict_stands_first_and_does_not_need_colour(
 
     assert first(flown) == "GO  site.plan"
     assert first(grounded) == "NO-GO  site.plan"
-    assert first(unreadable) == "NO-GO  broken.plan"
+    assert first(unreadable) == "NOT CHECKED  broken.plan"
 
 
 def test_the_headline_says_time_distance_energy_share_and_margin(
@@ -174,12 +174,12 @@ def test_several_missions_end_in_a_summary(
     flown: CheckResult, grounded: CheckResult, unreadable: UnreadableMission
 ) -> None:
     results = (flown, grounded, unreadable)
-    assert tally(results) == "3 missions: 1 GO, 2 NO-GO"
+    assert tally(results) == "3 missions: 1 GO, 1 NO-GO, 1 NOT CHECKED"
     lines = check_text(results, medium=Medium()).splitlines()
     assert lines[-4] == tally(results)
-    assert lines[-3].startswith("  GO     site.plan: 11 min 32 s")
-    assert lines[-2].startswith("  NO-GO  site.plan: 11 min 32 s")
-    assert lines[-1] == "  NO-GO  broken.plan: the mission cannot be checked"
+    assert lines[-3].startswith("  GO           site.plan: 11 min 32 s")
+    assert lines[-2].startswith("  NO-GO        site.plan: 11 min 32 s")
+    assert lines[-1] == "  NOT CHECKED  broken.plan: the mission cannot be checked"
 
 
 def test_an_unreadable_mission_says_why_and_invents_no_figures(

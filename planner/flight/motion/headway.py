@@ -91,6 +91,7 @@ NO_HEADWAY = Rule(
     how="Along each leg the ground speed is w_along + sqrt(v_max² − w_across²), v_max being the "
     "airspeed at the greatest lean angle; fires where it is 0.1 m/s or less.",
     fix="wait for less wind, or fly a faster vehicle",
+    instead="--wind",
 )
 
 AIRSPEED_LIMIT = Rule(

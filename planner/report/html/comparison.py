@@ -42,7 +42,7 @@ def comparison_section(first: Result, second: Result) -> Any:  # noqa: ANN401 - 
     sides = [
         {
             "name": name,
-            "verdict": result.verdict,
+            "verdict": result.verdict_text,
             "file": printable(result.file),
             "headline": headline(result),
         }

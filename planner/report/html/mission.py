@@ -15,10 +15,12 @@ from planner.report.rule_text import explanation
 from planner.report.tables import make_tables, with_data
 from planner.report.text import (
     caveat,
+    checked_text,
     closing_line,
     finding_message,
     flight_phases,
     headline,
+    not_checked,
     printable,
 )
 from planner.service.preflight import CheckResult
@@ -211,7 +213,7 @@ def mission_view(
         "number": number,
         "name": name,
         "file": printable(result.file),
-        "verdict": result.verdict,
+        "verdict": result.verdict_text,
         "headline": headline(result),
         "remark": caveat([result]).strip(),
         "cards": [*filter(None, (shown_figure(document, one) for one in KEY_FIGURES))],
@@ -224,6 +226,9 @@ def mission_view(
             for finding in result.suppressed
         ],
         "closing": closing_line(result.findings, suppressed=result.suppressed),
+        "checked": checked_text(result),
+        "not_checked": not_checked(result),
+        "ledger": result.checked if isinstance(result, CheckResult) else (),
         "vehicle": _vehicle(result) if isinstance(result, CheckResult) else (),
         "readings": ()
         if assessment is None

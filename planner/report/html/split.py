@@ -33,7 +33,7 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
     sums = together(split)
     rows = [
         {
-            "verdict": part.result.verdict,
+            "verdict": part.result.verdict_text,
             "flies": flown_text(part),
             "numbers": [shown_figure(part_document(part), one) for one in KEY_FIGURES],
         }

@@ -95,14 +95,14 @@ def mission_table(entries: Sequence[MissionEntry], results: Mapping[str, Outcome
         if isinstance(result, str):
             return MARKS[Severity.ERROR], entry.name, "NO-GO", printable(result)
         sign = "✔" if _is_go(result) else MARKS[Severity.ERROR]
-        return sign, entry.name, result.verdict.upper(), headline(result)
+        return sign, entry.name, result.verdict_text, headline(result)
 
     return Table(
         entries=entries,
         columns=(
             TableColumn(head="", width=1),
             TableColumn(head="mission", width=min(max(widest, 7), 36), is_right=False),
-            TableColumn(head="verdict", width=7, is_right=False),
+            TableColumn(head="verdict", width=11, is_right=False),
             TableColumn(head="", width=0, is_right=False),
         ),
         cells_of=cells,

@@ -206,7 +206,7 @@ def _split_content(split: Split) -> Content:
     whole = quantity.energy(split.whole.totals.energy_wh)
     lines = [Content.styled(f"{flights} instead of one of {whole}", "bold")]
     for part in split.parts:
-        name, verdict = printable(Path(part.file).name), part.result.verdict.upper()
+        name, verdict = printable(Path(part.file).name), part.result.verdict_text
         lines.append(Content(f"✔ {verdict}  {name}  {flown_text(part)}"))
         lines.append(Content(f"      {headline(part.result)}"))
     lines += [Content(finding_line(one)) for one in split.findings]
