@@ -307,6 +307,18 @@ def test_a_flight_down_a_hill_flies_though_it_is_below_home() -> None:
     assert made.control_m[low][:, :, 2].max() == pytest.approx(-70.0, abs=0.1)
 
 
+@pytest.mark.parametrize(("apart_m", "conflicts"), [(9.989, 1), (9.991, 0)])
+def test_more_than_a_centimetre_nearer_than_the_separation_is_too_near(
+    apart_m: float, conflicts: int
+) -> None:
+    beside = straight((0, -50, apart_m, 30), (20, 50, apart_m, 30))
+    fleet = [
+        Member(file=name, trajectory=one, start_s=0.0, home_amsl_m=400.0)
+        for name, one in (("a", EAST), ("b", beside))
+    ]
+    assert len(list(predict_conflicts(fleet, Spacing(separation_m=10.0)))) == conflicts
+
+
 def test_the_delay_that_clears_is_the_smallest_whole_second() -> None:
     """5 τ / √2 must be 10 m but for the accuracy: τ ≥ 2.83 s, and 2 · 1 s more for late starts."""
     northward = straight((0, 0, -50, 30), (20, 0, 50, 30))

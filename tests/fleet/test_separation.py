@@ -16,7 +16,8 @@ from planner.values import replace
         (10.0, 400.0, True),  # side by side
         (10.0, 430.0, False),  # 30 m above the other, as its home is
         (10.0, 0.0, True),  # not known: compared above home
-        (0.5, 430.0, True),  # one place has one altitude, whatever the files say
+        (0.99, 430.0, True),  # one place has one altitude, whatever the files say
+        (1.01, 430.0, False),
     ],
 )
 def test_heights_count_above_the_sea_where_homes_differ(

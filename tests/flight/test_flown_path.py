@@ -81,3 +81,25 @@ def test_a_vehicle_is_committed_up_to_its_braking_and_not_within(autopilot: Auto
     last = out[fast][-1]
     within = np.arange(last + 1, out[-1])
     assert not np.any(path.is_committed[within] & (path.speed_m_s[within] > 0.5))
+
+
+@pytest.mark.parametrize(("slowing_m_s2", "committed"), [(0.249, True), (0.251, False)])
+def test_a_quarter_of_a_metre_per_second_squared_is_a_braking(
+    slowing_m_s2: float,
+    committed: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # Five legs of 8 m; along the three in the middle v² falls by 2 a s.
+    fallen = np.array([0.0, 0.0, 8.0, 16.0, 24.0, 24.0])
+    speed_m_s = np.sqrt(100.0 - 2.0 * slowing_m_s2 * fallen)
+    zeros, no = np.zeros(6), np.zeros(5, np.bool_)
+    path = FlownPath(
+        east_m=8.0 * np.arange(6.0),
+        north_m=zeros,
+        east_m_s=speed_m_s,
+        north_m_s=zeros,
+        segment=np.zeros(5, np.intp),
+        item=np.ones(5, np.intp),
+        is_circle=no,
+        is_brake=no,
+    )
+    assert path.is_committed.tolist() == [True, True, committed, committed, True, True]

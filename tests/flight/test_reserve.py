@@ -68,6 +68,15 @@ def test_three_minutes_of_hover_are_their_power_times_three_minutes() -> None:
     assert budget.hover_left_s == pytest.approx(180.0 * left_wh / budget.reserve_wh)
 
 
+def test_the_hover_of_a_reserve_is_one_at_ten_metres() -> None:
+    # Equation 5 of the article: P(H) = 119.49 H^0.02 W.
+    article = load_vehicle("falkowski-2023-quadrotor")
+    battery = Battery(capacity_wh=180.0)
+    budget = check(FLOWN, article, battery=battery, reserve=Reserve(hover_s=3600.0)).battery
+    assert budget is not None
+    assert budget.reserve_wh == pytest.approx(119.49 * 10.0**0.02, rel=1e-9)
+
+
 def test_the_same_reserve_said_in_two_ways_leaves_the_same_margin() -> None:
     share = check(FLOWN, SURVEY_QUAD, battery=BATTERY, reserve=0.2).battery
     energy = check(FLOWN, SURVEY_QUAD, battery=BATTERY, reserve=Reserve(energy_wh=36.0)).battery

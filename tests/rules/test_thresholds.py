@@ -7,19 +7,23 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import HOME, jump, mission, rtl, takeoff, waypoint
+from fenced_missions import at, degrees, rally
+from made_missions import HOME, item, jump, mission, north, rtl, takeoff, waypoint
 from made_terrain import ground
-from rule_cases.case import ARDUPILOT, PLAIN, PX4, found, vehicle_of
+from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, PX4, STEP, found, vehicle_of
 from rule_cases.energy import with_share_of_voltage
 from rule_cases.fence import SHORT, reported, ring
 from rule_cases.mission import far_away
 
+from planner.autopilot import TARGETS
 from planner.findings import Severity
 from planner.flight.returns.path import FlightPoint
+from planner.physics.wind import Wind
 from planner.rules.energy import place_along
 from planner.service.preflight import check
 from planner.site_profile import SiteProfile
 from planner.values import replace
+from planner.vehicle.battery import Battery
 from planner.vehicle.declared import Interval
 
 if TYPE_CHECKING:
@@ -90,6 +94,66 @@ def counted_jumps(count: int) -> tuple[Finding, ...]:
     return found(mission(takeoff(20), waypoint(9, 20), *[jump(2, 1)] * count, rtl()), ARDUPILOT)
 
 
+NEARER = mission(takeoff(100), waypoint(1000, 100), item(21, north(20), 0.0))
+"""Lands 20 m nearer to its farthest place than a return from there would."""
+
+
+def falling_short(times: float) -> tuple[Finding, ...]:
+    """Return what is found where a return is short of so many times what the mission is short of."""
+    result = check(NEARER, vehicle_of(STEP), battery=PLENTY, reserve=0.0)
+    assert result.return_plan is not None
+    assert result.return_plan.margin_wh is not None
+    need_wh = result.totals.energy_wh
+    return_wh = PLENTY.energy_wh - result.return_plan.margin_wh
+    # return_wh - capacity = times (need_wh - capacity)
+    capacity_wh = (times * need_wh - return_wh) / (times - 1.0)
+    return found(NEARER, battery=Battery(capacity_wh=capacity_wh), reserve=0.0)
+
+
+HEAD_WIND = Wind(speed_m_s=5.0, from_deg=0.0)
+
+
+def against_the_wind(times: float) -> tuple[Finding, ...]:
+    """Return what is found where the article's vehicle has so many times the airspeed it is known to."""
+    article = vehicle_of(STEP)
+    one = mission(takeoff(100), waypoint(600, 100), rtl())
+    assessment = check(one, article, wind=HEAD_WIND).assessment
+    assert assessment is not None
+    assert assessment.flight.extremes is not None
+    fastest_m_s = assessment.flight.extremes.airspeed_m_s.value
+    box = replace(article.valid_for, speed_m_s=Interval(low=0.0, high=fastest_m_s / times))
+    return found(one, vehicle=replace(article, valid_for=box), wind=HEAD_WIND)
+
+
+def begun_at(metres: float, target: str = "px4-1.16") -> tuple[Finding, ...]:
+    """Return what PX4's rules tell of a first place so far away, where no parameters are known."""
+    latitude_deg = degrees(0.0, metres)[0]
+    return found(mission(item(16, latitude_deg, 20.0), rtl()), target=TARGETS[target])
+
+
+def beside_the_mission(metres: float) -> tuple[Finding, ...]:
+    """Return what ArduPilot's rules tell of a rally point, where no parameters are known."""
+    one = replace(PLAIN, rally=(rally(metres, 50.0),))
+    return found(one, target=TARGETS["arducopter-4.6"])
+
+
+def below_a_ceiling(height_m: float) -> Iterable[Finding]:
+    items = (takeoff(20), at(0, 100, height_m), rtl())
+    return reported(items, autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n")
+
+
+def returning_below_a_ceiling(height_m: float) -> Iterable[Finding]:
+    items = (takeoff(20), at(0, 100), at(0, 100, 0.0, command=21))
+    given = f"GF_MAX_VER_DIST,60\nRTL_RETURN_ALT,{height_m}\n"
+    return reported(items, autopilot=PX4, parameters=given)
+
+
+def above_a_floor(height_m: float) -> Iterable[Finding]:
+    items = (takeoff(20), at(0, 100, height_m), at(0, 100, 0.0, command=21))
+    given = "FENCE_ENABLE,1\nFENCE_ACTION,1\nFENCE_TYPE,8\nFENCE_ALT_MIN,15\n"
+    return reported(items, autopilot=ARDUPILOT, parameters=given)
+
+
 CASES: tuple[
     tuple[
         str, str, Callable[[float], Iterable[Finding]], float, list[Severity], float, list[Severity]
@@ -97,8 +161,12 @@ CASES: tuple[
     ...,
 ] = (
     # code, words of the message, findings of a value, inside with severities, outside likewise
-    ("E105", "legs? up to", lambda m: found(to_height(m), ARDUPILOT), 403.5, [], 403.6, [WARNING]),
-    ("E105", "identified step", lambda m: found(climbing(m)), 100.5, [], 100.6, [WARNING]),
+    ("E105", "legs? up to", lambda m: found(to_height(m), ARDUPILOT), 403.5, [], 403.51, [WARNING]),
+    # that model knows −1 m, and is silent about half a metre less
+    ("E105", "legs? up to", lambda m: found(to_height(m), ARDUPILOT), -1.5, [], -1.51, [WARNING]),
+    ("E105", "identified step", lambda m: found(climbing(m)), 100.49, [], 100.51, [WARNING]),
+    ("E105", "airspeed of", against_the_wind, 1.03 - TINY, [], 1.03 + TINY, [WARNING]),
+    ("E105", "airspeed of", against_the_wind, 1.6 - TINY, [WARNING], 1.6 + TINY, [ERROR]),
     (
         "E105",
         " flown; .* unreliable",
@@ -132,6 +200,15 @@ CASES: tuple[
     # 1.225 kg/m³ over that of the standard atmosphere is 1.1 at 982 m and 1.2 at 1859 m, 20 m above home.
     ("E108", "thinner", lambda m: found(PLAIN, home_amsl_m=m), 958.0, [], 965.0, [WARNING]),
     ("E108", "thinner", lambda m: found(PLAIN, home_amsl_m=m), 1836.0, [WARNING], 1842.0, [ERROR]),
+    # With a temperature that is told not to be counted only the second counts.  At 15 °C 1.2 is where
+    # (1 − 0.0065 h / 288.15)^5.256 is 1 / 1.2 × 288.02 / 288.15: at h = 1515 m, 20 m above home.
+    (
+        "E108",
+        "thinner",
+        lambda m: found(PLAIN, home_amsl_m=m, temperature_c=15.0),
+        *(1490.0, [], 1500.0, [ERROR]),
+    ),
+    ("E102", "the return takes", falling_short, 1.05 - 1e-6, [], 1.05 + 1e-6, [ERROR]),
     ("E121", "", with_share_of_voltage, 1.18 - TINY, [], 1.18 + TINY, [ERROR]),
     (
         "A114",
@@ -139,11 +216,17 @@ CASES: tuple[
         lambda m: found(
             to_height(100), PX4, profile=SiteProfile(source="s", max_height_above_home_m=m)
         ),
-        *(100.0 - 0.04, [], 100.0 - 0.06, [ERROR]),
+        *(100.0 - 0.045, [], 100.0 - 0.051, [ERROR]),
     ),
     ("A115", "", planned_at, 409.9, [], 410.1, [WARNING]),
+    ("M104", "", begun_at, 9_999.0, [], 10_001.0, [WARNING]),
+    ("M104", "", lambda minor: begun_at(10_001.0, f"px4-1.{minor}"), 16, [WARNING], 15, [ERROR]),
+    ("M118", "", beside_the_mission, 299.9, [], 300.1, [WARNING]),
     ("M124", "", far_away, 99_999.0, [WARNING], 100_001.0, [ERROR]),
     ("M125", "", lambda n: counted_jumps(int(n)), 100, [WARNING], 101, [ERROR]),
+    ("F110", "", below_a_ceiling, 60.009, [], 60.011, [ERROR]),
+    ("F110", "a return climbs", returning_below_a_ceiling, 60.009, [], 60.011, [WARNING]),
+    ("F110", "", above_a_floor, 14.991, [], 14.989, [ERROR]),
     ("F112", "", lambda n: reported(SHORT, ring(int(n)), autopilot=PX4), 64, [], 65, [WARNING]),
 )
 

@@ -123,6 +123,28 @@ def test_a_file_says_which_law_holds_and_what_it_knows(
     assert model.is_power_known is (tables[0] is not UNKNOWN)
 
 
+def test_a_rotor_as_good_as_the_ideal_one_is_taken() -> None:
+    # 0.75 + 0.25 is 1 exactly, in binary too
+    ideal = MOMENTUM.replace("1.6", "0.75").replace("0.3", "0.25")
+    law = read(OF_CRUISE, ideal).cruise
+    assert isinstance(law, MomentumLaw)
+    assert law.induced_factor + law.profile_factor == 1.0
+    [problem] = problems_of(OF_CRUISE, ideal.replace("0.25", "0.2499"))
+    assert "better than ideal" in problem
+
+
+@pytest.mark.parametrize("power_w", [-1.0, 0.0])
+def test_power_above_hover_may_be_given_where_nothing_moves_if_it_is_none(power_w: float) -> None:
+    table = TABLE.replace("[2, 6]", "[0, 6]").replace("[-5, 12]", f"[{power_w}, 0]")
+    if power_w:
+        [problem] = problems_of(DENSITY, table)
+        assert "must be 0 where speed_m_s is 0, got -1" in problem
+    else:
+        law = read(DENSITY, table).cruise
+        assert isinstance(law, CruisePower)
+        assert law.above_hover_w(np.array([0.0, 3.0, 9.0])).tolist() == [0.0, 0.0, 0.0]
+
+
 def test_loads_and_the_airspeed_limit_are_what_the_file_says() -> None:
     model = read(OF_CRUISE, MOMENTUM, LOADS, head=HEAD + "airspeed_limit_m_s = 14\n")
     assert model.loads == Loads(avionics_w=8.0, ground_idle_w=3.0)
