@@ -11,6 +11,7 @@ from ardupilot_missions import DEFAULTS, fly, go, stage, states, takeoff, time_s
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import StageKind
 from planner.physics.wind import Wind
+from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 LIMIT_M_S = 15.0
@@ -49,6 +50,22 @@ def test_a_circle_leans_for_its_turn_its_speed_and_the_wind_together(
     most_m_s = LIMIT_M_S - math.hypot(flown, across)
     assert circling(most_m_s - 0.01, speed=speed, radius=radius)[1] == []
     assert circling(most_m_s + 0.01, speed=speed, radius=radius)[1] == ["W105"]
+
+
+def test_of_several_circles_those_that_lean_too_far_are_told() -> None:
+    # By the same sum a radius of 20 m takes 9.0 m/s of wind at 5 m/s, and 11.8 m/s at 3 m/s.
+    slow = stage(StageKind.CIRCLE, 0.0, 0.0, 20.0, speed=3.0, turns=1, radius=20.0)
+    fast = stage(StageKind.CIRCLE, 0.0, 100.0, 20.0, speed=10.0, turns=1, radius=20.0)
+    slow, fast = replace(slow, item=2), replace(fast, item=3)
+    motion = fly_ardupilot(
+        (takeoff(20.0), slow, fast),
+        DEFAULTS,
+        wind=Wind(speed_m_s=9.5, from_deg=90.0),
+        airspeed_limit_m_s=LIMIT_M_S,
+    )
+    [finding] = [f for f in motion.findings if f.code == "W105"]
+    assert finding.item == 3
+    assert finding.message.startswith("1 circle from item 3 on: 5.0 m/s over ground")
 
 
 def test_a_circle_takes_its_time_in_any_wind() -> None:

@@ -270,6 +270,25 @@ def test_a_lag_reaches_what_lies_between_rest_and_its_end() -> None:
     assert [response.first_crossing_s(level) for level in (-1.0, 12.0)] == [None, None]
 
 
+@pytest.mark.parametrize("zero", [0.94, 1.0, 1.06, 2.9, 3.0, 3.3])
+def test_a_zero_beside_a_pole_turns_the_answer_only_where_it_is_the_slower_one(zero: float) -> None:
+    # (s + z) / ((s + 1) (s + 3)) has the impulse response ((z − 1) e^−t + (3 − z) e^−3t) / 2: it changes
+    # its sign only for z < 1, where the step passes its end z / 3; for z > 3 at a time before 0.
+    response = StepResponse(
+        system=TransferFunction(numerator=(1.0, zero), denominator=(1.0, 4.0, 3.0))
+    )
+    times = np.linspace(0.0, 20.0, 2001)
+    expected = 0.5 * (
+        (zero - 1.0) * (1.0 - np.exp(-times)) + (3.0 - zero) / 3.0 * (1.0 - np.exp(-3.0 * times))
+    )
+    np.testing.assert_allclose(response.value(times), expected, atol=1e-14)
+    overshoot = response.first_crossing_s(zero / 3.0 * 1.0001)
+    assert (overshoot is not None) is (zero < 1.0)
+    settled = float(response.settling_times_s(1e-3))
+    outside = times[np.abs(expected - zero / 3.0) > 1e-3]
+    assert outside[-1] <= settled <= outside[-1] + 0.01
+
+
 @pytest.mark.parametrize("system", [UNDAMPED, INTEGRATOR])
 def test_what_swings_or_grows_for_ever_has_no_end(system: TransferFunction) -> None:
     response = StepResponse(system=system)

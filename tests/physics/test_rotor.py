@@ -65,6 +65,14 @@ def test_known_solutions_are_found(edgewise: float, axial: float, ratio: float) 
     assert induced_velocity_ratio(edgewise, axial) == pytest.approx(ratio, abs=1e-7)
 
 
+def test_the_solution_is_good_to_ten_digits_everywhere() -> None:
+    # From axial flight to twenty times the induced velocity of hover, densest where hover is near.
+    edgewise = np.concatenate((np.linspace(0.0, 3.0, 121), np.linspace(3.0, 20.0, 86)))[:, None]
+    axial = np.linspace(FASTEST_DESCENT_RATIO, 4.0, 111)
+    ratio = induced_velocity_ratio(edgewise, axial)
+    np.testing.assert_allclose(ratio * np.hypot(edgewise, axial + ratio), 1.0, rtol=0.0, atol=1e-10)
+
+
 @given(
     edgewise=st.floats(min_value=0.0, max_value=20.0),
     axial=st.floats(min_value=FASTEST_DESCENT_RATIO, max_value=10.0),

@@ -145,6 +145,12 @@ def test_power_above_hover_may_be_given_where_nothing_moves_if_it_is_none(power_
         assert law.above_hover_w(np.array([0.0, 3.0, 9.0])).tolist() == [0.0, 0.0, 0.0]
 
 
+def test_a_curve_may_end_with_any_hover_power_above_none() -> None:
+    law = read(OF_CRUISE, DI_FRANCO.replace("220.0", "0.5")).cruise
+    assert isinstance(law, DiFrancoButtazzoLaw)
+    assert float(law.power_w(0.0, 0.0)) == 0.5
+
+
 def test_loads_and_the_airspeed_limit_are_what_the_file_says() -> None:
     model = read(OF_CRUISE, MOMENTUM, LOADS, head=HEAD + "airspeed_limit_m_s = 14\n")
     assert model.loads == Loads(avionics_w=8.0, ground_idle_w=3.0)
