@@ -136,6 +136,25 @@ def test_a_circle_is_flown_to_from_more_than_three_metres() -> None:
     )
 
 
+@pytest.mark.parametrize("off_m", [0.0, 0.8, 1.5])
+def test_a_circle_with_its_edge_within_three_metres_is_flown_from_where_the_vehicle_is(
+    off_m: float,
+) -> None:
+    # The edge is 2 m from the centre: from 0.8 m off it the vehicle circles at 0.8 m.
+    there = (go(off_m, hold=1.0),) if off_m else ()
+    motion = fly(
+        takeoff(),
+        *there,
+        stage(StageKind.CIRCLE, turns=3, radius=2.0, speed=0.1),
+        parameters=ArduPilotParameters(circle_rate_rad_s=0.1),
+    )
+    before_m = motion.segments.distance_m[: motion.done_segment[len(there)] + 1].sum()
+    assert before_m == pytest.approx(off_m, abs=1e-6)
+    # and stops within a decimetre from 0.15 m/s or less on its tangent
+    flown_m = motion.segments.distance_m.sum() - before_m
+    assert flown_m == pytest.approx(3 * 2 * math.pi * off_m, abs=0.1)
+
+
 def test_a_circle_of_no_turns_ends_at_its_edge() -> None:
     motion = fly(takeoff(), stage(StageKind.CIRCLE, 100.0, turns=0, radius=20.0), go(100.0))
     assert motion.segments.distance_m.sum() == pytest.approx(100.0, abs=1e-6)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from made_missions import HOME, item, mission, north, rtl, takeoff
+from made_missions import HOME, item, mission, north, rtl, speed, takeoff
 from scipy.stats import binom, t
 
 from planner.autopilot import Autopilot
@@ -274,6 +274,71 @@ def test_a_charge_with_a_spread_meets_the_curve_of_the_battery() -> None:
     assert margin_wh is not None
     assert np.mean(margin_wh) == pytest.approx(result.battery.margin_wh, abs=0.2)
     assert np.std(margin_wh) == pytest.approx(0.02 * 8.0 * 22.6, rel=0.08)
+
+
+def test_the_margin_at_every_charge_sampled_is_that_of_a_flight_begun_with_it() -> None:
+    # From 60 to 100 %, at a resistance that makes the end of the battery depend on its curve.
+    steep = Battery(
+        capacity_ah=8.0,
+        internal_resistance_ohm=0.06,
+        ocv_soc=(0.0, 0.1, 0.3, 0.6, 0.8, 1.0),
+        ocv_v=(18.0, 21.0, 21.8, 22.6, 23.5, 25.2),
+    )
+    charge = Spread(mean=0.8, sd=0.05)
+    setup = Setup(SURVEYOR, home_amsl_m=HOME.altitude_amsl_m, charge=charge)
+    result = check(ROWS, SURVEYOR, battery=steep, charge=charge)
+    returns = flown(setup)
+    assert result.battery is not None
+    margin_wh = predict_scenarios(
+        returns, setup, spread=EXACT, battery=steep, budget=result.battery
+    ).margin_wh
+    assert margin_wh is not None
+    samples = sample_unknowns(EXACT, setup, returns.flight.power).charge
+    for index in [int(samples.argmin()), int(samples.argmax()), *range(0, SAMPLES, 1000)]:
+        begun = check(
+            ROWS, SURVEYOR, battery=steep, charge=float(samples[index]), reserve=0.0
+        ).battery
+        assert begun is not None
+        above_wh = margin_wh[index] + result.battery.reserve_wh
+        assert above_wh == pytest.approx(begun.margin_wh, abs=0.02)
+
+
+def test_the_returns_that_are_tightest_in_a_wind_sampled_are_looked_at() -> None:
+    # Recorded in still air a metre takes 482 W / 15 m/s on the mission's way home and 322 W / 10 m/s on a
+    # return: the same.  With the wind the faster is the cheaper, and the return is tightest from the far
+    # end; against it, from the end of the way.
+    fast = mission(
+        takeoff(40),
+        speed(15.0),
+        item(16, north(3000.0), 40),
+        item(16, north(30.0), 40),
+        item(21, north(0.0), 0.0),
+    )
+    battery = Battery(capacity_wh=200.0)
+    wind = Wind(speed_m_s=0.0, from_deg=0.0, speed_sd_m_s=1.0)
+    assessment = check(fast, SURVEYOR, battery=battery, wind=wind).assessment
+    assert assessment is not None
+    assert assessment.battery is not None
+    margin_wh = predict_scenarios(
+        assessment.returns,
+        assessment.setup,
+        spread=EXACT,
+        battery=battery,
+        budget=assessment.battery,
+    ).return_margin_wh
+    assert margin_wh is not None
+    samples = sample_unknowns(EXACT, assessment.setup, assessment.flight.power)
+    near_home = set()
+    for index in range(0, SAMPLES, 500):
+        north_m_s = float(samples.wind_north_m_s[index])
+        blows = Wind(speed_m_s=abs(north_m_s), from_deg=180.0 if north_m_s > 0.0 else 0.0)
+        way = check(fast, SURVEYOR, battery=battery, wind=blows).return_plan
+        assert way is not None
+        assert way.margin_wh is not None
+        assert margin_wh[index] == pytest.approx(way.margin_wh, abs=0.03)
+        assert way.tightest is not None
+        near_home.add(way.tightest.along_m > 1500.0)
+    assert near_home == {True, False}
 
 
 def test_more_spread_of_the_payload_widens_the_energy_and_none_leaves_it() -> None:

@@ -168,6 +168,19 @@ def test_the_trace_integrates_to_the_energy_of_the_flight() -> None:
     assert trace.power_w.max() == pytest.approx(flight.peak_power_w, rel=1e-5)
 
 
+def test_a_trace_has_ten_samples_a_second_and_fewer_where_asked() -> None:
+    flown = out_and_back()
+    flight = predict_flight(flown, Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
+    for most, step_s in ((200_000, 0.1), (100, flight.time_s / 100)):
+        time_s = sample_trace(flight, flown, most_samples=most).time_s
+        assert np.diff(time_s).max() <= step_s + 1e-9
+        even_s = np.arange(0.0, flight.time_s - step_s, step_s)
+        after = np.searchsorted(time_s, even_s - 1e-9)
+        assert time_s[after] == pytest.approx(even_s, abs=1e-9)
+        # besides them there are the ends of segments
+        assert len(time_s) <= len(even_s) + 2 + 2 * len(flight.motion.segments.item)
+
+
 def test_the_trace_of_a_flight_that_lands_ends_on_the_ground_and_standing() -> None:
     flown = out_and_back()
     flight = predict_flight(flown, Setup(VEHICLE), StepPilot(vehicle=VEHICLE))

@@ -374,6 +374,26 @@ def test_a_third_order_response_is_cut_at_every_turn(
     assert settled == pytest.approx(np.array(last), abs=0.011)
 
 
+def test_a_level_before_two_turns_close_to_each_other_is_reached_before_them() -> None:
+    # h = (e^-t - 0.5) (e^-t - 0.45) e^-t falls below zero between ln 2 and ln(1/0.45) = 0.7985 s: by the
+    # partial fractions 0.225, -0.95 and 1 at the poles -1, -2 and -3.
+    system = TransferFunction(
+        numerator=(0.275, 0.325, 0.5), denominator=tuple(denominator([-1.0, -2.0, -3.0]))
+    )
+    response = StepResponse(system=system)
+
+    def value(time_s: float) -> float:
+        x = math.exp(-time_s)
+        return 0.225 * (1 - x) - 0.475 * (1 - x**2) + (1 - x**3) / 3
+
+    assert response.value([0.3, 0.75, 4.0]) == pytest.approx([value(t) for t in (0.3, 0.75, 4.0)])
+    for level in (value(0.68), value(0.74)):  # the second is reached while it rises, too
+        reached = response.first_crossing_s(level)
+        assert reached is not None
+        assert reached < math.log(2.0)
+        assert value(reached) == pytest.approx(level, abs=1e-12)
+
+
 def test_steepest_slope_of_a_critical_answer() -> None:
     # dy/dt = t exp(-t) is largest at 1 s
     for amplitude in (1.0, -3.0):

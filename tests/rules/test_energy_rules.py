@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import mission, rtl, takeoff, waypoint
+from made_missions import HOME, item, mission, rtl, speed, takeoff, waypoint
 
 from planner.errors import UsageError
 from planner.findings import Severity
@@ -28,6 +28,7 @@ def checked(capacity_wh: float | None, *, charge: float = 1.0, reserve: float = 
     return check(OUT_AND_BACK, VEHICLE, battery=battery, charge=charge, reserve=reserve)
 
 
+LAND = item(21, HOME.latitude_deg, 0.0)
 NEED_WH = checked(1000.0).totals.energy_wh
 
 
@@ -114,6 +115,37 @@ def test_charge_needs_a_voltage() -> None:
     )
     # 1 Wh at 20 V is 50 mAh.
     assert with_voltage.totals.charge_mah == pytest.approx(50.0 * NEED_WH)
+
+
+def test_the_worst_place_to_return_from_is_told_where_it_lies_within_a_leg() -> None:
+    # At 12 m/s the mission comes home on less energy than a return at 10 m/s: the sooner the worse.
+    quad = load_vehicle("arducopter-sitl-quad")
+    fast = mission(takeoff(40), speed(12.0), waypoint(3000, 40), waypoint(30, 40), LAND)
+    plenty = check(fast, quad, battery=Battery(capacity_wh=1000.0), reserve=0.0)
+    assert plenty.return_plan is not None
+    assert plenty.return_plan.margin_wh is not None
+    worst_wh, need_wh = 1000.0 - plenty.return_plan.margin_wh, plenty.totals.energy_wh
+    assert worst_wh > need_wh + 1.0
+    between = Battery(capacity_wh=0.5 * (worst_wh + need_wh))
+    result = check(fast, quad, battery=between, reserve=0.0)
+    assert errors(result) == ["E102"]
+    [finding] = [f for f in result.findings if f.code == "E102"]
+    assert re.search(r"; from \d+ m into the leg to item 4 the return takes", finding.message)
+
+
+def test_a_mission_that_flies_nothing_takes_nothing() -> None:
+    totals = check(mission(rtl()), VEHICLE).totals
+    assert [totals.time_s, totals.distance_m, totals.climb_m, totals.descent_m] == [0.0] * 4
+    assert [totals.energy_wh, totals.mean_power_w, totals.peak_power_w] == [0.0] * 3
+    assert (totals.charge_mah, totals.wander_m) == (None, 0.0)
+
+
+def test_only_a_noisy_position_makes_a_vehicle_wander() -> None:
+    assert checked(100.0).totals.wander_m == 0.0
+    quad = load_vehicle("px4-sih-quad")
+    still, noisy = (check(OUT_AND_BACK, quad, position_noise_m=m).totals for m in (0.0, 0.3))
+    assert still.wander_m == 0.0
+    assert noisy.wander_m > 0.0
 
 
 NEVER_EXACT = replace(

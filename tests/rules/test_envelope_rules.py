@@ -157,8 +157,20 @@ def test_responses_that_are_not_applied_are_said(name: str, fires: int) -> None:
 
 def test_a_file_for_an_autopilot_is_said_to_be_flown_in_steps() -> None:
     items = (takeoff(100), waypoint(300, 100), rtl())
-    assert len(found("M109", *items, autopilot=Autopilot.PX4)) == 1
+    [finding] = found("M109", *items, autopilot=Autopilot.PX4)
+    assert finding.message.endswith(
+        "with a stop at each waypoint (step-response model); PX4, which the file was written for, "
+        "flies through them"
+    )
     assert found("M109", *items) == []
+
+
+def test_a_file_for_the_other_autopilot_is_said_to_be_flown_by_the_model_s() -> None:
+    one = mission(takeoff(20), waypoint(300, 20), rtl(), autopilot=Autopilot.PX4)
+    found = check(one, load_vehicle("arducopter-sitl-quad"), battery=BATTERY).findings
+    assert [f.message for f in found if f.code == "M109"] == [
+        "predicted as ArduPilot flies; the file was written for PX4"
+    ]
 
 
 def test_the_articles_vehicle_is_not_flown_by_an_autopilot() -> None:

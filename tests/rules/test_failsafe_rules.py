@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -258,6 +259,19 @@ def test_a_rally_point_out_of_reach_is_a_warning() -> None:
     assert "cannot be reached" in finding.message
 
 
+def test_a_rally_point_has_to_be_reached_above_the_reserve() -> None:
+    # What is kept back is what is short, watt-hour for watt-hour.
+    near = replace(FLOWN, rally=(_rally(900.0),))
+    short_wh = []
+    for reserve in (0.95, 0.97, 0.99):
+        [finding] = told(checked(near, reserve=reserve), "E106")
+        short_wh.append(float(re.findall(r"\(([\d.]+) Wh short\)", finding.message)[0]))
+    assert np.diff(short_wh) == pytest.approx(
+        [0.02 * 177.6] * 2, abs=0.11
+    )  # one decimal is printed
+    assert not told(checked(near, reserve=0.9), "E106")
+
+
 @pytest.mark.parametrize(("kind", "told_of"), [(0, 0), (2, 0), (3, 0), (4, 0), (6, 1), (7, 1)])
 def test_a_return_by_a_rule_that_is_not_known_is_told_once(kind: int, told_of: int) -> None:
     result = checked(autopilot=Autopilot.PX4, RTL_TYPE=kind)
@@ -293,6 +307,24 @@ def test_a_hover_that_takes_most_of_the_thrust_is_told(
         parameters=given,
     )
     assert bool(told(result, "E116")) is fires
+
+
+@pytest.mark.parametrize(("throttle", "fires"), [(0.53, False), (0.55, True)])
+def test_the_thrust_of_a_hover_grows_with_the_square_of_the_voltage_lost(
+    throttle: float, *, fires: bool
+) -> None:
+    # Half full at 22 V of 25.1 V, and so large that it stays there: (25.1 / 22)² = 1.3017.
+    large = Battery(
+        capacity_ah=50_000.0,
+        internal_resistance_ohm=0.0,
+        ocv_soc=(0.0, 0.5, 1.0),
+        ocv_v=(21.0, 22.0, 25.1),
+        cutoff_voltage_v=15.0,
+    )
+    found = told(checked(battery=large, charge=0.5, MOT_THST_HOVER=throttle), "E116")
+    assert [one.message.split(" of the thrust")[0] for one in found] == [
+        "hovering takes 72 %"
+    ] * fires
 
 
 def test_a_throttle_nobody_measured_and_a_battery_without_curve_tell_nothing() -> None:

@@ -213,6 +213,35 @@ def test_the_rally_point_that_is_judged_is_the_one_the_vehicle_takes() -> None:
     assert "straight return to rally point 1 from here" in finding.message
 
 
+@pytest.mark.parametrize(
+    ("inside", "crosses"),
+    [((200.0, 300.0), True), ((200.0, 170.0), False)],  # in the first triangle, below it
+)
+def test_a_return_to_the_landing_leads_straight_to_its_first_place(
+    inside: tuple[float, float], *, crosses: bool
+) -> None:
+    # From the leg north to (0, 400) to (400, 400), where the landing at (500, −50) begins: what returns
+    # pass over lies between the diagonal and that leg's end.
+    pillar = box(inside[0], inside[1], inside[0] + 5.0, inside[1] + 5.0, inclusion=False)
+    begins = item(189, *degrees(400.0, 400.0)[:1], longitude_deg=degrees(400.0, 400.0)[1])
+    items = (takeoff(20), at(0, 400), begins, at(400, 400), at(500, -50, 0.0, command=21))
+    px4: dict[str, Any] = {"autopilot": Autopilot.PX4, "position_error_m": 0.0}
+    found = findings_of(items, pillar, parameters="RTL_TYPE,1\n", **px4)
+    assert set(found) == ({"F108"} if crosses else set())
+
+
+def test_the_rally_point_that_is_judged_is_the_nearest_far_from_home_too() -> None:
+    # 60 km north of home and 200 m to the east a wall bars the way south; a rally point is north of it.
+    far_m = 60_000.0
+    wall = box(100.0, far_m - 310.0, 300.0, far_m - 300.0, inclusion=False)
+    landing = at(0, far_m, 0.0, command=21)
+    items = (takeoff(20), at(0, far_m), at(200, far_m), at(0, far_m), landing)
+    home, there = rally(0.0, 50.0), rally(-50.0, far_m + 50.0)
+    px4: dict[str, Any] = {"autopilot": Autopilot.PX4, "position_error_m": 0.0}
+    for points, codes in (((home,), {"F108"}), ((home, there), set()), ((there, home), set())):
+        assert set(findings_of(items, wall, rally_points=points, **px4)) == codes
+
+
 def test_a_home_that_the_mission_moves_is_where_returns_lead() -> None:
     # Out of the fence, though everything that is flown is inside.
     moved = item(179, degrees(0.0, 700.0)[0], 0.0, longitude_deg=degrees(0.0, 700.0)[1])
@@ -289,3 +318,17 @@ def test_a_flight_that_leaves_twice_is_drawn_as_two_parts_along_its_path() -> No
             north_m = (latitude - 47.0) * 111_180.0
             east_m = (longitude - 8.0) * METRES_PER_DEGREE_EAST
             assert max(abs(north_m), abs(east_m)) > 399.0
+
+
+@pytest.mark.parametrize(("bend_rad", "points"), [(0.0, 0), (0.095, 0), (0.105, 3)])
+def test_a_way_outside_is_drawn_with_its_bends_of_a_tenth_of_a_radian_and_more(
+    bend_rad: float, points: int
+) -> None:
+    # Out to the north through the edge at 400 m, on at an angle from 500 m, and down there.
+    end = at(300.0 * math.sin(bend_rad), 500.0 + 300.0 * math.cos(bend_rad))
+    finding = findings_of((takeoff(20), at(0, 500), end), AROUND, autopilot=Autopilot.ARDUPILOT)
+    stretch = finding["F101"].stretch
+    assert stretch is not None
+    assert [len(part) for part in stretch.parts_deg] == [points] * (points > 0)
+    assert stretch.start_deg == pytest.approx(degrees(0.0, 400.0), abs=2e-6)
+    assert stretch.end_deg == pytest.approx((end.latitude_deg, end.longitude_deg), abs=2e-6)

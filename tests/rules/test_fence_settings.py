@@ -54,6 +54,8 @@ def test_ardupilots_circle_needs_its_bit_and_the_fence_on() -> None:
     assert flown(parameters=ARDUPILOT_ON + "FENCE_TYPE,5\n") == {}
     off = ARDUPILOT_ON.replace("ENABLE,1", "ENABLE,0") + "FENCE_TYPE,2\n"
     assert flown(parameters=off) == {}
+    high = (takeoff(20), at(0, 100, 80.0), rtl())
+    assert findings_of(high, autopilot=Autopilot.ARDUPILOT, parameters=off) == {}
     assert "F101" in flown(parameters=off + "FENCE_AUTOENABLE,3\n")
 
 

@@ -33,6 +33,10 @@ def unset(*items: MissionItem, autopilot: Autopilot) -> list[Finding]:
         (item(16, north(50), 100.0, params=(None, 0.0, 0.0, None)), "parameter 1"),
         (item(93, params=(5.0, None, None, None), frame=2), "parameter 2"),
         (item(19, north(50), 100.0, params=(5.0, 0.0, 0.0, None)), "parameter 4"),
+        (item(36, north(50), 100.0, params=(0.0, None, None, None)), None),  # an arc
+        (item(36, north(50), 100.0, params=(None, None, None, None)), "parameter 1"),
+        (item(85, north(50), 0.0, params=(0.0, 0.0, None, None)), None),  # VTOL_LAND
+        (item(85, north(50), 0.0, params=(0.0, None, None, None)), "parameter 2"),
         (item(16, north(50), None), "the altitude"),
         (item(206, None, None, params=(5.0, 0.0, 1.0, 0.0), frame=2), "the altitude"),
     ],
