@@ -56,6 +56,23 @@ def test_braking_from_12_to_2_m_s_takes_6_seconds() -> None:
     assert state.east_m == pytest.approx(100.0 - 3.667, abs=1e-3)
 
 
+@pytest.mark.parametrize("speed_m_s", [3.0, 10.0])
+@pytest.mark.parametrize(
+    ("acceleration_m_s2", "jerk_m_s3"), [(3.0, 4.0), (1.0, 4.0), (0.5, 4.0), (2.0, 8.0)]
+)
+def test_a_leg_takes_as_long_as_a_point_that_keeps_to_the_law(
+    acceleration_m_s2: float, jerk_m_s3: float, speed_m_s: float
+) -> None:
+    changed = replace(PX4, acceleration_m_s2=acceleration_m_s2, jerk_m_s3=jerk_m_s3)
+    there = replace(go(0.0, 200.0, hold=1.0), speed_m_s=speed_m_s)
+    motion = fly_px4((takeoff(), go(0.0, hold=60.0), there), changed)
+    took_s = float(np.diff(motion.segments.end_s[motion.arrival_segment[1:]])[0]) - 1.0
+    stepped_s = leg_time_s(
+        200.0, speed_m_s, acceleration_m_s2=acceleration_m_s2, jerk_m_s3=jerk_m_s3
+    )
+    assert took_s == pytest.approx(stepped_s, abs=0.1)
+
+
 @given(st.floats(0.5, 20.0), st.floats(0.0, 3.0), st.floats(0.0, 15.0))
 def test_the_speed_of_the_braking_law_is_the_slope_of_its_way(
     speed_m_s: float, final_m_s: float, time_s: float

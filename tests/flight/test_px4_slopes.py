@@ -63,14 +63,75 @@ def test_a_gentle_slope_that_ends_level_is_flown_through() -> None:
     assert gentle.sum() == pytest.approx(level.sum(), abs=0.1)
 
 
-def test_a_steep_slope_that_ends_level_slows_to_a_crawl() -> None:
-    # Before its height is reached the climb may be at most (−16 + sqrt(256 + 32 · 0.4))/2 = 0.39 m/s
-    # 0.4 m below; on a slope of 1 : 5 that is 0.98 m/s over ground, 2 m before the waypoint.
-    motion = fly_px4(
-        (takeoff(), go(0.0, hold=60.0), go(0.0, 100.0, 70.0), go(0.0, 200.0, 70.0)), PX4
-    )
+@pytest.mark.parametrize(
+    ("way_m", "climb_m", "speed_m_s", "crawl_m_s"),
+    [
+        # 2 m before the waypoint the climb may be at most (−16 + sqrt(256 + 32 · 0.6))/2 = 0.295 m/s
+        # 0.6 m below it; on a slope of 3 : 10 that is 0.98 m/s over ground.
+        (100.0, 30.0, 5.0, 0.982),
+        # Down at 3 m/s², (−9 + sqrt(81 + 24 · 0.6))/2 = 0.384 m/s; on 1 : 3 0.6667 m above, 0.424 m/s.
+        (100.0, -30.0, 5.0, 1.279),
+        (60.0, -20.0, 5.0, 1.273),
+        (60.0, -20.0, 10.0, 1.273),
+    ],
+)
+def test_a_steep_slope_that_ends_level_slows_to_a_crawl(
+    way_m: float, climb_m: float, speed_m_s: float, crawl_m_s: float
+) -> None:
+    there = go(0.0, way_m, 50.0 + climb_m)
+    aside = replace(there, east_m=100.0)
+    slope = [replace(one, speed_m_s=speed_m_s) for one in (there, aside)]
+    motion = fly_px4((takeoff(), go(0.0, hold=60.0), *slope), PX4)
     passed = motion.segments.end_s[motion.arrival_segment[2:3]]
-    assert motion.state_at_time(passed).ground_speed_m_s == pytest.approx(0.98, abs=0.02)
+    assert motion.state_at_time(passed).ground_speed_m_s == pytest.approx(crawl_m_s, abs=0.005)
+
+
+@pytest.mark.parametrize("climb_m", [2.0, 10.0, 20.0, -10.0, -20.0])
+@pytest.mark.parametrize(
+    "change", [{}, {"acceleration_m_s2": 1.0}, {"jerk_m_s3": 20.0}], ids=["", "gentle", "brisk"]
+)
+def test_a_waypoint_on_a_straight_slope_costs_nothing(
+    climb_m: float, change: dict[str, float]
+) -> None:
+    changed = replace(PX4, **change)
+    end = go(0.0, 40.0, 50.0 + 2.0 * climb_m, hold=1.0)
+    whole = legs_s(end, parameters=changed).sum()
+    parts = legs_s(go(0.0, 20.0, 50.0 + climb_m), end, parameters=changed).sum()
+    assert parts == pytest.approx(whole, abs=0.002)
+
+
+def slope_s(way_m: float, fall_m: float, v: float, *, corner_m_s: float) -> float:
+    """Return the time of a slope down from rest until 2 m before its end, stepped.
+
+    It ends level in a corner: of the two braking laws the level one, at 3 m/s², leads to the speed of the
+    corner, the upright one, at 3 m/s² as well, to none.
+    """
+    length_m, step_s = math.hypot(way_m, fall_m), 0.002
+    level, upright = way_m / length_m, fall_m / length_m
+    cruise = min(v / level, 1.5 / upright)
+    most, jerk = min(3.0 / level, 3.0 / upright), 4.0 / max(level, upright)
+    way = speed = acceleration = time = 0.0
+    while (length_m - way) * level > 2.0:
+        wanted = cruise
+        for share, final in ((level, corner_m_s), (upright, 0.0)):
+            a, half_b = 3.0 / share, 2.0 * 3.0**2 / 4.0 / share
+            square = half_b**2 + 2.0 * a * (length_m - way) + (final / share) ** 2
+            wanted = min(wanted, math.sqrt(square) - half_b)
+        settled = speed + acceleration * abs(acceleration) / (2.0 * jerk)
+        acceleration += math.copysign(jerk * step_s, wanted - settled)
+        acceleration = max(-most, min(most, acceleration))
+        way += speed * step_s
+        speed += acceleration * step_s
+        time += step_s
+    return time
+
+
+def test_of_two_braking_laws_that_cross_the_slower_is_flown_all_along() -> None:
+    # A right angle is passed at sqrt(½ · 3 m/s² · 2 m · tan 45°) = 1.73 m/s.
+    there = replace(go(0.0, 60.0, 30.0), speed_m_s=10.0)
+    took = legs_s(there, replace(there, east_m=100.0))[0]
+    # The law of the point has no jerk in it where one law takes over from the other.
+    assert took == pytest.approx(slope_s(60.0, 20.0, 10.0, corner_m_s=1.73), abs=0.2)
 
 
 def test_a_slope_that_goes_on_is_flown_through() -> None:

@@ -146,3 +146,13 @@ def test_an_item_that_the_autopilot_skips_is_not_flown_to() -> None:
     assert "ArduPilot skips it" in reported.message
     [said] = of("M105", checked.findings)
     assert "skips NAV_CONTINUE_AND_CHANGE_ALT" in said.message
+
+
+def test_a_load_is_set_down_at_the_level_of_home_and_the_way_up_is_flown_again() -> None:
+    set_down = item(94, north(200), 50.0)
+    one = mission(takeoff(50), waypoint(100, 50), set_down, waypoint(300, 50), rtl())
+    totals = check(one, vehicle_of(STEP)).totals
+    # Up to 50 m twice, and down from there twice: a climb ends within a metre of its height.
+    assert totals.climb_m == pytest.approx(100.0, abs=3.0)
+    assert totals.descent_m == pytest.approx(100.0, abs=3.0)
+    assert totals.distance_m == pytest.approx(600.0, abs=10.0)
