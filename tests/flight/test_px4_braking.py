@@ -73,6 +73,22 @@ def test_a_leg_takes_as_long_as_a_point_that_keeps_to_the_law(
     assert took_s == pytest.approx(stepped_s, abs=0.1)
 
 
+@pytest.mark.parametrize("length_m", [6.0, 8.0, 12.0, 20.0])
+@pytest.mark.parametrize(("acceleration_m_s2", "jerk_m_s3"), [(1.0, 4.0), (1.0, 20.0), (2.0, 20.0)])
+def test_a_leg_too_short_for_its_speed_is_sped_along_at_a_steady_acceleration(
+    length_m: float, acceleration_m_s2: float, jerk_m_s3: float
+) -> None:
+    # From rest x = ½ a (t − a/2j)² + a³/24j² once the jerk is over; the next leg goes on, 2 m before.
+    a, j = acceleration_m_s2, jerk_m_s3
+    changed = replace(PX4, acceleration_m_s2=a, jerk_m_s3=j)
+    short, on = go(0.0, length_m), go(0.0, 300.0)
+    places = [replace(one, speed_m_s=10.0) for one in (short, on)]
+    motion = fly_px4((takeoff(), go(0.0, hold=60.0), *places), changed)
+    took_s = float(np.diff(motion.segments.end_s[motion.arrival_segment[1:3]])[0])
+    way_m = length_m - 2.0 - a**3 / (24.0 * j**2)
+    assert took_s == pytest.approx(0.5 * a / j + np.sqrt(2.0 * way_m / a), abs=0.002)
+
+
 @given(st.floats(0.5, 20.0), st.floats(0.0, 3.0), st.floats(0.0, 15.0))
 def test_the_speed_of_the_braking_law_is_the_slope_of_its_way(
     speed_m_s: float, final_m_s: float, time_s: float

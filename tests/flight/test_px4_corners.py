@@ -107,6 +107,20 @@ def test_a_corner_is_passed_at_the_speed_of_its_circle(
     assert motion.state_at_time(passed).ground_speed_m_s == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.parametrize("turn_deg", [135.0, 150.0, 160.0])
+@pytest.mark.parametrize("acceleration_m_s2", [1.0, 3.0])
+@pytest.mark.parametrize("speed_m_s", [3.0, 10.0])
+def test_no_axis_of_a_turn_about_takes_more_than_its_acceleration(
+    turn_deg: float, acceleration_m_s2: float, speed_m_s: float
+) -> None:
+    parameters = replace(PX4, acceleration_m_s2=acceleration_m_s2)
+    motion = fly_px4(bent(turn_deg, speed=speed_m_s), parameters)
+    passed = float(motion.segments.end_s[motion.arrival_segment[2]])
+    state = motion.state_at_time(np.arange(passed - 1.0, passed + 6.0, 0.01))
+    for velocity in (state.east_m_s, state.north_m_s):
+        assert np.abs(np.diff(velocity)).max() / 0.01 <= 1.02 * acceleration_m_s2
+
+
 def test_a_waypoint_counts_as_reached_within_its_own_radius() -> None:
     motion = fly_px4(bent(90.0, speed=5.0, radius=7.0), PX4)
     passed = motion.segments.end_s[motion.arrival_segment[2:3]]

@@ -133,6 +133,20 @@ def test_the_worst_place_to_return_from_is_told_where_it_lies_within_a_leg() -> 
     assert re.search(r"; from \d+ m into the leg to item 4 the return takes", finding.message)
 
 
+def test_an_item_is_reached_at_its_place_and_not_where_a_take_off_put_before_it_ends() -> None:
+    without = check(mission(waypoint(300, 100), rtl()), VEHICLE)
+    with_it = check(mission(takeoff(100), waypoint(300, 100), rtl()), VEHICLE)
+    assert without.totals == with_it.totals
+    first, reached = without.items[0], with_it.items[1]
+    assert (first.item, reached.item) == (1, 2)
+    assert first.energy_used_wh == pytest.approx(reached.energy_used_wh)
+    # 300 m at 10 m/s after the climb
+    climbed = with_it.items[0].energy_used_wh
+    assert climbed is not None
+    assert first.energy_used_wh is not None
+    assert first.energy_used_wh > climbed + 30.0 * 119.49 / 3600.0
+
+
 def test_a_mission_that_flies_nothing_takes_nothing() -> None:
     totals = check(mission(rtl()), VEHICLE).totals
     assert [totals.time_s, totals.distance_m, totals.climb_m, totals.descent_m] == [0.0] * 4
