@@ -94,11 +94,14 @@ def vehicle_evidence(
         kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, "another kind"))
         reason = f"the file has vehicleType {vehicle_type} ({name})"
         return VehicleEvidence(kind=kind, is_certain=True, reason=reason)
+    found = {item.command for item in items}
     for commands, kind in (
         (_VTOL_ONLY, VehicleKind.VTOL),
         (_FIXED_WING_ONLY, VehicleKind.FIXED_WING),
         (_ROVER_ONLY, VehicleKind.ROVER),
     ):
+        if found.isdisjoint(commands):
+            continue
         for number, item in enumerate(items, start=1):
             if item.command in commands:
                 reason = f"item {number} is {command_name(item.command)}"

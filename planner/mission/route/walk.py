@@ -309,13 +309,13 @@ class MissionState:
     def go(self, item: MissionItem) -> None:
         """Fly to a place in the manner of the command, and hold there."""
         if (
-            item.command == Command.NAV_WAYPOINT
-            and item.param4 == 0.0
+            item.param4 == 0.0
             and self.dialect is Autopilot.PX4
+            and item.command == Command.NAV_WAYPOINT
         ):
             message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it continues"
             self.remark(HEADING_NORTH, message)
-        self._go(_KINDS[Command(item.command)], item, hold_s=self._hold_s(item))
+        self._go(_KINDS[item.command], item, hold_s=self._hold_s(item))
 
     def loiter_for_ever(self, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
@@ -338,8 +338,10 @@ class MissionState:
 
     def _stage(self, kind: StageKind) -> Stage:
         """Return a stage to the present height, at the speeds commanded."""
-        speeds_m_s = (self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s)
-        return Stage(kind, self.number, 0.0, 0.0, self.height_m, *speeds_m_s)
+        at_m = (0.0, 0.0, self.height_m)
+        return Stage(
+            kind, self.number, *at_m, self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s
+        )
 
     def _add(self, stage: Stage) -> None:
         """Add a stage to the present place."""
@@ -588,7 +590,8 @@ class MissionState:
 
     def move_to(self, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
-        if item.command in _GOING and None in (item.latitude_deg, item.longitude_deg):
+        has_none = item.latitude_deg is None or item.longitude_deg is None
+        if has_none and item.command in _GOING:
             message = f"{command_name(item.command)} has no position: predicted as 'here'"
             self.remark(ZERO_POSITION, message)
         elif self.has_place(item):
@@ -711,7 +714,7 @@ class MissionState:
         raise MissionFileError(message, source=self.source, place=self.place)
 
 
-_KINDS = {
+_KINDS: Mapping[int, StageKind] = {
     Command.NAV_WAYPOINT: StageKind.GO,
     Command.NAV_SPLINE_WAYPOINT: StageKind.SPLINE,
     Command.NAV_LOITER_TIME: StageKind.LOITER,
