@@ -40,15 +40,6 @@ class DirectionFaults(Value):
     truncation: float = 0.0
     """Fraction of the mission items whose frame is cut short. [-]"""
 
-    def __post_init__(self) -> None:
-        for name in _FRACTIONS:
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                msg = f"{name} is a fraction from 0 to 1, got {getattr(self, name)}"
-                raise ValueError(msg)
-        if not self.delay_s >= 0.0:
-            msg = f"a delay cannot be {self.delay_s} s"
-            raise ValueError(msg)
-
 
 class LineFaults(Value):
     """What goes wrong on a line, in both directions."""
@@ -129,12 +120,9 @@ def read_faults(text: str) -> Faults:
         except ValueError as error:
             msg = f"{part!r} is not a fault: {error}; known are {', '.join(KNOWN)}, such as {_EXAMPLE}"
             raise UsageError(msg) from error
-    try:
-        directions = (DirectionFaults(**ways[_IN]), DirectionFaults(**ways[_OUT]))
-    except ValueError as error:
-        raise UsageError(str(error)) from error
+    to_vehicle, from_vehicle = DirectionFaults(**ways[_IN]), DirectionFaults(**ways[_OUT])
     return Faults(
-        line=LineFaults(to_vehicle=directions[0], from_vehicle=directions[1], **line),
+        line=LineFaults(to_vehicle=to_vehicle, from_vehicle=from_vehicle, **line),
         vehicle=Misbehaviour(**vehicle),
     )
 
@@ -180,6 +168,8 @@ def _take_by_direction(name: str, value: str, ways: dict[str, dict[str, float]])
         _refuse_if(f"{stem} is only of what comes from the vehicle", is_wrong=meant == [_IN])
         meant = [_OUT]
     number = _number(value.removesuffix("%")) / (100.0 if value.endswith("%") else 1.0)
+    is_too_much = stem in _FRACTIONS and number > 1.0
+    _refuse_if(f"{stem} is a fraction from 0 to 1, got {number}", is_wrong=is_too_much)
     for way in meant:
         ways[way][_BY_DIRECTION[stem] or stem] = number
 
