@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
-from planner.flight.motion.px4.pieces import RAMP, Curves, Places, SettlingLaw, lines, wright_omega
+from planner.flight.motion.px4.pieces import RAMP, Curves, Places, SettlingLaw, wright_omega
 from planner.flight.motion.px4.speeds import (
     STILL_M,
     Px4Ramps,
@@ -109,9 +109,9 @@ def add_landings(
     descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters)
     descents.add_to(pieces, move, time_scale)
     disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
-    pieces.add_cubics(
+    pieces.add_lines(
         Places(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarm_s),
-        lines(descents.touched_m()),
+        descents.touched_m(),
         is_grounded=True,
     )
 
@@ -433,8 +433,11 @@ def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs, parameters: Px4Parameters) ->
         )
     ):
         up = np.array([0.0, 0.0, 1.0])
-        pieces.add_cubics(
+        pieces.add_lines(
             Places(move, order, RAMP, duration),
-            lines(takeoffs.ground_m + height[:, None] * up, up, v, a),
+            takeoffs.ground_m + height[:, None] * up,
+            up,
+            v,
+            a,
             is_grounded=order == 0,
         )

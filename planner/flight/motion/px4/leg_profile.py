@@ -17,7 +17,6 @@ from planner.flight.motion.px4.pieces import (
     BrakeLaw,
     Curves,
     Places,
-    lines,
 )
 from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 
@@ -92,7 +91,7 @@ def _add_turns(
     slot = np.where(pausing, PAUSE, RAMP)
     for duration, coefficients in curves.parts(turn_s):
         pieces.add_cubics(Places(move, _TURN, slot, duration, turning_scale), coefficients)
-    pieces.add_cubics(Places(move, _PAUSE, PAUSE, legs.turn_s - turn_s), lines(legs.straight_m))
+    pieces.add_lines(Places(move, _PAUSE, PAUSE, legs.turn_s - turn_s), legs.straight_m)
 
 
 def _add_changes(
@@ -146,7 +145,7 @@ def _add_changes(
     order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])
     part, row = np.nonzero(duration > 0.0)
     direction = limits.direction[row]
-    pieces.add_cubics(
+    pieces.add_lines(
         Places(
             move[row],
             order[part],
@@ -154,13 +153,11 @@ def _add_changes(
             duration[part, row],
             time_scales[part, row],
         ),
-        lines(
-            legs.straight_m[row] + direction * way[part, row, None],
-            direction,
-            speed[part, row],
-            acceleration[part, row],
-            jerks[part, row],
-        ),
+        legs.straight_m[row] + direction * way[part, row, None],
+        direction,
+        speed[part, row],
+        acceleration[part, row],
+        jerks[part, row],
     )
     return np.asarray(moved[:3].sum(axis=0))
 
@@ -187,7 +184,7 @@ def _add_steady_parts(
         row = np.flatnonzero((way > 0.0) & (speed > 0.0))
         v, direction = speed[row], limits.direction[row]
         time_scales = time_scale.between(level[row] * v, level[row] * v)
-        pieces.add_cubics(
+        pieces.add_lines(
             Places(
                 move[row],
                 order,
@@ -195,7 +192,9 @@ def _add_steady_parts(
                 way[row] / v,
                 np.where(steep[row] | (slot == CRUISE), time_scales, 1.0),
             ),
-            lines(legs.straight_m[row] + direction * begins[row, None], direction, v),
+            legs.straight_m[row] + direction * begins[row, None],
+            direction,
+            v,
         )
 
 
@@ -270,4 +269,4 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> N
     for duration, coefficients in curves.parts(hold_s):
         pieces.add_cubics(Places(move, _HOLD, HOLD, duration), coefficients)
     rest_s = hold_s - curves.duration_s.sum(axis=1)
-    pieces.add_cubics(Places(move, _REST, HOLD, rest_s), lines(target))
+    pieces.add_lines(Places(move, _REST, HOLD, rest_s), target)

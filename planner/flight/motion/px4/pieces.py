@@ -243,26 +243,29 @@ class _Collected(NamedTuple):
     is_grounded: bool = False
 
 
-def lines(
-    place_m: FloatArray,
-    direction: FloatArray | float = 0.0,
-    speed_m_s: FloatArray | float = 0.0,
-    acceleration_m_s2: FloatArray | float = 0.0,
-    jerk_m_s3: FloatArray | float = 0.0,
-) -> FloatArray:
-    """Return cubics of straight flight from places; by default they stay there. (k, 3, 4)"""
-    cubics = np.empty((len(place_m), 3, 4))
-    cubics[..., 0] = place_m
-    for power, part in ((1, speed_m_s), (2, acceleration_m_s2), (3, jerk_m_s3)):
-        cubics[..., power] = direction * np.reshape(part, (-1, 1)) / math.factorial(power)
-    return cubics
-
-
 @dataclass(slots=True)
 class Px4Pieces:
     """Pieces while they are collected."""
 
     parts: list[_Collected] = field(default_factory=list)
+
+    def add_lines(
+        self,
+        places: Places,
+        place_m: FloatArray,
+        direction: FloatArray | float = 0.0,
+        *powers: FloatArray | float,
+        is_grounded: bool = False,
+    ) -> None:
+        """Add straight pieces by speed, acceleration and jerk; by default they stay where they are."""
+        scale = places.time_scale
+        cubics = np.zeros((len(place_m), 3, 4))
+        cubics[..., 0] = place_m
+        for power, part in enumerate(powers, start=1):
+            along = np.reshape(part * scale**power / math.factorial(power), (-1, 1))
+            cubics[..., power] = direction * along
+        flown = places._replace(duration_s=places.duration_s / scale, time_scale=1.0)
+        self.add_cubics(flown, cubics, is_grounded=is_grounded)
 
     def add_cubics(
         self, places: Places, coefficients: FloatArray, *, is_grounded: bool = False

@@ -127,16 +127,15 @@ class _LegFrame(Value, eq=False):
 
 def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     """Return the turns of vehicles that all turn."""
-    frame, most_m_s2 = _LegFrame.of(begun), parameters.acceleration_m_s2
+    frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
-    l1 = np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
+    most_m_s2 = parameters.acceleration_m_s2
     height = begun.planned.target_m[:, 2] - begun.place_m[:, 2]
     vertical_m_s, vertical_m_s2 = vertical_limits(height > 0.0, parameters)
     held = _held_speed_m_s(v, np.abs(height), l1, vertical_m_s)
     rate = np.minimum(vertical_m_s, held * np.abs(height) / l1)
     lift = np.abs(np.sign(height) * rate - begun.velocity_m_s[:, 2])
     jerk = np.full(len(v), parameters.jerk_m_s3)
-    lift_s = ramp_time_s(lift, vertical_m_s2, jerk)
     steered = np.clip(-frame.y_m / l1, -1.0, 1.0)
     for _ in range(2):
         # Towards the point steered for once the swing is over, which its own way decides.
@@ -145,7 +144,7 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
             held * steered - v * sin_turn
         )[:, None] * frame.across
         widest = np.abs(swing).max(axis=1)
-        lifts = lift_s > ramp_time_s(widest, most_m_s2, jerk)
+        lifts = ramp_time_s(lift, vertical_m_s2, jerk) > ramp_time_s(widest, most_m_s2, jerk)
         ramps = Px4Ramps.of(
             np.where(lifts, lift, widest), np.where(lifts, vertical_m_s2, most_m_s2), jerk
         )
@@ -167,13 +166,11 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     way, gained, gained_m_s2 = ramps.gained(until)
     change = np.where(ramps.change_m_s > 0.0, ramps.change_m_s, 1.0)
     along_change, across_change = held * cos_steered - v * cos_turn, held * steered - v * sin_turn
-    x = frame.x_m + v * cos_turn * until + along_change * way / change
-    y = frame.y_m + v * sin_turn * until + across_change * way / change
+    part, part_s = gained / change, way / change
+    x = frame.x_m + v * cos_turn * until + along_change * part_s
+    y = frame.y_m + v * sin_turn * until + across_change * part_s
     # Aligned, the velocity is still 11.5° off the target; what leads there is kept, the rest dies away.
-    swung = np.hypot(
-        v * cos_turn + along_change * gained / change,
-        v * sin_turn + across_change * gained / change,
-    )
+    swung = np.hypot(v * cos_turn + along_change * part, v * sin_turn + across_change * part)
     last = np.where(swings_enough, swung, held)
 
     # The rest of the way, where it takes longer, along the tractrix.
@@ -188,9 +185,9 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     # Along and across the way to the target: what is across it takes full acceleration to die away.
     over_s = _ALIGNED_SIN * last / most_m_s2
     ahead, aside = np.maximum(frame.length_m - x, l1), -y
-    per_metre = over_s * last / np.hypot(ahead, aside)
-    x += per_metre * (ALIGNED_COS * ahead - 0.5 * _ALIGNED_SIN * aside)
-    y += per_metre * (ALIGNED_COS * aside + 0.5 * _ALIGNED_SIN * ahead)
+    ahead, aside = ahead / np.hypot(ahead, aside), aside / np.hypot(ahead, aside)
+    x += 0.5 * over_s * (2.0 * ALIGNED_COS * last * ahead - _ALIGNED_SIN * last * aside)
+    y += 0.5 * over_s * (2.0 * ALIGNED_COS * last * aside + _ALIGNED_SIN * last * ahead)
     duration = until + decay_s + over_s
 
     upward = np.sign(height)
