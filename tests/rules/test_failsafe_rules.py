@@ -15,6 +15,7 @@ from planner.flight.failsafe import (
     _mean_current_a,
     ardupilot_events,
     battery_profile,
+    px4_events,
     px4_safe_return_s,
 )
 from planner.flight.pilot import make_pilot
@@ -179,6 +180,28 @@ def test_px4_returns_when_its_estimate_says_the_charge_will_not_last() -> None:
     assert not reckoned(0.35, 8000.0)
     assert len(reckoned(0.27, 8000.0)) == 1
     assert not reckoned(0.27, -1.0), "without BAT1_CAPACITY PX4 reckons nothing"
+
+
+def test_px4_reckons_its_return_every_two_seconds() -> None:
+    times_s = []
+    for capacity_mah in (7000.0, 7300.0, 7700.0):
+        result = checked(
+            autopilot=Autopilot.PX4, charge=0.27, COM_FLTT_LOW_ACT=3, BAT1_CAPACITY=capacity_mah
+        )
+        a = result.assessment
+        assert a is not None
+        assert a.pack is not None
+        assert isinstance(a.parameters, Px4Parameters)
+        profile = battery_profile(a.returns, a.pack, a.discharge, charge=a.charge)
+        [event] = [
+            one
+            for one in px4_events(a.returns, profile, a.pack, a.parameters)
+            if one.parameter == "COM_FLTT_LOW_ACT"
+        ]
+        duration_s = float(a.flight.motion.segments.duration_s[event.segment])
+        times_s.append(float(a.returns.start_s[event.segment]) + event.fraction * duration_s)
+    assert len(set(times_s)) == 3
+    assert np.remainder(np.array(times_s) + 1e-6, 2.0) == pytest.approx(1e-6, abs=2e-6)
 
 
 def test_ardupilot_returns_where_the_charge_left_of_its_capacity_is_low() -> None:

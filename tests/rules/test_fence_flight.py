@@ -320,7 +320,7 @@ def test_a_flight_that_leaves_twice_is_drawn_as_two_parts_along_its_path() -> No
             assert max(abs(north_m), abs(east_m)) > 399.0
 
 
-@pytest.mark.parametrize(("bend_rad", "points"), [(0.0, 0), (0.095, 0), (0.105, 3)])
+@pytest.mark.parametrize(("bend_rad", "points"), [(0.0, 0), (0.097, 0), (0.103, 3)])
 def test_a_way_outside_is_drawn_with_its_bends_of_a_tenth_of_a_radian_and_more(
     bend_rad: float, points: int
 ) -> None:

@@ -94,9 +94,9 @@ def test_a_battery_of_another_voltage_than_the_vehicle_s_is_no_go(
         (None, None, None),
         (1.0, None, None),
         (0.0, None, None),
-        (-1.0, None, Severity.WARNING),
+        (-0.1, None, Severity.WARNING),
         (-10.0, None, Severity.WARNING),
-        (-11.0, None, Severity.ERROR),
+        (-10.1, None, Severity.ERROR),
         (-30.0, 20.0, None),  # kept warm
         (20.0, -15.0, Severity.ERROR),
     ],
@@ -115,7 +115,8 @@ def test_a_battery_colder_than_it_is_known_at_is_told(
         (-20.0, -20.0, None),
         (-20.0, -21.0, Severity.ERROR),
         (10.0, 5.0, None),  # the room is warm enough
-        (10.0, -5.0, Severity.WARNING),
+        (10.0, 0.0, None),
+        (10.0, -0.1, Severity.WARNING),
     ],
 )
 def test_a_battery_that_knows_its_resistance_in_the_cold_is_believed(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -182,3 +183,53 @@ def test_a_flight_around_a_fence_is_told_its_nearest_place_and_how_far_to_keep_o
     assert around(1.0 + float(farther_m)) == {}
     # No more than needed: half a metre less is too little.
     assert "F102" in around(0.5 + float(farther_m))
+
+
+@cache
+def gap_that_leaves(left_m: float) -> float:
+    """Return the gap behind a stop from 10 m/s of which a vehicle that goes straight on leaves so much."""
+    least, most = 0.0, 30.0
+    while most - least > 1e-4:
+        middle = 0.5 * (least + most)
+        fires = "F102" in ahead(middle, position_error_m=left_m)
+        least, most = (middle, most) if fires else (least, middle)
+    return most
+
+
+@pytest.mark.parametrize(("more_m", "is_told"), [(-0.003, True), (0.003, False)])
+def test_beside_the_fence_a_stop_a_decimetre_nearer_than_the_path_is_told(
+    more_m: float,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # Along an edge 2 m to the east, to a stop that would leave 1.9 m to the edge in the north.
+    area = box(-100.0, -100.0, 2.0, 400.0 + gap_that_leaves(1.9) + more_m)
+    message = findings_of((takeoff(20), speed(10.0), at(0, 400), rtl()), area)["F102"].message
+    assert message.startswith("passes inclusion polygon 1 at 2.0 m")
+    assert ("; straight on it stops 1.9 m before it" in message) is is_told
+
+
+@pytest.mark.parametrize(
+    ("more_m", "begins"), [(-0.003, "stopping from 9.9 m/s"), (0.003, "passes exclusion polygon 1")]
+)
+def test_a_stop_a_decimetre_nearer_to_the_fence_than_the_path_is_what_is_told(
+    more_m: float, begins: str
+) -> None:
+    # The stop leaves 1.9 m to an exclusion in the north; the way on passes it in the west at 2 m.
+    south = 400.0 + gap_that_leaves(1.9) + more_m
+    area = box(-50.0, south, 100.0, south + 50.0, inclusion=False)
+    ends = (at(0, 400), at(-52, 400), at(-52, 600), at(-52, 600, 0.0, command=21))
+    message = findings_of((takeoff(20), speed(10.0), *ends), area)["F102"].message
+    assert message.startswith(begins)
+
+
+@pytest.mark.parametrize(("nearer_m", "item"), [(0.097, 1), (0.103, 3)])
+def test_of_places_as_near_within_a_decimetre_the_first_is_told(nearer_m: float, item: int) -> None:
+    stops = (5.0, 0.0, 0.0, None)
+    ends = tuple(
+        at(east_m, north_m, params=stops)
+        for east_m, north_m in ((0.0, 200.0), (nearer_m, 210.0), (nearer_m, 400.0))
+    )
+    items = (takeoff(20), *ends, at(nearer_m, 400, 0.0, command=21))
+    area = box(-100.0, -100.0, 2.0, 500.0)
+    finding = findings_of(items, area, autopilot=Autopilot.ARDUPILOT)["F102"]
+    assert finding.item == item
