@@ -5,19 +5,21 @@ A code is stable: never renumbered, never reused.
 
 from __future__ import annotations
 
-import json
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
+
+import msgspec
 
 from planner.findings import Rule
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-class Entry(NamedTuple):
+class Entry(Value):
     """What tests/generate_catalogue.py records of a rule."""
 
     name: str
@@ -91,8 +93,8 @@ the geofence checks, 1.14 to early 2026."""
 @cache
 def entries() -> Mapping[str, Entry]:
     """Return where each rule is declared, by its code: known without importing the rules."""
-    text = Path(__file__).with_suffix(".json").read_text(encoding="utf-8")
-    return {code: Entry(**entry) for code, entry in json.loads(text).items()}
+    text = Path(__file__).with_suffix(".json").read_bytes()
+    return msgspec.json.decode(text, type=dict[str, Entry])
 
 
 def kept_on() -> Mapping[str, str]:
