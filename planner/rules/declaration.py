@@ -78,12 +78,13 @@ def _target(a: Assessment, autopilot: Autopilot) -> Target | None:
 
 
 def _fence_limits(a: Assessment) -> FenceLimits | None:
-    if not a.mission.fence and a.fence_parameters is None:
+    is_switched_on = a.route.fence_switched_on is not None
+    if not (a.mission.fence or is_switched_on) and a.fence_parameters is None:
         return None
-    from planner.rules.fence_settings import limits_from_parameters
+    from planner.rules.fence_settings import limits_in_use
 
-    limits = limits_from_parameters(a.fence_parameters)
-    return limits if a.mission.fence or limits else None
+    limits = limits_in_use(a.route, a.fence_parameters)
+    return limits if a.mission.fence or is_switched_on or limits else None
 
 
 POWER: Need[SteadyPower] = Need(

@@ -12,10 +12,15 @@ from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.returns.path import thinned
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.geo.path import make_fence_frame, swept_areas
-from planner.mission.route.stage import StageKind
-from planner.rules.declaration import FENCE, judges
+from planner.mission.route.stage import FenceAction, StageKind
+from planner.rules.declaration import FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
-from planner.rules.fence_settings import inclusions_unite, why_not_enforced
+from planner.rules.fence_settings import (
+    fence_schedule,
+    inclusions_unite,
+    is_from_file,
+    why_not_enforced,
+)
 from planner.rules.fenced_flight import make_fenced_flight, straight_legs
 from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
 
@@ -65,14 +70,25 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
     stages = a.route.stages
     if not stages:
         return
-    if limits.ceiling_m is not None:
+    schedule = fence_schedule(a.route, a.fence_parameters)
+    height_m = np.array([stage.height_m for stage in stages])
+    # Switched on in flight, a limit counts from the height there is then.
+    start_m = np.concatenate((height_m[:1], height_m[:-1]))
+    if limits.ceiling_m is not None and schedule.limits.any():
         ceiling = f"{limits.ceiling_name} is {quantity.height(limits.ceiling_m)}"
-        highest = max(stages, key=lambda stage: stage.height_m)
-        if highest.height_m > limits.ceiling_m + _SLACK_M:
-            height = quantity.beside(highest.height_m, limits.ceiling_m, quantity.height)
-            yield a.finding(FENCE_HEIGHT, f"{height} above home; {ceiling}", item=highest.item)
-        elif (return_m := _highest_return_m(a)) > limits.ceiling_m + _SLACK_M:
-            returns = [s.item for s in stages if s.kind is StageKind.RETURN]
+        under_m = np.where(schedule.limits, np.maximum(start_m, height_m), -np.inf)
+        highest = int(np.argmax(under_m))
+        if under_m[highest] > limits.ceiling_m + _SLACK_M:
+            height = quantity.beside(float(under_m[highest]), limits.ceiling_m, quantity.height)
+            yield a.finding(
+                FENCE_HEIGHT, f"{height} above home; {ceiling}", item=stages[highest].item
+            )
+        elif (return_m := _highest_return_m(a, schedule.limits)) > limits.ceiling_m + _SLACK_M:
+            returns = [
+                s.item
+                for s, is_on in zip(stages, schedule.limits, strict=True)
+                if s.kind is StageKind.RETURN and is_on
+            ]
             yield a.finding(
                 FENCE_HEIGHT,
                 f"a return climbs to {quantity.beside(return_m, limits.ceiling_m, quantity.height)} above "
@@ -81,28 +97,34 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
                 item=returns[0] if returns else None,
                 fix="lower the return altitude, or raise the limit",
             )
-    flying = [stage for stage in stages if stage.kind not in _ON_THE_GROUND]
-    if limits.floor_m is not None and flying:
-        lowest = min(flying, key=lambda stage: stage.height_m)
-        if lowest.height_m < limits.floor_m - _SLACK_M:
+    flies = np.array([stage.kind not in _ON_THE_GROUND for stage in stages])
+    over = flies & schedule.floor
+    if limits.floor_m is not None and over.any():
+        begins_m = np.where(np.concatenate(([False], flies[:-1])), start_m, np.inf)
+        over_m = np.where(over, np.minimum(begins_m, height_m), np.inf)
+        lowest = int(np.argmin(over_m))
+        if over_m[lowest] < limits.floor_m - _SLACK_M:
             yield a.finding(
                 FENCE_HEIGHT,
-                f"{quantity.beside(lowest.height_m, limits.floor_m, quantity.height)} above home; "
+                f"{quantity.beside(float(over_m[lowest]), limits.floor_m, quantity.height)} above home; "
                 f"{limits.floor_name} is {quantity.height(limits.floor_m)}",
-                item=lowest.item,
+                item=stages[lowest].item,
                 fix="fly higher, or lower the limit",
             )
 
 
-def _highest_return_m(a: Assessment) -> float:
+def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
     """Return the greatest height above home that the vehicle's own returns climb to, as it flies them.
+
+    Only from stages ``is_on``; home's without any.
 
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
     returns = a.returns
-    ends = thinned(returns.stage_ends, _MOST_RETURNS)
-    paths = returns.corners_m(returns.end_points(ends))
-    return max(float(corners[:, 2].max()) for corners in paths)
+    ends = returns.stage_ends
+    ends = ends[is_on[returns.segment_stage[ends]]]
+    paths = returns.corners_m(returns.end_points(thinned(ends, _MOST_RETURNS)))
+    return max((float(corners[:, 2].max()) for corners in paths), default=0.0)
 
 
 FENCE_TOO_LARGE = Rule(
@@ -119,11 +141,12 @@ FENCE_TOO_LARGE = Rule(
 FENCE_OFF = Rule(
     "F111 fence-not-enforced",
     Severity.WARNING,
-    summary="The vehicle's parameters disable the fence.",
+    summary="The vehicle's parameters or the mission disable the fence.",
     why="A fence that is uploaded but switched off looks like one that protects.",
     how="ArduPilot: FENCE_ENABLE and FENCE_AUTOENABLE are 0, FENCE_TYPE has no bit 4 (polygons and "
     "circles), or FENCE_ACTION is 0 (report only).  PX4: GF_ACTION is 0 or 1 (warning only).  Only for "
-    "values in a parameter file.",
+    "values in a parameter file; and DO_FENCE_ENABLE 0 on ArduPilot: the parts of the flight after it "
+    "are not judged by the fence.",
     fix="enable the fence before the flight",
 )
 
@@ -160,10 +183,11 @@ PATH_CROSSES = Rule(
     "a breach ends the mission in the air.",
     how="The whole path as it is flown, corners cut or flown through, splines, take-off and landing, "
     "against every area of the fence and the circle that GF_MAX_HOR_DIST or FENCE_RADIUS draws around "
-    "home.  Curves are divided until straight pieces are within 5 cm of them; whole pieces are cut "
-    "with whole edges, so that no crossing falls between two samples.  Legs and edges are drawn as the "
-    "autopilot takes them: PX4's edges are straight in degrees and its legs in metres, ArduPilot's are "
-    "both straight in its own metres.",
+    "home, wherever the fence is on: by parameters, and by DO_FENCE_ENABLE in flown order.  Curves are "
+    "divided until straight pieces are within 5 cm of them; whole pieces are cut with whole edges, so "
+    "that no crossing falls between two samples.  Legs and edges are drawn as the autopilot takes them: "
+    "PX4's edges are straight in degrees and its legs in metres, ArduPilot's are both straight in its "
+    "own metres.",
     fix="move the waypoint, or the fence",
     instead="a mission inside its fence",
 )
@@ -210,7 +234,30 @@ FENCE_IN_PART = Rule(
 def _fence_itself(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
     if a.mission.fence:
         yield from _size(a.autopilot, a.mission.fence)
-        yield from _enforcement(a.fence_parameters)
+        switched_on = a.route.fence_switched_on is not None
+        yield from _enforcement(a.fence_parameters, is_switched_on=switched_on)
+    off = next((one for one in a.route.fence_switches if one.action is FenceAction.OFF), None)
+    if off is not None:
+        yield a.finding(
+            FENCE_OFF,
+            "DO_FENCE_ENABLE 0: the mission switches the fence off; what is flown without it is not "
+            "judged",
+            item=off.item,
+            fix="remove the item, or keep to the fence by other means",
+        )
+
+
+@judges(PATH_CROSSES, FENCE_HEIGHT, needs=(FENCE,))
+def _switched_on(a: Assessment, _limits: FenceLimits) -> Iterator[NotEvaluated]:
+    """Yield that the mission switches on a fence of which nothing is known."""
+    on = a.route.fence_switched_on
+    if on is not None and not (a.mission.fence or is_from_file(a.fence_parameters)):
+        yield NotEvaluated(
+            rule=PATH_CROSSES,
+            asked_by=f"DO_FENCE_ENABLE of item {on.item}",
+            needs="the fence: --params with its FENCE_ parameters, or a plan that holds its areas",
+            item=on.item,
+        )
 
 
 @judges(
@@ -281,8 +328,10 @@ def _size(autopilot: Autopilot, fence: Fence) -> Iterator[Finding]:
                 return
 
 
-def _enforcement(parameters: FlightParameters | None) -> Iterator[Finding]:
-    if (reason := why_not_enforced(parameters)) is not None:
+def _enforcement(
+    parameters: FlightParameters | None, *, is_switched_on: bool = False
+) -> Iterator[Finding]:
+    if (reason := why_not_enforced(parameters, is_switched_on=is_switched_on)) is not None:
         yield FENCE_OFF.finding(reason)
 
 
@@ -391,7 +440,7 @@ def _returns(flown: FencedFlight, barriers: list[Barrier], crossing: set[int]) -
     # The mission's own return is checked as its path already.
     judged &= ~np.isin(flown.path.item, _own_returns(flown.assessment))
     for barrier in barriers:
-        legs = _legs_cut_off(flown, barrier, target, judged)
+        legs = _legs_cut_off(flown, barrier, target, judged & flown.is_on(barrier))
         if len(legs):
             yield _cut_off(flown, barrier, target, legs)
             return

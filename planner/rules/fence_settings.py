@@ -4,17 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from planner.mission.route.stage import FenceAction, StageKind
 from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray
+    from planner.mission.route.stage import Route
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _CEILING, _CIRCLE, _POLYGONS, _FLOOR = 1, 2, 4, 8
 """Bits of ArduPilot's FENCE_TYPE."""
 _ONE_INCLUSION_IS_ENOUGH = 2
 """Bit of ArduPilot's FENCE_OPTIONS."""
+_ON_AFTER_TAKEOFF = frozenset({1, 2})
+"""Values of FENCE_AUTOENABLE that switch the fence on when a take-off is done."""
 _PX4_WARNS = 1
 """GF_ACTION up to which PX4 does nothing about a breach."""
 
@@ -36,8 +43,62 @@ class FenceLimits(Value):
         return (self.distance_m, self.ceiling_m, self.floor_m) != (None, None, None)
 
 
-def limits_from_parameters(parameters: FlightParameters | None) -> FenceLimits:
-    """Return the limits around home that are enforced."""
+class FenceSchedule(Value, eq=False):
+    """What of the fence is on while each stage of a route is flown. (stages,) each"""
+
+    areas: BoolArray
+    """The areas of the mission's file: unless the mission itself switches them off."""
+    limits: BoolArray
+    """The limits around home: as parameters and mission have it."""
+    floor: BoolArray
+
+
+def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSchedule:
+    """Return when the fence is on, by parameters and by the mission's DO_FENCE_ENABLE.
+
+    Notes
+    -----
+    ``AP_Mission::start_command_fence``; after a take-off of the mission FENCE_AUTOENABLE 1 and 2 switch
+    it on again (``auto_enable_fence_after_takeoff``).  What FENCE_AUTOENABLE switches off for a landing
+    is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
+    for they were drawn to be kept; that they are off is F111.
+    """
+    is_on = not isinstance(parameters, ArduPilotParameters) or _is_on(parameters)
+    again = (
+        isinstance(parameters, ArduPilotParameters)
+        and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
+    )
+    count = len(route.stages)
+    areas, limits, floor = (np.full(count, on) for on in (True, is_on, is_on))
+    events: list[tuple[int, FenceAction]] = [
+        (one.first_stage, one.action) for one in route.fence_switches
+    ]
+    if again and events:
+        events += [
+            (number + 1, FenceAction.ON)
+            for number, stage in enumerate(route.stages)
+            if stage.kind is StageKind.TAKEOFF
+        ]
+        events.sort(key=lambda event: event[0])
+    for first, action in events:
+        floor[first:] = action is FenceAction.ON
+        if action is not FenceAction.FLOOR_OFF:
+            areas[first:] = limits[first:] = action is FenceAction.ON
+    return FenceSchedule(areas=areas, limits=limits, floor=floor)
+
+
+def is_from_file(parameters: FlightParameters | None) -> bool:
+    """Return whether a parameter file says anything of the fence."""
+    return parameters is not None and any(
+        name.startswith("fence_") and origin.kind is OriginKind.FILE
+        for name, origin in parameters.origins.items()
+    )
+
+
+def limits_from_parameters(
+    parameters: FlightParameters | None, *, is_switched_on: bool = False
+) -> FenceLimits:
+    """Return the limits around home that are enforced, or will be once the mission switches them on."""
     if parameters is None:
         return FenceLimits()
     if not isinstance(parameters, ArduPilotParameters):
@@ -48,7 +109,7 @@ def limits_from_parameters(parameters: FlightParameters | None) -> FenceLimits:
             ceiling_m=ceiling_m or None,
             ceiling_name="GF_MAX_VER_DIST",
         )
-    kind = parameters.fence_type if _is_on(parameters) else 0
+    kind = parameters.fence_type if _is_on(parameters) or is_switched_on else 0
     return FenceLimits(
         distance_m=parameters.fence_radius_m if kind & _CIRCLE else None,
         distance_name=f"FENCE_RADIUS ({parameters.fence_radius_m:g} m)",
@@ -57,6 +118,12 @@ def limits_from_parameters(parameters: FlightParameters | None) -> FenceLimits:
         floor_m=parameters.fence_height_min_m if kind & _FLOOR else None,
         floor_name="FENCE_ALT_MIN",
     )
+
+
+def limits_in_use(route: Route, parameters: FlightParameters | None) -> FenceLimits:
+    """Return the limits around home that are on at some time of a flight."""
+    switched_on = route.fence_switched_on is not None and is_from_file(parameters)
+    return limits_from_parameters(parameters, is_switched_on=switched_on)
 
 
 def inclusions_unite(parameters: FlightParameters | None) -> bool:
@@ -71,14 +138,16 @@ def fence_margin_m(parameters: FlightParameters | None) -> float:
     return parameters.fence_margin_m if isinstance(parameters, ArduPilotParameters) else 0.0
 
 
-def why_not_enforced(parameters: FlightParameters | None) -> str | None:
+def why_not_enforced(
+    parameters: FlightParameters | None, *, is_switched_on: bool = False
+) -> str | None:
     """Return what leaves a fence of areas without effect; ``None`` where no file says so."""
     if parameters is None:
         return None
     reasons: tuple[tuple[bool, str, str], ...]
     if isinstance(parameters, ArduPilotParameters):
         reasons = (
-            (not _is_on(parameters), "fence_enable", "the fence is off"),
+            (not (_is_on(parameters) or is_switched_on), "fence_enable", "the fence is off"),
             (not parameters.fence_type & _POLYGONS, "fence_type", "polygons and circles are off"),
             (parameters.fence_action == 0, "fence_action", "a breach is only reported"),
         )

@@ -15,7 +15,12 @@ from planner.flight.returns.destination import HOME
 from planner.geo.fence import Fence, make_fence_area
 from planner.geo.geodesy import bow_m, straight_length_m
 from planner.geo.path import CircleBarrier, PathLegs, make_fence_frame, swept_areas
-from planner.rules.fence_settings import fence_margin_m, inclusions_unite, limits_from_parameters
+from planner.rules.fence_settings import (
+    fence_margin_m,
+    fence_schedule,
+    inclusions_unite,
+    limits_in_use,
+)
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -27,6 +32,7 @@ if TYPE_CHECKING:
     from planner.geo.geodesy import LocalFrame
     from planner.geo.path import Barrier, SweptAreas
     from planner.rules.assessment import Assessment
+    from planner.rules.fence_settings import FenceSchedule
 
 _STANDING_M_S = 1e-6
 """Slower than this nothing moves ahead. [m s⁻¹]"""
@@ -50,6 +56,10 @@ class FencedFlight(Value, eq=False, dict=True):
     """In the frame."""
     room: StopRoom
     """What it takes to stop."""
+    schedule: FenceSchedule
+    """When the fence is on."""
+    around_home: Barrier | None
+    """The circle that parameters draw around home."""
     margin_m: float
     """Distance to keep from the fence, whatever the speed. [m]"""
 
@@ -123,9 +133,16 @@ class FencedFlight(Value, eq=False, dict=True):
         return not self._whole_area.near(barrier, self.margin_m + PATH_TOLERANCE_M)[0]
 
     def legs_near(self, barrier: Barrier) -> IntArray:
-        """Return the legs of groups that may be too near to a barrier: no other leg is."""
+        """Return the legs of groups that may be too near to a barrier while it is on: no other leg is."""
         near = self._group_areas.near(barrier, self.margin_m + PATH_TOLERANCE_M)
-        return np.flatnonzero(near[self.group])
+        return np.flatnonzero(near[self.group] & self.is_on(barrier))
+
+    def is_on(self, barrier: Barrier) -> BoolArray:
+        """Return whether a barrier is on while each leg is flown. (n,)"""
+        schedule = self.schedule
+        on = schedule.limits if barrier is self.around_home else schedule.areas
+        flown: BoolArray = on[self._stage[:-1]]
+        return flown
 
     def legs(self, chosen: IntArray) -> PathLegs:
         """Return some legs of the path."""
@@ -255,7 +272,8 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         inclusions_unite=inclusions_unite(a.fence_parameters),
         ardupilot_origin=home if ardupilot else None,
     )
-    limit = limits_from_parameters(a.fence_parameters)
+    limit = limits_in_use(a.route, a.fence_parameters)
+    around_home: CircleBarrier | None = None
     if limit.distance_m is not None:
         east, north = frame.east_north_m(home.latitude_deg, home.longitude_deg)
         around_home = CircleBarrier(
@@ -271,6 +289,8 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         assessment=a,
         area=area,
         frame=frame,
+        schedule=fence_schedule(a.route, a.fence_parameters),
+        around_home=around_home,
         path=_path(a, frame, bends=ardupilot),
         room=StopRoom(
             vehicle=a.vehicle, parameters=a.parameters, reaction_time_s=a.setup.reaction_time_s

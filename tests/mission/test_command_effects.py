@@ -22,7 +22,7 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.route.route import make_route
-from planner.mission.route.stage import Route, StageKind
+from planner.mission.route.stage import FenceAction, Route, StageKind
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -84,7 +84,7 @@ def test_every_command_is_in_one_class() -> None:
 
 def test_every_modelled_command_has_a_case_here() -> None:
     modelled = {n for n in DIALECTS if command_effect(n) is CommandEffect.MODELLED}
-    assert modelled == FLOWN.keys() | CHANGING.keys() | JUMPING
+    assert modelled == FLOWN.keys() | CHANGING.keys() | JUMPING | {Command.DO_FENCE_ENABLE}
 
 
 @pytest.mark.parametrize("command", sorted(FLOWN))
@@ -109,6 +109,12 @@ def test_jumps_by_id_and_by_tag_lead_back() -> None:
     tag = item(600, params=(7.0, 0.0, 0.0, 0.0), frame=2)
     by_tag = item(601, params=(7.0, 1.0, 0.0, 0.0), frame=2)
     assert flown(TAKEOFF, tag, LEG, by_tag, rtl()).reached == (1, 2, 3, 4, 2, 3, 4, 5)
+
+
+def test_switches_of_the_fence_count_from_the_next_stage() -> None:
+    route = flown(TAKEOFF, item(207, frame=2, params=(1.0, 0.0, 0.0, 0.0)), LEG, rtl())
+    [switched] = route.fence_switches
+    assert (switched.first_stage, switched.action, switched.item) == (1, FenceAction.ON, 2)
 
 
 @pytest.mark.parametrize("command", sorted(DIALECTS))

@@ -491,6 +491,10 @@ def _laid_out(
         ),
         frame=frame,
         home_amsl_m=state.home_amsl_m or 0.0,
+        fence_switches=tuple(
+            replace(one, first_stage=one.first_stage + assumed if one.first_stage else 0)
+            for one in state.fence_switches
+        ),
         reached=reached,
         lap=lap,
         findings=findings,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING
 
 from planner.values import Value
@@ -72,6 +72,14 @@ class Stage(Value, kw_only=False):
     """The items a return flies along; ``None``: straight."""
 
 
+class FenceAction(IntEnum):
+    """First parameter of DO_FENCE_ENABLE (``AC_Fence::MavlinkFenceActions``)."""
+
+    OFF = 0
+    ON = 1
+    FLOOR_OFF = 2
+
+
 class ReturnPath(Value):
     """A return along items of the mission."""
 
@@ -104,6 +112,15 @@ class HomePlace(Value, kw_only=False):
     """Height of the ground there above the home the flight started from. [m]"""
 
 
+class FenceSwitch(Value):
+    """DO_FENCE_ENABLE, carried out."""
+
+    first_stage: int
+    """Position in the route's stages: it counts while this one is flown, and those after it."""
+    action: FenceAction
+    item: int
+
+
 class Route(Value):
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
@@ -116,4 +133,12 @@ class Route(Value):
     lap: Lap | None = None
     moved_homes: tuple[HomePlace, ...] = ()
     """The homes set by DO_SET_HOME, in flown order; the first home is where the frame begins."""
+    fence_switches: tuple[FenceSwitch, ...] = ()
+    """What the mission switches of the fence, in flown order."""
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def fence_switched_on(self) -> FenceSwitch | None:
+        """The first item that switches the fence on; ``None`` where none does."""
+        on = (one for one in self.fence_switches if one.action is FenceAction.ON)
+        return next(on, None)

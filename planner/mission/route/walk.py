@@ -28,7 +28,7 @@ from planner.mission.commands import (
     is_destination,
     support,
 )
-from planner.mission.route.stage import Stage, StageKind
+from planner.mission.route.stage import FenceAction, FenceSwitch, Stage, StageKind
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ HIGHEST_M = 10_000.0
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 
 
+_FENCE_ACTIONS = {int(action): action for action in FenceAction}
 _GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
 """Commands that make no sense without a place; others are often meant 'here'."""
 
@@ -288,6 +289,7 @@ class MissionState:
     is_over: bool = False
     moved_homes: list[tuple[int, float, float, float]] = field(default_factory=list)
     """Stages before DO_SET_HOME, latitude and longitude [°], height of the ground there [m]."""
+    fence_switches: list[FenceSwitch] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     """Still without east and north."""
     places_deg: list[tuple[float, float]] = field(default_factory=list)
@@ -542,6 +544,14 @@ class MissionState:
             self.datum_m = item.altitude_m - (self.home_amsl_m or 0.0)
         self.ground_level_m = self.datum_m
 
+    def switch_fence(self, item: MissionItem) -> None:
+        """Switch the fence on or off, or its floor off; any other value does nothing."""
+        action = _FENCE_ACTIONS.get(int(item.param1 or 0.0))
+        if action is not None and self.dialect is not Autopilot.PX4:
+            self.fence_switches.append(
+                FenceSwitch(first_stage=len(self.stages), action=action, item=self.number)
+            )
+
     def pass_by(self, item: MissionItem) -> None:
         """Follow an item that is no flight of its own, or none that is predicted."""
         effect = command_effect(item.command)
@@ -735,5 +745,6 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
     Command.NAV_GUIDED_ENABLE: MissionState.guided,
     Command.DO_CHANGE_SPEED: MissionState.change_speed,
     Command.DO_SET_HOME: MissionState.set_home,
+    Command.DO_FENCE_ENABLE: MissionState.switch_fence,
 }
 """How each command is followed; any other is passed by."""

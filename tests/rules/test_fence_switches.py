@@ -1,0 +1,132 @@
+"""DO_FENCE_ENABLE: the fence counts where it is on, in flown order."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import pytest
+from fenced_missions import at, box, findings_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import item, mission, rtl, takeoff
+from rule_cases.case import found
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.geo.fence import Fence, FencePolygon
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+
+AROUND = box(-100.0, -100.0, 100.0, 100.0)
+CIRCLE = "FENCE_ENABLE,{}\nFENCE_TYPE,2\nFENCE_RADIUS,150\n"
+ARDUPILOT = partial(findings_of, autopilot=Autopilot.ARDUPILOT)
+
+
+def switch(action: float) -> MissionItem:
+    """Return DO_FENCE_ENABLE."""
+    return item(207, frame=2, params=(action, 0.0, 0.0, 0.0))
+
+
+ON, OFF, FLOOR_OFF = switch(1.0), switch(0.0), switch(2.0)
+OUT = (at(0, 300), at(0, 50))
+LANDS = at(0, 50, 0.0, command=21)
+
+
+def test_a_fence_the_mission_switches_on_is_judged_from_there() -> None:
+    off = CIRCLE.format(0)
+    assert "F101" not in ARDUPILOT((takeoff(20), *OUT, LANDS), parameters=off)
+    assert "F101" in ARDUPILOT((takeoff(20), ON, *OUT, LANDS), parameters=off)
+    assert "F101" not in ARDUPILOT((takeoff(20), *OUT, at(0, 0), ON, LANDS), parameters=off)
+
+
+def test_a_fence_switched_on_outside_is_left_at_once() -> None:
+    told = ARDUPILOT((takeoff(20), at(0, 300), ON, at(0, 50), LANDS), parameters=CIRCLE.format(0))
+    assert told["F101"].item == 4
+
+
+@pytest.mark.parametrize("areas", [(), (AROUND,)])
+def test_a_fence_the_mission_switches_off_before_leaving_it_is_a_note(
+    areas: tuple[FencePolygon, ...],
+) -> None:
+    on = CIRCLE.format(1).replace("TYPE,2", "TYPE,6")
+    told = ARDUPILOT((takeoff(20), OFF, *OUT, LANDS), *areas, parameters=on)
+    assert set(told) == {"F111"}
+    assert (told["F111"].severity, told["F111"].item) == (Severity.WARNING, 2)
+    assert "F101" in ARDUPILOT((takeoff(20), *OUT, OFF, LANDS), *areas, parameters=on)
+
+
+def test_value_2_switches_the_floor_off_and_nothing_else() -> None:
+    given = "FENCE_ENABLE,1\nFENCE_TYPE,10\nFENCE_RADIUS,150\nFENCE_ALT_MIN,15\n"
+    low = (at(0, 50, 10.0), LANDS)
+    assert set(ARDUPILOT((takeoff(20), *low), parameters=given)) == {"F110"}
+    assert ARDUPILOT((takeoff(20), FLOOR_OFF, *low), parameters=given) == {}
+    assert "F101" in ARDUPILOT((takeoff(20), FLOOR_OFF, *OUT, LANDS), parameters=given)
+
+
+@pytest.mark.parametrize(("value", "is_on"), [(0, False), (1, True), (2, True), (3, False)])
+def test_autoenable_1_and_2_switch_the_fence_on_again_after_the_take_off(
+    value: int,
+    is_on: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    given = CIRCLE.format(1) + f"FENCE_AUTOENABLE,{value}\n"
+    told = ARDUPILOT((OFF, takeoff(20), *OUT, LANDS), parameters=given)
+    assert ("F101" in told) is is_on
+
+
+def test_a_ceiling_switched_on_counts_from_the_height_there_is() -> None:
+    given = "FENCE_ENABLE,0\nFENCE_TYPE,1\nFENCE_ALT_MAX,60\n"
+    high = (takeoff(20), at(0, 50, 80.0))
+    assert "F110" in ARDUPILOT((*high, ON, at(0, 80), LANDS), parameters=given)
+    assert ARDUPILOT((*high, at(0, 80), ON, LANDS), parameters=given) == {}
+
+
+def test_px4_has_no_such_item() -> None:
+    told = findings_of((takeoff(20), OFF, *OUT, LANDS), AROUND, autopilot=Autopilot.PX4)
+    assert "F101" in told
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.ARDUPILOT, Autopilot.STEP])
+@pytest.mark.parametrize(
+    ("parameters", "areas", "is_known"),
+    [
+        ("", (), False),
+        ("WPNAV_SPEED,500\n", (), False),
+        ("FENCE_TYPE,2\nWPNAV_SPEED,500\n", (), True),
+        ("", (AROUND,), True),
+    ],
+)
+def test_a_fence_switched_on_that_nothing_is_known_of_is_not_checked(
+    autopilot: Autopilot,
+    parameters: str,
+    areas: tuple[FencePolygon, ...],
+    is_known: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    made = mission(takeoff(20), ON, at(0, 50), rtl(), autopilot=Autopilot.ARDUPILOT)
+    made = replace(made, fence=Fence(polygons=areas, circles=()) if areas else None)
+    codes = {one.code for one in found(made, autopilot, parameters)}
+    assert ("X904" in codes) is not is_known
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    legs=st.lists(
+        st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0)), min_size=2, max_size=6
+    ),
+    off_at=st.integers(0, 6),
+    autopilot=st.sampled_from([Autopilot.ARDUPILOT, Autopilot.STEP]),
+)
+def test_a_flight_is_judged_as_far_as_its_fence_is_on(
+    legs: list[tuple[float, float]], off_at: int, autopilot: Autopilot
+) -> None:
+    places = [(round(east), round(north)) for east, north in legs]
+    off_at = min(off_at, len(places))
+    items = [at(east, north, params=(1.0, 0.0, 0.0, None)) for east, north in places]
+    leaves = [max(abs(east), abs(north)) > 100 for east, north in places]
+    if any(90 < max(abs(east), abs(north)) < 110 for east, north in places):
+        return  # position error and a cut corner
+    flown = (takeoff(20), *items[:off_at], OFF, *items[off_at:], rtl())
+    told = findings_of(flown, AROUND, autopilot=autopilot)
+    assert ("F101" in told) is any(leaves[:off_at])
