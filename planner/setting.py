@@ -36,6 +36,7 @@ from planner.values import Value, ValueType, force_setattr, replace
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    from planner.selection import Exemption
 
 P = ParamSpec("P")
 Subject = TypeVar("Subject")
@@ -228,6 +229,10 @@ class Switch(Kind):
 
     holds = "true or false"
 
+    def text(self, value: object) -> str:
+        """Return what TOML holds of it."""
+        return str(value).lower()
+
     def from_toml(self, raw: object, file: Path) -> bool:
         """Return what TOML holds."""
         return raw if isinstance(raw, bool) else super().from_toml(raw, file)
@@ -264,6 +269,10 @@ class Files(File):
     def read(self, text: str) -> tuple[Path, ...]:
         """Return the path, as one of several."""
         return (Path(text),)
+
+    def text(self, value: SettingValue) -> str:
+        """Return a path, or several with commas."""
+        return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
     def from_toml(self, raw: object, file: Path) -> SettingValue:
         """Return the paths counted from the folder of the file."""
@@ -361,6 +370,15 @@ class CodesByFile(IgnoredCodes):
     """A table of codes by the pattern of a mission's path."""
 
     holds = "table of codes by file"
+
+    def text(self, value: SettingValue) -> str:
+        """Return the codes that are ignored of one mission, each with its item."""
+        exemptions: tuple[Exemption, ...] = value
+        return ",".join(
+            code if one.item is None else f"{code}#{one.item}"
+            for one in exemptions
+            for code in one.codes
+        )
 
     def from_toml(self, raw: object, file: Path) -> SettingValue:
         """Return what the table ignores."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from planner import quantity
 from planner.autopilot import TARGETS, Autopilot
+from planner.errors import UsageError
 from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.quantity import NUMBER, Spread, exact, mean_of, sd_of
@@ -47,7 +48,7 @@ from planner.vehicle.battery import Battery
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     Shown = Callable[[float | None], str]
 
@@ -308,6 +309,27 @@ def _wind_phrase(wind: Wind) -> str:
 
 _CODES = _lazy("planner.catalogue", "entries")
 _KEPT_ON = _lazy("planner.catalogue", "kept_on")
+
+
+class SettingsFile(Value):
+    """What a configuration file has set for one mission, for the reports to name it."""
+
+    path: str
+    values: tuple[tuple[str, str], ...]
+    """By key, as text; without what the command line gave."""
+
+    def without(self, keys: Iterable[str]) -> SettingsFile | None:
+        """Return what remains where some are set by something else; ``None``: nothing."""
+        left = tuple(one for one in self.values if one[0] not in keys)
+        return replace(self, values=left) if left else None
+
+    def __str__(self) -> str:
+        """Return ``from /site/mavjoule.toml: battery 4000Wh, ignore M109``."""
+        return f"from {self.path}: {', '.join(' '.join(one) for one in self.values)}"
+
+
+SETTINGS_FILE = "settings_file"
+"""Key of the `SettingsFile` among the settings of a mission by key."""
 
 
 class _Vehicle(Declared, kw_only=False):
@@ -650,13 +672,27 @@ class Setup(_Vehicle):
 
     is_vehicle_named: bool = True
     """Whether somebody said what flies; else the article's quadrotor is only an example."""
+    settings_file: SettingsFile | None = None
+    """What a file has set of it; ``None``: nothing."""
 
     @classmethod
     def of(cls, values: Mapping[str, SettingValue]) -> Self:
         """Return what settings by key make; the article's quadrotor flies where none is named."""
         named = {key: value for key, value in values.items() if value is not None}
         setup = super().of({"vehicle": DEFAULT_MODEL} | named)
-        return replace(setup, is_vehicle_named="vehicle" in named)
+        return replace(
+            setup, is_vehicle_named="vehicle" in named, settings_file=values.get(SETTINGS_FILE)
+        )
+
+    def require_named(self, command: str) -> None:
+        """Raise ``UsageError`` where nobody said what flies, or on which battery."""
+        battery = self.battery or (self.vehicle.battery if self.is_vehicle_named else None)
+        missing = {"vehicle": self.is_vehicle_named, "battery": battery is not None}
+        names = [name for name, is_known in missing.items() if not is_known]
+        if names:
+            options = " and ".join(f"--{name}" for name in names)
+            msg = f"{command} does not start without {' and '.join(names)}: give {options}"
+            raise UsageError(msg)
 
     @property
     def flown_by(self) -> Autopilot:

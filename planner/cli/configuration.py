@@ -11,9 +11,10 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.cli.options import CHECK_GROUPS
 from planner.errors import ConfigurationError, UsageError, described, nearest_hint
 from planner.setting import declared
-from planner.setup import settings
+from planner.setup import SETTINGS_FILE, SettingsFile, settings
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -130,13 +131,42 @@ def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     this mission meets.
     """
     path = Path(mission)
-    values = {**find_configuration(path.parent).values, **given}
-    if ignores := values.get("per_file_ignores", ()):
+    found = find_configuration(path.parent)
+    own = dict(found.values)
+    if ignores := own.pop("per_file_ignores", ()):
         whole = path.parent.resolve() / path.name
-        values["per_file_ignores"] = tuple(
-            ignore.exemption for ignore in ignores if ignore.meets(whole)
-        )
-    return values
+        if met := tuple(ignore.exemption for ignore in ignores if ignore.meets(whole)):
+            own["per_file_ignores"] = met
+    declared = settings()
+    texts = tuple((key, declared[key].kind.text(own[key])) for key in own if key not in given)
+    if not texts:
+        return {**own, **given}
+    return {**own, **given, SETTINGS_FILE: SettingsFile(path=str(found.path), values=texts)}
+
+
+def typed_settings(mission: str, given: Mapping[str, Any], *, command: str) -> dict[str, Any]:
+    """Return the settings of a command that obeys only what was typed.
+
+    A file beside a mission comes from whoever made the mission: it must neither let a vehicle arm nor
+    put a mission there.
+
+    Raises
+    ------
+    UsageError
+        If a configuration sets how a mission is flown or judged, and the command line does not.
+    """
+    values = mission_settings(mission, given)
+    file = values.pop(SETTINGS_FILE, None)
+    if file is not None:
+        declared = settings()
+        judging = [declared[key] for key, _ in file.values if declared[key].group in CHECK_GROUPS]
+        if judging:
+            names = ", ".join(setting.key for setting in judging)
+            options = ", ".join(setting.option for setting in judging if setting.option)
+            typed = f"give {options}, or" if options else "give its codes to --ignore, or"
+            msg = f"{command} obeys only what is typed, and {file.path} sets {names}: {typed} move the file"
+            raise UsageError(msg)
+    return dict(given)
 
 
 def common_settings(missions: Sequence[Mapping[str, Any]], cls: type[Declared]) -> dict[str, Any]:

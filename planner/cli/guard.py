@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__
-from planner.cli.configuration import mission_settings
+from planner.cli.configuration import typed_settings
 from planner.cli.link import link_options, link_request, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
@@ -133,7 +133,9 @@ def command(
     Exit codes: 2 unusable usage or configuration, 3 the vehicle was lost, 130 interrupted.
     """
     link = taken_link(options)
-    values = mission_settings("-", given_settings(options))
+    values = typed_settings("-", given_settings(options), command="guard")
+    setup = Setup.of(values)
+    setup.require_named("guard")
     request = link_request(url, link)
     show = GuardDisplay()
     journal = None if log is None else DecisionLog(log, address=request.address.text)
@@ -145,7 +147,7 @@ def command(
 
     guard_vehicle(
         request,
-        Setup.of(values),
+        setup,
         GuardRequest(
             settings=GuardSettings(
                 valid_for_s=int(valid_for),

@@ -9,7 +9,7 @@ import click
 
 from planner import quantity
 from planner.cli.check_output import rendered
-from planner.cli.configuration import mission_settings
+from planner.cli.configuration import typed_settings
 from planner.cli.link import TransferProgress, link_options, link_request, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
@@ -79,7 +79,9 @@ def command(
     if not (yes or _can_ask()):
         msg = "no terminal to confirm on: add --yes to send"
         raise UsageError(msg)
-    values = mission_settings(file, given_settings(options))
+    values = typed_settings(file, given_settings(options), command="upload")
+    setup = Setup.of(values)
+    setup.require_named("upload")
     mission = read_mission(file)
 
     def may_send(proposal: UploadProposal) -> bool:
@@ -92,7 +94,7 @@ def command(
         upload = send_mission(
             mission,
             link_request(url, link),
-            Setup.of(values),
+            setup,
             may_send=may_send,
             options=UploadOptions(listen_s=listen_s, keeps_areas=keep_fence, is_forced=force),
             is_charge_given="charge" in values,
@@ -115,10 +117,13 @@ def _is_sendable(proposal: UploadProposal, *, is_forced: bool) -> bool:
     is_go = proposal.check.verdict == "go"
     exit_code = ExitCode.GO if is_go else ExitCode.NO_GO
     write_data(rendered([proposal.check], Output(), exit_code=exit_code))
-    if not is_go and not is_forced:
+    if is_forced or not proposal.objection:
+        return True
+    if is_go:
+        narrate(f"not sent: {proposal.objection}")
+    else:
         narrate("a no-go is not sent: correct the mission, or give --force")
-        return False
-    return True
+    return False
 
 
 def _is_confirmed(proposal: UploadProposal, what: str, *, is_sure: bool) -> bool:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.logs.record import FlightRecord
     from planner.service.preflight import UnreadableMission
     from planner.service.vehicle import MissionComparison
+    from planner.setup import Setup
     from planner.vehicle.model import VehicleModel
 Document = dict[str, object]
 SCHEMA = 1
@@ -149,6 +150,8 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
         "verdict": result.verdict,
         "verdict_text": result.verdict_text,
         "vehicle": values(vehicle, ("name", "source")),
+        "is_vehicle_named": value(setup, "is_vehicle_named"),
+        "settings_file": _settings_file(setup),
         "conditions": {row.key: plain(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),
@@ -160,6 +163,15 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
             finding_document(finding) | {"suppression": value(finding, "suppression")}
             for finding in result.suppressed
         ],
+    }
+
+
+def _settings_file(setup: Setup | None) -> Document:
+    """Return the file that has set something, and what; absent where everything was given otherwise."""
+    file = None if setup is None else setup.settings_file
+    return {
+        "path": value(file, "path"),
+        "values": {} if file is None else {key: plain(text) for key, text in file.values},
     }
 
 

@@ -167,6 +167,8 @@ def table_lines(rows: Sequence[Sequence[str]], *, alignment: str) -> list[str]:
 
 
 _LABEL_WIDTH = 12
+UNNAMED = "no vehicle named, predicted for the article's quadrotor"
+"""What a prediction is, of which nobody said what flies."""
 
 
 def check_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
@@ -202,10 +204,22 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
         figures.append(("Return", _return_plan(result.return_plan)))
     vehicle = result.setup.vehicle
     figures += [
-        ("Vehicle", f"{printable(vehicle.name)} ({printable(vehicle.source)})"),
+        (
+            "Vehicle",
+            f"{printable(vehicle.name)} ({printable(vehicle.source)}){example_remark(result)}",
+        ),
         ("Conditions", conditions_text(result.setup)),
     ]
+    if (file := result.setup.settings_file) is not None:
+        figures.append(("Settings", printable(str(file))))
     return figures
+
+
+def example_remark(result: CheckResult | UnreadableMission) -> str:
+    """Return the remark that a prediction needs whose vehicle nobody named; else nothing."""
+    if not isinstance(result, CheckResult) or result.setup.is_vehicle_named:
+        return ""
+    return f": {UNNAMED}"
 
 
 def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:

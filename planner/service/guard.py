@@ -8,6 +8,7 @@ from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import LinkError, MavjouleError, UsageError
+from planner.findings import Severity
 from planner.guard.authorisation import go_judgement, no_go_judgement, unknown_judgement
 from planner.guard.decision import GuardSettings, VehiclePart
 from planner.guard.energy import Prediction
@@ -16,7 +17,7 @@ from planner.link.connection import Purpose
 from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.link.vehicle import open_link
 from planner.service.preflight import UnreadableMission
-from planner.service.vehicle import check_vehicle
+from planner.service.vehicle import check_vehicle, go_objection
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -64,8 +65,9 @@ def guard_vehicle(
     LinkError
         If the vehicle is lost, and is not waited for.
     InputError, UsageError
-        If the vehicle model is unusable, or a library is missing.
+        If the vehicle model is unusable, vehicle or battery are not named, or a library is missing.
     """
+    check.require_named("guard")
     while True:
         try:
             with open_link(request, purpose=Purpose.GUARD) as link, ExitStack() as stack:
@@ -127,8 +129,12 @@ def judge_vehicle(
         )
     if result.verdict == "no-go":
         return no_go_judgement(result.findings, fail_on=check.fail_on), prediction
-    margin_wh = None if battery is None else battery.margin_wh
-    return go_judgement(margin_wh=margin_wh), prediction
+    hidden = [one for one in result.suppressed if one.severity is Severity.ERROR]
+    if hidden:  # asked not to be reported, and no reason to let a vehicle arm
+        return no_go_judgement(hidden, fail_on=Severity.ERROR), prediction
+    if objection := go_objection(result):
+        return unknown_judgement(objection), prediction
+    return go_judgement(margin_wh=None if battery is None else battery.margin_wh), prediction
 
 
 class Watcher(Protocol):

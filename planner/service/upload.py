@@ -12,7 +12,7 @@ from planner.link.mission import MissionKind
 from planner.link.snapshot import fetch_snapshot
 from planner.link.upload import upload_mission
 from planner.link.vehicle import open_link, silent
-from planner.service.vehicle import check_vehicle
+from planner.service.vehicle import check_vehicle, go_objection
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -45,6 +45,12 @@ class UploadProposal(Value):
     """What is put in place of another, such as ``8 items`` and ``a fence of 2 areas``."""
     removed: tuple[str, ...]
     """What the vehicle has and the mission has not."""
+
+    @property
+    def objection(self) -> str:
+        """Why it is not to be sent without force; empty where it is a go beyond doubt."""
+        # Whoever ignores V106 has agreed to lose the vehicle's fence.
+        return go_objection(self.check, consented=frozenset({FENCE_REMOVED.code}))
 
 
 class UploadOptions(Value):
@@ -79,8 +85,10 @@ def send_mission(
     LinkError
         If no vehicle answers, or a transfer breaks; the message names what is on the vehicle then.
     UsageError
-        If the vehicle is armed or in the air, or does not report it, or an item cannot be sent.
+        If vehicle or battery are not named, the vehicle is armed or in the air, or does not report
+        it, or an item cannot be sent.
     """
+    setup.require_named("upload")
     with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
         snapshot = fetch_snapshot(link)
         if not options.is_forced:

@@ -14,11 +14,11 @@ from planner.link.vehicle import open_link, silent
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
-from planner.service.preflight import check_read
+from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
     from pathlib import Path
 
     from planner.findings import Finding
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.link.vehicle import LinkRequest, OnProgress
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
-    from planner.service.preflight import CheckResult, UnreadableMission
+    from planner.service.preflight import UnreadableMission
     from planner.setup import Setup
 
 
@@ -116,6 +116,32 @@ def check_vehicle(
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, setup, file=file)
+
+
+def go_objection(
+    result: CheckResult | UnreadableMission, *, consented: Collection[str] = ()
+) -> str:
+    """Return why a result is no go to act on; empty where it is one.
+
+    What is to arm a vehicle, or to be put on it, rests on more than the verdict: a vehicle and a battery
+    that are named, energy above the reserve, and no error that was asked not to be reported, but for
+    the codes whose consequence was consented to.
+    """
+    if not isinstance(result, CheckResult) or result.verdict != "go":
+        return f"the verdict is {result.verdict_text}"
+    if not result.setup.is_vehicle_named:
+        return "no vehicle is named"
+    if result.battery is None:
+        return "no battery is known"
+    margin_wh = result.battery.margin_wh
+    if not margin_wh >= 0.0:  # NaN too
+        return f"{quantity.energy(margin_wh)} above the reserve at landing is not enough"
+    hidden = [
+        one
+        for one in result.suppressed
+        if one.severity is Severity.ERROR and one.code not in consented
+    ]
+    return f"{hidden[0].code} {hidden[0].name} is {hidden[0].suppression}" if hidden else ""
 
 
 CAPACITY_NOT_TAKEN = Rule(

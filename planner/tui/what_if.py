@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planner.cli.options import command_text, option_words
-from planner.setup import Setup, settings
+from planner.setup import SETTINGS_FILE, Setup, settings
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -49,6 +49,8 @@ class WhatIf(Value):
             except ValueError as error:
                 msg = f"{setting.label}: {error}"
                 raise ValueError(msg) from error
+        if (file := values.get(SETTINGS_FILE)) is not None:
+            values[SETTINGS_FILE] = file.without(self.changes)
         return values
 
     def problem(self, key: str) -> str:

@@ -8,6 +8,7 @@ import pytest
 
 from planner.autopilot import Autopilot, Target
 from planner.cli.configuration import (
+    OWN_FILE,
     common_settings,
     find_configuration,
     mission_settings,
@@ -18,7 +19,7 @@ from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.selection import Selection
-from planner.setup import Output, Setup, Together, settings
+from planner.setup import SETTINGS_FILE, Output, Setup, Together, settings
 
 
 def _own(folder: Path, text: str) -> Path:
@@ -95,8 +96,19 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         """,
     )
     values = mission_settings(str(tmp_path / "a.plan"), {})
+    named = values.pop(SETTINGS_FILE)
     in_file = {key for key, setting in settings().items() if setting.in_file}
     assert set(values) == in_file, "this test names every setting"
+    assert named.path == str(tmp_path / OWN_FILE)
+    texts = dict(named.values)
+    assert set(texts) == in_file
+    assert (texts["battery"], texts["ignore"], texts["statistics"]) == (
+        "5.2Ah@14.8V",
+        "E107,T",
+        "true",
+    )
+    assert texts["terrain"] == f"{tmp_path / 'north.tif'},{tmp_path / 'south.tif'}"
+    assert texts["per_file_ignores"] == "E105"
     assert [one.codes for one in values.pop("per_file_ignores")] == [("E105",)]
     paths = {
         key: values.pop(key) for key in ("vehicle", "params", "terrain", "profile", "baseline")
@@ -179,6 +191,7 @@ def test_the_command_line_beats_the_file(tmp_path: Path) -> None:
     _own(tmp_path, 'reserve = "30%"\nautopilot = "px4"\nvehicle = "px4-sih-quad"\n')
     merged = mission_settings(str(tmp_path / "a.plan"), {"reserve": 0.1, "autopilot": "auto"})
     assert merged["reserve"] == 0.1
+    assert merged[SETTINGS_FILE].values == (("vehicle", "px4-sih-quad"),)
     setup = Setup.of(merged)
     assert setup.autopilot is None
     assert setup.vehicle.name == "px4-sih-quad"
@@ -189,7 +202,9 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
 ) -> None:
     _own(tmp_path, 'reserve = "30%"\n')
     monkeypatch.chdir(tmp_path)
-    assert mission_settings("-", {}) == {"reserve": 0.3}
+    values = mission_settings("-", {})
+    assert values.pop(SETTINGS_FILE).values == (("reserve", "30%"),)
+    assert values == {"reserve": 0.3}
 
 
 @pytest.mark.parametrize(

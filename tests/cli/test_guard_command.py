@@ -11,12 +11,15 @@ from virtual_vehicle import VirtualLine
 
 from planner.cli.guard import Duration
 from planner.cli.main import main
+from planner.link.mission import MissionKind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 URL = "udp:127.0.0.1:14550"
-CHECK = ("--battery", "77Wh", "--autopilot", "step")
+VEHICLE = ("--vehicle", "falkowski-2023-quadrotor")
+CHECK = (*VEHICLE, "--battery", "77Wh", "--autopilot", "step")
 
 
 class AtOnce(Executor):
@@ -94,6 +97,82 @@ def test_a_model_that_there_is_none_of_is_said_before_anything_else(
     assert main(["guard", URL, "--vehicle", "no-such-model"]) == 2
     assert "no-such-model" in capsys.readouterr().err
     assert not vehicle.received
+
+
+@pytest.mark.parametrize(
+    ("given", "missing"),
+    [
+        ((), "without vehicle and battery: give --vehicle and --battery"),
+        (("--battery", "77Wh"), "without vehicle: give --vehicle"),
+        (VEHICLE, "without battery: give --battery"),
+    ],
+)
+def test_it_does_not_start_without_vehicle_and_battery(
+    vehicle: GuardedVehicle,
+    tmp_path: Path,
+    given: tuple[str, ...],
+    missing: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "mavjoule.toml").write_text("", encoding="utf-8")
+    assert main(["guard", URL, *given]) == 2
+    said = capsys.readouterr().err
+    assert said == f"mavjoule: guard does not start {missing}\n"
+    assert not vehicle.received
+
+
+def test_a_vehicle_model_with_its_battery_names_both(vehicle: GuardedVehicle) -> None:
+    model = ("--vehicle", "arducopter-sitl-quad", "--lost-after", "5s")
+    assert main(["guard", URL, *model]) == 3
+    assert vehicle.received
+
+
+@pytest.mark.parametrize(
+    ("line", "named"),
+    [
+        ('battery = "4000Wh"', "battery: give --battery, or"),
+        ('ignore = "M1"', "ignore: give --ignore, or"),
+        ('select = "T"', "select: give --select, or"),
+        ('fail_on = "error"', "fail_on: give --fail-on, or"),
+        ('baseline = "known.json"', "baseline: give --baseline, or"),
+        ('vehicle = "px4-sih-quad"', "vehicle: give --vehicle, or"),
+        ("reserve = 0\nrisk = 1.0", "reserve, risk: give --reserve, --risk, or"),
+        ("charge = 1.0\nwind = 0", "charge, wind: give --charge, --wind, or"),
+    ],
+)
+def test_a_file_that_sets_what_was_not_typed_is_refused(
+    vehicle: GuardedVehicle,
+    tmp_path: Path,
+    line: str,
+    named: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    file = tmp_path / "mavjoule.toml"
+    file.write_text(f"{line}\n", encoding="utf-8")
+    own = {"battery": VEHICLE, "vehicle": CHECK[2:]}.get(line.partition(" ")[0], CHECK)
+    assert main(["guard", URL, *own]) == 2
+    assert capsys.readouterr().err == (
+        f"mavjoule: guard obeys only what is typed, and {file} sets {named} move the file\n"
+    )
+    assert not vehicle.received
+
+
+def test_a_file_that_sets_only_how_reports_look_does_no_harm(
+    vehicle: GuardedVehicle, tmp_path: Path
+) -> None:
+    (tmp_path / "mavjoule.toml").write_text('format = "json"\n', encoding="utf-8")
+    assert main(["guard", URL, *CHECK, "--lost-after", "5s"]) == 3
+    assert vehicle.results() == [0]
+
+
+def test_an_error_that_is_not_reported_as_asked_is_no_reason_to_arm(
+    vehicle: GuardedVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    take_off, *others = vehicle.lists[MissionKind.MISSION]
+    vehicle.lists[MissionKind.MISSION] = (replace(take_off, z=0.0), *others)
+    assert main(["guard", URL, *CHECK, "--ignore", "A106", "--lost-after", "5s"]) == 3
+    assert vehicle.results() == [2]  # denied
+    assert "verdict no-go: A106 zero-takeoff" in capsys.readouterr().err
 
 
 def test_ctrl_c_ends_in_130(vehicle: GuardedVehicle, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,13 +17,16 @@ from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from planner.link.mission import WireItem
 
 URL = "tcp:127.0.0.1:5760"
 OLD = tuple(wire_item(x=500_000_000 + n * 1000, y=200_000_000, z=50.0) for n in range(4))
 HOME = wire_item(frame=0, x=500_000_000, y=200_000_000, z=200.0)
-SENT = ("upload", "out.waypoints", URL, "--battery", "77Wh", "--yes", "--listen", "2")
+VEHICLE = ("--vehicle", "falkowski-2023-quadrotor")
+CHECKED = ("upload", "out.waypoints", URL, "--yes", "--listen", "2")
+SENT = (*CHECKED, *VEHICLE, "--battery", "77Wh")
 
 
 def _vehicle(autopilot: int = PX4) -> VirtualVehicle:
@@ -74,6 +77,64 @@ def test_a_no_go_is_not_sent(
     assert "a no-go is not sent" in capsys.readouterr().err
     assert main([*SENT, "--force"]) == 0
     assert len(_flown(vehicle)) == 3
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("given", [(), VEHICLE, ("--battery", "77Wh"), ("--force",)])
+def test_without_vehicle_and_battery_nothing_is_sent_even_by_force(
+    on_line: list[VirtualLine],
+    tmp_path: Path,
+    given: tuple[str, ...],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "mavjoule.toml").write_text("", encoding="utf-8")
+    vehicle = _vehicle()
+    on_line.append(VirtualLine(vehicle))
+    assert main([*CHECKED, *given]) == 2
+    assert "upload does not start without" in capsys.readouterr().err
+    assert not vehicle.received
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize(
+    "line",
+    [
+        'ignore = "M"',
+        'select = "T"',
+        'fail_on = "error"',
+        'baseline = "known.json"',
+        "risk = 1.0",
+        "reserve = 0",
+        'charge = "100%"',
+        '[per_file_ignores]\n"out.waypoints" = "M1"',
+    ],
+)
+def test_a_file_beside_the_mission_has_no_say_in_what_is_sent(
+    on_line: list[VirtualLine], tmp_path: Path, line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mavjoule.toml"
+    file.write_text(f"{line}\n", encoding="utf-8")
+    vehicle = _vehicle()
+    on_line.append(VirtualLine(vehicle))
+    assert main(list(SENT)) == 2
+    said = capsys.readouterr().err
+    assert f"upload obeys only what is typed, and {file} sets " in said
+    assert said.count("\n") == 1
+    assert not vehicle.received
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_go_that_rests_on_an_error_not_reported_is_not_sent(
+    on_line: list[VirtualLine], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (tmp_path / "out.waypoints").read_text(encoding="utf-8")
+    grounded = text.replace("50.0\t20.0\t100\t1", "50.0\t20.0\t0\t1")  # take-off to 0 m
+    (tmp_path / "out.waypoints").write_text(grounded, encoding="utf-8")
+    vehicle = _vehicle()
+    on_line += [VirtualLine(vehicle), VirtualLine(vehicle)]
+    assert main([*SENT, "--ignore", "A106"]) == 1
+    assert "not sent: A106 zero-takeoff is ignored as A106" in capsys.readouterr().err
+    assert _flown(vehicle) == OLD
 
 
 @pytest.mark.usefixtures("mission", "on_line")

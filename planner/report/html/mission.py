@@ -17,6 +17,7 @@ from planner.report.text import (
     caveat,
     checked_text,
     closing_line,
+    example_remark,
     finding_message,
     flight_phases,
     headline,
@@ -215,7 +216,7 @@ def mission_view(
         "file": printable(result.file),
         "verdict": result.verdict_text,
         "headline": headline(result),
-        "remark": caveat([result]).strip(),
+        "remark": f"{caveat([result])}{example_remark(result)}".strip(": "),
         "cards": [*filter(None, (shown_figure(document, one) for one in KEY_FIGURES))],
         "figures": shown_figures(document),
         "phases": _phases(result) if isinstance(result, CheckResult) else (),
@@ -300,6 +301,8 @@ def _phases(result: CheckResult) -> list[dict[str, Any]]:
 
 def _vehicle(result: CheckResult) -> list[tuple[str, str]]:
     rows = [("Model", result.setup.vehicle.name), ("File", result.setup.vehicle.source)]
+    if (file := result.setup.settings_file) is not None:
+        rows.append(("Settings", str(file)))
     if result.assessment is not None:
         vehicle = result.assessment.vehicle
         origin = vehicle.provenance
