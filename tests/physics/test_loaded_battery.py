@@ -48,6 +48,10 @@ def test_without_a_cut_off_a_battery_ends_where_it_cannot_deliver() -> None:
     assert empty == pytest.approx(0.5)
 
 
+def test_without_a_load_or_a_cut_off_a_battery_ends_empty() -> None:
+    assert replace(STRAIGHT, resistance_ohm=0.2).empty_state_of_charge(0.0, 0.0) == 0.0
+
+
 def test_at_no_current_all_the_energy_of_the_curve_is_there() -> None:
     # Q times the mean of 12 and 16 V; from three quarters, 5 x (15 + 12) / 2 x 0.75
     for start, energy_wh in ((1.0, 70.0), (0.75, 50.625)):

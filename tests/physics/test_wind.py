@@ -54,6 +54,14 @@ def test_half_a_profile_or_an_impossible_one_is_refused(profile: dict[str, float
         Wind(speed_m_s=5.0, **profile)
 
 
+@pytest.mark.parametrize("name", ["speed_m_s", "speed_sd_m_s", "from_sd_deg"])
+@pytest.mark.parametrize("value", [-0.1, math.inf, math.nan])
+def test_a_wind_or_a_spread_of_it_is_a_number_and_not_negative(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=f"wind {name} must be zero or more"):
+        Wind(**{name: value})
+    assert getattr(Wind(**{name: 0.0}), name) == 0.0
+
+
 def test_the_profile_never_falls_with_height() -> None:
     heights = np.linspace(-10.0, 300.0, 100)
     for wind in (

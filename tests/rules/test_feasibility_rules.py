@@ -185,6 +185,9 @@ def test_a_gate_at_a_waypoint_is_refused(
     made = mission(takeoff(20), waypoint(50, 20), gate, waypoint(100, 20), rtl())
     found = of("M119", made, Autopilot.PX4)
     assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 3)] * fires
+    # The same before the waypoint as behind it.
+    ahead = mission(takeoff(20), gate, waypoint(50, 20), waypoint(100, 20), rtl())
+    assert [f.item for f in of("M119", ahead, Autopilot.PX4)] == [3] * fires
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from made_missions import item, mission, north, rtl, takeoff, waypoint
 
 from planner.errors import ProfileFileError
 from planner.findings import Severity
-from planner.geo.fence import Fence, FencePolygon, RallyPoint
+from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.service.preflight import check
 from planner.site_profile import read_profile
 from planner.values import replace
@@ -114,6 +114,21 @@ def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(tmp_
     fence = Fence(polygons=(FencePolygon(inclusion=True, vertices_deg=corners),))
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, fence=fence))
     assert "a corner of fence polygon 1 is 2.00 km" in finding.message
+    # What is kept out of may be anywhere; of areas to stay in the second is too far.
+    centres = [(250.0, False), (2250.0, False), (250.0, True), (1250.0, True)]
+    circles = tuple(
+        FenceCircle(inclusion=inside, latitude_deg=north(m), longitude_deg=8.0, radius_m=600.0)
+        for m, inside in centres
+    )
+    [finding] = of("M122", tmp_path, place, one=replace(GOOD, fence=Fence(circles=circles[2:])))
+    assert "the centre of fence circle 2 is 1.00 km from the site" in finding.message
+    assert of("M122", tmp_path, place, one=replace(GOOD, fence=Fence(circles=circles[:3]))) == []
+    far = replace(rally, latitude_deg=north(1250))
+    near = replace(rally, latitude_deg=north(250))
+    landing = mission(takeoff(20), waypoint(500, 60), item(21, north(0), 0.0))
+    beside = replace(landing, rally=(near, far))
+    [finding] = of("M122", tmp_path, place, one=beside)
+    assert "rally point 2 is 1.00 km from the site" in finding.message
 
 
 def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:

@@ -110,9 +110,10 @@ def test_the_least_and_greatest_height_over_the_ground_are_told() -> None:
 
 
 def test_a_way_that_leaves_the_grid_is_warned_of() -> None:
-    far = mission(takeoff(20), waypoint(4000, 20), rtl())
+    far = mission(takeoff(20), waypoint(500, 20), waypoint(4000, 20), rtl())
     [finding] = of("X902", findings(far, ground(0.0)))
     assert finding.severity is Severity.WARNING
+    assert finding.item == 3  # which leads there
     # The grid ends 3 km north: 1 km out and 1 km back, to a cell.
     assert finding.message.startswith("2.0")
     assert of("X902", findings(LOW, ground(0.0))) == []
