@@ -128,6 +128,8 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     done, at = -1, 0
     for number in route.reached:
         if at < len(arrivals) and arrivals[at][0].item == number:
+            while arrivals[at][0].is_underway:
+                at += 1
             done = arrivals[at][1]
             at += 1
         first.setdefault(number, done + 1)

@@ -211,7 +211,7 @@ EFFECTS: Mapping[CommandEffect, str] = {
         NAV_LAND NAV_TAKEOFF NAV_LOITER_TO_ALT NAV_SPLINE_WAYPOINT NAV_DELAY DO_JUMP
         DO_CHANGE_SPEED DO_SET_HOME DO_FENCE_ENABLE JUMP_TAG DO_JUMP_TAG
     """,
-    # The CONDITION commands hold back the next DO command while the flight continues.
+    # The CONDITION commands hold back the DO commands behind them: `planner.mission.route.queue`.
     CommandEffect.NO_EFFECT: """
         NAV_ROI CONDITION_DELAY CONDITION_DISTANCE CONDITION_YAW DO_SET_RELAY DO_REPEAT_RELAY
         DO_SET_SERVO DO_REPEAT_SERVO DO_SET_ACTUATOR DO_RETURN_PATH_START DO_LAND_START

@@ -207,6 +207,8 @@ def flown_items(mission: Mission, route: Route, dialect: Autopilot | None) -> Fl
     for number in route.reached:
         item = mission.items[number - 1]
         flies = at < len(route.stages) and route.stages[at].item == number
+        while flies and route.stages[at].is_underway:
+            at += 1
         if item.command not in _JUMPS:
             items.append(item)
             numbers.append(number)

@@ -34,7 +34,7 @@ from planner.setup import Reserve, Setup
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
     from planner.findings import Finding
@@ -203,24 +203,39 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
                 "flies more slowly and wanders"
             )
             found.append(NOISE_ASSUMED.finding(message))
-    route = make_route(
-        mission,
-        dialect=None if target is None else target.autopilot,
-        home_amsl_m=setup.home_amsl_m,
-        terrain=setup.terrain,
-    )
-    found += [*mission.findings, *route.findings]
-    if setup.speed_m_s is not None:
-        from planner.mission.convert import SPEED_REPLACED, route_at_speed
+    replaced = False
+
+    def laid_out(firings: Mapping[int, float]) -> Route:
+        nonlocal replaced
+        route = make_route(
+            mission,
+            dialect=None if target is None else target.autopilot,
+            home_amsl_m=setup.home_amsl_m,
+            terrain=setup.terrain,
+            firings=firings,
+        )
+        if setup.speed_m_s is None:
+            return route
+        from planner.mission.convert import route_at_speed
 
         changed = route_at_speed(route, setup.speed_m_s)
-        if changed.stages != route.stages:
-            route = changed
-            message = (
-                f"predicted at {quantity.speed(setup.speed_m_s)} on every level leg: the file commands "
-                "other speeds"
-            )
-            found.append(SPEED_REPLACED.finding(message))
+        replaced = changed.stages != route.stages
+        return changed
+
+    route = laid_out({})
+    if route.held:
+        from planner.flight.queue import route_with_queue
+
+        route = route_with_queue(mission, laid_out, make_pilot(setup, parameters))
+    found += [*mission.findings, *route.findings]
+    if replaced:
+        from planner.mission.convert import SPEED_REPLACED
+
+        message = (
+            f"predicted at {quantity.speed(setup.speed_m_s)} on every level leg: the file commands "
+            "other speeds"
+        )
+        found.append(SPEED_REPLACED.finding(message))
     return Preparation(
         mission=mission,
         setup=setup,

@@ -32,6 +32,10 @@ def delay(seconds: float, hour: float = -1.0) -> MissionItem:
     return item(93, frame=2, params=(seconds, hour, 30.0 if hour >= 0.0 else -1.0, -1.0))
 
 
+def condition(command: int, value: float) -> MissionItem:
+    return item(command, frame=2, params=(value, 0.0, 0.0, 0.0))
+
+
 def jumping(repeats: int) -> tuple[Finding, ...]:
     """Return what is reported of two items flown so often again, and none behind them."""
     return flown_order(mission(takeoff(20), jump(1, repeats)).items, ARDUPILOT).findings
@@ -112,5 +116,17 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(PLAIN),
         boundary=lambda: found(mission(takeoff(20), waypoint(100, 20), item(21, north(100), 0.0))),
         silent=lambda: found(PLAIN, ARDUPILOT),
+    ),
+    "T115": RuleCases(
+        fires=lambda: found(
+            returning(condition(112, 1000.0), speed(2.0), waypoint(300, 20)), ARDUPILOT
+        ),
+        # What stands before the condition is carried out at once.
+        boundary=lambda: found(
+            returning(speed(2.0), condition(112, 1000.0), waypoint(300, 20)), ARDUPILOT
+        ),
+        silent=lambda: found(
+            returning(condition(112, 1000.0), waypoint(300, 20), speed(2.0)), ARDUPILOT
+        ),
     ),
 }

@@ -24,6 +24,8 @@ from planner.mission.route.walk import TAKEOFFS, MissionState, ground_amsl_m, is
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Home, Mission, MissionItem
@@ -171,6 +173,7 @@ def make_route(
     dialect: Autopilot | None = None,
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
+    firings: Mapping[int, float] | None = None,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -182,6 +185,9 @@ def make_route(
         Altitude of the take-off place; default the mission's own. [m AMSL]
     terrain : TerrainGrid, optional
         The ground; default level with home.
+    firings : Mapping, optional
+        Where on their legs items that conditions hold back are carried out, by position among the
+        reached items; any other is dropped. [-]
 
     Raises
     ------
@@ -192,6 +198,7 @@ def make_route(
     """
     order = flown_order(mission.items, dialect)
     state, findings = _begin(mission, dialect, home_amsl_m, terrain)
+    state.firings = firings or {}
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []
@@ -494,6 +501,10 @@ def _laid_out(
         fence_switches=tuple(
             replace(one, first_stage=one.first_stage + assumed if one.first_stage else 0)
             for one in state.fence_switches
+        ),
+        held=tuple(
+            replace(one, first_stage=one.first_stage + assumed, last_stage=one.last_stage + assumed)
+            for one in state.held
         ),
         reached=reached,
         lap=lap,

@@ -10,6 +10,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.geo.geodesy import LocalFrame
+    from planner.mission.route.queue import HeldItem
 
 
 class StageKind(StrEnum):
@@ -66,6 +67,8 @@ class Stage(Value, kw_only=False):
     followed_ground_m: tuple[float, ...] = ()
     """Heights of the ground on the way, evenly spaced from its beginning to its end, where the vehicle
     follows it. [m AMSL]"""
+    is_underway: bool = False
+    """Whether the place is only one on the way to that of the next stage, which is of the same item."""
     rally_height_m: float = 0.0
     """Height above its ground of the rally point a return leads to; 0 for home. [m]"""
     return_path: ReturnPath | None = None
@@ -135,6 +138,8 @@ class Route(Value):
     """The homes set by DO_SET_HOME, in flown order; the first home is where the frame begins."""
     fence_switches: tuple[FenceSwitch, ...] = ()
     """What the mission switches of the fence, in flown order."""
+    held: tuple[HeldItem, ...] = ()
+    """Items that conditions hold back, in flown order."""
     findings: tuple[Finding, ...] = ()
 
     @property

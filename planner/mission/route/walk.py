@@ -28,6 +28,7 @@ from planner.mission.commands import (
     is_destination,
     support,
 )
+from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of
 from planner.mission.route.stage import FenceAction, FenceSwitch, Stage, StageKind
 from planner.values import replace
 
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from planner.findings import Place
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import MissionItem
+    from planner.mission.route.queue import Condition
 
 
 LONGEST_STORED_HOLD_S = 65_535.0
@@ -72,6 +74,10 @@ HIGHEST_M = 10_000.0
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 
 
+_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER})
+"""Straight legs."""
+_WITHOUT_SPEED = frozenset({StageKind.TAKEOFF, StageKind.DELAY})
+"""Stages on which no level speed is flown."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 _GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
 """Commands that make no sense without a place; others are often meant 'here'."""
@@ -290,6 +296,16 @@ class MissionState:
     moved_homes: list[tuple[int, float, float, float]] = field(default_factory=list)
     """Stages before DO_SET_HOME, latitude and longitude [°], height of the ground there [m]."""
     fence_switches: list[FenceSwitch] = field(default_factory=list)
+    firings: Mapping[int, float] = field(default_factory=dict)
+    """Of items held back, by their position among the reached, how far along its leg each is carried
+    out; one that is not among them is dropped. [-]"""
+    visit: int = -1
+    """Position of the item being followed among the reached."""
+    conditions: list[Condition] = field(default_factory=list)
+    """What holds back the next items of the queue."""
+    waiting: list[tuple[HeldItem, MissionItem]] = field(default_factory=list)
+    """Held back, their leg not yet known."""
+    held: list[HeldItem] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     """Still without east and north."""
     places_deg: list[tuple[float, float]] = field(default_factory=list)
@@ -300,13 +316,126 @@ class MissionState:
     def follow(self, number: int, item: MissionItem) -> None:
         """Fly one item; raise the error about one that holds a number no vehicle can fly."""
         self.number, self.place = number, item.place
-        _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
+        self.visit += 1
+        if not self._is_held_back(item):
+            begun, before = len(self.stages), (self.latitude_deg, self.longitude_deg, self.height_m)
+            self._carry_out(item)
+            if len(self.stages) > begun:
+                self.conditions.clear()
+                if self.waiting:
+                    self._fly_with_queue(begun, before)
         if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
             is_px4 = self.dialect is Autopilot.PX4
             other = "" if is_px4 else ", ArduPilot continues"
             message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
             severity = Severity.ERROR if is_px4 else Severity.WARNING
             self.remark(WAITS_FOR_EVER, message, severity=severity)
+
+    def _carry_out(self, item: MissionItem) -> None:
+        _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
+
+    def _is_held_back(self, item: MissionItem) -> bool:
+        """Return whether an item is a condition or waits for one; PX4 flies no mission with them."""
+        if self.dialect is Autopilot.PX4:
+            return False
+        if item.command in CONDITIONS:
+            self.conditions.append(condition_of(item))
+            return True
+        if not self.conditions or item.command not in HELD:
+            return False
+        one = HeldItem(
+            visit=self.visit,
+            item=self.number,
+            command=Command(item.command),
+            conditions=tuple(self.conditions),
+            first_stage=0,
+            last_stage=0,
+        )
+        self.waiting.append((one, item))
+        return True
+
+    def _fly_with_queue(self, begun: int, before: tuple[float, float, float]) -> None:
+        """Divide the stage just added where items held back are carried out on the way.
+
+        Parameters
+        ----------
+        begun : int
+            Its position in the stages.
+        before : tuple of float
+            Latitude, longitude [°] and height [m] where it begins.
+        """
+        waiting, self.waiting = self.waiting, []
+        own = (self.number, self.place)
+        stage, place_deg = self.stages.pop(), self.places_deg.pop()
+        after = (*place_deg, self.height_m)
+        last: list[tuple[HeldItem, MissionItem]] = []
+        for one, item in waiting:
+            fraction = self.firings.get(one.visit)
+            if fraction is None:
+                continue
+            if fraction >= 1.0 or (fraction > 0.0 and self._acts_at_the_end(stage, one, item)):
+                last.append((one, item))
+                continue
+            if fraction > 0.0 and stage.kind in _DIVIDED:
+                here = (a + fraction * (b - a) for a, b in zip(before, after, strict=True))
+                self.latitude_deg, self.longitude_deg, self.height_m = here
+                self._add_part(stage, fraction)
+            self._carry_out_held(one, item)
+        self.latitude_deg, self.longitude_deg, self.height_m = after
+        parts = len(self.stages) - begun
+        self.number, self.place = own
+        self._add(
+            replace(
+                stage,
+                speed_m_s=stage.speed_m_s if stage.kind is StageKind.RETURN else self.speed_m_s,
+                climb_speed_m_s=self.climb_speed_m_s,
+                descent_speed_m_s=self.descent_speed_m_s,
+                followed_ground_m=stage.followed_ground_m if parts == 0 else (),
+            )
+        )
+        for one, item in last:
+            self._carry_out_held(one, item)
+        self.number, self.place = own
+        self.held += (
+            replace(one, first_stage=begun, last_stage=begun + parts) for one, _ in waiting
+        )
+
+    def _carry_out_held(self, one: HeldItem, item: MissionItem) -> None:
+        self.number, self.place = one.item, item.place
+        self._carry_out(item)
+
+    def _add_part(self, whole: Stage, fraction: float) -> None:
+        """Add a part of a leg, flown through at the speeds commanded until then."""
+        ground_m = whole.followed_ground_m
+        if ground_m:
+            along = np.linspace(0.0, fraction, _GROUND_SAMPLES)
+            every = np.linspace(0.0, 1.0, len(ground_m))
+            ground_m = tuple(np.interp(along, every, ground_m).tolist())
+        part = replace(
+            self._stage(StageKind.GO), item=whole.item, is_underway=True, followed_ground_m=ground_m
+        )
+        self._add(part)
+
+    def _acts_at_the_end(self, stage: Stage, one: HeldItem, item: MissionItem) -> bool:
+        """Return whether an item that is carried out on the way counts from the end of its stage.
+
+        A stage that is no straight leg is not divided: a fence is on for all of it, a speed that changes
+        on a curve is reported.
+        """
+        if stage.kind in _DIVIDED:
+            return False
+        if one.command is Command.DO_FENCE_ENABLE:
+            return int(item.param1 or 0.0) != FenceAction.ON
+        if one.command is Command.DO_CHANGE_SPEED and stage.kind not in _WITHOUT_SPEED:
+            self.remarks.add(
+                ITEM_NOT_MODELLED,
+                f"DO_CHANGE_SPEED is carried out in the middle of item {stage.item}, which is no straight "
+                "leg: predicted from its end",
+                item=one.item,
+                place=item.place,
+                severity=Severity.ERROR,
+            )
+        return True
 
     def go(self, item: MissionItem) -> None:
         """Fly to a place in the manner of the command, and hold there."""

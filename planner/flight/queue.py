@@ -1,0 +1,141 @@
+"""When the items that conditions hold back are carried out, by the flight as it is predicted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Severity
+from planner.mission.route.queue import HELD_BACK
+from planner.mission.route.walk import ITEM_NOT_MODELLED
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from planner.arrays import FloatArray
+    from planner.findings import Finding
+    from planner.flight.motion.kinematics import Motion
+    from planner.flight.pilot import Pilot
+    from planner.mission.items import Mission
+    from planner.mission.route.queue import HeldItem
+    from planner.mission.route.stage import Route
+
+_MOST_PASSES = 12
+"""Each pass settles the next leg at least; all at once settle in two or three."""
+_SAME = 1e-3
+"""Fractions of a leg that differ by less are one."""
+_AT_AN_END_M = 0.5
+"""Nearer to the beginning or the end of a leg than this it is not divided. [m]"""
+_SAMPLES = 1000
+"""Times at which the distance to the place of a leg is looked at."""
+
+
+def route_with_queue(
+    mission: Mission, make: Callable[[Mapping[int, float]], Route], pilot: Pilot
+) -> Route:
+    """Return the route of a mission, its items held back carried out when the flight is so far.
+
+    ``make`` lays the route out by where on their legs they are carried out.  When that is depends on the
+    flight, and the flight on it: it is predicted until neither changes.
+    """
+    firings: dict[int, float] = {}
+    route = make(firings)
+    for _ in range(_MOST_PASSES):
+        if not route.held or not route.stages:
+            return route
+        times = _Times(route, pilot.fly(route)[0])
+        found = {
+            one.visit: fraction
+            for one in route.held
+            if (fraction := times.fraction(one)) is not None
+        }
+        if found.keys() == firings.keys() and all(
+            abs(found[visit] - firings[visit]) < _SAME for visit in found
+        ):
+            reported = tuple(_reported(mission, route.held, times))
+            return replace(route, findings=(*route.findings, *reported))
+        firings = found
+        route = make(firings)
+    one = route.held[0]
+    unsettled = ITEM_NOT_MODELLED.finding(
+        f"{one.command.name}: when its condition is met cannot be predicted",
+        severity=Severity.ERROR,
+        item=one.item,
+        place=mission.items[one.item - 1].place,
+    )
+    return replace(route, findings=(*route.findings, unsettled))
+
+
+class _Times:
+    """When the legs of a route begin and end, and where the vehicle is."""
+
+    def __init__(self, route: Route, motion: Motion) -> None:
+        self._motion = motion
+        end_s = np.concatenate(([0.0], motion.segments.end_s))
+        self._arrival_s = end_s[np.maximum.accumulate(motion.arrival_segment) + 1]
+        self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])
+
+    def span_s(self, one: HeldItem) -> tuple[float, float]:
+        """Return when the leg of an item begins and ends. [s]"""
+        first = one.first_stage
+        begin = float(self._arrival_s[first - 1]) if first else 0.0
+        return begin, float(self._arrival_s[one.last_stage])
+
+    def fires_s(self, one: HeldItem) -> float | None:
+        """Return when the conditions of an item are met; ``None`` where its leg ends before. [s]"""
+        at_s, end_s = self.span_s(one)
+        for condition in one.conditions:
+            at_s += condition.wait_s
+            if at_s >= end_s:
+                return None
+            if condition.within_m is not None:
+                every = np.linspace(at_s, end_s, _SAMPLES)
+                away = self._place_m(every)[:, :2] - self._places_m[one.last_stage, :2]
+                near = np.flatnonzero(np.hypot(*away.T) < condition.within_m)
+                if not len(near):
+                    return None
+                at_s = float(every[near[0]])
+        return at_s
+
+    def fraction(self, one: HeldItem) -> float | None:
+        """Return how far along its leg an item is carried out; ``None`` where it never is. [-]"""
+        at_s = self.fires_s(one)
+        if at_s is None:
+            return None
+        start_m = self._places_m[one.first_stage - 1] if one.first_stage else np.zeros(3)
+        end_m = self._places_m[one.last_stage]
+        length_m = float(np.linalg.norm(end_m - start_m))
+        ahead_m = float(np.linalg.norm(end_m - self._place_m(np.array([at_s]))[0]))
+        if ahead_m < _AT_AN_END_M:
+            return 1.0
+        if ahead_m > length_m - _AT_AN_END_M:
+            return 0.0
+        return 1.0 - ahead_m / length_m
+
+    def _place_m(self, time_s: FloatArray) -> FloatArray:
+        return self._motion.state_at_time(time_s).place_m
+
+
+def _reported(mission: Mission, held: tuple[HeldItem, ...], times: _Times) -> Iterator[Finding]:
+    """Yield of each item that is held back what becomes of it the first time."""
+    seen: set[int] = set()
+    for one in held:
+        if one.item in seen:
+            continue
+        seen.add(one.item)
+        at_s, (begin_s, end_s) = times.fires_s(one), times.span_s(one)
+        after = f"{one.command.name} is held back by {one.conditions[-1]}"
+        if at_s is None:
+            message = f"{after}: never carried out, the leg is over after "
+            message += quantity.duration(end_s - begin_s)
+        else:
+            message = f"{after}: carried out {quantity.duration(at_s - begin_s)} into the leg"
+        yield HELD_BACK.finding(
+            message,
+            severity=Severity.WARNING if at_s is None else None,
+            item=one.item,
+            place=mission.items[one.item - 1].place,
+        )

@@ -1,0 +1,82 @@
+"""ArduPilot's queue of DO_ items: what conditions hold back, and when it is carried out.
+
+While a navigation item is flown the items between it and the one before are run one after the other,
+each at once, unless a CONDITION_ item before them holds the rest back; what is still held back when the
+navigation item is done is dropped (``AP_Mission::advance_current_nav_cmd``, ``advance_current_do_cmd``).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.mission.commands import Command
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+
+CONDITIONS = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE, Command.CONDITION_YAW})
+HELD = frozenset({Command.DO_CHANGE_SPEED, Command.DO_SET_HOME, Command.DO_FENCE_ENABLE})
+"""Commands that change the flight or how it is judged; of any other it does not matter when."""
+_TURN_DEG_S = 60.0
+"""Rate of a turn whose item gives none. [° s⁻¹]"""
+_HALF_TURN_DEG = 180.0
+
+HELD_BACK = Rule(
+    "T115 held-back",
+    Severity.INFO,
+    summary="A condition holds back an item that changes the flight.",
+    why="CONDITION_DELAY, _DISTANCE and _YAW do not stop the vehicle: they hold back the DO_ items "
+    "behind them while it flies on, and what is still held back when the next place is reached is "
+    "never carried out.",
+    how="DO_CHANGE_SPEED, DO_SET_HOME and DO_FENCE_ENABLE behind a condition, on ArduPilot: carried out "
+    "so many seconds after the leg began, so near to its place, or after the longest turn to the "
+    "heading, as predicted.  A warning where the leg is over before.",
+    fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
+)
+
+
+class Condition(Value):
+    """What holds the queue back."""
+
+    command: Command
+    wait_s: float = 0.0
+    """Time it takes. [s]"""
+    within_m: float | None = None
+    """Distance to the place flown to below which it is met; ``None``: it is one of time. [m]"""
+
+    def __str__(self) -> str:
+        if self.within_m is not None:
+            return f"{self.command.name} {quantity.distance(self.within_m)}"
+        if self.command == Command.CONDITION_YAW:
+            return self.command.name
+        return f"{self.command.name} {quantity.duration(self.wait_s)}"
+
+
+def condition_of(item: MissionItem) -> Condition:
+    """Return the condition that an item sets; a turn lasts as long as the longest to its heading."""
+    command = Command(item.command)
+    value = max(item.param1 or 0.0, 0.0)
+    if command is Command.CONDITION_DISTANCE:
+        return Condition(command=command, within_m=value)
+    if command is Command.CONDITION_DELAY:
+        return Condition(command=command, wait_s=value)
+    turn_deg = abs(item.param1 or 0.0) if item.param4 else _HALF_TURN_DEG
+    rate_deg_s = item.param2 if item.param2 is not None and item.param2 > 0.0 else _TURN_DEG_S
+    return Condition(command=command, wait_s=turn_deg / rate_deg_s)
+
+
+class HeldItem(Value):
+    """An item that conditions hold back while a leg is flown."""
+
+    visit: int
+    """Position in the order items are reached."""
+    item: int
+    command: Command
+    conditions: tuple[Condition, ...]
+    """Met one after the other, since the leg began."""
+    first_stage: int
+    """First and last stage of the leg, as positions in the route's stages."""
+    last_stage: int

@@ -1,0 +1,215 @@
+"""Items that CONDITION_ items hold back: carried out later on the leg, or never."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from fenced_missions import VEHICLES
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import item, mission, rtl, speed, takeoff, waypoint
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.mission.route.queue import condition_of
+from planner.mission.route.route import make_route
+from planner.service.preflight import CheckResult, check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+
+ARDUPILOT, STEP, PX4 = Autopilot.ARDUPILOT, Autopilot.STEP, Autopilot.PX4
+FLOWN = [ARDUPILOT, STEP]
+
+
+def delay(seconds: float) -> MissionItem:
+    return item(112, frame=2, params=(seconds, 0.0, 0.0, 0.0))
+
+
+def distance(metres: float) -> MissionItem:
+    return item(114, frame=2, params=(metres, 0.0, 0.0, 0.0))
+
+
+def yaw(degrees: float, *, rate: float = 0.0, relative: float = 0.0) -> MissionItem:
+    return item(115, frame=2, params=(degrees, rate, 1.0, relative))
+
+
+def photo() -> MissionItem:
+    return item(203, frame=2, params=(0.0, 0.0, 0.0, 0.0))
+
+
+def flown(*items: MissionItem, autopilot: Autopilot = ARDUPILOT) -> CheckResult:
+    vehicle = load_vehicle(VEHICLES[autopilot])
+    return check(mission(*items), vehicle, battery=Battery(capacity_wh=5000.0))
+
+
+def arrival_s(result: CheckResult, number: int) -> float:
+    arrival = result.items[number - 1].arrival_s
+    assert arrival is not None
+    return arrival
+
+
+def held_back(result: CheckResult) -> list[Severity]:
+    return [one.severity for one in result.findings if one.code == "T115"]
+
+
+@pytest.mark.parametrize("autopilot", FLOWN)
+def test_a_speed_held_back_by_a_delay_counts_from_then(autopilot: Autopilot) -> None:
+    # 1000 m: 100 s at 2 m/s, the rest of 800 m at 8 m/s in 100 s; some seconds to speed up and brake.
+    legs = (takeoff(30), speed(2.0), delay(100.0), speed(8.0), waypoint(1000, 30), rtl())
+    result = flown(*legs, autopilot=autopilot)
+    leg_s = arrival_s(result, 5) - arrival_s(result, 1)
+    assert leg_s == pytest.approx(200.0, abs=12.0)
+    assert held_back(result) == [Severity.INFO]
+
+
+@pytest.mark.parametrize("autopilot", FLOWN)
+def test_a_speed_held_back_longer_than_its_leg_is_never_carried_out(autopilot: Autopilot) -> None:
+    rest = (waypoint(1000, 30), waypoint(200, 30), rtl())
+    held = flown(takeoff(30), delay(1000.0), speed(1.0), *rest, autopilot=autopilot)
+    free = flown(takeoff(30), photo(), photo(), *rest, autopilot=autopilot)
+    assert held.totals == free.totals
+    assert held_back(held) == [Severity.WARNING]
+
+
+def test_the_leg_after_one_with_a_speed_held_back_keeps_it() -> None:
+    legs = (takeoff(30), speed(8.0), delay(20.0), speed(4.0), waypoint(500, 30), waypoint(100, 30))
+    result = flown(*legs, rtl())
+    assert arrival_s(result, 6) - arrival_s(result, 5) == pytest.approx(400.0 / 4.0, abs=8.0)
+
+
+def test_a_distance_is_that_to_the_place_flown_to() -> None:
+    # 900 m at 9 m/s in 100 s, the last 100 m at 2 m/s in 50 s.
+    legs = (takeoff(30), speed(9.0), distance(100.0), speed(2.0), waypoint(1000, 30), rtl())
+    result = flown(*legs)
+    assert arrival_s(result, 5) - arrival_s(result, 1) == pytest.approx(150.0, abs=10.0)
+    at_once = flown(takeoff(30), speed(9.0), distance(2000.0), speed(2.0), waypoint(100, 30), rtl())
+    never_behind = flown(takeoff(30), speed(9.0), photo(), speed(2.0), waypoint(100, 30), rtl())
+    assert at_once.totals == never_behind.totals
+
+
+def test_conditions_are_met_one_after_the_other() -> None:
+    legs = (
+        takeoff(30),
+        speed(5.0),
+        delay(60.0),
+        delay(60.0),
+        speed(10.0),
+        waypoint(1000, 30),
+        rtl(),
+    )
+    leg_s = arrival_s(flown(*legs), 6) - arrival_s(flown(*legs), 1)
+    assert leg_s == pytest.approx(120.0 + 400.0 / 10.0, abs=10.0)
+
+
+@pytest.mark.parametrize(
+    ("turn", "seconds"),
+    [
+        (yaw(90.0), 3.0),  # the longest turn there is, at 60 °/s
+        (yaw(90.0, relative=1.0), 1.5),
+        (yaw(90.0, rate=10.0, relative=1.0), 9.0),
+        (yaw(0.0, rate=20.0), 9.0),
+    ],
+)
+def test_a_heading_takes_its_angle_over_its_rate(turn: MissionItem, seconds: float) -> None:
+    assert condition_of(turn).wait_s == pytest.approx(seconds)
+
+
+def test_a_delay_counts_through_a_hold_and_the_speed_from_the_next_leg_on() -> None:
+    hold = waypoint(100, 30, hold_s=60.0)
+    rest = (waypoint(500, 30), rtl())
+    held = flown(takeoff(30), delay(40.0), speed(2.0), hold, photo(), *rest)
+    plain = flown(takeoff(30), photo(), photo(), hold, speed(2.0), *rest)
+    assert held.totals.time_s == pytest.approx(plain.totals.time_s, abs=0.1)
+
+
+def test_a_fence_held_back_is_off_until_then() -> None:
+    from fenced_missions import at, box, findings_of
+
+    on, off = (item(207, frame=2, params=(value, 0.0, 0.0, 0.0)) for value in (1.0, 0.0))
+    around = box(-300.0, -300.0, 300.0, 300.0)
+    lands = at(0, 0, 0.0, command=21)
+
+    def leaves(*queue: MissionItem) -> bool:
+        legs = (takeoff(20), *queue, at(0, 500), off, at(0, 0), lands)
+        return "F101" in findings_of(legs, around, autopilot=ARDUPILOT)
+
+    assert leaves(off, delay(20.0), on)
+    assert not leaves(off, delay(1000.0), on)
+    assert not leaves(delay(15.0), off)
+    assert leaves(delay(45.0), off)
+    assert leaves(distance(100.0), off)
+    assert not leaves(distance(300.0), off)
+
+
+def test_a_speed_that_changes_on_a_curve_is_reported() -> None:
+    spline = item(82, waypoint(500, 30).latitude_deg, 30.0)
+    result = flown(takeoff(30), waypoint(100, 30), delay(20.0), speed(3.0), spline, rtl())
+    [finding] = [one for one in result.findings if one.code == "T102"]
+    assert (finding.severity, finding.item) == (Severity.ERROR, 4)
+
+
+def test_px4_holds_nothing_back() -> None:
+    legs = (takeoff(30), delay(1000.0), speed(1.0), waypoint(100, 30), rtl())
+    stages = make_route(mission(*legs), dialect=PX4).stages
+    assert stages[1].speed_m_s == 1.0
+
+
+@settings(deadline=None, max_examples=6)
+@given(
+    legs=st.lists(st.tuples(st.integers(20, 600), st.integers(10, 60)), min_size=1, max_size=5),
+    waits=st.lists(st.sampled_from([112, 114, 115]), min_size=1, max_size=3),
+    at=st.integers(0, 4),
+    value=st.floats(0.0, 400.0),
+    autopilot=st.sampled_from(FLOWN),
+)
+def test_a_condition_that_holds_back_nothing_changes_nothing(
+    legs: list[tuple[int, int]], waits: list[int], at: int, value: float, autopilot: Autopilot
+) -> None:
+    conditions = [item(one, frame=2, params=(value, 0.0, 0.0, 0.0)) for one in waits]
+    ways = [waypoint(*leg) for leg in legs]
+    at = min(at, len(ways))
+    plain = flown(takeoff(30), speed(5.0), *ways, rtl(), autopilot=autopilot)
+    held = flown(
+        takeoff(30),
+        speed(5.0),
+        *ways[:at],
+        *conditions,
+        photo(),
+        *ways[at:],
+        rtl(),
+        autopilot=autopilot,
+    )
+    assert held.totals == plain.totals
+
+
+@settings(deadline=None, max_examples=6)
+@given(
+    length=st.floats(50.0, 1500.0),
+    seconds=st.floats(0.0, 200.0),
+    slow=st.floats(1.0, 6.0),
+    fast=st.floats(6.5, 12.0),
+    speeds_up=st.booleans(),
+)
+def test_a_speed_held_back_flies_between_the_slow_leg_and_the_fast_one(
+    length: float, seconds: float, slow: float, fast: float, *, speeds_up: bool
+) -> None:
+    first, then = (slow, fast) if speeds_up else (fast, slow)
+
+    def leg_s(*queue: MissionItem) -> float:
+        legs = [takeoff(30), *queue, waypoint(length, 30), rtl()]
+        result = flown(*legs)
+        return arrival_s(result, len(legs) - 1) - arrival_s(result, 1)
+
+    held = leg_s(speed(first), delay(seconds), speed(then))
+    # By hand: seconds at one speed, less if it has to be reached first, the rest at the other.
+    ramp_s = fast / 2.5 + 2.5 / 1.0
+    by_hand = []
+    for flown_s in (seconds, max(seconds - ramp_s, 0.0)):
+        way = min(first * flown_s, length)
+        by_hand.append(way / first + (length - way) / then)
+    # No stop in the middle: one start and one stop as for any leg, and a change of speed.
+    assert min(by_hand) - 1.0 <= held <= max(by_hand) + 2.0 * ramp_s + 2.0
