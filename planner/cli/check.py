@@ -99,10 +99,8 @@ def _together(
 ) -> Together | None:
     """Return what is asked of the missions together; ``None`` where each stands for itself.
 
-    Raises
-    ------
-    UsageError
-        If it is asked of one mission alone, or starts are given for others than these missions.
+    Raises UsageError if it is asked of one mission alone, or starts are given for others than these
+    missions.
     """
     common = common_settings(settings, Together)
     if "separation_m" not in common:

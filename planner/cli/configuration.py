@@ -39,10 +39,7 @@ class Configuration(Value):
 def find_configuration(folder: Path) -> Configuration:
     """Return the configuration of the nearest folder upward that has one; an empty one without any.
 
-    Raises
-    ------
-    ConfigurationError
-        If the nearest file is broken or holds a wrong key or value.
+    Raises ConfigurationError if the nearest file is broken or holds a wrong key or value.
     """
     start = folder.resolve()
     for place in (start, *start.parents):
@@ -65,10 +62,7 @@ def _exists(path: Path) -> bool:
 def read_configuration(path: Path) -> Configuration | None:
     """Return the configuration in a file, ``None`` for a ``pyproject.toml`` that has none.
 
-    Raises
-    ------
-    ConfigurationError
-        If the file is broken or holds a wrong key or value.
+    Raises ConfigurationError if the file is broken or holds a wrong key or value.
     """
     document = _document(path)
     prefix = ""
@@ -172,10 +166,7 @@ def typed_settings(mission: str, given: Mapping[str, Any], *, command: str) -> d
 def common_settings(missions: Sequence[Mapping[str, Any]], cls: type[Declared]) -> dict[str, Any]:
     """Return the settings of a value that is one for all missions of a call, by key.
 
-    Raises
-    ------
-    UsageError
-        If the configurations of two missions see it differently.
+    Raises UsageError if the configurations of two missions see it differently.
     """
     common: dict[str, Any] = {}
     for setting in declared(cls):

@@ -169,10 +169,7 @@ def command(
 class DecisionLog:
     """A file that decisions are appended to, a line each, whole or not at all.
 
-    Raises
-    ------
-    OutputError
-        If it cannot be written to.
+    Raises OutputError if it cannot be written to.
     """
 
     def __init__(self, path: Path, *, address: str) -> None:

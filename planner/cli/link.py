@@ -92,10 +92,7 @@ def is_vehicle(name: str) -> bool:
 def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
     """Return the request that the options of the link make; report the normalised address.
 
-    Raises
-    ------
-    UsageError
-        If the address is none.
+    Raises UsageError if the address is none.
     """
     from planner.link.address import read_address
     from planner.link.transfers import LinkSettings

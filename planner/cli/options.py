@@ -158,10 +158,7 @@ def given_settings(options: Mapping[str, object]) -> dict[str, Any]:
 def option_words(key: str, value: object) -> list[str]:
     """Return the words of a command line that set a value.
 
-    Raises
-    ------
-    ValueError
-        If no text of an option is this value.
+    Raises ValueError if no text of an option is this value.
     """
     setting = settings()[key]
     several = value if isinstance(value, tuple) and setting.kind.is_file else (value,)

@@ -41,10 +41,7 @@ def write_data(text: str, *, output: Path | None = None) -> None:
 
     A reader that has gone away, as ``head`` does, is no error: the verdict stands.
 
-    Raises
-    ------
-    OutputError
-        If the report cannot be written.
+    Raises OutputError if the report cannot be written.
     """
     if output is not None and output != STANDARD_OUTPUT:
         from planner.files import write_output_file

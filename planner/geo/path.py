@@ -293,10 +293,7 @@ class PathLegs(NamedTuple):
 def path_legs(east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> PathLegs:
     """Return the legs of the path through points of a local frame.
 
-    Raises
-    ------
-    ValueError
-        If there are fewer than two points, or one is not finite.
+    Raises ValueError if there are fewer than two points, or one is not finite.
     """
     points = np.column_stack([np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)])
     if len(points) < 2 or not np.all(np.isfinite(points)):

@@ -262,7 +262,7 @@ def _discharges(records: Sequence[FlightRecord]) -> tuple[SegmentUse, ...]:
             refusal = "no current"
         elif volts < _NOT_FULL * highest:
             refusal = f"began with less than {_NOT_FULL:.0%} of the highest voltage: not full"
-        rows.append(SegmentUse.of_flight(record, "discharge", refusal))
+        rows.append(SegmentUse.within(record, what="discharge", refusal=refusal))
     return tuple(rows)
 
 

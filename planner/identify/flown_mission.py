@@ -318,8 +318,7 @@ def _left(flown: FlightRecord, mission: Mission) -> list[Finding]:
         is_due = np.maximum.accumulate(flown.mission_item) >= returns[0] - 1
         asked_for = is_due | ~flown.mission_item.any()
         elsewhere &= ~(np.isin(flown.mode, _RETURNS) & asked_for)
-    step_s = float(flown.time_s[1] - flown.time_s[0])
-    lost_s = float(elsewhere.sum()) * step_s
+    lost_s = float(elsewhere.sum()) * flown.step_s
     if lost_s <= _LEAST_S:
         return []
     modes = ", ".join(dict.fromkeys(flown.mode[elsewhere].tolist()))

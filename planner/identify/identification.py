@@ -266,13 +266,15 @@ def _power_refusals(record: FlightRecord) -> list[SegmentUse]:
         return []
     remark = next((q.remark for q in record.quantities if q.name == "current_a" and q.remark), "")
     why = f"no power in the log: {remark}" if remark else "no power in the log"
-    return [SegmentUse.of_flight(record, "flight", why)]
+    return [SegmentUse.within(record, what="flight", refusal=why)]
 
 
 def _span_refusals(record: FlightRecord, spans: Sequence[SteadySpan]) -> list[SegmentUse]:
     return [
-        replace(
-            SegmentUse.of_flight(record, str(s.segment.state), s.refusal),
+        SegmentUse.within(
+            record,
+            what=str(s.segment.state),
+            refusal=s.refusal,
             start_s=s.segment.start_s,
             duration_s=s.segment.duration_s,
         )

@@ -15,7 +15,7 @@ from planner.values import Value, force_setattr, replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.arrays import BoolArray, FloatArray
+    from planner.arrays import FloatArray
     from planner.logs.record import FlightRecord
     from planner.physics.response import Modes
 
@@ -253,17 +253,8 @@ def cut_manoeuvres(
     Hover power at each sample is taken off the power; left out, powers are not cut. Every command
     is returned with every answer to it, used or refused.
     """
-    step_s = float(record.time_s[1] - record.time_s[0])
-    vertical = _commands(
-        record.reference_height_m, record.is_landed, step_s, still=_STILL_M, least=_LEAST_STEP_M
-    )
-    level = _commands(
-        record.reference_speed_m_s,
-        record.is_landed,
-        step_s,
-        still=_STILL_M_S,
-        least=_LEAST_SPEED_M_S,
-    )
+    vertical = _commands(record, record.reference_height_m, still=_STILL_M, least=_LEAST_STEP_M)
+    level = _commands(record, record.reference_speed_m_s, still=_STILL_M_S, least=_LEAST_SPEED_M_S)
     all_commands = sorted([*vertical, *level], key=lambda command: command.first)
     height = _Signal(ResponseKind.ALTITUDE, record.reference_height_m, record.height_above_home_m)
     speed = _Signal(ResponseKind.SPEED, record.reference_speed_m_s, speed_through_air_m_s(record))
@@ -294,21 +285,21 @@ def hold_out(cuts: Sequence[ManoeuvreCut]) -> tuple[ManoeuvreCut, ...]:
 
 
 def _commands(
-    reference: FloatArray, is_landed: BoolArray, step_s: float, *, still: float, least: float
+    record: FlightRecord, reference: FloatArray, *, still: float, least: float
 ) -> list[_Command]:
     """Return the spans in which a reference changes in flight."""
     steps = np.diff(reference)
     moving = np.flatnonzero(np.abs(np.nan_to_num(steps)) > still)
     if not moving.size:
         return []
-    apart = np.flatnonzero(np.diff(moving) > _PAUSE_S / step_s)
+    apart = np.flatnonzero(np.diff(moving) > _PAUSE_S / record.step_s)
     firsts = moving[np.concatenate([[0], apart + 1])]
     ends = moving[np.concatenate([apart, [moving.size - 1]])] + 1
     commands = []
     for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
         change = float(reference[end] - reference[first])
         largest = float(np.nanmax(np.abs(steps[first:end])))
-        if not abs(change) >= least or is_landed[first : end + 1].all():
+        if not abs(change) >= least or record.is_landed[first : end + 1].all():
             continue
         form = ReferenceForm.HELD if largest >= _STEPPED * abs(change) else ReferenceForm.LINEAR
         commands.append(_Command(first=first, end=end, change=change, form=form))
@@ -319,14 +310,13 @@ def _cut(
     record: FlightRecord, command: _Command, commands: Sequence[_Command], signal: _Signal
 ) -> ManoeuvreCut:
     """Cut one answer to one command out of a record, or refuse it with the reason."""
-    step_s = float(record.time_s[1] - record.time_s[0])
     others = [other for other in commands if other is not command]
     last_end = max((o.end for o in others if o.first <= command.first), default=0)
-    start = max(command.first - round(_REST_S / step_s), last_end)
+    start = max(command.first - round(_REST_S / record.step_s), last_end)
     next_first = min(
         (o.first for o in others if o.first > command.first), default=record.time_s.size - 1
     )
-    end = min(next_first, command.end + round(_LONGEST_S / step_s)) + 1
+    end = min(next_first, command.end + round(_LONGEST_S / record.step_s)) + 1
     part = slice(start, end)
     manoeuvre: Manoeuvre | None = None
     refusal = ""
@@ -334,7 +324,7 @@ def _cut(
         refusal = "begins or ends on the ground"
     elif last_end > command.first:
         refusal = "another reference changes at the same time"
-    elif (command.first - start) * step_s < _LEAST_REST_S:
+    elif (command.first - start) * record.step_s < _LEAST_REST_S:
         refusal = f"less than {_LEAST_REST_S:g} s of rest before the command"
     elif next_first < command.end:
         refusal = "another reference changes before this one has arrived"
@@ -351,13 +341,12 @@ def _cut(
             reference_form=command.form,
             source=f"{record.source}#{record.number}",
         )
-    return ManoeuvreCut(
+    return ManoeuvreCut.within(
+        record,
         answer=signal.answer,
         start_s=float(record.time_s[command.first]),
         change=command.change,
-        duration_s=(command.end - command.first) * step_s,
-        log=record.source,
-        flight=record.number,
+        duration_s=(command.end - command.first) * record.step_s,
         manoeuvre=manoeuvre,
         refusal=refusal,
     )

@@ -122,8 +122,9 @@ def timed_flight(record: FlightRecord) -> TimedFlight:
         msg = "speed or height is not known throughout"
         raise IdentificationError(msg)
     time_s = record.time_s
-    step_s = float(time_s[1] - time_s[0])
-    smooth = smoothed(np.interp(time_s, time_s[known], speed[known]), round(_SMOOTHING_S / step_s))
+    smooth = smoothed(
+        np.interp(time_s, time_s[known], speed[known]), round(_SMOOTHING_S / record.step_s)
+    )
     bounds = _legs(record, smooth)
     if not bounds:
         msg = "no level leg"
@@ -150,10 +151,8 @@ def timed_flight(record: FlightRecord) -> TimedFlight:
 
 def _takeoff(record: FlightRecord, height: FloatArray, end: int) -> TimedChange:
     above = height[: end + 1] - height[0]
-    return TimedChange(
-        log=record.source,
-        flight=record.number,
-        start_s=0.0,
+    return TimedChange.within(
+        record,
         duration_s=float(record.time_s[end]),
         rise_m=float(above[max(end - _MEAN_SAMPLES, 0) :].mean()),
         ground_s=float(record.time_s[int(np.argmax(above > OFF_GROUND_M))]),
@@ -163,12 +162,12 @@ def _takeoff(record: FlightRecord, height: FloatArray, end: int) -> TimedChange:
 
 def _landing(record: FlightRecord, height: FloatArray, begin: int) -> TimedChange:
     above = height[begin:] - height[-1]
+    begin_s = float(record.time_s[begin])
     touched = begin + int(np.flatnonzero(above > OFF_GROUND_M)[-1])
-    return TimedChange(
-        log=record.source,
-        flight=record.number,
-        start_s=float(record.time_s[begin]),
-        duration_s=record.duration_s - float(record.time_s[begin]),
+    return TimedChange.within(
+        record,
+        start_s=begin_s,
+        duration_s=record.duration_s - begin_s,
         rise_m=-float(above[:_MEAN_SAMPLES].mean()),
         ground_s=record.duration_s - float(record.time_s[touched]),
         low_speed_m_s=_low_speed_m_s(above[::-1], record),
@@ -179,17 +178,15 @@ def _low_speed_m_s(above: FloatArray, record: FlightRecord) -> float:
     """Return the speed from 1 m to 8 m above the ground, of heights counted from the ground on."""
     low, high = _LOW_M
     samples = int(np.argmax(above > high)) - int(np.argmax(above > low))
-    step_s = float(record.time_s[1] - record.time_s[0])
-    return (high - low) / (max(samples, 1) * step_s)
+    return (high - low) / (max(samples, 1) * record.step_s)
 
 
 def _legs(record: FlightRecord, speed: FloatArray) -> list[tuple[int, int]]:
     """Return the first samples, and those after the last, of the spans far enough for a leg."""
     moving = speed > MOVING_M_S
-    step_s = float(record.time_s[1] - record.time_s[0])
     found = []
     for begin, end in zip(*(bound.tolist() for bound in run_bounds(moving)), strict=True):
-        if moving[begin] and speed[begin:end].sum() * step_s > _LEAST_LEG_M:
+        if moving[begin] and speed[begin:end].sum() * record.step_s > _LEAST_LEG_M:
             found.append((begin, min(end, speed.size - 1)))
     return found
 
@@ -200,13 +197,10 @@ def _timed_leg(
     time_s = record.time_s
     flown = speed[begin:end]
     held = float(np.percentile(flown[flown > 0.5 * flown.max()], _COMMANDED_PERCENTILE))
-    step_s = float(time_s[1] - time_s[0])
-    tail = flown[-round(_BRAKING_S / step_s) :]
-    braked_from = float(tail.max())
+    braked_from = float(flown[-round(_BRAKING_S / record.step_s) :].max())
     brake = end - int(np.argmax(flown[::-1] >= STOPPING_FRACTION * braked_from)) - 1
-    return TimedLeg(
-        log=record.source,
-        flight=record.number,
+    return TimedLeg.within(
+        record,
         start_s=float(time_s[since]),
         duration_s=float(time_s[end] - time_s[since]),
         length_m=float(np.trapezoid(speed[since : end + 1], time_s[since : end + 1])),
@@ -234,8 +228,7 @@ class RampIdentification(Value):
 
 def has_references(record: FlightRecord) -> bool:
     """Return whether a record holds what its vehicle was commanded."""
-    columns = (record.reference_height_m, record.reference_speed_m_s)
-    return any(bool(np.isfinite(column).any()) for column in columns)
+    return bool(np.isfinite([record.reference_height_m, record.reference_speed_m_s]).any())
 
 
 def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
@@ -249,7 +242,7 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
         try:
             usable.append(timed_flight(record))
         except IdentificationError as error:
-            refused.append(SegmentUse.of_flight(record, "flight", str(error)))
+            refused.append(SegmentUse.within(record, what="flight", refusal=str(error)))
     try:
         ramps = fit_ramps(usable)
         others = [fit_ramps([o for o in usable if o is not flight]) for flight in usable]
@@ -329,18 +322,19 @@ def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
     stop_s = max(_median(change.ground_s for change in downs) - OFF_GROUND_M / landing, 0.0)
     slow_s = beyond_down_s - stop_s - descent * inverse - 0.5 * landing / acceleration
     slower = 1.0 / landing - 1.0 / descent
-    return Ramps(
-        start_s=rounded(start_s, 4),
-        climb_m_s=rounded(climb, 4),
-        climb_wait_s=rounded(max(beyond_up_s - start_s - climb * inverse, 0.0), 4),
-        acceleration_m_s2=rounded(acceleration, 4),
-        braking_m_s2=rounded(braking, 4),
-        turn_wait_s=rounded(max(turn_wait_s, 0.0), 4),
-        descent_m_s=rounded(descent, 4),
-        landing_m_s=rounded(landing, 4),
-        landing_height_m=rounded(max(slow_s / slower, 0.0) if slower > 0.0 else 0.0, 4),
-        stop_s=rounded(stop_s, 4),
-    )
+    values = {
+        "start_s": start_s,
+        "climb_m_s": climb,
+        "climb_wait_s": max(beyond_up_s - start_s - climb * inverse, 0.0),
+        "acceleration_m_s2": acceleration,
+        "braking_m_s2": braking,
+        "turn_wait_s": max(turn_wait_s, 0.0),
+        "descent_m_s": descent,
+        "landing_m_s": landing,
+        "landing_height_m": max(slow_s / slower, 0.0) if slower > 0.0 else 0.0,
+        "stop_s": stop_s,
+    }
+    return Ramps(**{name: rounded(value, 4) for name, value in values.items()})
 
 
 def _line(changes: Sequence[TimedChange]) -> tuple[float, float]:
@@ -352,11 +346,8 @@ def _line(changes: Sequence[TimedChange]) -> tuple[float, float]:
         raise IdentificationError(msg)
     one, other = np.triu_indices(heights.size, 1)
     apart = np.abs(heights[other] - heights[one]) > 0.25 * np.ptp(heights)
-    slope = float(
-        np.median(
-            (durations[other] - durations[one])[apart] / (heights[other] - heights[one])[apart]
-        )
-    )
+    slopes = (durations[other] - durations[one])[apart] / (heights[other] - heights[one])[apart]
+    slope = float(np.median(slopes))
     if not slope > 0.0:
         msg = "higher flights take no longer: durations do not show the speed of a climb"
         raise IdentificationError(msg)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -49,7 +49,12 @@ class FlightPart(Value):
     start_s: float
     """In the flight. [s]"""
     duration_s: float
-    """[s]"""
+
+    @classmethod
+    def within(cls, record: FlightRecord, **fields: Any) -> Self:  # noqa: ANN401 - of the class
+        """Return a part of a record: the whole flight, where times are left out."""
+        whole = {"start_s": 0.0, "duration_s": record.duration_s}
+        return cls(log=record.source, flight=record.number, **whole | fields)
 
 
 class SegmentUse(FlightPart):
@@ -69,18 +74,6 @@ class SegmentUse(FlightPart):
         """Return what became of a part of a flight."""
         place = {name: getattr(part, name) for name in field_names(FlightPart)}
         return cls(**place, what=what, **use)
-
-    @classmethod
-    def of_flight(cls, record: FlightRecord, what: str, refusal: str) -> SegmentUse:
-        """Return what became of a whole flight."""
-        return cls(
-            log=record.source,
-            flight=record.number,
-            start_s=0.0,
-            duration_s=record.duration_s,
-            what=what,
-            refusal=refusal,
-        )
 
     @property
     def is_used(self) -> bool:
@@ -175,8 +168,7 @@ def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
 
     Time on the ground, and time at which neither height nor speed is known, belongs to none.
     """
-    step_s = float(record.time_s[1] - record.time_s[0])
-    climb, speed, acceleration = _motion(record, step_s)
+    climb, speed, acceleration = _motion(record)
     flying = ~record.is_landed & np.isfinite(climb) & np.isfinite(speed)
     states = np.full(flying.size, -1, dtype=np.int64)
     states[flying] = STATE_INDEX[FlightState.HOVER]
@@ -190,9 +182,9 @@ def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
     limits = _vertical_limits_m_s(climb[flying])
     states[flying & _with_hysteresis(climb, limits)] = STATE_INDEX[FlightState.CLIMB]
     states[flying & _with_hysteresis(-climb, limits)] = STATE_INDEX[FlightState.DESCEND]
-    states = _without_short_runs(states, round(_SHORTEST_S / step_s))
-    _join_ground_contact(states, record.is_landed, step_s)
-    return _segments(record, states, step_s)
+    states = _without_short_runs(states, round(_SHORTEST_S / record.step_s))
+    _join_ground_contact(states, record)
+    return _segments(record, states)
 
 
 def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
@@ -204,22 +196,22 @@ def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
     return scale * _VERTICAL_M_S[0], scale * _VERTICAL_M_S[1]
 
 
-def _motion(record: FlightRecord, step_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _motion(record: FlightRecord) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Climb rate, horizontal speed and the acceleration along it."""
-    window = round(_SLOPE_S / step_s)
+    window = round(_SLOPE_S / record.step_s)
     if _known_fraction(record.climb_m_s, record.is_landed) >= _KNOWN:
         climb = _mean(record.climb_m_s, window)
     else:
-        climb = slope_per_s(record.height_above_home_m, window, step_s)
+        climb = slope_per_s(record.height_above_home_m, window, record.step_s)
     if _is_shaped(record.reference_speed_m_s, record.is_landed):
         speed = record.reference_speed_m_s
-        acceleration = np.gradient(speed, step_s)
+        acceleration = np.gradient(speed, record.step_s)
     else:
         measured = record.ground_speed_m_s
         if _known_fraction(measured, record.is_landed) < _KNOWN:
             measured = record.airspeed_m_s
         speed = _mean(measured, round(window / 3))
-        acceleration = slope_per_s(measured, window, step_s)
+        acceleration = slope_per_s(measured, window, record.step_s)
     return climb, speed, acceleration
 
 
@@ -297,10 +289,10 @@ def _without_short_runs(states: IntArray, shortest: int) -> IntArray:
     return cleaned
 
 
-def _join_ground_contact(states: IntArray, is_landed: BoolArray, step_s: float) -> None:
+def _join_ground_contact(states: IntArray, record: FlightRecord) -> None:
     """Give the moment of spinning up to the take-off, that of touching down to the landing."""
-    near, longest = round(_GROUND_S / step_s), round(_CONTACT_S / step_s)
-    hover = STATE_INDEX[FlightState.HOVER]
+    near, longest = round(_GROUND_S / record.step_s), round(_CONTACT_S / record.step_s)
+    is_landed, hover = record.is_landed, STATE_INDEX[FlightState.HOVER]
     starts, ends = run_bounds(states)
     for start, end in zip(starts, ends, strict=True):
         if states[start] != hover or end - start > longest:
@@ -313,9 +305,9 @@ def _join_ground_contact(states: IntArray, is_landed: BoolArray, step_s: float) 
             states[start:end] = states[start - 1]
 
 
-def _segments(record: FlightRecord, states: IntArray, step_s: float) -> tuple[StateSegment, ...]:
+def _segments(record: FlightRecord, states: IntArray) -> tuple[StateSegment, ...]:
     """Join runs to segments; a climb from the ground is a take-off, a descent to it a landing."""
-    near = round(_GROUND_S / step_s)
+    near = round(_GROUND_S / record.step_s)
     found: list[StateSegment] = []
     starts, ends = run_bounds(states)
     for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
@@ -332,7 +324,7 @@ def _segments(record: FlightRecord, states: IntArray, step_s: float) -> tuple[St
                 first=start,
                 end=end,
                 start_s=float(record.time_s[start]),
-                duration_s=(end - start) * step_s,
+                duration_s=(end - start) * record.step_s,
             )
         )
     return tuple(found)
@@ -348,8 +340,7 @@ def climb_rate_m_s(record: FlightRecord) -> FloatArray:
     """Climb rate of a record where it is known, else by the slope of its height (n,) [m/s]."""
     if np.isfinite(record.climb_m_s).any():
         return record.climb_m_s
-    step_s = float(record.time_s[1] - record.time_s[0])
-    return slope_per_s(record.height_above_home_m, round(_SLOPE_S / step_s), step_s)
+    return slope_per_s(record.height_above_home_m, round(_SLOPE_S / record.step_s), record.step_s)
 
 
 def record_air_density_kg_m3(
@@ -427,20 +418,19 @@ def steady_spans(
     Every hover and cruise, used or refused; ``settling_s`` is left out at the beginning of each.
     """
     found = []
-    step_s = float(record.time_s[1] - record.time_s[0])
     airspeed = speed_through_air_m_s(record)
     for segment in segments:
         if segment.state not in {FlightState.HOVER, FlightState.CRUISE}:
             continue
-        part = slice(segment.first + round(settling_s / step_s), segment.end)
-        refusal = _unsteadiness(record, segment, part, step_s)
+        part = slice(segment.first + round(settling_s / record.step_s), segment.end)
+        refusal = _unsteadiness(record, segment, part)
         power: MeasuredPower | None = None
         if not refusal:
             is_hover = segment.state is FlightState.HOVER
             power = MeasuredPower.over(
                 record,
                 part,
-                duration_s=step_s * (part.stop - part.start),
+                duration_s=record.step_s * (part.stop - part.start),
                 height_above_home_m=float(record.height_above_home_m[part].mean()),
                 airspeed_m_s=0.0 if is_hover else float(airspeed[part].mean()),
             )
@@ -448,9 +438,9 @@ def steady_spans(
     return tuple(found)
 
 
-def _unsteadiness(record: FlightRecord, segment: StateSegment, part: slice, step_s: float) -> str:
+def _unsteadiness(record: FlightRecord, segment: StateSegment, part: slice) -> str:
     """Why the power over a span is no steady power; empty where it is."""
-    if (part.stop - part.start) * step_s < _SHORTEST_STEADY_S:
+    if (part.stop - part.start) * record.step_s < _SHORTEST_STEADY_S:
         return f"lasts {segment.duration_s:.1f} s: too short to settle and to average"
     if not np.isfinite(record.power_w[part]).all():
         return "the log does not hold the power throughout"
@@ -482,31 +472,30 @@ def steady_flight(
 
     In the order flown; none where the log holds no power or no motion.
     """
-    step_s = float(record.time_s[1] - record.time_s[0])
     airspeed = speed_through_air_m_s(record)
     climb = climb_rate_m_s(record)
     columns = np.stack([record.power_w, airspeed, climb, air_density_kg_m3])
     steady = (
         np.isfinite(columns).all(axis=0)
-        & _is_clear_of_ground(record.is_landed, step_s)
-        & (_acceleration_m_s2(record, climb, step_s) < _STEADY_M_S2)
+        & _is_clear_of_ground(record)
+        & (_acceleration_m_s2(record, climb) < _STEADY_M_S2)
     )
     found = []
-    settling, longest = round(_FLIGHT_SETTLING_S / step_s), round(_LONGEST_S / step_s)
+    settling, longest = round(_FLIGHT_SETTLING_S / record.step_s), round(_LONGEST_S / record.step_s)
     for start, end in zip(*run_bounds(steady), strict=True):
         if not steady[start]:
             continue
         pieces = max(1, round((end - start - settling) / longest))
         edges = np.linspace(start + settling, end, pieces + 1).astype(int)
         for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-            if (last - first) * step_s < _SHORTEST_FLIGHT_S:
+            if (last - first) * record.step_s < _SHORTEST_FLIGHT_S:
                 continue
             part = slice(first, last)
             found.append(
                 MeasuredPower.over(
                     record,
                     part,
-                    duration_s=(last - first) * step_s,
+                    duration_s=(last - first) * record.step_s,
                     height_above_home_m=float(np.nanmean(record.height_above_home_m[part])),
                     airspeed_m_s=float(airspeed[part].mean()),
                     climb_rate_m_s=_mean_climb_m_s(record, climb, part),
@@ -526,19 +515,18 @@ def _mean_climb_m_s(record: FlightRecord, climb_m_s: FloatArray, part: slice) ->
     return float(np.polyfit(record.time_s[part], heights, 1)[0])
 
 
-def _acceleration_m_s2(record: FlightRecord, climb_m_s: FloatArray, step_s: float) -> FloatArray:
+def _acceleration_m_s2(record: FlightRecord, climb_m_s: FloatArray) -> FloatArray:
     """Magnitude of the acceleration over ground; of the speed where the velocity is not known."""
-    window = round(_SLOPE_S / step_s)
+    window = round(_SLOPE_S / record.step_s)
     columns = [record.velocity_north_m_s, record.velocity_east_m_s]
     if not np.isfinite(columns).any(axis=1).all():
         columns = [speed_through_air_m_s(record)]
-    slopes = [slope_per_s(column, window, step_s) for column in (*columns, climb_m_s)]
+    slopes = [slope_per_s(column, window, record.step_s) for column in (*columns, climb_m_s)]
     magnitude: FloatArray = np.sqrt(np.sum(np.square(slopes), axis=0))
     return np.where(np.isfinite(magnitude), magnitude, np.inf)
 
 
-def _is_clear_of_ground(is_landed: BoolArray, step_s: float) -> BoolArray:
+def _is_clear_of_ground(record: FlightRecord) -> BoolArray:
     """Where the vehicle is not on the ground, nor was or will be in a moment."""
-    near = round(_GROUND_EFFECT_S / step_s)
-    kernel = np.ones(2 * near + 1)
-    return np.convolve(is_landed, kernel, mode="same")[: is_landed.size] < 0.5
+    kernel = np.ones(2 * round(_GROUND_EFFECT_S / record.step_s) + 1)
+    return np.convolve(record.is_landed, kernel, mode="same")[: record.time_s.size] < 0.5

@@ -226,7 +226,6 @@ def _energy_alone(
         return None
     speed = speed_through_air_m_s(record)
     density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
-    step_s = float(record.time_s[1] - record.time_s[0])
     climb = climb_rate_m_s(record)
     columns = np.stack([speed, climb, record.power_w, density])
     known = np.isfinite(columns).all(axis=0)
@@ -242,8 +241,8 @@ def _energy_alone(
     predicted: dict[str, float] = defaultdict(float)
     power_w = np.where(known, record.power_w, 0.0)
     for segment in find_states(record):
-        flown[segment.state.value] += step_s * float(power_w[segment.samples].sum())
-        predicted[segment.state.value] += step_s * float(predicted_w[segment.samples].sum())
+        flown[segment.state.value] += record.step_s * float(power_w[segment.samples].sum())
+        predicted[segment.state.value] += record.step_s * float(predicted_w[segment.samples].sum())
     if not sum(predicted.values()) > 0.0:
         return None
     return FlownAndPredicted(

@@ -126,9 +126,8 @@ def find_stops(record: FlightRecord) -> tuple[Stop, ...]:
     for 3 s, or the median of the seconds before the knee where that was held; the stop begins where
     98 % of it was flown before the knee.
     """
-    step_s = float(record.time_s[1] - record.time_s[0])
-    window = round(_STEADY_S / step_s)
-    speed = smoothed(record.ground_speed_m_s, round(_SMOOTHING_S / step_s))
+    window = round(_STEADY_S / record.step_s)
+    speed = smoothed(record.ground_speed_m_s, round(_SMOOTHING_S / record.step_s))
     found: list[Stop] = []
     stood = 0
     fast = False

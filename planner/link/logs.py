@@ -183,12 +183,8 @@ def download_logs(
     there already counts as the vehicle's where it has the checksum that the vehicle reports, or is the
     same byte by byte; what is not whole ends in ``.part``.
 
-    Raises
-    ------
-    LinkError
-        If a transfer stalls; what came is kept.
-    OutputError
-        If a file cannot be written.
+    Raises LinkError if a transfer stalls; what came is kept.
+    Raises OutputError if a file cannot be written.
     """
     try:
         return tuple(_download_log(link, log, folder, is_replacing=is_replacing) for log in logs)

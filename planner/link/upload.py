@@ -110,12 +110,9 @@ def upload_mission(
     The vehicle is listened to for ``listen_s`` afterwards.  Lists that are kept stay as it has them, and
     the mission has the same.  PX4 judges no mission before it has a home.
 
-    Raises
-    ------
-    LinkError
-        If the line breaks, or somebody stops it; the message names what is on the vehicle then.
-    UsageError
-        If an item cannot be sent, or the vehicle keeps no list of its kind.
+    Raises LinkError if the line breaks, or somebody stops it; the message names what is on the vehicle
+    then.
+    Raises UsageError if an item cannot be sent, or the vehicle keeps no list of its kind.
     """
     before = {kind: link.fetch_items(kind) for kind in MissionKind}
     wanted = _lists(link, mission, before)

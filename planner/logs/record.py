@@ -226,6 +226,11 @@ class FlightRecord(Value, eq=False):
             msg = f"the columns of a record must have one length, got {sorted(lengths)}"
             raise ValueError(msg)
 
+    @property
+    def step_s(self) -> float:
+        """Time between two samples. [s]"""
+        return float(self.time_s[1] - self.time_s[0])
+
     def columns(self) -> dict[str, FloatArray | BoolArray | IntArray | TextArray]:
         """Return the columns by name, time first."""
         values = field_values(self)

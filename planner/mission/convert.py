@@ -66,10 +66,8 @@ class Conversion(Value):
 def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
     """Return the text of a mission in a file format, and what it loses.
 
-    Raises
-    ------
-    OutputError
-        If the format cannot hold what the mission holds, so that the text could not be read.
+    Raises OutputError if the format cannot hold what the mission holds, so that the text could not be
+    read.
     """
     is_plan = file_format is MissionFormat.PLAN
     text = plan_text(mission) if is_plan else wpl_text(mission)

@@ -193,10 +193,7 @@ class FlownItems(Value):
 def flown_items(mission: Mission, route: Route, dialect: Autopilot | None) -> FlownItems:
     """Return a mission in flown order.
 
-    Raises
-    ------
-    SplitError
-        If it has no end, or parts of it would not mean what they do in it.
+    Raises SplitError if it has no end, or parts of it would not mean what they do in it.
     """
     _refuse_unsuitable(mission, route)
     at = 1 if is_takeoff_assumed(route) else 0

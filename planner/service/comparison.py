@@ -87,10 +87,7 @@ def compare_files(
 ) -> Comparison:
     """Read two missions, check each under its own setup, and return both side by side.
 
-    Raises
-    ------
-    InputError, UsageError
-        If a mission or a setup is unusable.
+    Raises InputError or UsageError if a mission or a setup is unusable.
     """
     return compare_results(
         check_mission(read_mission(path_a), setup_a), check_mission(read_mission(path_b), setup_b)

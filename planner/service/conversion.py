@@ -32,14 +32,9 @@ def convert_file(
 ) -> ConversionResult:
     """Read a mission and write it in the format that the target's suffix names.
 
-    Raises
-    ------
-    MissionFileError
-        If the mission cannot be read.
-    UsageError
-        If the suffix names no format, or nothing flies at the speed.
-    OutputError
-        If the format cannot hold the mission, or the file cannot be written.
+    Raises MissionFileError if the mission cannot be read.
+    Raises UsageError if the suffix names no format, or nothing flies at the speed.
+    Raises OutputError if the format cannot hold the mission, or the file cannot be written.
     """
     mission = read_mission(source)
     if speed_m_s is not None:

@@ -26,16 +26,10 @@ def identify_logs(
 
     ``on_log`` is called with what is done next, ``on_step`` with the steps of it, of which there are many.
 
-    Raises
-    ------
-    LogFileError
-        If a log cannot be read.
-    IdentificationError
-        If the flights do not show enough for any model.
-    UsageError
-        If the base model answers another reference.
-    OutputError
-        If the model file cannot be written.
+    Raises LogFileError if a log cannot be read.
+    Raises IdentificationError if the flights do not show enough for any model.
+    Raises UsageError if the base model answers another reference.
+    Raises OutputError if the model file cannot be written.
     """
     from planner import quantity
     from planner.identify.identification import identify_vehicle

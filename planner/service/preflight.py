@@ -347,10 +347,7 @@ def verdict_text(verdict: Verdict, findings: Iterable[Finding], fail_on: Severit
 def check_file(path: Path | str, setup: Setup) -> CheckResult | UnreadableMission:
     """Read a mission and check it; one that cannot be read is a result too.
 
-    Raises
-    ------
-    UsageError
-        If the model cannot be flown as asked.
+    Raises UsageError if the model cannot be flown as asked.
     """
     return check_read(lambda: read_mission(path), setup, file=str(path))
 
@@ -375,10 +372,7 @@ def check_read(
     ``read`` returns the mission, or raises ``MissionFileError``; ``file`` is what the result calls the
     mission then.
 
-    Raises
-    ------
-    UsageError
-        If the model cannot be flown as asked.
+    Raises UsageError if the model cannot be flown as asked.
     """
     try:
         return check_mission(read(), setup)

@@ -54,10 +54,8 @@ class SimulationRequest(Value):
 def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> SimulatedVehicle:
     """Return a vehicle that flies a mission, until another is uploaded.
 
-    Raises
-    ------
-    InputError, UsageError
-        If the model, the parameters or a log is unusable, or an item cannot be sent.
+    Raises InputError or UsageError if the model, the parameters or a log is unusable, or an item cannot
+    be sent.
     """
     autopilot = request.autopilot
     model = request.setup.vehicle

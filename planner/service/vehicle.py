@@ -225,14 +225,9 @@ def fetch_logs(
 ) -> FetchedLogs:
     """List the logs of a vehicle, and download those of some names, or all.
 
-    Raises
-    ------
-    LinkError
-        If the vehicle does not answer, or a transfer stalls; what came is kept.
-    UsageError
-        If the vehicle has no log of a name.
-    OutputError
-        If a file cannot be written.
+    Raises LinkError if the vehicle does not answer, or a transfer stalls; what came is kept.
+    Raises UsageError if the vehicle has no log of a name.
+    Raises OutputError if a file cannot be written.
     """
     from planner.link.logs import download_logs, fetch_log_list
 

@@ -27,14 +27,9 @@ def verify_logs(
     With ``left_out``, each log is predicted by a model that was identified from the others with these
     settings, instead of by the model given.
 
-    Raises
-    ------
-    LogFileError
-        If a log cannot be read, or holds no mission and none is given.
-    MissionFileError
-        If a mission cannot be predicted.
-    UsageError
-        If the model cannot be flown as the logs were.
+    Raises LogFileError if a log cannot be read, or holds no mission and none is given.
+    Raises MissionFileError if a mission cannot be predicted.
+    Raises UsageError if the model cannot be flown as the logs were.
     """
     from planner.identify.verification import verify_flight
     from planner.logs.files import read_log

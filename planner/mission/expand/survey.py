@@ -39,10 +39,7 @@ def make_transects_m(
     crossing with the outline, in the direction in which the outline's edges come along the first
     line.  ``entry`` is QGroundControl's number: 1 begins at the right, 2 at the bottom, 3 at both.
 
-    Raises
-    ------
-    ValueError
-        If there are more crossings than ``MOST_CROSSINGS``.
+    Raises ValueError if there are more crossings than ``MOST_CROSSINGS``.
     """
     low, high = outline_m.min(axis=0), outline_m.max(axis=0)
     centre = (low + high) / 2.0
@@ -230,10 +227,7 @@ def outline_frame(vertices_deg: FloatArray) -> tuple[LocalFrame, FloatArray]:
 def add_survey(plan: SurveyPlan, sequence: ItemSequence) -> int:
     """Add the items of a survey and return its number of lines.
 
-    Raises
-    ------
-    ValueError
-        If the area or the number of lines is beyond what anybody flies.
+    Raises ValueError if the area or the number of lines is beyond what anybody flies.
     """
     frame, outline_m = outline_frame(np.array(plan.outline_deg))
     if np.abs(outline_m).max() > _WIDEST_AREA_M:
