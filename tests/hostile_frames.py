@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
 
-from planner.link.wire import EXTENSIONS, LAYOUTS, Codec, Message, load_dialect
+from planner.link.wire import LAYOUTS, Codec, Message, load_dialect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,9 +66,7 @@ def _definition(name: str) -> list[tuple[str, str, int]]:
     kind = getattr(load_dialect(), f"MAVLink_{name.lower()}_message")
     lengths = dict(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))
     types = zip(kind.fieldnames, kind.fieldtypes, strict=True)
-    known = [(field, type_name, lengths[field]) for field, type_name in types]
-    more = EXTENSIONS[name].fields if name in EXTENSIONS else ()
-    return known + [(field, "uint32_t", 0) for field in more]
+    return [(field, type_name, lengths[field]) for field, type_name in types]
 
 
 def _whole(type_name: str) -> st.SearchStrategy[int]:

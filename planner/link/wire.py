@@ -8,8 +8,8 @@ import select
 import socket
 import struct
 import time
-from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.errors import LinkError, UsageError
@@ -285,9 +285,6 @@ def _resolved(place: tuple[str, int], family: socket.AddressFamily) -> Any:  # n
     return socket.getaddrinfo(*place, family, socket.SOCK_DGRAM)[0][4]
 
 
-Checksum = Callable[[bytes], int]
-
-
 class Message(Value):
     """One message, received or to be sent."""
 
@@ -308,10 +305,6 @@ def message(name: str, **fields: Any) -> Message:  # noqa: ANN401 - numbers, tex
     return Message(name=name, fields=fields)
 
 
-_HEAD = 10
-"""Bytes of a version 2 frame before its content."""
-
-
 class MessageLayout(Value):
     """The layout of a message in its frame."""
 
@@ -321,20 +314,35 @@ class MessageLayout(Value):
     fields: tuple[tuple[str, str], ...]
     """Names and formats of `struct`, in the order of the frame."""
 
-    @property
-    def structure(self) -> struct.Struct:
-        """The content."""
-        return struct.Struct("<" + "".join(form for _, form in self.fields))
+    def kind(self, name: str, dialect: Any) -> Any:  # noqa: ANN401 - pymavlink has no types
+        """Return the message's class, as pymavlink generates those of its dialects."""
+        names = [field for field, _ in self.fields]
+        structure = struct.Struct("<" + "".join(form for _, form in self.fields))
 
+        def begin(sent: Any, *values: object) -> None:  # noqa: ANN401 - as above
+            dialect.MAVLink_message.__init__(sent, self.number, name)
+            sent.__dict__ |= {"_fieldnames": names, **dict(zip(names, values, strict=True))}
 
-class Extension(Value):
-    """Fields after those that a dialect knows of a message."""
+        def pack(sent: Any, mav: Any, **how: Any) -> Any:  # noqa: ANN401 - as above
+            empty = {field: b"" if "s" in form else 0 for field, form in self.fields}
+            values = [getattr(sent, field) or empty[field] for field in names]
+            return sent._pack(mav, self.crc_extra, structure.pack(*values), **how)  # noqa: SLF001
 
-    start: int
-    """Bytes of the content before them."""
-    crc_extra: int
-    fields: tuple[str, ...]
-    """Names; each takes four bytes, 0 where it is not sent."""
+        body = {
+            "__init__": begin,
+            "pack": pack,
+            "id": self.number,
+            "msgname": name,
+            "crc_extra": self.crc_extra,
+            "fieldnames": names,
+            "ordered_fieldnames": names,
+            "native_format": bytearray(structure.format.encode()),
+            "unpacker": structure,
+            "orders": list(range(len(names))),
+            "lengths": [1] * len(names),
+            "array_lengths": [0] * len(names),
+        }
+        return type(f"MAVLink_{name.lower()}_message", (dialect.MAVLink_message,), body)
 
 
 LAYOUTS: Mapping[str, MessageLayout] = {
@@ -358,88 +366,30 @@ LAYOUTS: Mapping[str, MessageLayout] = {
             *(("target_system", "B"), ("target_component", "B")),
         ),
     ),
-}
-"""By name, the messages that a dialect may lack."""
-EXTENSIONS: Mapping[str, Extension] = {
-    "MISSION_CURRENT": Extension(
-        start=6, crc_extra=28, fields=("mission_id", "fence_id", "rally_points_id")
+    "MISSION_CURRENT": MessageLayout(
+        number=42,
+        crc_extra=28,
+        fields=(
+            *(("seq", "H"), ("total", "H"), ("mission_state", "B"), ("mission_mode", "B")),
+            *(("mission_id", "I"), ("fence_id", "I"), ("rally_points_id", "I")),
+        ),
     ),
-    "MISSION_COUNT": Extension(start=5, crc_extra=221, fields=("opaque_id",)),
+    "MISSION_COUNT": MessageLayout(
+        number=44,
+        crc_extra=221,
+        fields=(
+            *(("count", "H"), ("target_system", "B"), ("target_component", "B")),
+            *(("mission_type", "B"), ("opaque_id", "I")),
+        ),
+    ),
 }
-"""By name, the messages of which a dialect may lack fields."""
-_NAMES = {layout.number: name for name, layout in LAYOUTS.items()}
+"""By name, the messages that pymavlink lacks, or knows without their latest fields."""
 
 
 def frame_content(frame: bytes) -> bytes:
     """Return the content of a whole frame of either version."""
-    head = _HEAD if frame[0] == 0xFD else 6
+    head = 10 if frame[0] == 0xFD else 6
     return frame[head : head + frame[1]]
-
-
-def read_newer(frame: bytes, checksum: Checksum) -> tuple[str, dict[str, Any]] | None:
-    """Return name and fields of a frame; ``None`` where it is no message of `LAYOUTS`, or damaged."""
-    if frame[0] != 0xFD or len(frame) < _HEAD + frame[1] + 2:
-        return None
-    name = _NAMES.get(int.from_bytes(frame[7:10], "little"))
-    if name is None:
-        return None
-    layout, end = LAYOUTS[name], _HEAD + frame[1]
-    sent = int.from_bytes(frame[end : end + 2], "little")
-    if checksum(frame[1:end] + bytes([layout.crc_extra])) != sent:
-        return None
-    structure = layout.structure
-    content = frame[_HEAD:end][: structure.size].ljust(structure.size, b"\0")
-    names = [field for field, _ in layout.fields]
-    return name, dict(zip(names, structure.unpack(content), strict=True))
-
-
-def extension_fields(name: str, frame: bytes) -> dict[str, int]:
-    """Return the fields of a frame that the dialect does not know."""
-    extension = EXTENSIONS.get(name)
-    if extension is None:
-        return {}
-    size = 4 * len(extension.fields)
-    content = frame_content(frame)[extension.start :][:size].ljust(size, b"\0")
-    values = struct.unpack(f"<{len(extension.fields)}I", content)
-    return dict(zip(extension.fields, values, strict=True))
-
-
-def newer_frame(
-    name: str,
-    fields: Mapping[str, Any],
-    checksum: Checksum,
-    *,
-    sender: tuple[int, int],
-    number: int,
-) -> bytes:
-    """Return a message of `LAYOUTS` as a frame; fields that are missing are 0."""
-    layout = LAYOUTS[name]
-    content = layout.structure.pack(
-        *(fields.get(field, b"" if "s" in form else 0) for field, form in layout.fields)
-    )
-    head = _head(layout.number, sender, number)
-    return _frame(head, content, layout.crc_extra, checksum)
-
-
-def extended_frame(name: str, frame: bytes, fields: Mapping[str, Any], checksum: Checksum) -> bytes:
-    """Return a frame of the dialect's with the fields that it does not know."""
-    extension = EXTENSIONS.get(name)
-    values = [] if extension is None else [fields.get(field, 0) for field in extension.fields]
-    if extension is None or not any(values):
-        return frame
-    content = frame_content(frame)[: extension.start].ljust(extension.start, b"\0")
-    content += struct.pack(f"<{len(values)}I", *values)
-    return _frame(frame[:_HEAD], content, extension.crc_extra, checksum)
-
-
-def _head(message: int, sender: tuple[int, int], number: int) -> bytes:
-    return bytes([0xFD, 0, 0, 0, number & 0xFF, *sender]) + message.to_bytes(3, "little")
-
-
-def _frame(head: bytes, content: bytes, crc_extra: int, checksum: Checksum) -> bytes:
-    content = content[:1] + content[1:].rstrip(b"\0")  # version 2 leaves zeros out at the end
-    whole = head[:1] + bytes([len(content)]) + head[2:] + content
-    return whole + checksum(whole[1:] + bytes([crc_extra])).to_bytes(2, "little")
 
 
 _MISSING = (
@@ -450,13 +400,16 @@ _MOST_PENDING = 1 << 16
 """Bytes that are no message yet; a message has at most 280."""
 
 
+@cache
 def load_dialect() -> ModuleType:
-    """Return pymavlink's dialect ardupilotmega, which holds common, in version 2."""
+    """Return pymavlink's dialect ardupilotmega, which holds common, in version 2; it reads `LAYOUTS` too."""
     try:
         from pymavlink.dialects.v20 import ardupilotmega
     except ImportError as error:
         raise UsageError(_MISSING.format(library="pymavlink")) from error
     dialect: ModuleType = ardupilotmega
+    for name, layout in LAYOUTS.items():
+        dialect.mavlink_map[layout.number] = layout.kind(name, dialect)
     return dialect
 
 
@@ -471,19 +424,15 @@ class Codec:
     def encode(self, sent: Message, *, target: tuple[int, int] = (0, 0)) -> bytes:
         """Return a message in bytes: its target is added where it names none, other fields are 0."""
         aimed = {"target_system": target[0], "target_component": target[1], **sent.fields}
-        encoder = self._encoder
-        number = encoder.seq
         if sent.name in LAYOUTS:
-            encoder.seq = (number + 1) % 256
-            sender = encoder.srcSystem, encoder.srcComponent
-            return newer_frame(sent.name, aimed, self._checksum, sender=sender, number=number)
-        kind = getattr(self._dialect, f"MAVLink_{sent.name.lower()}_message")
-        fields: dict[str, Any] = {**dict.fromkeys(kind.fieldnames, 0), **aimed}
-        values = [fields[name] for name in kind.fieldnames]
+            kind = self._dialect.mavlink_map[LAYOUTS[sent.name].number]
+        else:
+            kind = getattr(self._dialect, f"MAVLink_{sent.name.lower()}_message")
+        values = [aimed.get(name, 0) for name in kind.fieldnames]
         encoded = kind(*[v.encode() if isinstance(v, str) else v for v in values])
-        frame = bytes(encoded.pack(encoder))
-        encoder.seq = (number + 1) % 256
-        return extended_frame(sent.name, frame, aimed, self._checksum)
+        frame = bytes(encoded.pack(self._encoder))
+        self._encoder.seq = (self._encoder.seq + 1) % 256
+        return frame
 
     def decode(self, data: bytes) -> list[Message]:
         """Return the messages that are complete with these bytes; what is none is passed over."""
@@ -495,28 +444,20 @@ class Codec:
             return []
         if decoder.buf_len() > _MOST_PENDING:
             self._decoder = self._new_decoder()
-        messages = (self._message(one) for one in found if one.get_type() != "BAD_DATA")
-        return [one for one in messages if one is not None]
+        return [
+            self._message(one)
+            for one in found
+            if one.get_type() != "BAD_DATA" and not one.get_type().startswith("UNKNOWN")
+        ]
 
     def _new_decoder(self) -> Any:  # noqa: ANN401 - pymavlink has no types
         decoder = self._dialect.MAVLink(None)
         decoder.robust_parsing = True
         return decoder
 
-    def _checksum(self, data: bytes) -> int:
-        return int(self._dialect.x25crc(data).crc)
-
-    def _message(self, received: Any) -> Message | None:  # noqa: ANN401 - pymavlink has no types
-        """Return a message; ``None`` where nobody knows it."""
+    def _message(self, received: Any) -> Message:  # noqa: ANN401 - pymavlink has no types
         name, frame = received.get_type(), bytes(received.get_msgbuf())
-        if name.startswith("UNKNOWN"):
-            newer = read_newer(frame, self._checksum)
-            if newer is None:
-                return None
-            system, component = frame[5:7]
-            return Message(name=newer[0], fields=newer[1], system=system, component=component)
         fields = {field: getattr(received, field) for field in received.fieldnames}
-        fields |= extension_fields(name, frame)
         for field in _TEXTS & fields.keys():
             if isinstance(fields[field], bytes):
                 fields[field] = fields[field].decode("utf-8", errors="replace")

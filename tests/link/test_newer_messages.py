@@ -11,9 +11,13 @@ from mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 
 from planner.link.connection import Gate, Purpose
-from planner.link.wire import EXTENSIONS, LAYOUTS, Codec, message
+from planner.link.wire import LAYOUTS, Codec, load_dialect, message
 
 _TYPES = {"I": "uint32_t", "H": "uint16_t", "B": "uint8_t"}
+NEWER = {
+    "MISSION_CURRENT": ("mission_id", "fence_id", "rally_points_id"),
+    "MISSION_COUNT": ("opaque_id",),
+}
 DEADLINE_S = 10.0
 
 
@@ -35,6 +39,11 @@ def test_the_check_sums_follow_from_the_definitions(name: str) -> None:
         defined += f"{'uint8_t' if is_array else _TYPES[form]} {field} ".encode()
         defined += bytes([int(form[:-1])]) if is_array else b""
     crc = _checksum(defined)
+    known = getattr(load_dialect(), f"MAVLink_{name.lower()}_message", None)
+    if known is not None:  # fields that came later are not in the check sum
+        assert LAYOUTS[name].crc_extra == known.crc_extra
+        assert {field for field, _ in LAYOUTS[name].fields} > set(known.fieldnames)
+        return
     assert LAYOUTS[name].crc_extra == (crc & 0xFF) ^ (crc >> 8)
 
 
@@ -52,15 +61,16 @@ def test_an_event_is_read_as_it_was_sent(
     frame = Codec(1, 1).encode(sent)
     (read,) = Codec(0, 0).decode(frame)
     assert (read.name, read.system, read.component) == ("EVENT", 1, 1)
-    assert {field: read[field] for field in sent.fields} == sent.fields
+    padded = read["arguments"].ljust(40, b"\0")
+    assert {field: read[field] for field in sent.fields} | {"arguments": padded} == sent.fields
     damaged = bytearray(frame)
     damaged[12] ^= 1
     assert Codec(0, 0).decode(bytes(damaged)) == []
 
 
-@pytest.mark.parametrize("name", EXTENSIONS)
+@pytest.mark.parametrize("name", NEWER)
 def test_fields_that_the_dialect_does_not_know_are_read(name: str) -> None:
-    told = {field: 0xA0B0C0D0 + n for n, field in enumerate(EXTENSIONS[name].fields)}
+    told = {field: 0xA0B0C0D0 + n for n, field in enumerate(NEWER[name])}
     (read,) = Codec(0, 0).decode(Codec(1, 1).encode(message(name, mission_type=1, **told)))
     assert {field: read[field] for field in told} == told
     (untold,) = Codec(0, 0).decode(Codec(1, 1).encode(message(name)))
@@ -115,4 +125,4 @@ def test_mavsdk_sends_and_reads_the_same_bytes() -> None:
             pass
         (read,) = found
         assert (read["seq"], read["total"], read["mission_state"]) == (3, 9, 2)
-        assert [read[name] for name in EXTENSIONS["MISSION_CURRENT"].fields] == [11, 2**31, 13]
+        assert [read[name] for name in NEWER["MISSION_CURRENT"]] == [11, 2**31, 13]
