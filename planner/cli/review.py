@@ -32,7 +32,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     """Review missions on the terminal: why go or no-go, and what if.
 
     Without a mission, those of the current folder are offered; of several, and of a folder, a list
-    with the verdict of each.  Everything it shows, mavjoule check says too.  URL is the address of a
+    with the verdict of each.  Everything it shows, mavjoule check reports too.  URL is the address of a
     vehicle, as for fetch: what is on it, its charge and home are followed, and its flight; nothing
     is ever commanded.
     """
@@ -57,35 +57,35 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
         return WhatIf(settings=mission_settings(file, given), given=given, changes={})
 
     for mission in (mission for mission in missions if not Path(mission).is_dir()):
-        what_if_of(mission)  # a broken configuration is told before anything is shown
+        what_if_of(mission)  # a broken configuration is reported before anything is shown
     request = link_request(missions[0], link) if is_live else None
     app = ReviewApp(missions or (".",), what_if_of, link=request)
     app.run()
     if app.live is not None and app.live.snapshot is None and not app.return_code:
         msg = app.live.lost_by or f"nothing was read of {app.live.file} before it was left"
         raise LinkError(msg)
-    return ExitCode.UNUSABLE if app.return_code else ExitCode.GO  # it tells of no verdict
+    return ExitCode.UNUSABLE if app.return_code else ExitCode.GO  # it reports no verdict
 
 
 def _refuse_terminal(missions: tuple[str, ...]) -> None:
     """Raise ``UsageError`` where no terminal UI can be shown, with what to run instead."""
-    if "-" in missions:
-        msg = f"a mission on standard input cannot be reviewed; {_instead(missions)}"
-        raise UsageError(msg)
-    streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on the last
-    if not all(stream is not None and stream.isatty() for stream in streams):
-        msg = f"the terminal UI needs a terminal; {_instead(missions)}"
-        raise UsageError(msg)
-    if os.environ.get("TERM") in {"dumb", "unknown"}:
-        msg = f"the terminal UI cannot be shown on TERM={os.environ['TERM']}; {_instead(missions)}"
-        raise UsageError(msg)
     size = shutil.get_terminal_size()
-    if size.columns < LEAST_COLUMNS or size.lines < LEAST_ROWS:
-        msg = (
+    streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on the last
+    if "-" in missions:
+        why = "a mission on standard input cannot be reviewed"
+    elif not all(stream is not None and stream.isatty() for stream in streams):
+        why = "the terminal UI needs a terminal"
+    elif os.environ.get("TERM") in {"dumb", "unknown"}:
+        why = f"the terminal UI cannot be shown on TERM={os.environ['TERM']}"
+    elif size.columns < LEAST_COLUMNS or size.lines < LEAST_ROWS:
+        why = (
             f"the terminal has {size.columns} × {size.lines} characters, the terminal UI needs "
-            f"{LEAST_COLUMNS} × {LEAST_ROWS}; {_instead(missions)}"
+            f"{LEAST_COLUMNS} × {LEAST_ROWS}"
         )
-        raise UsageError(msg)
+    else:
+        return
+    msg = f"{why}; {_instead(missions)}"
+    raise UsageError(msg)
 
 
 def _instead(missions: tuple[str, ...]) -> str:

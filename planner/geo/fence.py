@@ -107,17 +107,9 @@ def edge_points_m(
     metres (:mod:`planner.geo.geodesy`).  Each is halved until its pieces are within
     :data:`OUTLINE_TOLERANCE_M` of it.
 
-    Parameters
-    ----------
-    ardupilot_origin : LocalFrame, optional
-        Where ArduPilot's metres are counted from; ``None``: edges straight in degrees.
-
-    Returns
-    -------
-    points_m : ndarray, shape (n, 2)
-        East and north, from the first vertex on, not closed. [m]
-    edge : ndarray of int, shape (n,)
-        The edge each point begins or lies on, from 0: edge i starts at vertex i.
+    ArduPilot's metres are counted from an origin; without one, edges are straight in degrees.  Points
+    are east and north from the first vertex on, not closed, (n, 2) [m]; with each comes the edge it begins
+    or lies on, from 0.
     """
     corners = np.array([*vertices_deg, vertices_deg[0]], np.float64)
     step = np.diff(corners[:, 1])
@@ -173,11 +165,9 @@ def outline_problem(points_m: FloatArray, edge: IndexArray) -> str | None:
     import shapely
 
     region = shapely.Polygon(points_m)
-    if not region.is_valid:
-        crossing = _first_crossing(points_m, edge)
-        if crossing is not None:
-            i, j = crossing
-            return f"crosses itself: the edge after vertex {i} meets that after vertex {j}"
+    if not region.is_valid and (crossing := _first_crossing(points_m, edge)) is not None:
+        i, j = crossing
+        return f"crosses itself: the edge after vertex {i} meets that after vertex {j}"
     if is_thin(region):
         return "encloses no area"
     if not region.is_valid or _folds_back(points_m):
@@ -289,16 +279,9 @@ def make_fence_area(
 ) -> FenceArea:
     """Return the area a fence allows, in a local frame whose origin is near it.
 
-    Parameters
-    ----------
-    fence : Fence
-        Polygons are taken with edges straight in latitude and longitude, circles with a true
-        radius on the ground.
-    inclusions_unite : bool
-        ``False``: inside every inclusion area, as PX4 and ArduPilot demand; ``True``: inside
-        any, as ArduPilot does with bit 1 of FENCE_OPTIONS.
-    ardupilot_origin : LocalFrame, optional
-        Home, where ArduPilot flies: edges are straight in its metres, counted from there.
+    Edges are straight in latitude and longitude, or with an ArduPilot origin, home, in its metres;
+    circles have a true radius on the ground.  Allowed is what is inside every inclusion area, as PX4 and
+    ArduPilot demand, or where they unite inside any, as ArduPilot does with bit 1 of FENCE_OPTIONS.
     """
     findings: list[Finding] = []
     inclusions: list[Barrier] = []
@@ -319,10 +302,6 @@ def make_fence_area(
         else:
             findings.extend(_check_common_place(inclusions, regions))
     return FenceArea(barriers=(*inclusions, *exclusions), findings=tuple(findings))
-
-
-def _label(area: FencePolygon | FenceCircle, kind: str, number: int) -> str:
-    return f"{'inclusion' if area.inclusion else 'exclusion'} {kind} {number}"
 
 
 INVALID_POLYGON = Rule(
@@ -348,7 +327,7 @@ def _polygon_barrier(
     """Return the barrier of a polygon, ``None`` where it encloses nothing; add to findings."""
     import shapely
 
-    label = _label(polygon, "polygon", number)
+    label = f"{'inclusion' if polygon.inclusion else 'exclusion'} polygon {number}"
 
     def report(problem: str, severity: Severity = Severity.ERROR) -> None:
         findings.append(
@@ -364,12 +343,10 @@ def _polygon_barrier(
         report("has fewer than 3 different vertices")
         return None
     points, edge = edge_points_m(vertices, frame, ardupilot_origin)
-    problem = outline_problem(points, edge)
-    if problem is not None:
+    if (problem := outline_problem(points, edge)) is not None:
         report(problem)
         return None
-    repeated = len(polygon.vertices_deg) - len(vertices)
-    if repeated:
+    if repeated := len(polygon.vertices_deg) - len(vertices):
         corners = quantity.count(repeated, "vertex", "vertices")
         report(f"has {corners} given twice in a row", Severity.WARNING)
     return polygon_barrier(
@@ -381,7 +358,7 @@ def _circle_barrier(
     circle: FenceCircle, number: int, frame: LocalFrame, findings: list[Finding]
 ) -> Barrier | None:
     """Return the barrier of a circle, ``None`` where it encloses nothing; add to findings."""
-    label = _label(circle, "circle", number)
+    label = f"{'inclusion' if circle.inclusion else 'exclusion'} circle {number}"
     problem = None
     if not is_position(circle.latitude_deg, circle.longitude_deg):
         problem = f"has a centre that is no position: {circle.latitude_deg}, {circle.longitude_deg}"

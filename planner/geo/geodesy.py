@@ -44,13 +44,8 @@ def distance_m_and_azimuth_deg(
     (within some 70 km of the antipode) get the auxiliary sphere's great circle instead, which
     is within 0.6 % of the distance; nothing flies that far.
 
-    Returns
-    -------
-    distance_m : ndarray
-        Distance. [m]
-    azimuth_deg : ndarray
-        Direction at the start, clockwise from north, in [0, 360); 0 where both points are one.
-        At a pole, "north" is the direction of the given meridian carried over the pole. [°]
+    The direction is clockwise from north, in [0, 360); 0 where both points are one.  At a pole,
+    "north" is the direction of the given meridian carried over the pole. [m], [°]
     """
     start = _reduced_latitude_sin_cos(from_latitude_deg)
     end = _reduced_latitude_sin_cos(to_latitude_deg)
@@ -114,21 +109,9 @@ def latitude_longitude_deg(
     distance_m: npt.ArrayLike,
     azimuth_deg: npt.ArrayLike,
 ) -> tuple[FloatArray, FloatArray]:
-    """Where a geodesic ends: Vincenty's direct problem.
+    """Where a geodesic of a length and a direction at its start ends: Vincenty's direct problem.
 
-    Parameters
-    ----------
-    distance_m : array_like
-        Their lengths. [m]
-    azimuth_deg : array_like
-        Their directions at the start, clockwise from north; all four broadcast. [°]
-
-    Returns
-    -------
-    latitude_deg : ndarray
-        Latitudes of the ends. [°]
-    longitude_deg : ndarray
-        Longitudes of the ends, in [−180, 180). [°]
+    All four broadcast; longitudes are in [−180, 180). [°]
     """
     sin_u1, cos_u1 = _reduced_latitude_sin_cos(from_latitude_deg)
     azimuth = np.radians(np.asarray(azimuth_deg, np.float64))
@@ -238,24 +221,11 @@ _STEEPEST_DEG = 85.0
 
 
 def bow_m(way_m: FloatArray, fraction: FloatArray, latitude_deg: float) -> FloatArray:
-    """Return how far a leg is from the straight line of a local frame.
+    """Return how far a leg is from the straight line of a local frame: (n, 2) east and north. [m]
 
-    Parameters
-    ----------
-    way_m : ndarray, shape (n, 2)
-        East and north way of the whole leg. [m]
-    fraction : ndarray, shape (n,)
-        Where on it, from 0 to 1. [-]
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        East and north; to second order of way over radius of the Earth. [m]
-
-    Notes
-    -----
-    With e, n the way, u the fraction and k = tan φ / 2R: u (1 − u) k (e n, −e²).  At 47° the middle of a leg
-    of 20 km along a parallel lies 8.4 m south of the straight line: on the parallel.
+    Of the way of the whole leg, (n, 2) [m], at fractions of it from 0 to 1, (n,).  With e, n the way, u the
+    fraction and k = tan φ / 2R: u (1 − u) k (e n, −e²), to second order of way over radius of the Earth.  At
+    47° the middle of a leg of 20 km along a parallel lies 8.4 m south of the straight line: on the parallel.
     """
     latitude = math.radians(max(-_STEEPEST_DEG, min(_STEEPEST_DEG, latitude_deg)))
     bend = math.tan(latitude) / (2.0 * SEMI_MAJOR_AXIS_M)

@@ -324,10 +324,8 @@ class SweptAreas(Value, eq=False):
             centre = np.array([barrier.east_m, barrier.north_m])
             if barrier.keep_inside:  # the farthest place of a hull is one of its points
                 away = np.hypot(*(self.points_m - centre).T)
-                farthest: npt.NDArray[np.bool_] = (
-                    np.maximum.reduceat(away, self.first) > barrier.radius_m - margin_m
-                )
-                return farthest
+                farthest = np.maximum.reduceat(away, self.first)
+                return np.asarray(farthest > barrier.radius_m - margin_m)
             distance = shapely.distance(self.hulls, shapely.Point(centre))
             return np.asarray(distance < barrier.radius_m + margin_m)
         start = self.points_m[self.first]
@@ -340,12 +338,9 @@ class SweptAreas(Value, eq=False):
 
 
 def swept_areas(points_m: FloatArray, owner: IndexArray) -> SweptAreas:
-    """Return the convex hulls of points.
+    """Return the convex hulls of points, each of the area that owns it, in any order, counted from 0.
 
-    Parameters
-    ----------
-    owner : ndarray of int, shape (m,)
-        The area each point belongs to, from 0 up to the last, in any order; each has two or more.
+    Each area has two points or more.
     """
     import shapely
 

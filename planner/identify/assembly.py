@@ -265,6 +265,12 @@ class IdentificationSettings(Value):
     base: VehicleModel | None = None
     """Gives what the flights do not show."""
 
+    @property
+    def own_mass_kg(self) -> float | None:
+        """Mass without payload, of the base model where none is given. [kg]"""
+        is_given = self.mass_kg is not None or self.base is None
+        return self.mass_kg if is_given or self.base is None else self.base.mass_kg
+
 
 _LEAST_DAMPING = 0.3
 """Of a response to a reference that was shaped to be followed. [-]"""
@@ -314,9 +320,7 @@ def assemble_model(
     else:
         parameters, differing = flown_parameters(records, reference)
         findings += differing
-    mass_kg = settings.mass_kg
-    if mass_kg is None and base is not None:
-        mass_kg = base.mass_kg
+    mass_kg = settings.own_mass_kg
     findings += [*_reported(outcomes, settings, mass_kg), *_vehicles(records)]
     readings = [
         *settings.readings,

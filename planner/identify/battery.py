@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.errors import IdentificationError
-from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
+from planner.identify.segments import SegmentUse, StateOutcome
 from planner.identify.uncertainty import (
     Estimate,
     Noise,
@@ -237,7 +237,6 @@ def identify_battery(
         ),
         outcome=StateOutcome(
             name="battery",
-            status=FitStatus.IDENTIFIED,
             summary=f"{capacity_ah:g} Ah, {summary}",
             unit="V",
             estimates=estimates,

@@ -115,21 +115,12 @@ def _identify_shaped(
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
         refusals += _power_refusals(record)
         cuts += cut_manoeuvres(record)
-    use_arx = settings.method is Method.ARX
+    power = identify_power(
+        steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
+    )
     return Parts(
-        power=replace(
-            identify_power(
-                steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
-            ),
-            loads=_loads(records),
-        ),
-        responses=_responses(
-            (ResponseKind.ALTITUDE, ResponseKind.SPEED),
-            cuts,
-            on_step,
-            use_arx=use_arx,
-            is_shaped=True,
-        ),
+        power=replace(power, loads=_loads(records)),
+        responses=_responses((ResponseKind.ALTITUDE, ResponseKind.SPEED), cuts, settings, on_step),
         steady=tuple(steady),
     )
 
@@ -160,14 +151,11 @@ def _identify_stepped(
                 air_density_kg_m3=1.0,
             )
         cuts += cut_manoeuvres(record, hover_power_w=hover_w)
-    use_arx = settings.method is Method.ARX
     return Parts(
         power=power,
         responses=tuple(
             _counted_from_hover(found, cuts, hovers)
-            for found in _responses(
-                tuple(ResponseKind), cuts, on_step, use_arx=use_arx, is_shaped=False
-            )
+            for found in _responses(tuple(ResponseKind), cuts, settings, on_step)
         ),
         steady=(*hovers, *cruises),
         hovers=tuple(hovers),
@@ -209,11 +197,11 @@ def _flight_step(record: FlightRecord) -> str:
 def _responses(
     answers: Sequence[ResponseKind],
     cuts: Sequence[ManoeuvreCut],
+    settings: IdentificationSettings,
     on_step: Callable[[str], None],
-    *,
-    use_arx: bool,
-    is_shaped: bool,
 ) -> tuple[ResponseIdentification, ...]:
+    use_arx = settings.method is Method.ARX
+    is_shaped = settings.reference is not Autopilot.STEP
     found = []
     for answer in answers:
         count = sum(cut.answer is answer for cut in cuts)
@@ -293,10 +281,8 @@ def _loads(records: Sequence[FlightRecord]) -> Loads | None:
 
 
 def _flown_mass_kg(settings: IdentificationSettings) -> float | None:
-    own = settings.mass_kg
-    if own is None and settings.base is not None:
-        own = settings.base.mass_kg
-    return None if own is None else own + settings.payload_kg
+    mass_kg = settings.own_mass_kg
+    return None if mass_kg is None else mass_kg + settings.payload_kg
 
 
 def verify_left_out(

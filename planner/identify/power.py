@@ -20,13 +20,7 @@ from planner.identify.power_laws import (
     fit_steady_map,
 )
 from planner.identify.ramps import timed_flight
-from planner.identify.segments import (
-    FitStatus,
-    MeasuredPower,
-    SegmentUse,
-    StateOutcome,
-    speed_through_air_m_s,
-)
+from planner.identify.segments import MeasuredPower, SegmentUse, StateOutcome, speed_through_air_m_s
 from planner.identify.uncertainty import Estimate, fit_percent, rounded
 from planner.values import Value, replace
 from planner.vehicle.power import AltitudeLaw, CruisePower, DensityLaw, VerticalPower, hover_power_w
@@ -77,8 +71,7 @@ def identify_power(
     """
     if not steady:
         why = refusals[0].refusal if refusals else "no flight is steady for 3 s"
-        outcome = StateOutcome.left_out("hover", why, tuple(refusals))
-        return PowerIdentification(outcomes=(outcome,))
+        return PowerIdentification(outcomes=(StateOutcome.left_out("hover", why, refusals),))
     try:
         return _by_momentum_theory(steady, tuple(refusals), mass_deviation_kg)
     except IdentificationError as error:
@@ -104,19 +97,15 @@ def _by_momentum_theory(
     measured = np.array([f.power_w for f in judged])
     errors = tested.residuals_w(judged)
     unknown = ", ".join(fitted.from_prior)
-    payload = (
-        f", the mass of each flight not known to {mass_deviation_kg:g} kg"
-        if mass_deviation_kg > 0.0
-        else ""
-    )
     doubt = f"; not shown by the flights: {unknown}" if unknown else ""
+    if mass_deviation_kg > 0.0:
+        doubt = f", the mass of each flight not known to {mass_deviation_kg:g} kg{doubt}"
     outcome = StateOutcome(
         name="steady power",
-        status=FitStatus.IDENTIFIED,
         summary=(
             "momentum theory over airspeed, climb rate and air density, "
             f"{quantity.count(len(steady), 'steady span')} in "
-            f"{quantity.count(fitted.cells, 'cell')}{payload}{doubt}"
+            f"{quantity.count(fitted.cells, 'cell')}{doubt}"
         ),
         unit="W",
         estimates=fitted.estimates,
@@ -151,8 +140,8 @@ def _by_tables(
     """Hover law, table over airspeed and table over climb rate, each where the flights have it."""
     hovers = [f for f in steady if cell_of(f) == (0, 0)]
     if not hovers:
-        outcome = StateOutcome.left_out("hover", "no flight hovers", refusals)
-        return PowerIdentification(outcomes=(outcome,))
+        left_out = StateOutcome.left_out("hover", "no flight hovers", refusals)
+        return PowerIdentification(outcomes=(left_out,))
     hover, hover_outcome, readings = identify_hover(hovers, refusals)
     moving = [f for f in steady if f.airspeed_m_s >= _MOVING_M_S]
     level = [f for f in moving if abs(f.climb_rate_m_s) < _CLIMBING_M_S]
@@ -199,7 +188,6 @@ def identify_hover(
     predicted = np.array(hover_powers_w(fit.law, hovers))
     outcome = StateOutcome(
         name="hover",
-        status=FitStatus.IDENTIFIED,
         summary=summary,
         unit="W",
         estimates=fit.estimates,
@@ -255,7 +243,6 @@ def identify_cruise(
     )
     return law, StateOutcome(
         name="cruise",
-        status=FitStatus.IDENTIFIED,
         summary=(
             f"table over {quantity.count(len(curve.speed_m_s) - 1, 'airspeed')}, from "
             f"{quantity.count(len(cruises), 'cruise')}"
@@ -277,8 +264,7 @@ def _climbs(
 ) -> tuple[VerticalPower | None, StateOutcome]:
     """Return a table of power above hover over climb rate: the mean of each cell."""
     if not flights:
-        why = "no steady climb or descent"
-        return None, StateOutcome.left_out("vertical", why)
+        return None, StateOutcome.left_out("vertical", "no steady climb or descent")
     cells: dict[int, list[tuple[MeasuredPower, float]]] = {}
     for flight, hover_w in flights:
         cells.setdefault(cell_of(flight)[1], []).append((flight, hover_w))
@@ -300,7 +286,6 @@ def _climbs(
     )
     return law, StateOutcome(
         name="vertical",
-        status=FitStatus.IDENTIFIED,
         summary=(
             f"table over {quantity.count(len(rows) - 1, 'climb rate')}, from {len(flights)} climbs and "
             "descents"
@@ -468,7 +453,6 @@ def identify_manoeuvre_power(
     rates, excess = _vertical_w(means, float(hover_w), float(growth))
     outcome = StateOutcome(
         name="steady power",
-        status=FitStatus.IDENTIFIED,
         summary=(
             f"{'the same at every airspeed' if is_flat else 'parabola over airspeed'}, table over "
             f"climb rate, from {quantity.count(len(means), 'manoeuvre')}"

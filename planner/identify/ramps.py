@@ -21,14 +21,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.segments import (
-    FitStatus,
-    FlightPart,
-    SegmentUse,
-    StateOutcome,
-    run_bounds,
-    smoothed,
-)
+from planner.identify.segments import FlightPart, SegmentUse, StateOutcome, run_bounds, smoothed
 from planner.identify.uncertainty import Estimate, fit_percent, rounded
 from planner.values import Value, field_names
 from planner.vehicle.model import Ramps
@@ -256,7 +249,6 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
     )
     outcome = StateOutcome(
         name="ramps",
-        status=FitStatus.IDENTIFIED,
         summary=(
             f"from rest to rest, by the durations of "
             f"{quantity.count(len(measured), 'manoeuvre')}: no references in the logs"

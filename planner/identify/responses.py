@@ -17,7 +17,7 @@ from planner.identify.output_error import (
     response_window_s,
     select_response,
 )
-from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
+from planner.identify.segments import SegmentUse, StateOutcome
 from planner.identify.uncertainty import Estimate, fit_percent, rounded, whiteness
 from planner.values import Value, replace
 from planner.vehicle.declared import declared
@@ -320,7 +320,6 @@ def _outcome(
     order = "first" if len(fitted.transfer_function.denominator) == 2 else "second"
     return StateOutcome(
         name=answer.value,
-        status=FitStatus.IDENTIFIED,
         summary=f"{order} order with a delay, from {quantity.count(used, 'manoeuvre')}{window}{beside}",
         unit="W" if answer in _POWERS else "m" if answer is ResponseKind.ALTITUDE else "m/s",
         estimates=fitted.estimates,

@@ -86,7 +86,7 @@ class StateOutcome(Value):
 
     name: str
     """``altitude``, ``speed``, ``climb_power`` …, ``hover``, ``cruise``, ``vertical``, ``battery``."""
-    status: FitStatus
+    status: FitStatus = FitStatus.IDENTIFIED
     summary: str
     """What was identified by which law, or why it was not."""
     unit: str = ""

@@ -14,9 +14,10 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.logs.messages import (
     NO_CURRENT_A,
+    battery_series,
     begin_and_end_s,
-    electrical_series,
     logged_homes,
+    logged_item,
     modes_entered,
     quantity_series,
     source_fields,
@@ -168,14 +169,8 @@ def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
         del first["CTUN"]  # a plane's message of the same name
     for name in {"POS", "GPS"} & first.keys():
         first[name] = first[name].without_null_places("Lat", "Lng")
-    electrical: dict[str, Series] = {}
-    remarks: dict[str, str] = {}
     battery = next((first[n] for n in _BATTERIES if n in first and first[n].has("Volt")), None)
-    if battery is not None:
-        volt, curr = battery.numbers["Volt"], battery.numbers.get("Curr")
-        electrical, remarks = electrical_series(
-            battery.time_s, volt, curr, message=battery.name, fields=("Volt", "Curr")
-        )
+    electrical, remarks = battery_series(battery, "Volt", "Curr")
     return quantity_series(first, _QUANTITIES) | electrical, remarks
 
 
@@ -207,6 +202,7 @@ _AHRS_HOME = 1
 """Type of ORGN that is home, not the origin of the estimator."""
 _FIRMWARE = re.compile(r"\S*(Copter|Plane|Rover|Sub|Heli|Blimp|Tracker)\S* V\d\S*.*")
 _FRAME = "Frame: "
+_ITEM = "CNum CId Frame Prm1 Prm2 Prm3 Prm4 Lat Lng Alt"
 
 
 def _armed_events(tables: Tables) -> Series | None:
@@ -259,7 +255,10 @@ def _missions(table: MessageTable | None) -> tuple[tuple[float, tuple[LoggedItem
     if table is None or not table.has("CNum"):
         return ()
     lists = (
-        (float(table.time_s[begin]), tuple(_item(table, row) for row in range(begin + 1, end)))
+        (
+            float(table.time_s[begin]),
+            tuple(logged_item(table, row, _ITEM) for row in range(begin + 1, end)),
+        )
         for begin, end in _lists(table.numbers["CNum"])
     )
     return tuple((time_s, items) for time_s, items in lists if items)
@@ -341,17 +340,3 @@ def _begun(tables: Tables) -> tuple[str, FloatArray, FloatArray]:
     ]
     times, items = np.array(begun, np.float64).reshape(-1, 2).T
     return "MSG.Message", times, items
-
-
-def _item(table: MessageTable, row: int) -> LoggedItem:
-    frame = table.value("Frame", row)
-    return LoggedItem(
-        int(table.numbers["CNum"][row]),
-        int(table.value("CId", row) or 0),
-        None if frame is None else int(frame),
-        *(table.value("Prm1", row), table.value("Prm2", row)),
-        *(table.value("Prm3", row), table.value("Prm4", row)),
-        latitude_deg=table.value("Lat", row),
-        longitude_deg=table.value("Lng", row),
-        altitude_m=table.value("Alt", row),
-    )

@@ -198,14 +198,8 @@ def _runs(is_on: BoolArray, time_s: FloatArray, boundary: Boundary) -> list[Flig
 def _pieces(span: FlightSpan, recording: Recording) -> Iterator[FlightSpan]:
     """Yield a span cut where nothing was logged for too long."""
     quiet = silences(recording, span.begin_s, span.end_s, LONGEST_SILENCE_S).tolist()
-    ends = [
-        *((quiet_from_s, Boundary.LOG) for quiet_from_s, _ in quiet),
-        (span.end_s, span.ends_with),
-    ]
-    begins = [
-        (span.begin_s, span.begins_with),
-        *((quiet_to_s, Boundary.LOG) for _, quiet_to_s in quiet),
-    ]
+    ends = [*((from_s, Boundary.LOG) for from_s, _ in quiet), (span.end_s, span.ends_with)]
+    begins = [(span.begin_s, span.begins_with), *((to_s, Boundary.LOG) for _, to_s in quiet)]
     for (begin_s, begins_with), (end_s, ends_with) in zip(begins, ends, strict=True):
         if end_s - begin_s > _LONGEST_FLIGHT_S:
             hours = (end_s - begin_s) / SECONDS_PER_HOUR

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.logs.record import LOG_DAMAGED, LoggedHome
+from planner.logs.record import LOG_DAMAGED, LoggedHome, LoggedItem
 from planner.logs.series import Clock, Series
 from planner.values import Value, field, replace
 
@@ -276,6 +276,37 @@ NO_CURRENT_A = 0.2
 """No multirotor flies on less; a sensor that never shows more is none. [A]"""
 _NO_VOLTAGE_V = 0.5
 """A monitor that never shows more is not connected. [V]"""
+
+
+def battery_series(
+    table: MessageTable | None, voltage: str, current: str
+) -> tuple[dict[str, Series], dict[str, str]]:
+    """Return `electrical_series` of the fields of a table in V and A; nothing where there is none."""
+    if table is None:
+        return {}, {}
+    columns = table.numbers.get(voltage), table.numbers.get(current)
+    return electrical_series(table.time_s, *columns, message=table.name, fields=(voltage, current))
+
+
+def logged_item(
+    table: MessageTable, row: int, fields: str, *, added: int = 0, unit: float = 1.0
+) -> LoggedItem:
+    """Return the mission item in a row: number, command, frame, parameters, place and altitude.
+
+    ``added`` is what the item is above its number in the log; ``unit`` is that of latitude and longitude.
+    """
+    values = [table.value(name, row) for name in fields.split()]
+    latitude_deg, longitude_deg = (None if one is None else one * unit for one in values[7:9])
+    frame = values[2]
+    return LoggedItem(
+        int(values[0] or 0.0) + added,
+        int(values[1] or 0.0),
+        None if frame is None else int(frame),
+        *values[3:7],
+        latitude_deg,
+        longitude_deg,
+        values[9],
+    )
 
 
 def electrical_series(

@@ -18,6 +18,7 @@ from planner.logs.messages import (
     electrical_series,
     items_flown,
     logged_homes,
+    logged_item,
     modes_entered,
     quantity_series,
     source_fields,
@@ -209,7 +210,8 @@ def _with_marks(target: MessageTable) -> MessageTable:
     return replace(target, numbers={**target.numbers, **numbers})
 
 
-_ITEM = "seq frame command param1 param2 param3 param4 x y z target_system mission_type"
+_ITEM = "seq command frame param1 param2 param3 param4 x y z"
+_ITEM_FIELDS = f"{_ITEM} target_system mission_type"
 _FURTHER_FIELDS = {
     "ATTITUDE": "time_boot_ms",
     "AUTOPILOT_VERSION": "flight_sw_version",
@@ -221,8 +223,8 @@ _FURTHER_FIELDS = {
     _LOCAL: "time_boot_ms",
     "MISSION_COUNT": "count target_system mission_type",
     "MISSION_CURRENT": "seq",
-    "MISSION_ITEM": _ITEM,
-    "MISSION_ITEM_INT": _ITEM,
+    "MISSION_ITEM": _ITEM_FIELDS,
+    "MISSION_ITEM_INT": _ITEM_FIELDS,
     "PARAM_VALUE": "param_value param_type",
     _TARGET: "time_boot_ms coordinate_frame type_mask",
     _LOCAL_TARGET: "time_boot_ms coordinate_frame type_mask",
@@ -467,7 +469,7 @@ def _missions(tables: Tables, first_item: int) -> tuple[tuple[float, tuple[Logge
             event = (
                 int(table.numbers["count"][row])
                 if name == "MISSION_COUNT"
-                else _item(table, row, unit, first_item)
+                else logged_item(table, row, _ITEM, added=first_item, unit=unit)
             )
             events.append((int(table.places[row]), time_s, event))
     missions: list[tuple[float, tuple[LoggedItem, ...]]] = []
@@ -482,19 +484,6 @@ def _missions(tables: Tables, first_item: int) -> tuple[tuple[float, tuple[Logge
             # ArduPilot's first is home.
             missions.append((time_s, tuple(held[n] for n in sorted(held) if n > 0)))
     return tuple(missions)
-
-
-def _item(table: MessageTable, row: int, unit: float, first_item: int) -> LoggedItem:
-    return LoggedItem(
-        int(table.numbers["seq"][row]) + first_item,
-        int(table.numbers["command"][row]),
-        int(table.numbers["frame"][row]),
-        *(table.value("param1", row), table.value("param2", row)),
-        *(table.value("param3", row), table.value("param4", row)),
-        latitude_deg=table.value("x", row, unit),
-        longitude_deg=table.value("y", row, unit),
-        altitude_m=table.value("z", row),
-    )
 
 
 def _parameters(

@@ -15,8 +15,8 @@ from planner.geo.geodesy import LocalFrame
 from planner.logs.messages import (
     NO_CURRENT_A,
     MessageTable,
+    battery_series,
     begin_and_end_s,
-    electrical_series,
     items_flown,
     logged_homes,
     modes_entered,
@@ -331,17 +331,7 @@ def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
             raise LogFileError(msg, source=file.source)
     series = local_series(topics) | quantity_series(topics, _QUANTITIES)
     series |= _attitude(topics.get("vehicle_attitude"))
-    electrical: dict[str, Series] = {}
-    remarks: dict[str, str] = {}
-    battery = topics.get("battery_status")
-    if battery is not None:
-        electrical, remarks = electrical_series(
-            battery.time_s,
-            battery.numbers.get("voltage_v"),
-            battery.numbers.get("current_a"),
-            message=battery.name,
-            fields=("voltage_v", "current_a"),
-        )
+    electrical, remarks = battery_series(topics.get("battery_status"), "voltage_v", "current_a")
     modes: tuple[tuple[float, str], ...] = ()
     status = topics.get("vehicle_status")
     if status is not None and status.has("nav_state"):

@@ -325,16 +325,8 @@ def support(
 ) -> Support:
     """Return what an autopilot does with a command in a multicopter's mission.
 
-    Parameters
-    ----------
-    command : int
-        MAV_CMD number; one that MAVLink does not know is refused by both autopilots.
-    autopilot : Autopilot
-        Step references are no autopilot: they accept everything.
-    frame : int, optional
-        MAV_FRAME number, on which the answer of PX4 depends; default the right one.
-    version : tuple of int, optional
-        Major and minor version of the firmware; default not known.
+    Both autopilots refuse a command that MAVLink does not know; step references accept everything.  The
+    answer of PX4 depends on the frame, by default the right one; the version may be unknown.
     """
     tables = _load_tables()
     if autopilot is Autopilot.STEP:

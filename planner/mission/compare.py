@@ -62,12 +62,12 @@ class Difference(Value):
 
     part: str
     """``mission``, ``fence`` or ``rally``."""
-    number: int | None
+    number: int | None = None
     """Item, area or point, from 1, of the mission that has it."""
-    field: str
+    field: str = ""
     """What differs; empty where the whole is missing or added."""
-    first: float | str | None
-    second: float | str | None
+    first: float | str | None = None
+    second: float | str | None = None
     kind: DifferenceKind
     message: str
     """One sentence."""
@@ -81,15 +81,7 @@ class Difference(Value):
 def _whole(part: str, number: int | None, kind: DifferenceKind, what: str) -> Difference:
     """Return that the whole of something is in one mission only."""
     where = "missing" if kind is DifferenceKind.MISSING else "in the second one only"
-    return Difference(
-        part=part,
-        number=number,
-        field="",
-        first=None,
-        second=None,
-        kind=kind,
-        message=f"{what} is {where}",
-    )
+    return Difference(part=part, number=number, kind=kind, message=f"{what} is {where}")
 
 
 def _place_key(value: float | None) -> int | None:
@@ -107,7 +99,7 @@ def _is_same_number(
         return first is second or (is_zero_none and not first and not second)
     if is_yaw:
         return abs(math.remainder(first - second, 360.0)) <= _YAW_DEG
-    return _is_close(first, second)
+    return math.isclose(first, second, rel_tol=_RELATIVE, abs_tol=1e-9)
 
 
 def _is_same_altitude(
@@ -117,11 +109,6 @@ def _is_same_altitude(
     if first is not None and second is not None and autopilot is Autopilot.ARDUPILOT:
         return abs(first - second) <= _CENTIMETRE_M
     return _is_same_number(first, second, autopilot)
-
-
-def _is_close(first: float, second: float) -> bool:
-    """Return whether two numbers are one in the four bytes that MAVLink has for them."""
-    return math.isclose(first, second, rel_tol=_RELATIVE, abs_tol=1e-9)
 
 
 def _shown(value: float | str | None) -> str:
@@ -150,7 +137,6 @@ def _compare_fences(
     if _point(back) != _point(other_back) and autopilot is not Autopilot.PX4:
         yield Difference(
             part="fence",
-            number=None,
             field="breach_return",
             first=_shown_place(back),
             second=_shown_place(other_back),
@@ -251,10 +237,7 @@ def compare_missions(
 ) -> tuple[Difference, ...]:
     """Return what differs between a mission as it was meant and as it came out of a vehicle.
 
-    Parameters
-    ----------
-    autopilot : Autopilot or None
-        Who stored the second one; ``None``: nobody, nothing may differ.
+    The autopilot stored the second one; ``None``: nobody did, nothing may differ.
     """
     return (
         *_compare_items(first.items, second.items, autopilot),
@@ -386,7 +369,7 @@ def _parameter_kind(
             *(Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TIME)
         }:
             stored = stored_hold_s(first)
-        if stored is not None and _is_close(stored, second):
+        if stored is not None and math.isclose(stored, second, rel_tol=_RELATIVE, abs_tol=1e-9):
             return DifferenceKind.STORED
     return DifferenceKind.CHANGED
 

@@ -71,21 +71,10 @@ def vehicle_evidence(
 ) -> VehicleEvidence | None:
     """Return for what kind of vehicle a mission was written, and the evidence.
 
-    Parameters
-    ----------
-    vehicle_type : int, optional
-        MAV_TYPE as a plan states it; it wins over the commands unless it is 0 (generic).
-    home_altitude_amsl_m : float, optional
-        To distinguish a dive from country below sea level. [m AMSL]
+    A plan's MAV_TYPE wins over the commands unless it is 0 (generic).  The altitude of home distinguishes
+    a dive from country below sea level [m AMSL].  ``None`` where there is no evidence: most missions of
+    multicopters, and those of other vehicles that a multicopter could fly as well.
 
-    Returns
-    -------
-    VehicleEvidence or None
-        ``None`` where there is no evidence: most missions of multicopters, and those of other vehicles
-        that a multicopter could fly as well.
-
-    Notes
-    -----
     A take-off pitch alone is no proof: QGroundControl wrote 15° into multicopter plans too (13 of
     47 such take-offs in public files), and Mission Planner's survey 20° into everything.  Neither
     is a circle or its radius.  DO_LAND_START alone is none either, ArduCopter knows it.
@@ -94,14 +83,11 @@ def vehicle_evidence(
         kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, "another kind"))
         reason = f"the file has vehicleType {vehicle_type} ({name})"
         return VehicleEvidence(kind=kind, is_certain=True, reason=reason)
-    found = {item.command for item in items}
     for commands, kind in (
         (_VTOL_ONLY, VehicleKind.VTOL),
         (_FIXED_WING_ONLY, VehicleKind.FIXED_WING),
         (_ROVER_ONLY, VehicleKind.ROVER),
     ):
-        if found.isdisjoint(commands):
-            continue
         for number, item in enumerate(items, start=1):
             if item.command in commands:
                 reason = f"item {number} is {command_name(item.command)}"

@@ -31,7 +31,7 @@ from planner.rules.assessment import Assessment
 from planner.rules.registry import judge, judge_unflown
 from planner.setting import taking_settings
 from planner.setup import Reserve, Setup
-from planner.values import Value, replace
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -143,19 +143,13 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
             *judge_unflown(mission, setup.flown_by, prepared.fence_parameters),
         ]
     reported, suppressed = setup.selection.divide(findings, file=mission.source)
-    as_flown = replace(
-        setup,
-        home_amsl_m=route.home_amsl_m,
-        temperature_c=(
-            standard_temperature_c(route.home_amsl_m)
-            if setup.temperature_c is None
-            else setup.temperature_c
-        ),
-    )
+    temperature_c = setup.temperature_c
+    if temperature_c is None:
+        temperature_c = standard_temperature_c(route.home_amsl_m)
     return CheckResult(
         file=mission.source,
         verdict=verdict(reported, setup.fail_on),
-        setup=as_flown,
+        setup=replace(setup, home_amsl_m=route.home_amsl_m, temperature_c=temperature_c),
         totals=NOTHING_FLOWN if assessment is None else assessment.totals,
         battery=None if assessment is None else assessment.battery,
         return_plan=None if assessment is None else assessment.return_plan,
@@ -292,13 +286,12 @@ def assess(prepared: Preparation) -> Assessment:
             returns, setup, spread=vehicle.spread, battery=pack, budget=budget, sweep=sweep
         )
         flight, totals, budget, plan = scenarios.added_to(flight, totals, budget, plan)
+    given = field_values(prepared) | {
+        "route": route,
+        "findings": (*prepared.findings, *flight.motion.findings, *destinations.findings),
+    }
     return Assessment(
-        mission=mission,
-        setup=setup,
-        target=prepared.target,
-        parameters=prepared.parameters,
-        fence_parameters=prepared.fence_parameters,
-        route=route,
+        **given,
         flight=flight,
         totals=totals,
         items=item_arrivals(mission, route, flight),
@@ -307,19 +300,14 @@ def assess(prepared: Preparation) -> Assessment:
         battery=budget,
         return_plan=plan,
         returns=returns,
-        findings=(*prepared.findings, *flight.motion.findings, *destinations.findings),
     )
 
 
 def _target(mission: Mission, setup: Setup) -> Target | None:
-    """Return whose rules a mission has to meet: of what flies it, else of what it is for."""
     flown_by, given = setup.flown_by, setup.parameters
     if setup.target is not None:
         if flown_by not in {Autopilot.STEP, setup.target.autopilot}:
-            msg = (
-                f"the rules of {setup.target.label} do not hold for a vehicle flown as "
-                f"{flown_by.label}"
-            )
+            msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
             raise UsageError(msg)
         return setup.target
     autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by

@@ -42,7 +42,6 @@ _MOST_ROWS = 500
 _SCAN_M_S = 0.1
 """Steps of the search before it is refined."""
 _MOST_SCANNED = 400
-_METRES_PER_KILOMETRE = 1000.0
 _SAME = 1e-9
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
@@ -147,10 +146,8 @@ def predict_speed_curve(
 
     Parameters
     ----------
-    mission : Mission
-        As `planner.read_mission` returns it.
-    vehicle : VehicleModel
-        As `planner.load_vehicle` returns it.
+    mission, vehicle
+        As `planner.read_mission` and `planner.load_vehicle` return them.
     from_m_s, to_m_s : float, optional
         Slowest and fastest speed over ground; default 1 m/s, and the fastest the model was identified
         at or the vehicle can fly, whichever is less. [m s⁻¹]
@@ -249,8 +246,7 @@ class _Missions:
         """Return the mission at a speed, by the same check as every other."""
         speed_m_s = round(speed_m_s, 6)
         if speed_m_s not in self._known:
-            setup = replace(self._setup, speed_m_s=speed_m_s)
-            result = check_mission(self._mission, setup)
+            result = check_mission(self._mission, replace(self._setup, speed_m_s=speed_m_s))
             self._known[speed_m_s] = _flown(result, speed_m_s)
         return self._known[speed_m_s]
 
@@ -292,7 +288,7 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
         math.nan if battery is None else battery.margin_wh,
         0.0 if plan is None or plan.margin_wh is None else plan.margin_wh,
     )
-    distance_km = totals.distance_m / _METRES_PER_KILOMETRE
+    distance_km = totals.distance_m / 1000.0
     return FlownSpeed(
         speed_m_s=speed_m_s,
         time_s=totals.time_s,
@@ -310,7 +306,6 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
 def _range(
     assessment: Assessment, from_m_s: float | None, to_m_s: float | None, step_m_s: float | None
 ) -> list[float]:
-    """Return the speeds of the points."""
     low = _SLOWEST_M_S if from_m_s is None else from_m_s
     high = max(_highest_m_s(assessment), low) if to_m_s is None else to_m_s
     if not (0.0 < low <= high and math.isfinite(high)):
@@ -356,7 +351,7 @@ def _grid(low_m_s: float, high_m_s: float) -> list[float]:
 
 
 def _cost(assessment: Assessment, speed_m_s: float) -> tuple[float, float]:
-    """Return energy and time of the mission at a speed. [Wh], [s]"""
+    """Return energy and time. [Wh], [s]"""
     route = route_at_speed(assessment.route, speed_m_s)
     flight = predict_flight(route, assessment.setup, assessment.returns.pilot)
     return wh_from_j(flight.energy_j), flight.time_s

@@ -54,7 +54,7 @@ _TOO_MUCH = 1.02
 
 
 class _Trial(Value):
-    """What the check says of one part."""
+    """The check of one part."""
 
     fits: bool
     """Nothing is wrong that a shorter one mends."""
@@ -305,10 +305,8 @@ def split_mission(
 
     Parameters
     ----------
-    mission : Mission
-        As `planner.read_mission` returns it.
-    vehicle : VehicleModel
-        As `planner.load_vehicle` returns it.
+    mission, vehicle
+        As `planner.read_mission` and `planner.load_vehicle` return them.
     folder : Path or str
         Where the parts are to be written, for their names.
     on_step : callable

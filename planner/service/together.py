@@ -156,17 +156,14 @@ check_together = taking_settings(keep_apart, Together)
 
 
 def _starts_s(results: Sequence[object], together: Together) -> tuple[float, ...]:
-    """Return a start for each result."""
     for result in results:
         if not isinstance(result, (CheckResult, UnreadableMission)):
             msg = f"results must be those of planner.check(…), got a {type(result).__name__}"
             raise UsageError(msg)
     starts = tuple(together.starts_s) or (0.0,) * len(results)
     if len(starts) != len(results):
-        msg = (
-            f"{quantity.count(len(starts), 'start')} given for "
-            f"{quantity.count(len(results), 'mission')}: give one for each"
-        )
+        missions = quantity.count(len(results), "mission")
+        msg = f"{quantity.count(len(starts), 'start')} given for {missions}: give one for each"
         raise UsageError(msg)
     return starts
 
@@ -307,7 +304,6 @@ def _unchecked(
 
 
 def _judged_again(result: CheckResult, found: Sequence[Finding]) -> CheckResult:
-    """Return a result with more findings, selected and judged as its others."""
     known = [
         replace(finding, suppression="")
         for finding in (*result.findings, *result.suppressed)

@@ -29,14 +29,11 @@ _ACCEPTED, _TEMPORARILY_REJECTED, _DENIED, _IN_PROGRESS = 0, 1, 2, 5
 """MAV_RESULT."""
 _INFO, _CRITICAL = 6, 2
 """MAV_SEVERITY."""
-_REASONS = {
-    0: "generic",
-    1: "no reason",
-    2: "invalid waypoint",
-    3: "timeout",
-    4: "airspace in use",
-    5: "bad weather",
-}
+_REASONS = dict(
+    enumerate(
+        ("generic", "no reason", "invalid waypoint", "timeout", "airspace in use", "bad weather")
+    )
+)
 """MAV_ARM_AUTH_DENIED_REASON."""
 _NUMBERED = frozenset({2, 4})
 """Reasons whose second value is the number of an item."""

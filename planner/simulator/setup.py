@@ -164,11 +164,7 @@ def make_setup(
 def _first_place(mission: Mission) -> Home | None:
     for item in mission.items:
         if item.latitude_deg and item.longitude_deg:
-            return Home(
-                latitude_deg=item.latitude_deg,
-                longitude_deg=item.longitude_deg,
-                altitude_amsl_m=None,
-            )
+            return Home(item.latitude_deg, item.longitude_deg, None)
     return None
 
 

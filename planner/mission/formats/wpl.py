@@ -137,9 +137,12 @@ class _Fields(Value):
 
     def refuse(self, message: str, index: int = 0) -> NoReturn:
         """Raise the error about a field, or the whole line."""
+        raise MissionFileError(message, source=self.source, place=self.place(index))
+
+    def place(self, index: int = 0) -> Place:
+        """Return where a field begins."""
         columns = [match.start() + 1 for match in _TOKEN.finditer(self.content)] or [1]
-        place = Place(self.line, columns[index])
-        raise MissionFileError(message, source=self.source, place=place)
+        return Place(self.line, columns[index])
 
     def _refuse_value(self, index: int, expected: str) -> NoReturn:
         found = self.texts[index][:40]
@@ -534,13 +537,12 @@ def read_fence_list(text: str, *, source: str) -> Mission:
     """
     points: list[tuple[float, float]] = []
     places: list[Place] = []
-    for place, fields in _read_fields(text, source=source):
-        if len(fields) != 2:
-            values = quantity.count(len(fields), "value")
-            msg = f"the line has {values}, expected a latitude and a longitude"
-            raise MissionFileError(msg, source=source, place=place)
-        points.append(_read_position(fields, source=source, place=place))
-        places.append(place)
+    for fields in _read_fields(text, source=source):
+        if len(fields.texts) != 2:
+            values = quantity.count(len(fields.texts), "value")
+            fields.refuse(f"the line has {values}, expected a latitude and a longitude")
+        points.append(_read_position(fields, 0))
+        places.append(fields.place())
     remarks = Remarks()
     vertices = points[1:]
     if len(vertices) >= 2 and vertices[0] == vertices[-1]:
@@ -564,49 +566,45 @@ def read_rally_list(text: str, *, source: str) -> Mission:
     altitude in metres above home.
     """
     points: list[RallyPoint] = []
-    for place, fields in _read_fields(text, source=source):
-        if not is_rally_line(" ".join(fields) + " ") or len(fields) != 7:
-            msg = "expected 'RALLY latitude longitude altitude break-altitude direction flags'"
-            raise MissionFileError(msg, source=source, place=place)
-        place_deg = _read_position(fields[1:3], source=source, place=place)
-        height_m = _read_number(fields[3], source=source, place=place)
-        points.append(RallyPoint(*place_deg, height_m, place))
+    for fields in _read_fields(text, source=source):
+        if not is_rally_line(" ".join(fields.texts) + " ") or len(fields.texts) != 7:
+            expected = "'RALLY latitude longitude altitude break-altitude direction flags'"
+            fields.refuse(f"expected {expected}")
+        place_deg = _read_position(fields, 1)
+        points.append(RallyPoint(*place_deg, _read_number(fields, 3), fields.place()))
     what = quantity.count(len(points), "rally point")
     return _without_items(text, what, Remarks(), rally=tuple(points), source=source)
 
 
-def _read_fields(text: str, *, source: str) -> list[tuple[Place, list[str]]]:
+def _read_fields(text: str, *, source: str) -> list[_Fields]:
     """Return the fields of every line that is not blank and no comment."""
-    fields = []
+    found = []
     for number, line in read_lines(text, source=source):
         content = line.strip()
         if content and not content.startswith("#"):
-            place = Place(number, len(line) - len(line.lstrip()) + 1)
-            fields.append((place, re.split(r"[\s,]+", content)))
-            if len(fields) > MOST_ITEMS:
-                msg = f"more than {MOST_ITEMS:,} points: MAVLink can send no more than that"
-                raise MissionFileError(msg, source=source, place=place)
-    return fields
+            texts = re.split(r"[\s,]+", content)
+            found.append(_Fields(content=line, texts=texts, line=number, source=source))
+            if len(found) > MOST_ITEMS:
+                found[-1].refuse(
+                    f"more than {MOST_ITEMS:,} points: MAVLink can send no more than that"
+                )
+    return found
 
 
-def _read_position(fields: list[str], *, source: str, place: Place) -> tuple[float, float]:
-    latitude_deg, longitude_deg = (
-        _read_number(field, source=source, place=place) for field in fields
-    )
+def _read_position(fields: _Fields, index: int) -> tuple[float, float]:
+    latitude_deg, longitude_deg = (_read_number(fields, index + n) for n in (0, 1))
     if abs(latitude_deg) > 90.0 or abs(longitude_deg) > 180.0:
-        msg = f"{latitude_deg:g}, {longitude_deg:g} is not a latitude and longitude"
-        raise MissionFileError(msg, source=source, place=place)
+        fields.refuse(f"{latitude_deg:g}, {longitude_deg:g} is not a latitude and longitude")
     return latitude_deg, longitude_deg
 
 
-def _read_number(field: str, *, source: str, place: Place) -> float:
+def _read_number(fields: _Fields, index: int) -> float:
     try:
-        value = float(field)
+        value = float(fields.texts[index])
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        msg = f"expected a number, found '{field[:40]}'"
-        raise MissionFileError(msg, source=source, place=place)
+        fields.refuse(f"expected a number, found '{fields.texts[index][:40]}'")
     return value
 
 
