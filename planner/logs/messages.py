@@ -296,17 +296,9 @@ def logged_item(
     ``added`` is what the item is above its number in the log; ``unit`` is that of latitude and longitude.
     """
     values = [table.value(name, row) for name in fields.split()]
-    latitude_deg, longitude_deg = (None if one is None else one * unit for one in values[7:9])
-    frame = values[2]
-    return LoggedItem(
-        int(values[0] or 0.0) + added,
-        int(values[1] or 0.0),
-        None if frame is None else int(frame),
-        *values[3:7],
-        latitude_deg,
-        longitude_deg,
-        values[9],
-    )
+    values[7:9] = [None if degrees is None else degrees * unit for degrees in values[7:9]]
+    frame = None if values[2] is None else int(values[2])
+    return LoggedItem(int(values[0] or 0.0) + added, int(values[1] or 0.0), frame, *values[3:])
 
 
 def electrical_series(
