@@ -97,7 +97,6 @@ def command(
 
 
 def _settings_of_b(text: str) -> dict[str, object]:
-    """Return the settings in the options of B, read as any others."""
     try:
         words = shlex.split(text)
     except ValueError as error:

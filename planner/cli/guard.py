@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import sys
-from contextlib import suppress
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -22,7 +20,7 @@ from planner.cli.options import (
     path_option,
     setting_options,
 )
-from planner.cli.output import narrate
+from planner.cli.output import StatusLine, narrate
 from planner.errors import OutputError
 from planner.guard.decision import GuardSettings
 from planner.quantity import NUMBER
@@ -201,18 +199,18 @@ class DecisionLog:
             self._is_broken = True
 
 
-class GuardDisplay:
+class GuardDisplay(StatusLine):
     """The status on standard error: one line that changes on a terminal, else a line per change."""
 
     def __init__(self) -> None:
-        self._is_terminal = sys.stderr is not None and sys.stderr.isatty()
+        super().__init__()
         self._in_flight_s = 0
 
     def status(self, status: GuardStatus) -> None:
         """Show the status, once a second."""
-        if self._is_terminal:
+        if self.is_terminal:
             width = shutil.get_terminal_size().columns - 1
-            self._write(f"\r\x1b[K{printable(status_line(status))[:width]}")
+            self.show(printable(status_line(status))[:width])
             return
         if status.is_flying and self._in_flight_s % _PLAIN_EVERY_S == 0:
             narrate(status_line(status))
@@ -220,18 +218,8 @@ class GuardDisplay:
 
     def decision(self, decision: Decision) -> None:
         """Report a decision."""
-        self._narrate(decision_text(decision))
+        self.narrate(decision_text(decision))
 
     def lost(self, why: str) -> None:
         """Report that the vehicle is waited for."""
-        self._narrate(f"{why}; waiting for it")
-
-    def _narrate(self, text: str) -> None:
-        if self._is_terminal:
-            self._write("\r\x1b[K")
-        narrate(text)
-
-    def _write(self, text: str) -> None:
-        with suppress(OSError):
-            sys.stderr.write(text)
-            sys.stderr.flush()
+        self.narrate(f"{why}; waiting for it")

@@ -150,7 +150,6 @@ def _list_logs(logs: tuple[str, ...], mapping: CsvMapping | None, file_format: s
 
 
 def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSettings:
-    """Return what was asked for."""
     import datetime as dt
 
     from planner.identify.assembly import IdentificationSettings, Method

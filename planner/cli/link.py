@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +10,7 @@ import click
 
 from planner import __version__
 from planner.cli.options import format_option, kind_option, path_option
-from planner.cli.output import narrate, write_data
+from planner.cli.output import StatusLine, narrate, write_data
 from planner.errors import ExitCode, UsageError
 from planner.setting import Number
 
@@ -113,42 +111,29 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
     )
 
 
-class TransferProgress:
+class TransferProgress(StatusLine):
     """Reports on standard error how far a transfer is: item by item on a terminal, else periodically."""
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
         self._now_s = now_s
         self._reported_s = now_s()
-        self._is_terminal = sys.stderr is not None and sys.stderr.isatty()
         self._done: set[str] = set()
 
     def __call__(self, what: str, done: int, count: int | None) -> None:
         """Take how much of what is done."""
         if what in self._done:
             return
-        if count is None:
-            self._report_periodically(f"waiting for {what}")
-        elif done < count:
-            self._report_periodically(f"{what}: {done} of {count}")
-        else:
+        if count is not None and done >= count:
             self._done.add(what)
-            self._overwrite("")
-            self._narrate(f"{what}: {count} of {count}" if count else f"{what}: none")
-
-    def _report_periodically(self, text: str) -> None:
-        self._overwrite(text)
-        if not self._is_terminal and self._now_s() - self._reported_s >= _SILENCE_S:
-            self._narrate(text)
-
-    def _narrate(self, text: str) -> None:
-        narrate(text)
-        self._reported_s = self._now_s()
-
-    def _overwrite(self, text: str) -> None:
-        if self._is_terminal:
-            with suppress(OSError):
-                sys.stderr.write(f"\r\x1b[K{text}")
-                sys.stderr.flush()
+            self.narrate(f"{what}: {count} of {count}" if count else f"{what}: none")
+            self._reported_s = self._now_s()
+            return
+        text = f"waiting for {what}" if count is None else f"{what}: {done} of {count}"
+        self.show(text)
+        if not self.is_terminal and self._now_s() - self._reported_s >= _SILENCE_S:
+            self.narrate(text)
+            self._reported_s = self._now_s()
 
 
 @click.command("fetch", short_help="Read mission, parameters and state from a vehicle.")

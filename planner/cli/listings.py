@@ -35,7 +35,7 @@ def models(*, file_format: str) -> None:
 @click.command("rules")
 @format_option("text", "json")
 def rules(*, file_format: str) -> None:
-    """List the rules: code, severity, name and what each says."""
+    """List the rules: code, severity, name and summary."""
     listed = tuple(catalogue.rules().values())
     write_data(
         rules_json(listed, version=__version__) if file_format == "json" else rules_text(listed)
@@ -50,7 +50,7 @@ def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: st
 @click.argument("code", shell_complete=_offers)
 @format_option("text", "json")
 def explain(code: str, *, file_format: str) -> None:
-    """Explain a rule: what it says, why, how it is computed, what to do.
+    """Explain a rule: its meaning, why, how it is computed, what to do.
 
     CODE is the rule's code, such as E101, its name, or the name of PX4's event, such as
     navigator_mis_takeoff_missing.
@@ -73,7 +73,6 @@ def _rule(code: str) -> Rule:
 
 
 def _known() -> dict[str, str]:
-    """Return the code of a rule by everything it is known by."""
     entries = catalogue.entries()
     return (
         {code: code for code in entries}

@@ -88,6 +88,25 @@ def narrate(text: str) -> None:
         print(f"mavjoule: {printable(text)}", file=sys.stderr)  # noqa: T201 - the only print
 
 
+class StatusLine:
+    """One line on standard error that changes, where that is a terminal."""
+
+    def __init__(self) -> None:
+        self.is_terminal = sys.stderr is not None and sys.stderr.isatty()
+
+    def show(self, text: str) -> None:
+        """Show a text in place of the one before, on a terminal."""
+        if self.is_terminal:
+            with suppress(OSError):
+                sys.stderr.write(f"\r\x1b[K{text}")
+                sys.stderr.flush()
+
+    def narrate(self, text: str) -> None:
+        """Report something on a line of its own, in place of the text."""
+        self.show("")
+        narrate(text)
+
+
 def narrate_seldom() -> Callable[[str], None]:
     """Return what reports a step if nothing was reported for seconds: for steps of which there are many."""
     from time import monotonic

@@ -95,7 +95,7 @@ def command(
 ) -> None:
     """Speak as a vehicle that holds a mission and flies it as predicted.
 
-    Everything it sends is simulated, and says so.  It answers over UDP or TCP as PX4 or ArduPilot
+    Everything it sends is marked as simulated.  It answers over UDP or TCP as PX4 or ArduPilot
     does: mission, fence and rally points both ways, parameters, home, battery, position, logs.  It
     arms by itself alone, with --arm-after; what a ground station wants to set or arm is not done.
     Ctrl-C ends it.

@@ -100,7 +100,7 @@ def command(
             is_charge_given="charge" in values,
             on_progress=TransferProgress(),
         )
-    except (KeyboardInterrupt, click.Abort):  # one while it is sent says what became of it
+    except (KeyboardInterrupt, click.Abort):  # one while it is sent reports what became of it
         if sys.stderr is not None and sys.stderr.isatty():
             click.echo(err=True)  # after the question, or the progress
         narrate("interrupted: nothing was sent")

@@ -135,7 +135,6 @@ def _settings(vehicle: VehicleModel) -> IdentificationSettings:
 
 
 def _draw(done: Sequence[Verification], folder: Path) -> None:
-    """Draw every flight into a folder, a file each."""
     from planner.report.identification import flight_errors, flight_label
     from planner.report.plots import verification_figure, write_figures
 

@@ -393,7 +393,6 @@ def _region(barrier: Barrier) -> Any:  # noqa: ANN401 - shapely has no types
 
 
 def _united(inclusions: list[Barrier], regions: list[Any]) -> Barrier:
-    """Return the union of inclusion areas as one barrier, its seams closed."""
     import shapely
 
     # Mitred corners are restored by the second buffer exactly.
@@ -420,7 +419,6 @@ INCLUSION_SEMANTICS = Rule(
 
 
 def _check_common_place(inclusions: list[Barrier], regions: list[Any]) -> list[Finding]:
-    """Return a finding where the inclusion areas have no place in common."""
     import shapely
 
     if not is_thin(shapely.intersection_all(regions)):

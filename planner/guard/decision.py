@@ -557,7 +557,6 @@ class Guard:
         return [Announce(severity=severity, text=text)]
 
     def _work(self, now_s: float) -> list[Action]:
-        """Return what is to be read and checked."""
         if now_s - self._heard_s > self._settings.silence_s:
             return []
         actions: list[Action] = []

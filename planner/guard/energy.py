@@ -309,11 +309,9 @@ class EnergyWatch:
         warn_before_s: float = 60.0,
         is_joined: bool = False,
     ) -> None:
-        self._returns = prediction.returns
+        self._prediction = prediction
         above_wh = prediction.usable_wh - prediction.reserve_wh
         self._sweep = sweep_returns(prediction.returns, above_wh)
-        self._usable_wh = prediction.usable_wh
-        self._reserve_wh = prediction.reserve_wh
         self._meter = BatteryMeter(prediction, start)
         self._warn_before_s = warn_before_s
         self._is_joined = is_joined
@@ -335,7 +333,7 @@ class EnergyWatch:
         left = self._meter.energy_left(reading)
         before, before_s = self._before or (None, now_s)
         progress = flight_progress(
-            self._returns, item, place, before=before, elapsed_s=now_s - before_s
+            self._prediction.returns, item, place, before=before, elapsed_s=now_s - before_s
         )
         self._before = (progress, now_s)
         if self._missed_wh is None:
@@ -345,11 +343,11 @@ class EnergyWatch:
         ratio = self._ratio(progress.used_wh - self._missed_wh, left)
         # A vehicle that took less so far may meet the wind later: the model is never undercut.
         factor = 1.0 if ratio is None else max(ratio, 1.0)
-        above_wh = left.energy_wh - self._reserve_wh
+        above_wh = left.energy_wh - self._prediction.reserve_wh
         state = EnergyState(
             progress=progress,
             left=left,
-            reserve_wh=self._reserve_wh,
+            reserve_wh=self._prediction.reserve_wh,
             ratio=ratio,
             finish_wh=factor * progress.finish_wh,
             return_wh=factor * progress.return_wh,
@@ -367,8 +365,8 @@ class EnergyWatch:
         )
 
     def _ratio(self, modelled_wh: float, left: EnergyLeft) -> float | None:
-        used_wh = self._usable_wh - left.energy_wh
-        total_wh = float(self._returns.used_wh[-1])
+        used_wh = self._prediction.usable_wh - left.energy_wh
+        total_wh = float(self._prediction.returns.used_wh[-1])
         least_wh = max(_LEAST_USED * total_wh, _STEPS_USED * left.step_wh)
         if not modelled_wh > 0.0 or max(modelled_wh, used_wh) < least_wh:
             return None
@@ -386,12 +384,13 @@ class EnergyWatch:
             Concern.NO_RETURN: is_short and not finishes,
             Concern.RETURN_SOON: lead_s <= self._warn_before_s and not is_short and not finishes,
             Concern.NO_FINISH: not finishes and is_on_mission,
-            Concern.MEASURES_DIFFER: state.left.spread_wh > _DIFFERENCE * self._usable_wh,
+            Concern.MEASURES_DIFFER: state.left.spread_wh
+            > _DIFFERENCE * self._prediction.usable_wh,
         }
         over = {
             Concern.NO_RETURN: not present[Concern.NO_RETURN],
             Concern.RETURN_SOON: finishes or lead_s > _CALM_FACTOR * self._warn_before_s,
-            Concern.NO_FINISH: state.finish_margin_wh > 0.1 * self._reserve_wh,
+            Concern.NO_FINISH: state.finish_margin_wh > 0.1 * self._prediction.reserve_wh,
             Concern.MEASURES_DIFFER: False,
         }
         new = [concern for concern in Concern if present[concern] and concern not in self._raised]

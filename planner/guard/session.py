@@ -217,7 +217,6 @@ def _list_changed(received: Message, why: str) -> tuple[Event, ...]:
 
 
 def _home_at_arming(state: VehicleState) -> Home | None:
-    """Return the home a vehicle reports, or the place where it will set it when it arms."""
     place = state.position
     if place is None or state.is_armed is not False:
         return state.home
@@ -452,7 +451,6 @@ class GuardSession:
                 self._feed(event)
 
     def _reported(self, received: Message) -> tuple[Event, ...]:
-        """Return what a message of the vehicle reports of its state."""
         if received.component != self._link.identity.component:
             return ()
         state = self._connection.telemetry.state()
@@ -558,7 +556,6 @@ class GuardSession:
         self._feed(Judged(fingerprints=checked, judgement=judgement))
 
     def _take_check(self) -> None:
-        """Take a check that has come to its end."""
         if self._checking is not None and self._checking[1].done():
             checked, future = self._checking
             self._checking = None

@@ -249,7 +249,6 @@ def identify_battery(
 
 
 def _discharges(records: Sequence[FlightRecord]) -> tuple[SegmentUse, ...]:
-    """One discharge a flight, used or refused."""
     first_v = [_first_known(r.voltage_v) for r in records]
     highest = max((v for v in first_v if v is not None), default=0.0)
     rows = []

@@ -287,7 +287,6 @@ def hold_out(cuts: Sequence[ManoeuvreCut]) -> tuple[ManoeuvreCut, ...]:
 def _commands(
     record: FlightRecord, reference: FloatArray, *, still: float, least: float
 ) -> list[_Command]:
-    """Return the spans in which a reference changes in flight."""
     steps = np.diff(reference)
     moving = np.flatnonzero(np.abs(np.nan_to_num(steps)) > still)
     if not moving.size:
@@ -309,7 +308,6 @@ def _commands(
 def _cut(
     record: FlightRecord, command: _Command, commands: Sequence[_Command], signal: _Signal
 ) -> ManoeuvreCut:
-    """Cut one answer to one command out of a record, or refuse it with the reason."""
     others = [other for other in commands if other is not command]
     last_end = max((o.end for o in others if o.first <= command.first), default=0)
     start = max(command.first - round(_REST_S / record.step_s), last_end)

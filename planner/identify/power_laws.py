@@ -265,7 +265,6 @@ def _joined(group: Sequence[Point]) -> Point:
 
 
 def _with_one_minimum(powers: FloatArray, errors: FloatArray) -> FloatArray:
-    """Nearest curve that falls and then rises."""
     from scipy.optimize import isotonic_regression
 
     weights = errors**-2.0

@@ -197,7 +197,6 @@ def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
 
 
 def _motion(record: FlightRecord) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Climb rate, horizontal speed and the acceleration along it."""
     window = round(_SLOPE_S / record.step_s)
     if _known_fraction(record.climb_m_s, record.is_landed) >= _KNOWN:
         climb = _mean(record.climb_m_s, window)

@@ -96,7 +96,7 @@ def fit_spread(flights: Sequence[FlownAndPredicted], *, source: str) -> ModelSpr
 def _energy_fractions(
     flights: Sequence[FlownAndPredicted],
 ) -> tuple[float | None, tuple[tuple[str, float], ...]]:
-    """Return the deviation that the states of a flight share, and that of each state by itself."""
+    """Return the deviation common to the states of a flight, and that of each state by itself."""
     from scipy.optimize import nnls
 
     if not flights:

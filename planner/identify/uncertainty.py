@@ -170,7 +170,6 @@ def least_squares_covariance(blocks: Sequence[tuple[float, FloatArray, Noise]]) 
 
 
 def _correlated(noise: Noise, columns: FloatArray) -> FloatArray:
-    """Covariance matrix of a span of noise times columns."""
     from scipy.linalg import matmul_toeplitz
 
     if noise.is_white:

@@ -118,7 +118,6 @@ class HeartbeatWatch:
 
 
 def _is_vehicle(received: Message) -> bool:
-    """Return whether a message is the heartbeat of an autopilot."""
     return (
         received.name == "HEARTBEAT"
         and received.system != 0
@@ -307,7 +306,6 @@ class Connection:
         return self.vehicle
 
     def _unheard(self) -> str:
-        """Return the message where no vehicle was heard in time."""
         missing = f"no heartbeat in {self._settings.heartbeat_timeout_s:g} s on {self.name}"
         if self._watch.others:
             ids = ", ".join(map(str, sorted(self._watch.others)))

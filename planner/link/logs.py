@@ -309,7 +309,6 @@ def _download(link: VehicleLink, log: VehicleLog, path: Path) -> None:
 
 
 def _files(link: VehicleLink, top: str) -> tuple[VehicleLog, ...]:
-    """Return the logs in a folder and the folders in it."""
     listing = FolderListing(top, link.settings, link.file_numbers, retries=_TRIES)
     link.run(listing, f"files in {top}")
     found = dict(sorted(listing.files.items()))

@@ -159,7 +159,6 @@ def parameter_text(snapshot: VehicleSnapshot) -> str:
 def _with_capacity(
     battery: BatteryState | None, identity: VehicleIdentity, parameters: tuple[WireParameter, ...]
 ) -> BatteryState | None:
-    """Return the battery with the charge that the autopilot counts from."""
     if battery is None:
         return None
     values = {one.name: one.number(is_bytewise=identity.is_bytewise) for one in parameters}

@@ -195,7 +195,6 @@ class Question(Transfer):
         raise NotImplementedError
 
     def _is_reply(self, received: Message) -> bool:
-        """Return whether a COMMAND_ACK is about it."""
         is_command = received.name == "COMMAND_ACK" and "command" in self._request.fields
         return is_command and received["command"] == self._request["command"]
 

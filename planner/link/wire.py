@@ -113,7 +113,6 @@ def open_line(address: LinkAddress) -> VehicleLine:
 
 
 def _broken(error: OSError) -> LinkError:
-    """Return the error to raise where a line breaks."""
     return LinkError(f"the line broke: {error.strerror or error}")
 
 

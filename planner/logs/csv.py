@@ -361,7 +361,6 @@ class _Table(MessageColumns):
 
 
 def _read(source: str, mapping: CsvMapping | None) -> _Table:
-    """Return the columns of a file, as far as it can be read."""
     path = Path(source)
     with path.open("rb") as file:
         is_zipped = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC

@@ -161,7 +161,6 @@ def _is_first_instance(table: MessageTable) -> BoolArray:
 
 
 def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity in the messages, and what is wrong with some."""
     first = {name: table.rows(_is_first_instance(table)) for name, table in tables.items()}
     if "GPS" in first and "Status" in first["GPS"].numbers:
         first["GPS"] = first["GPS"].rows(first["GPS"].numbers["Status"] >= _FIX_3D)
@@ -228,7 +227,6 @@ def _two_events(table: MessageTable | None, one: int, zero: int) -> Series | Non
 
 
 def _firmware_and_frame(tables: Tables) -> tuple[str, str]:
-    """Return the firmware's name and version, and the frame, empty where they are not logged."""
     messages = tables["MSG"].texts.get("Message", ()) if "MSG" in tables else ()
     firmware = next((text for text in messages if _FIRMWARE.fullmatch(text)), "")
     frame = next((text for text in messages if text.startswith(_FRAME)), "")

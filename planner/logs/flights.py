@@ -336,7 +336,6 @@ def flight_record(
 
 
 def _modes(grid: Grid) -> tuple[TextArray, str | None]:
-    """Return the mode at each time, empty before the first is known."""
     entered_s = np.array([time_s for time_s, _ in grid.recording.modes], np.float64)
     names = np.array(["", *(name for _, name in grid.recording.modes)], np.str_)
     modes = names[np.searchsorted(entered_s, grid.time_s, side="right")]
@@ -344,7 +343,6 @@ def _modes(grid: Grid) -> tuple[TextArray, str | None]:
 
 
 def _landed(grid: Grid, height: GridColumn | None) -> tuple[BoolArray, str | None]:
-    """Return whether the vehicle is on the ground, by the detector or the heights."""
     detector = grid.recording.is_landed
     if detector is not None:
         # Before the first event the opposite holds; a sampled state begins with what it is.

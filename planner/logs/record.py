@@ -91,7 +91,7 @@ class LoggedItem(Value, kw_only=False):
     command: int
     """MAV_CMD number."""
     frame: int | None
-    """MAV_FRAME number; ``None`` where the log does not say (ArduPilot before 4.0)."""
+    """MAV_FRAME number; ``None`` where the log has none (ArduPilot before 4.0)."""
     param1: float | None
     param2: float | None
     param3: float | None
@@ -206,7 +206,7 @@ class FlightRecord(Value, eq=False):
     autopilot: Autopilot | None
     """Whose log it is; ``None`` where it is neither PX4's nor ArduPilot's."""
     firmware: str
-    """Name and version as the log has it; empty where it does not say."""
+    """Name and version as the log has it; empty where it has none."""
     vehicle: str
     """What flew, as far as the log has it (frame, airframe number); empty where it does not."""
 

@@ -431,7 +431,6 @@ def _identity(heartbeats: MessageTable | None) -> tuple[Autopilot | None, str]:
 
 
 def _firmware(tables: Tables) -> str:
-    """Return the firmware from ArduPilot's texts or the version message."""
     texts = tables["STATUSTEXT"].texts["text"] if "STATUSTEXT" in tables else ()
     named = next((text for text in texts if "Copter V" in text or "Copter-" in text), "")
     if named or "AUTOPILOT_VERSION" not in tables:
@@ -502,7 +501,6 @@ def _parameters(
 
 
 def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity in the messages, and what is wrong with some."""
     marked = {
         name: _with_marks(table) if name in {_TARGET, _LOCAL_TARGET} else table
         for name, table in tables.items()

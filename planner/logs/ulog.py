@@ -292,7 +292,6 @@ correction of the position error on top, and is taken only where the other is no
 
 
 def _attitude(topic: MessageTable | None) -> dict[str, Series]:
-    """Return roll, pitch and yaw of a quaternion from body to north-east-down."""
     names = [f"q[{index}]" for index in range(4)]
     if topic is None or not topic.has(*names):
         return {}

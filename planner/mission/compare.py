@@ -1,6 +1,6 @@
 """Two missions item by item: what a transfer changed or lost.
 
-Compared are meanings: frames that say the same are one, places are rounded to the 10⁻⁷ degrees and
+Compared are meanings: frames that mean the same are one, places are rounded to the 10⁻⁷ degrees and
 numbers to the four bytes that MAVLink has for them.  Home is left out: a vehicle has its own.
 """
 
@@ -92,7 +92,7 @@ def _place_key(value: float | None) -> int | None:
 def _is_same_number(
     first: float | None, second: float | None, autopilot: Autopilot | None, *, is_yaw: bool = False
 ) -> bool:
-    """Return whether two numbers say the same to an autopilot."""
+    """Return whether two numbers are the same to an autopilot."""
     if first is None or second is None:
         # To ArduPilot a value that is not specified is 0; PX4 flies another way then.
         is_zero_none = autopilot is Autopilot.ARDUPILOT
@@ -105,7 +105,7 @@ def _is_same_number(
 def _is_same_altitude(
     first: float | None, second: float | None, autopilot: Autopilot | None
 ) -> bool:
-    """Return whether two altitudes [m] say the same to an autopilot."""
+    """Return whether two altitudes [m] are the same to an autopilot."""
     if first is not None and second is not None and autopilot is Autopilot.ARDUPILOT:
         return abs(first - second) <= _CENTIMETRE_M
     return _is_same_number(first, second, autopilot)

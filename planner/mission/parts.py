@@ -466,7 +466,6 @@ def _takeoff(flown: FlownItems, higher_m: float) -> MissionItem:
 
 
 def _item_before(flown: FlownItems, step: int) -> MissionItem:
-    """Return the item of the flying step before one."""
     return next(flown.items[one] for one in range(step)[::-1] if flown.stages[one] is not None)
 
 

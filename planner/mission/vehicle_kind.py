@@ -96,7 +96,6 @@ def vehicle_evidence(
 
 
 def _fixed_wing_evidence(items: Sequence[MissionItem]) -> VehicleEvidence | None:
-    """Return the evidence in the take-off's pitch angle and the way of landing."""
     commands = [item.command for item in items]
     reasons: list[str] = []
     for number, item in enumerate(items, start=1):

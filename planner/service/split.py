@@ -511,7 +511,6 @@ OUTPUTS_SET_AGAIN = Rule(
 
 
 def _remarks(flown: FlownItems, parts: list[SplitPart]) -> Iterator[Finding]:
-    """Yield what is other in the parts than in the mission."""
     if flown.has_jumps:
         yield LOOPS_WRITTEN_OUT.finding(
             f"jumps are written out: {quantity.count(len(flown.items), 'item')} flown of "

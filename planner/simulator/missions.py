@@ -456,7 +456,6 @@ class MissionServer:
         return MissionResult.ACCEPTED if found is None else found
 
     def _end_upload(self, received: Message) -> tuple[Message, ...]:
-        """Put the list that has come in its place."""
         upload = self._upload
         assert upload is not None  # it has just got its last item
         kind = upload.kind
@@ -495,7 +494,6 @@ class MissionServer:
         return (self._ack(received, MissionResult.ACCEPTED, number),)
 
     def _replace(self, kind: MissionKind, items: list[WireItem]) -> None:
-        """Put a list in the place of the old one."""
         before, self._ids[kind] = self._ids[kind], _list_id(items)
         if self._is_px4 and items and self._ids[kind] == before:
             return  # it has this one, and judges it no more

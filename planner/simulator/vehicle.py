@@ -163,7 +163,6 @@ class SimulatedVehicle:
         return rejection(items, self.setup) if items else None
 
     def _prediction(self) -> FlownMission | None:
-        """Return the flight of the mission it holds, predicted once."""
         change = sum(self.missions.changes.values())
         if self._flown_change != change and not self.is_flying:
             self._flown_change = change

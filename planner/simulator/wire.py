@@ -118,7 +118,6 @@ class SimulatedWire:
             self._file_server.take(received)
 
     def _send(self, sent: Message, index: int, now_s: float) -> None:
-        """Put a message of a vehicle on the line."""
         self._note(sent, now_s, is_to_vehicle=False)
         frame = self._encoders[index].encode(sent)
         if self._is_silent(sent, now_s):
@@ -298,7 +297,6 @@ class SimulationRunner:
 
 
 def _open(address: LinkAddress) -> VehicleLine:
-    """Return the open line of a vehicle."""
     if address.kind is not LinkKind.TCP_LISTEN:
         return open_line(address)
     try:

@@ -104,7 +104,6 @@ def _report_missing(title: str, why: str, sequence: ItemSequence) -> None:
 
 
 def _add_embedded(item: JsonFields, simple_items: SimpleItemReader, sequence: ItemSequence) -> None:
-    """Add the items that the file holds, as they are."""
     transects = item.fields("TransectStyleComplexItem", item.title)
     first_number = sequence.first_number
     if first_number - 1 + len(transects.listed("Items")) > MOST_ITEMS:
@@ -209,7 +208,6 @@ def _add_landing_pattern(pattern: JsonFields, command: Command, sequence: ItemSe
 
 
 def _is_relative(pattern: JsonFields, sequence: ItemSequence) -> bool:
-    """Return whether the pattern's altitudes count from home."""
     if "altitudesAreRelative" in pattern.value:
         return pattern.truth("altitudesAreRelative")
     loiter, land = pattern.truth("loiterAltitudeRelative"), pattern.truth("landAltitudeRelative")

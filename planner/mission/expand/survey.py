@@ -152,7 +152,7 @@ class SurveyPlan(Value):
 
 
 def read_survey(survey: JsonFields) -> SurveyPlan | None:
-    """Return what a survey is computed from, ``None`` if it does not say."""
+    """Return what a survey is computed from, ``None`` if that is not in it."""
     if survey.value.get("version") in (2, 3):
         grid = survey.fields("grid", f"{survey.title}, grid")
         is_relative = grid.truth("relativeAltitude")

@@ -28,7 +28,6 @@ _UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeErro
 
 
 def _unpack_gzip(data: bytes, *, source: str) -> bytes:
-    """Return the content of a gzip file, up to the largest size."""
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)

@@ -227,7 +227,6 @@ class SimpleItemReader:
         return JsonFields(document=self._document, value=raw, title=f"item {number}")
 
     def _values(self, raw: dict[str, Any], number: int, place: Place) -> list[float | None]:
-        """Return the seven parameters."""
         if "coordinate" in raw or "param1" in raw:
             params: Any = self._older_shape(raw, number, place)
         else:
@@ -259,7 +258,6 @@ class SimpleItemReader:
     def _refuse_parameter(
         self, raw: dict[str, Any], number: int, index: int, value: object, expected: str
     ) -> NoReturn:
-        """Raise the error about one of the seven parameters."""
         if "coordinate" in raw and index >= 4:
             path: tuple[str | int, ...] = ("coordinate", index - 4)
         else:
@@ -321,7 +319,7 @@ class SimpleItemReader:
     def _compare_copies(
         self, raw: dict[str, Any], number: int, place: Place, altitude: float | None, frame: int
     ) -> float | None:
-        """Report where the copies for display say something else than is flown.
+        """Report where the copies for display differ from what is flown.
 
         Returns the height above ground of an item whose altitude is not worked out yet. [m]
         """

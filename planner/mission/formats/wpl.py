@@ -172,7 +172,6 @@ class _Fields(Value):
 
 
 def _read_row(line: int, content: str, *, is_whole_line: bool, source: str) -> WplRow:
-    """Return the row that a line without its comment is."""
     tabbed = [field.strip() for field in content.split("\t")]
     fields = _Fields(content=content, texts=_TOKEN.findall(content), line=line, source=source)
     texts = fields.texts
@@ -214,7 +213,6 @@ def _read_row(line: int, content: str, *, is_whole_line: bool, source: str) -> W
 
 
 def _refuse_decimal_comma(tabbed: Sequence[str], fields: _Fields) -> None:
-    """Refuse a row between whose tabs a number is written with a comma."""
     for name, field in zip(FIELDS, tabbed, strict=True):
         if _DECIMAL_COMMA.fullmatch(field):
             msg = f"the {name} is '{field}': write a decimal point, not a comma"
@@ -324,7 +322,6 @@ def _read_header(
 
 
 def _refuse_version(version: str, *, source: str, place: Place) -> NoReturn:
-    """Refuse a version of the header that is not read here."""
     if version.upper().startswith("PB"):
         msg = "QGC WPL PB is pymavlink's protobuf form: save it as QGC WPL 110 with MAVProxy"
     elif version.startswith("100"):

@@ -91,7 +91,6 @@ def put(fields: dict[str, Any], key: str, value: object) -> None:
 
 
 def _spans(origins: Sequence[int]) -> dict[int, slice]:
-    """Return for each element with items which of them they are."""
     spans: dict[int, slice] = {}
     for origin, group in groupby(range(len(origins)), key=origins.__getitem__):
         indexes = list(group)
@@ -100,7 +99,6 @@ def _spans(origins: Sequence[int]) -> dict[int, slice]:
 
 
 def _named_complex(raw: dict[str, Any]) -> dict[str, Any]:
-    """Return a complex item with its type."""
     return raw if raw.get("type") == "ComplexItem" else raw | {"type": "ComplexItem"}
 
 
