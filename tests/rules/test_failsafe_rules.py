@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -215,6 +215,27 @@ def test_ardupilot_returns_where_the_charge_left_of_its_capacity_is_low() -> Non
     assert "BATT_LOW_MAH" in event.message
     only_warns = checked(BATT_CAPACITY=8000, BATT_LOW_MAH=low_mah, BATT_FS_LOW_ACT=0)
     assert [f.severity for f in told(only_warns, "E103")] == [Severity.INFO]
+
+
+@pytest.mark.parametrize("which", ["LOW", "CRT"])
+@pytest.mark.parametrize(
+    ("action", "does"),
+    [  # BATT_FS_LOW_ACT and BATT_FS_CRT_ACT as ArduPilot lists them for Copter
+        (0, "warns"),
+        (1, "lands where it is"),
+        (2, "returns"),
+        (3, "returns"),  # SmartRTL or RTL
+        (4, "returns by its own track, or lands"),  # SmartRTL or land
+        (5, "cuts its motors"),
+        (6, "flies to the mission's landing, or returns"),  # DO_LAND_START or RTL
+        (7, "brakes, or lands"),
+    ],
+)
+def test_ardupilot_does_as_its_action_says(which: str, action: int, does: str) -> None:
+    given: dict[str, Any] = {f"BATT_{which}_MAH": 7700.0, f"BATT_FS_{which}_ACT": action}
+    found = told(checked(BATT_CAPACITY=8000, **given), "E103")
+    assert [one.severity for one in found] == [Severity.ERROR if action else Severity.INFO]
+    assert found[0].message.startswith(f"the vehicle itself {does} at ")
 
 
 def test_ardupilot_counts_from_full_whatever_the_charge() -> None:
