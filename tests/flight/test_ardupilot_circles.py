@@ -160,6 +160,17 @@ def test_a_circle_of_no_turns_ends_at_its_edge() -> None:
     assert motion.segments.distance_m.sum() == pytest.approx(100.0, abs=1e-6)
 
 
+def test_a_circle_at_no_rate_ends_at_its_edge() -> None:
+    still = ArduPilotParameters(circle_rate_rad_s=0.0)
+    motion = fly(
+        takeoff(),
+        stage(StageKind.CIRCLE, 100.0, turns=0.5, radius=20.0),
+        go(0.0, hold=1.0),
+        parameters=still,
+    )
+    assert motion.segments.distance_m.sum() == pytest.approx(80.0 + 80.0, abs=1e-6)
+
+
 def test_circle_radius_is_used_where_the_item_has_none() -> None:
     motion = fly(
         takeoff(),
