@@ -26,7 +26,7 @@ demo: $(MADE) ## check a sample mission
 	@echo "Try next:"
 	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan --vehicle $(VEHICLE)    a no-go, and why"
 	@echo "  $(BIN)/mavjoule review missions/crossing-too-far.plan --vehicle $(VEHICLE)   why, on the screen; try what makes it go"
-	@echo "  $(BIN)/mavjoule segments $(SAMPLE)  the flight, segment by segment"
+	@echo "  $(BIN)/mavjoule segments $(SAMPLE) --vehicle $(VEHICLE)   the flight, segment by segment"
 	@echo "  $(BIN)/mavjoule check YOUR.plan --vehicle YOURS.toml --battery 5.2Ah@14.8V   your own mission"
 
 test: lint types layers unit ## the whole gate

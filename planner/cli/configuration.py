@@ -135,7 +135,14 @@ def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     texts = tuple((key, declared[key].kind.text(own[key])) for key in own if key not in given)
     if not texts:
         return {**own, **given}
-    return {**own, **given, SETTINGS_FILE: SettingsFile(path=str(found.path), values=texts)}
+    return {**own, **given, SETTINGS_FILE: SettingsFile(path=_shown(found.path), values=texts)}
+
+
+def _shown(path: Path | None) -> str:
+    """Return a path as whoever called knows it: from the current folder where it lies below."""
+    here = Path.cwd()
+    below = path is not None and path.is_relative_to(here)
+    return str(path.relative_to(here) if path is not None and below else path)
 
 
 def typed_settings(mission: str, given: Mapping[str, Any], *, command: str) -> dict[str, Any]:

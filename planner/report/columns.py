@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.report.json import SEGMENT_KEYS
-from planner.report.text import printable, table_lines
+from planner.report.text import UNNAMED, printable, table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -64,7 +64,10 @@ def segments_text(result: CheckResult) -> str:
     rows = [
         [cell_text(key, getattr(one, key)) for key in SEGMENT_KEYS[:-1]] for one in result.segments
     ]
-    return "\n".join(table_lines([*_HEADS, *rows], alignment=">><>>>>>>>")) + "\n"
+    lines = table_lines([*_HEADS, *rows], alignment=">><>>>>>>>")
+    if not result.setup.is_vehicle_named:
+        lines = [f"{UNNAMED[0].upper()}{UNNAMED[1:]}.", "", *lines]
+    return "\n".join(lines) + "\n"
 
 
 def segments_csv(result: CheckResult) -> str:

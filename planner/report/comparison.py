@@ -6,8 +6,24 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.report.figures import figures_at, number_at
-from planner.report.json import envelope, figures, finding_document, json_text, value, values
-from planner.report.text import finding_lines, printable, table_lines
+from planner.report.json import (
+    checks_document,
+    envelope,
+    figures,
+    finding_document,
+    json_text,
+    setup_document,
+    value,
+    values,
+)
+from planner.report.text import (
+    example_remark,
+    finding_lines,
+    headline,
+    ledger_lines,
+    printable,
+    table_lines,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,14 +53,17 @@ def comparison_text(
 ) -> str:
     """Return both checks side by side, each with the options that are its own."""
     a, b = comparison.a, comparison.b
-    lines = [
-        f"{letter}  {printable(f'{result.file} {own}'.rstrip())}"
-        for letter, result, own in (("A", a, options[0]), ("B", b, options[1]))
-    ]
+    lines = []
+    for letter, result, own in (("A", a, options[0]), ("B", b, options[1])):
+        lines.append(
+            f"{letter}  {printable(f'{result.file} {own}'.rstrip())}{example_remark(result)}"
+        )
+        if (settings := result.setup.settings_file) is not None:
+            lines.append(f"   settings {printable(str(settings))}")
     rows = [
         ("", "A", "B", "B - A"),
         ("verdict", a.verdict_text, b.verdict_text, ""),
-        ("vehicle", printable(a.setup.vehicle.name), printable(b.setup.vehicle.name), ""),
+        ("vehicle", _vehicle(a), _vehicle(b), ""),
         *(_row(one, figures(a), figures(b)) for one in _COMPARED),
     ]
     lines += ["", *table_lines(rows, alignment="<>>>"), ""]
@@ -69,6 +88,9 @@ def comparison_text(
             lines += ["", title]
         for finding in findings:
             lines += finding_lines(finding, file=result.file, medium=medium)
+    for letter, result in (("A", a), ("B", b)):
+        first, *missing = ledger_lines(result.checked, medium=medium) or [headline(result)]
+        lines += ["", f"{letter}  {first}", *missing]
     return "\n".join(lines) + "\n"
 
 
@@ -99,8 +121,15 @@ def _document(result: CheckResult, options: str) -> dict[str, object]:
         "options": options,
         "verdict": result.verdict,
         "vehicle": values(result.setup.vehicle, ("name", "source")),
+        **setup_document(result),
         **figures(result),
+        "checks": checks_document(result.checked),
     }
+
+
+def _vehicle(result: CheckResult) -> str:
+    name = printable(result.setup.vehicle.name)
+    return name if result.setup.is_vehicle_named else f"{name} (none named)"
 
 
 def _row(figure: Figure, a: Document, b: Document) -> tuple[str, ...]:

@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Severity
 from planner.report.pipeline import pipeline_path
-from planner.report.text import caveat, finding_message, headline, label, printable, tally
+from planner.report.text import (
+    caveat,
+    finding_message,
+    headline,
+    label,
+    not_checked,
+    printable,
+    tally,
+)
 from planner.service.preflight import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:
@@ -52,6 +60,8 @@ def check_github(results: Results, *, folder: Path) -> str:
     lines.append(f"{tally(results)}{caveat(results)}")
     if more:
         lines.append(f"{quantity.count(more, 'more finding')}, without annotation")
+    for path, needs, rules in _not_checked(results, folder=folder):
+        lines.append(f"not checked in {printable(path)} (needs {needs}): {rules}")
     return "\n".join(lines) + "\n"
 
 
@@ -75,7 +85,20 @@ def github_summary(results: Results, *, folder: Path) -> str:
         where = path if finding.place is None else f"{path}:{finding.place.line}"
         lines.append(_row(finding.severity.label, where, label(finding), finding_message(finding)))
     lines += _more(len(found))
+    if left := _not_checked(results, folder=folder):
+        lines += ["", "| not checked in | needs | rules |", "|---|---|---|"]
+    lines += [_row(*cells) for cells in left[:_MOST_ROWS]]
+    lines += _more(len(left))
     return "\n".join(lines) + "\n\n"
+
+
+def _not_checked(results: Results, *, folder: Path) -> list[tuple[str, str, str]]:
+    """Return for each mission what is missing, and the rules that were not checked without it."""
+    return [
+        (pipeline_path(result.file, folder=folder), needs, rules)
+        for result in results
+        for needs, rules in not_checked(result.checked)
+    ]
 
 
 def _worst_first(results: Results, *, folder: Path) -> list[tuple[str, Finding]]:

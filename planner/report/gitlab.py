@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from typing import TYPE_CHECKING
 
 from planner.findings import Severity
 from planner.report.pipeline import fingerprints, pipeline_path
-from planner.report.text import finding_message, label, well_formed
+from planner.report.text import finding_message, label, not_checked, well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +24,7 @@ def check_gitlab(results: Sequence[CheckResult | UnreadableMission], *, folder: 
 
     A place is required: a finding about the whole file is put at its first line.
     """
-    issues = []
+    issues: list[dict[str, object]] = []
     for result in results:
         path = pipeline_path(result.file, folder=folder)
         marks = fingerprints(result.findings, path=path)
@@ -38,4 +39,21 @@ def check_gitlab(results: Sequence[CheckResult | UnreadableMission], *, folder: 
                     "location": {"path": well_formed(path), "lines": {"begin": line}},
                 }
             )
+        issues += _not_checked(result, path=path)
     return json.dumps(issues, ensure_ascii=True, indent=2) + "\n"
+
+
+def _not_checked(result: CheckResult | UnreadableMission, *, path: str) -> list[dict[str, object]]:
+    """Return an issue for each thing that is missing for rules that were not checked."""
+    return [
+        {
+            "description": well_formed(f"not checked (needs {needs}): {rules}"),
+            "check_name": "not-checked",
+            "fingerprint": hashlib.sha256(f"{path}:{needs}".encode(errors="replace")).hexdigest()[
+                :32
+            ],
+            "severity": "minor",
+            "location": {"path": well_formed(path), "lines": {"begin": 1}},
+        }
+        for needs, rules in not_checked(result.checked)
+    ]

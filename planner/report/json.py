@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from planner.identify.verification import Verification
     from planner.link.snapshot import VehicleSnapshot
     from planner.logs.record import FlightRecord
+    from planner.rules.declaration import LedgerEntry
     from planner.service.preflight import UnreadableMission
     from planner.service.vehicle import MissionComparison
-    from planner.setup import Setup
     from planner.vehicle.model import VehicleModel
 Document = dict[str, object]
 SCHEMA = 1
@@ -118,7 +118,7 @@ def check_json_lines(results: Sequence[CheckResult | UnreadableMission], *, vers
 def segments_json(result: CheckResult, *, version: str) -> str:
     """Return the decomposition of one mission as a JSON document."""
     mission = mission_document(result)
-    keys = ("file", "vehicle", "conditions", "segments")
+    keys = ("file", "vehicle", "is_vehicle_named", "settings_file", "conditions", "segments")
     return json_text(envelope(version) | {key: mission[key] for key in keys}, indent=2)
 
 
@@ -150,14 +150,13 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
         "verdict": result.verdict,
         "verdict_text": result.verdict_text,
         "vehicle": values(vehicle, ("name", "source")),
-        "is_vehicle_named": value(setup, "is_vehicle_named"),
-        "settings_file": _settings_file(setup),
+        **setup_document(result),
         "conditions": {row.key: plain(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [values(one, ITEM_KEYS) for one in (flown.items if flown else ())],
-        "checks": [field_values(entry) for entry in (flown.checked if flown else ())],
+        "checks": checks_document(result.checked),
         "findings": [finding_document(finding) for finding in result.findings],
         "suppressed": [
             finding_document(finding) | {"suppression": value(finding, "suppression")}
@@ -166,13 +165,22 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
     }
 
 
-def _settings_file(setup: Setup | None) -> Document:
-    """Return the file that has set something, and what; absent where everything was given otherwise."""
+def setup_document(result: CheckResult | UnreadableMission) -> Document:
+    """Return whether the vehicle was named, and the file that has set something, with what."""
+    setup = result.setup if isinstance(result, CheckResult) else None
     file = None if setup is None else setup.settings_file
     return {
-        "path": value(file, "path"),
-        "values": {} if file is None else {key: plain(text) for key, text in file.values},
+        "is_vehicle_named": value(setup, "is_vehicle_named"),
+        "settings_file": {
+            "path": value(file, "path"),
+            "values": {} if file is None else {key: plain(text) for key, text in file.values},
+        },
     }
+
+
+def checks_document(checked: Sequence[LedgerEntry]) -> list[Document]:
+    """Return what became of each rule."""
+    return [field_values(entry) for entry in checked]
 
 
 def _parameters(result: CheckResult | None) -> Document:

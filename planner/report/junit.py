@@ -1,8 +1,9 @@
 """Results as JUnit XML, which servers that run tests show: a suite per mission.
 
 The first case of a suite is the verdict, so that a mission without findings shows as passed; then
-a case per finding, failed from the severity on that makes a no-go.  A rule that found nothing has
-no case: it may not have applied, and would look passed.
+a case per finding, failed from the severity on that makes a no-go.  A rule that was not checked is
+skipped, with what it needs; one that found nothing has no case: it may not have applied, and would
+look passed.
 """
 
 from __future__ import annotations
@@ -11,7 +12,15 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 from planner.report.pipeline import pipeline_path
-from planner.report.text import caveat, finding_message, headline, label, printable
+from planner.report.text import (
+    caveat,
+    checked_text,
+    finding_message,
+    headline,
+    label,
+    left_unchecked,
+    printable,
+)
 from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
@@ -47,7 +56,13 @@ def _suite(result: CheckResult | UnreadableMission, *, path: str) -> ET.Element:
         if finding.place is not None:
             case.set("line", str(finding.place.line))
         _judge(case, finding, result)
+    for entry in left_unchecked(result.checked):
+        name = f"{entry.code} {entry.name} not checked"
+        case = ET.SubElement(suite, "testcase", classname=path, name=name, file=path)
+        ET.SubElement(case, "skipped", message=f"not checked: needs {entry.needs}")
     said_last = f"{result.verdict_text}{caveat([result])}: {headline(result)}"
+    if checked := checked_text(result.checked):
+        said_last += f"; {checked}"
     ET.SubElement(suite, "system-out").text = said_last
     _count(suite, "tests", "failures", "errors", "skipped")
     return suite

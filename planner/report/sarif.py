@@ -13,10 +13,10 @@ from urllib.parse import quote
 
 from planner.findings import Severity
 from planner.report.github import escaped
-from planner.report.json import figures, json_text, stretch_document
+from planner.report.json import checks_document, figures, json_text, stretch_document
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.rule_text import explanation
-from planner.report.text import finding_message, printable
+from planner.report.text import finding_message, left_unchecked, printable
 from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
@@ -56,6 +56,9 @@ def check_sarif(
         "executionSuccessful": all(isinstance(result, CheckResult) for result in results),
         "exitCode": int(exit_code),
         "exitCodeDescription": exit_code.name.lower().replace("_", "-"),
+        "toolConfigurationNotifications": [
+            one for result in results for one in _notifications(result, indices, folder=folder)
+        ],
     }
     run = {
         "tool": {"driver": driver},
@@ -96,6 +99,23 @@ def _results(
     ]
 
 
+def _notifications(
+    result: CheckResult | UnreadableMission, indices: Mapping[str, int], *, folder: Path
+) -> list[Document]:
+    """Return a notification for each rule that was not checked, with what it needs."""
+    uri = _uri(pipeline_path(result.file, folder=folder))
+    return [
+        {
+            "descriptor": {"id": "not-checked"},
+            "associatedRule": {"id": entry.code, "index": indices[entry.code]},
+            "level": "warning",
+            "message": {"text": f"{entry.code} {entry.name} not checked: needs {entry.needs}"},
+            "locations": [{"physicalLocation": {"artifactLocation": {"uri": uri}}}],
+        }
+        for entry in left_unchecked(result.checked)
+    ]
+
+
 def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Document:
     location: Document = {"artifactLocation": {"uri": uri}}
     fix = f". Fix: {printable(finding.fix)}" if finding.fix else ""
@@ -121,6 +141,7 @@ def _mission(result: CheckResult | UnreadableMission, *, folder: Path) -> Docume
         "file": _uri(pipeline_path(result.file, folder=folder)),
         "verdict": result.verdict,
         **figures(result),
+        "checks": checks_document(result.checked),
     }
 
 

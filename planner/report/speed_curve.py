@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.report.columns import columns_csv
-from planner.report.json import envelope, finding_document, json_text, value, values
-from planner.report.text import printable, table_lines
+from planner.report.json import (
+    checks_document,
+    envelope,
+    finding_document,
+    json_text,
+    setup_document,
+    value,
+    values,
+)
+from planner.report.text import example_remark, not_checked_text, printable, table_lines
 from planner.service.speed import FlownSpeed
 from planner.values import field_names
 
@@ -27,7 +35,11 @@ _ALIGNMENT = ">>>>>><"
 def speed_curve_text(curve: SpeedCurve) -> str:
     """Return the curve as a table and the speeds worth knowing as another."""
     vehicle = f"{printable(curve.vehicle_name)} ({printable(curve.vehicle_source)})"
-    lines = [f"{printable(curve.file)} over the speed of its level legs, flown by {vehicle}", ""]
+    head = f"{printable(curve.file)} over the speed of its level legs, flown by {vehicle}"
+    lines = [f"{head}{example_remark(curve.whole)}"]
+    if (file := curve.whole.setup.settings_file) is not None:
+        lines.append(f"settings {printable(str(file))}")
+    lines.append("")
     lines += table_lines([*_HEADS, *map(_row, curve.points)], alignment=_ALIGNMENT)
     marks = [(name, *_row(flown, digits=2)) for name, flown in curve.marks()]
     heads = (("", *head) for head in _HEADS)
@@ -47,6 +59,7 @@ def speed_curve_json(curve: SpeedCurve, *, version: str) -> str:
                 "name": value(curve, "vehicle_name"),
                 "source": value(curve, "vehicle_source"),
             },
+            **setup_document(curve.whole),
             "identified_m_s": None if identified is None else [identified.low, identified.high],
             "is_power_over_speed_known": curve.is_power_over_speed_known,
             "points": [_document(flown) for flown in curve.points],
@@ -54,6 +67,7 @@ def speed_curve_json(curve: SpeedCurve, *, version: str) -> str:
                 name: None if (flown := getattr(curve, name)) is None else _document(flown)
                 for name in _MARKS
             },
+            "checks": checks_document(curve.whole.checked),
             "findings": [finding_document(finding) for finding in curve.findings],
         },
         indent=2,
@@ -94,6 +108,8 @@ def _remarks(curve: SpeedCurve) -> list[str]:
         speed = f"{quantity.decimals(curve.best_range.speed_m_s, 2)} m/s"
         fraction = quantity.percent(saved) if saved >= _WORTH_REPORTING else "less than 1 %"
         remarks.append(f"At {speed} the mission uses {fraction} less energy than at its own speeds")
+    if remark := not_checked_text(curve.whole.checked):
+        remarks.append(remark)
     if curve.present.fits is None:
         remarks.append("Battery unknown: give --battery to see which speeds it allows")
     elif curve.fastest_fitting is None:

@@ -6,8 +6,23 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.report.figures import figures_at, number_at
-from planner.report.json import envelope, figures, finding_document, json_text, value, values
-from planner.report.text import finding_lines, printable, table_lines
+from planner.report.json import (
+    checks_document,
+    envelope,
+    figures,
+    finding_document,
+    json_text,
+    setup_document,
+    value,
+    values,
+)
+from planner.report.text import (
+    example_remark,
+    finding_lines,
+    not_checked_text,
+    printable,
+    table_lines,
+)
 
 if TYPE_CHECKING:
     from planner.report.json import Document
@@ -41,6 +56,13 @@ def split_text(split: Split, *, medium: Medium) -> str:
         lines.append("")
     for finding in split.findings:
         lines += finding_lines(finding, file=split.file, medium=medium)
+    remarks: dict[str, list[str]] = {}
+    for part in split.parts:
+        remark = not_checked_text(part.result.checked)
+        remarks.setdefault(remark, []).append(printable(part.file))
+    for remark, files in remarks.items():
+        names = "every part" if len(files) == len(split.parts) else ", ".join(files)
+        lines += medium.wrapped(f"{names}: {remark}", indent=4) if remark else []
     return "\n".join(lines) + "\n"
 
 
@@ -50,6 +72,7 @@ def split_json(split: Split, *, version: str) -> str:
         envelope(version)
         | {
             "file": value(split, "file"),
+            **setup_document(split.whole),
             "together": together(split),
             "whole": {"verdict": split.whole.verdict, **figures(split.whole)},
             "parts": [
@@ -65,7 +88,11 @@ def split_json(split: Split, *, version: str) -> str:
 
 def part_document(part: SplitPart) -> Document:
     """Return the figures of a part, as the keys of the JSON."""
-    return values(part, _PART_KEYS) | {"verdict": part.result.verdict, **figures(part.result)}
+    return values(part, _PART_KEYS) | {
+        "verdict": part.result.verdict,
+        **figures(part.result),
+        "checks": checks_document(part.result.checked),
+    }
 
 
 def together(split: Split) -> dict[str, float]:
@@ -82,7 +109,7 @@ def flights_text(split: Split, *, energy: str = "") -> str:
     of = f" of {energy}" if energy else ""
     count = len(split.parts)
     flights = f"one flight{of} is enough" if count == 1 else f"{count} flights instead of one{of}"
-    return f"{printable(split.file)}: {flights}"
+    return f"{printable(split.file)}: {flights}{example_remark(split.whole)}"
 
 
 def _row(part: SplitPart) -> tuple[str, ...]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
+    from planner.rules.declaration import LedgerEntry
     from planner.service.preflight import UnreadableMission
 
 
@@ -236,24 +237,45 @@ def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
     return f" (not counting {finding_tally(grave)})" if grave else ""
 
 
-def checked_text(result: CheckResult | UnreadableMission) -> str:
-    """Return how much was checked: ``74 rules checked, 3 not checked, 31 do not apply.``"""
-    if not isinstance(result, CheckResult) or not result.checked:
+def checked_text(checked: Sequence[LedgerEntry]) -> str:
+    """Return how much was checked: ``74 rules checked, 3 not checked, 31 not applicable.``"""
+    if not checked:
         return ""
-    counts = Counter(entry.outcome for entry in result.checked)
+    counts = Counter(entry.outcome for entry in checked)
     text = f"{quantity.count(counts[Outcome.CHECKED], 'rule')} checked"
     if counts[Outcome.NOT_CHECKED]:
         text += f", {counts[Outcome.NOT_CHECKED]} not checked"
     return f"{text}, {counts[Outcome.NOT_APPLICABLE]} not applicable."
 
 
-def not_checked(result: CheckResult | UnreadableMission) -> tuple[tuple[str, str], ...]:
+def left_unchecked(checked: Sequence[LedgerEntry]) -> tuple[LedgerEntry, ...]:
+    """Return the rules that were not checked, though they apply."""
+    return tuple(entry for entry in checked if entry.outcome is Outcome.NOT_CHECKED)
+
+
+def not_checked(checked: Sequence[LedgerEntry]) -> tuple[tuple[str, str], ...]:
     """Return what is missing for rules that were not checked, each with the rules that need it."""
     rules: defaultdict[str, list[str]] = defaultdict(list)
-    for entry in result.checked if isinstance(result, CheckResult) else ():
-        if entry.outcome is Outcome.NOT_CHECKED:
-            rules[entry.needs].append(f"{entry.code} {entry.name}")
+    for entry in left_unchecked(checked):
+        rules[entry.needs].append(f"{entry.code} {entry.name}")
     return tuple((needs, ", ".join(names)) for needs, names in rules.items())
+
+
+def not_checked_text(checked: Sequence[LedgerEntry]) -> str:
+    """Return ``3 rules not checked: needs terrain: --terrain``; nothing where all were."""
+    missing = not_checked(checked)
+    if not missing:
+        return ""
+    count = quantity.count(len(left_unchecked(checked)), "rule")
+    return f"{count} not checked: needs {'; '.join(needs for needs, _ in missing)}"
+
+
+def ledger_lines(checked: Sequence[LedgerEntry], *, medium: Medium) -> list[str]:
+    """Return how much was checked, and a line for each thing that is missing for the rest."""
+    lines = [text] if (text := checked_text(checked)) else []
+    for needs, rules in not_checked(checked):
+        lines += medium.wrapped(f"  not checked (needs {needs}): {rules}", indent=_INDENT)
+    return lines
 
 
 def statistics_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
@@ -276,11 +298,9 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
     lines += ["", f"{closing.removesuffix('.')}:" if notes else closing]
     for note in notes:
         lines += note_lines(note, medium=medium)
-    if checked := checked_text(result):
-        lines += ["", checked]
-        for needs, rules in not_checked(result):
-            lines += medium.wrapped(f"  not checked (needs {needs}): {rules}", indent=_INDENT)
-    if notes or checked:
+    if ledger := ledger_lines(result.checked, medium=medium):
+        lines += ["", *ledger]
+    if notes or ledger:
         lines.append("")
     if result.findings:
         lines.append(f"More about a code: mavjoule explain {result.findings[0].code}")
@@ -289,7 +309,8 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
 
 def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int = 0) -> str:
     text = f"{result.verdict_text:<{width}}"
-    return medium.paint(text, "green" if result.verdict == "go" else "red")
+    styles = {"GO": "green", "NOT CHECKED": "yellow"}
+    return medium.paint(text, styles.get(result.verdict_text, "red"))
 
 
 def _left(battery: BatteryBudget) -> str:

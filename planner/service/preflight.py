@@ -90,6 +90,8 @@ class UnreadableMission(Value):
     verdict_text: VerdictText = "NOT CHECKED"
     suppressed: tuple[Finding, ...] = ()
     """Nothing ever is: that a file cannot be read is always reported."""
+    checked: tuple[LedgerEntry, ...] = ()
+    """No rule was."""
 
 
 class Preparation(Value):

@@ -90,8 +90,13 @@ class SpeedCurve(Value):
     """Airspeeds the model was identified at. [m s⁻¹]"""
     is_power_over_speed_known: bool
     """Whether the model knows how its power changes with the airspeed."""
-    findings: tuple[Finding, ...]
-    """Of the mission as the file commands it."""
+    whole: CheckResult
+    """The check of the mission as the file commands it."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of the mission as the file commands it."""
+        return self.whole.findings
 
     @property
     def speed_m_s(self) -> FloatArray:
@@ -230,7 +235,7 @@ def speed_curve(
         ),
         identified_m_s=vehicle.valid_for.speed_m_s,
         is_power_over_speed_known=is_known,
-        findings=present.findings,
+        whole=present,
     )
 
 

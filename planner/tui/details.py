@@ -11,17 +11,21 @@ from planner.report.json import figures
 from planner.report.rule_text import explanation
 from planner.report.text import (
     caveat,
+    checked_text,
     closing_line,
+    example_remark,
     figure_texts,
     finding_message,
     headline,
     label,
     margin_text,
+    not_checked,
+    not_checked_text,
     printable,
     tightest_text,
 )
 from planner.service.preflight import CheckResult
-from planner.tui.rows import MARKS, finding_line
+from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -29,6 +33,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.returns.tightest import ReturnPlan
+    from planner.rules.declaration import LedgerEntry
     from planner.service.preflight import UnreadableMission
 
 
@@ -60,6 +65,16 @@ def finding_details(finding: Finding, *, file: str) -> Details:
         title=f"{MARKS[finding.severity]} {label(finding)} ({word})",
         tone=finding.severity.label,
         parts=tuple(parts),
+    )
+
+
+def left_open_details(entry: LedgerEntry) -> Details:
+    """Return a rule that was not checked with what it needs, and its explanation."""
+    rule = catalogue.rule(entry.code)
+    return Details(
+        title=f"{LEFT_OPEN} {entry.code} {entry.name} (not checked)",
+        tone="warning",
+        parts=(("Needs", entry.needs), ("What", rule.summary), *explanation(rule)),
     )
 
 
@@ -103,7 +118,20 @@ def flight_details(result: CheckResult | UnreadableMission) -> Details:
     """Return the whole flight in figures."""
     if not isinstance(result, CheckResult):
         return Details(title="The mission cannot be checked", tone="error")
-    return Details(title="The whole flight", parts=tuple(figure_texts(result)))
+    parts = [*figure_texts(result), *ledger_parts(result)]
+    return Details(title="The whole flight", parts=tuple(parts))
+
+
+def ledger_parts(result: CheckResult | UnreadableMission) -> tuple[tuple[str, str], ...]:
+    """Return how much was checked, and what is missing for the rest, as labelled paragraphs."""
+    checked = checked_text(result.checked)
+    return (
+        *((("Checked", checked),) if checked else ()),
+        *(
+            ("Not checked", f"{rules} (needs {needs})")
+            for needs, rules in not_checked(result.checked)
+        ),
+    )
 
 
 def _found(result: CheckResult, item: int) -> list[tuple[str, str]]:
@@ -124,7 +152,7 @@ class Summary(Value):
     """The verdict and the figures at the top."""
 
     verdict: str
-    """``GO`` or ``NO-GO``."""
+    """``GO``, ``NO-GO`` or ``NOT CHECKED``."""
     is_go: bool
     file: str
     headline: str
@@ -133,6 +161,8 @@ class Summary(Value):
     """The tightest return; empty where none is known."""
     closing: str
     """How much was found."""
+    not_checked: str = ""
+    """How many rules were not checked, and what they need; empty where all were."""
 
 
 def summary(result: CheckResult | UnreadableMission) -> Summary:
@@ -141,10 +171,11 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
     return Summary(
         verdict=result.verdict_text,
         is_go=result.verdict == "go",
-        file=printable(result.file) + caveat([result]),
+        file=printable(result.file) + caveat([result]) + example_remark(result),
         headline=headline(result),
         return_plan="" if way is None else _tightest(way),
         closing=closing_line(result.findings, suppressed=result.suppressed),
+        not_checked=not_checked_text(result.checked),
     )
 
 

@@ -10,6 +10,7 @@ from planner import quantity
 from planner.findings import Severity
 from planner.report.columns import DIGITS, cell_text
 from planner.report.text import finding_message, printable
+from planner.rules.declaration import LedgerEntry
 from planner.service.preflight import CheckResult
 from planner.tui.widgets.row_list import Table, TableColumn
 from planner.units import wh_from_j
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
 """Signs of severities, so that colour is never needed."""
+LEFT_OPEN = "?"
+"""Sign of what could not be checked."""
+NOT_CHECKED = "NOT CHECKED"
+"""The verdict where nothing is wrong but what was left open."""
 _SEGMENT_HEADS = {
     "start_s": "start s",
     "duration_s": "time s",
@@ -35,23 +40,25 @@ _SEGMENT_HEADS = {
 }
 
 
-def finding_table(findings: Sequence[Finding]) -> Table:
-    """Return findings as rows: mark, code, item and message."""
+def finding_table(findings: Sequence[Finding], left_open: Sequence[LedgerEntry] = ()) -> Table:
+    """Return findings as rows, then the rules not checked: mark, code, item and message."""
+
+    def cells(one: Finding | LedgerEntry) -> tuple[str, ...]:
+        if isinstance(one, LedgerEntry):
+            return LEFT_OPEN, one.code, "", f"{one.name} not checked: needs {one.needs}"
+        item = "" if one.item is None else str(one.item)
+        return MARKS[one.severity], one.code, item, printable(one.message)
+
     return Table(
-        entries=findings,
+        entries=(*findings, *left_open),
         columns=(
             TableColumn(head="", width=1),
             TableColumn(head="code", width=4, is_right=False),
             TableColumn(head="item", width=4),
             TableColumn(head="what was found", width=0, is_right=False),
         ),
-        cells_of=lambda one: (
-            MARKS[one.severity],
-            one.code,
-            "" if one.item is None else str(one.item),
-            printable(one.message),
-        ),
-        tone_of=lambda one: one.severity.label,
+        cells_of=cells,
+        tone_of=lambda one: "warning" if isinstance(one, LedgerEntry) else one.severity.label,
     )
 
 

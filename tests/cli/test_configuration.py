@@ -99,7 +99,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     named = values.pop(SETTINGS_FILE)
     in_file = {key for key, setting in settings().items() if setting.in_file}
     assert set(values) == in_file, "this test names every setting"
-    assert named.path == str(tmp_path / OWN_FILE)
+    assert named.path == OWN_FILE
     texts = dict(named.values)
     assert set(texts) == in_file
     assert (texts["battery"], texts["ignore"], texts["statistics"]) == (

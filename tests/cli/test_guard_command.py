@@ -152,7 +152,7 @@ def test_a_file_that_sets_what_was_not_typed_is_refused(
     own = {"battery": VEHICLE, "vehicle": CHECK[2:]}.get(line.partition(" ")[0], CHECK)
     assert main(["guard", URL, *own]) == 2
     assert capsys.readouterr().err == (
-        f"mavjoule: guard obeys only what is typed, and {file} sets {named} move the file\n"
+        f"mavjoule: guard obeys only what is typed, and mavjoule.toml sets {named} move the file\n"
     )
     assert not vehicle.received
 

@@ -69,7 +69,8 @@ def test_a_check_at_another_speed_says_that_the_file_flies_otherwise(
 def test_the_speed_can_stand_in_the_configuration_and_the_range_is_looked_at_anyway(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("mavjoule.toml").write_text("speed_m_s = 5\n", encoding="utf-8")
+    lines = 'speed_m_s = 5\nvehicle = "falkowski-2023-quadrotor"\n'
+    Path("mavjoule.toml").write_text(lines, encoding="utf-8")
     assert main(["check", mission, "--battery", "77Wh"]) == 0
     assert "T111" in capsys.readouterr().out
     assert main(["speed", mission, "--battery", "77Wh"]) == 0

@@ -227,9 +227,9 @@ def mission_view(
             for finding in result.suppressed
         ],
         "closing": closing_line(result.findings, suppressed=result.suppressed),
-        "checked": checked_text(result),
-        "not_checked": not_checked(result),
-        "ledger": result.checked if isinstance(result, CheckResult) else (),
+        "checked": checked_text(result.checked),
+        "not_checked": not_checked(result.checked),
+        "ledger": result.checked,
         "vehicle": _vehicle(result) if isinstance(result, CheckResult) else (),
         "readings": ()
         if assessment is None

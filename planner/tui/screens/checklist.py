@@ -13,16 +13,16 @@ from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Input, Static
 
-from planner import __version__, catalogue
+from planner import __version__, catalogue, quantity
 from planner.errors import MavjouleError, OutputError, UsageError
 from planner.files import write_output_file
 from planner.findings import Severity
-from planner.report.json import envelope, json_text, values
-from planner.report.text import finding_tally, printable
+from planner.report.json import checks_document, envelope, json_text, values
+from planner.report.text import finding_tally, left_unchecked, printable
 from planner.service.preflight import CheckResult
 from planner.tui.checked import file_sha256
 from planner.tui.details import summary
-from planner.tui.rows import MARKS, finding_line
+from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.row_list import RowList, Table, TableColumn
 from planner.values import Value
@@ -92,20 +92,26 @@ def _manual_lines(checked: Checked, done: frozenset[int]) -> Iterator[ChecklistR
 def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[ChecklistRow]:
     findings = checked.result.findings
     counts = Counter(finding.code[0] for finding in findings)
+    left_open = left_unchecked(checked.result.checked)
     for family in (*AUTOMATIC_FAMILIES, *sorted(set(counts) - set(AUTOMATIC_FAMILIES))):
+        unchecked = [entry for entry in left_open if entry.code[0] == family]
         own = [finding for finding in findings if finding.code[0] == family]
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
         yield ChecklistRow(
-            sign=f" {MARKS[worst]}" if has_failed else " ✔",
-            text=f"{catalogue.FAMILIES.get(family, family)}: {finding_tally(own) or 'nothing found'}",
-            tone=worst.label if has_failed else "",
+            sign=f" {MARKS[worst] if has_failed else LEFT_OPEN if unchecked else '✔'}",
+            text=f"{catalogue.FAMILIES.get(family, family)}: {finding_tally(own) or 'nothing found'}"
+            + (f", {quantity.count(len(unchecked), 'rule')} not checked" if unchecked else ""),
+            tone=worst.label if has_failed else "warning" if unchecked else "",
             family=family,
         )
         if has_failed is not (family in opened):
             for one in own:
                 text, tone = f"  {finding_line(one)}", one.severity.label
                 yield ChecklistRow(sign="", text=text, tone=tone, family=family)
+            for entry in unchecked:
+                text = f"  {LEFT_OPEN} {entry.code} {entry.name}: not checked, needs {entry.needs}"
+                yield ChecklistRow(sign="", text=text, tone="warning", family=family)
 
 
 def sign_off_paths(file: str) -> tuple[Path, ...]:
@@ -174,6 +180,7 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
         ],
         "findings": [values(one, _SIGNED) for one in result.findings],
         "suppressed": [values(one, _SIGNED) for one in result.suppressed],
+        "checks": checks_document(result.checked),
     }
     text = json_text(envelope(__version__) | document, indent=2)
     path = _reserved_path(checked.file)

@@ -19,7 +19,7 @@ from planner.report.text import by_weight, headline, printable
 from planner.service.preflight import CheckResult, UnreadableMission, check_file
 from planner.tui.checked import FileWatch, deciding_files
 from planner.tui.details import Details, summary
-from planner.tui.rows import MARKS, finding_line
+from planner.tui.rows import LEFT_OPEN, MARKS, NOT_CHECKED, finding_line
 from planner.tui.widgets.bars import KeyBar
 from planner.tui.widgets.panes import DetailsPane
 from planner.tui.widgets.row_list import RowList, Table, TableColumn
@@ -94,7 +94,9 @@ def mission_table(entries: Sequence[MissionEntry], results: Mapping[str, Outcome
             return "…", entry.name, "", "checking"
         if isinstance(result, str):
             return MARKS[Severity.ERROR], entry.name, "NO-GO", printable(result)
-        sign = "✔" if _is_go(result) else MARKS[Severity.ERROR]
+        sign = (
+            "✔" if _is_go(result) else _OPEN_SIGNS.get(result.verdict_text, MARKS[Severity.ERROR])
+        )
         return sign, entry.name, result.verdict_text, headline(result)
 
     return Table(
@@ -106,10 +108,21 @@ def mission_table(entries: Sequence[MissionEntry], results: Mapping[str, Outcome
             TableColumn(head="", width=0, is_right=False),
         ),
         cells_of=cells,
-        tone_of=lambda entry: (
-            "error" if entry.path in results and not _is_go(results[entry.path]) else ""
-        ),
+        tone_of=lambda entry: _tone(results.get(entry.path)),
     )
+
+
+_OPEN_SIGNS = {NOT_CHECKED: LEFT_OPEN}
+
+
+def _tone(result: Outcome | None) -> str:
+    if result is None or _is_go(result):
+        return ""
+    return "warning" if _is_left_open(result) else "error"
+
+
+def _is_left_open(result: Outcome) -> bool:
+    return not isinstance(result, str) and result.verdict_text == NOT_CHECKED
 
 
 def _is_go(result: Outcome) -> bool:
@@ -124,10 +137,10 @@ def preview(entry: MissionEntry, result: Outcome | None) -> Details:
         return Details(title=entry.name, tone="error", parts=(("", printable(result)),))
     brief = summary(result)
     problems = map(finding_line, by_weight(result.findings)[0])
-    texts = (brief.headline, brief.return_plan, *problems, brief.closing)
+    texts = (brief.headline, brief.return_plan, *problems, brief.closing, brief.not_checked)
     return Details(
         title=f"{brief.verdict}  {entry.name}",
-        tone="" if brief.is_go else "error",
+        tone=_tone(result),
         parts=tuple(("", text) for text in texts if text),
     )
 
@@ -136,8 +149,12 @@ def tally_text(entries: Sequence[MissionEntry], results: Mapping[str, Outcome]) 
     """Return how many missions are checked and go, in a line."""
     missions = [entry for entry in entries if not entry.is_folder]
     done = [results[entry.path] for entry in missions if entry.path in results]
-    going = sum(map(_is_go, done))
-    text = f"{quantity.count(len(missions), 'mission')}: {going} GO, {len(done) - going} NO-GO"
+    going, left_open = sum(map(_is_go, done)), sum(map(_is_left_open, done))
+    text = (
+        f"{quantity.count(len(missions), 'mission')}: {going} GO, "
+        f"{len(done) - going - left_open} NO-GO"
+    )
+    text += f", {left_open} {NOT_CHECKED}" if left_open else ""
     left = len(missions) - len(done)
     return f"{text}, {left} being checked" if left else text
 

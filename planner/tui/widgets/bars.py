@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from textual.content import Content
 from textual.widgets import Static
 
+from planner.tui.rows import LEFT_OPEN, NOT_CHECKED
+
 if TYPE_CHECKING:
     from textual.screen import Screen
 
@@ -61,7 +63,7 @@ def _taken(parts: list[Content]) -> int:
 
 
 class VerdictStrip(Static):
-    """GO or NO-GO in words, what the flight takes and leaves, and the tightest return."""
+    """GO, NO-GO or NOT CHECKED in words, what the flight takes and leaves, and the tightest return."""
 
     DEFAULT_CSS = """
     VerdictStrip {
@@ -73,23 +75,31 @@ class VerdictStrip(Static):
         border-left: thick $foreground;
         &.-go { border-left: thick $success; }
         &.-no-go { border-left: thick $error; }
+        &.-not-checked { border-left: thick $warning; }
     }
     """
 
     def show(self, summary: Summary, *, note: str = "") -> None:
         """Show another summary; the note tells what is under way or changed."""
+        is_open = summary.verdict == NOT_CHECKED
         self.set_class(summary.is_go, "-go")
-        self.set_class(not summary.is_go, "-no-go")
+        self.set_class(is_open, "-not-checked")
+        self.set_class(not (summary.is_go or is_open), "-no-go")
         first = verdict_line(summary)
         if note:
             first = Content.assemble(first, Content.styled(f"  {note}", "italic"))
         last = summary.return_plan or summary.closing
+        if summary.not_checked:
+            last = f"{last.rstrip('.')}. {summary.not_checked}"
         self.update(Content("\n").join([first, Content(summary.headline), Content(last)]))
 
 
 def verdict_line(summary: Summary) -> Content:
     """Return the verdict with its sign, and what it is of."""
-    sign = "✔" if summary.is_go else "✖" if summary.verdict == "NO-GO" else "?"
-    style = "bold $text-success" if summary.is_go else "bold $text-error"
+    sign = "✔" if summary.is_go else "✖" if summary.verdict == "NO-GO" else LEFT_OPEN
+    styles = {NOT_CHECKED: "bold $text-warning"}
+    style = (
+        "bold $text-success" if summary.is_go else styles.get(summary.verdict, "bold $text-error")
+    )
     verdict = Content.styled(f"{sign} {summary.verdict}", style)
     return Content.assemble(verdict, Content(f"  {summary.file}"))

@@ -9,6 +9,7 @@ from textual.containers import Container, VerticalScroll
 from textual.content import Content
 from textual.widgets import Static
 
+from planner.report.text import left_unchecked
 from planner.service.preflight import CheckResult, UnreadableMission
 from planner.tui import details
 from planner.tui.rows import finding_table, item_table, segment_table
@@ -21,7 +22,7 @@ from planner.tui.widgets.profile_plot import (
     segment_at,
     segment_span_s,
 )
-from planner.tui.widgets.row_list import RowList
+from planner.tui.widgets.row_list import RowList, Table
 from planner.tui.widgets.what_if_form import WhatIfForm
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
+    from planner.rules.declaration import LedgerEntry
     from planner.tui.checked import Checked
     from planner.tui.details import Details
     from planner.tui.screens.search import Hit
@@ -152,7 +154,7 @@ class Panes(Container):
         is_first, self._shown = self._shown is None, now
         result = now.result
         findings = self.query_one("#findings", RowList)
-        findings.show(finding_table(self._findings), empty="No problem found.")
+        findings.show(self._finding_rows(), empty="No problem found.")
         segments = self.query_one("#segments", RowList)
         segments.show(segment_table(result), empty="Nothing is flown.")
         self.query_one("#items", RowList).show(item_table(result), empty="No items.")
@@ -160,7 +162,7 @@ class Panes(Container):
         self.query_one(GroundMap).show(now.ground)
         if is_first or self.screen.focused is findings:
             if self._findings:
-                self.select_finding(self._findings[findings.cursor])
+                self._select_row(findings.cursor)
             else:
                 self.show_flight()
 
@@ -170,7 +172,7 @@ class Panes(Container):
             return
         rows = self.query_one("#findings", RowList)
         moved, self._urgent = len(urgent) - len(self._urgent), urgent
-        rows.show(finding_table(self._findings))
+        rows.show(self._finding_rows())
         rows.select(rows.cursor + moved)
 
     def show_flight(self) -> None:
@@ -214,10 +216,26 @@ class Panes(Container):
     def _findings(self) -> tuple[Finding, ...]:
         return (*self._urgent, *(() if self._shown is None else self._shown.result.findings))
 
+    @property
+    def _left_open(self) -> tuple[LedgerEntry, ...]:
+        """The rules that were not checked, which follow the findings."""
+        return () if self._shown is None else left_unchecked(self._shown.result.checked)
+
+    def _finding_rows(self) -> Table:
+        return finding_table(self._findings, self._left_open)
+
+    def _select_row(self, index: int) -> None:
+        """Put every pane on a finding, or show a rule that was not checked."""
+        behind = index - len(self._findings)
+        if behind < 0:
+            self.select_finding(self._findings[index])
+        elif behind < len(self._left_open):
+            entry = self._left_open[behind]
+            self.query_one(DetailsPane).show(details.left_open_details(entry))
+
     @on(RowList.Selected, "#findings")
     def _on_finding(self, event: RowList.Selected) -> None:
-        if event.index < len(self._findings):
-            self.select_finding(self._findings[event.index])
+        self._select_row(event.index)
 
     @on(RowList.Chosen, "#findings")
     def _look_at_finding(self) -> None:
