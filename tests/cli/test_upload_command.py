@@ -118,7 +118,7 @@ def test_a_file_beside_the_mission_has_no_say_in_what_is_sent(
     on_line.append(VirtualLine(vehicle))
     assert main(list(SENT)) == 2
     said = capsys.readouterr().err
-    assert f"upload obeys only what is typed, and mavjoule.toml sets " in said
+    assert "upload obeys only what is typed, and mavjoule.toml sets " in said
     assert said.count("\n") == 1
     assert not vehicle.received
 
