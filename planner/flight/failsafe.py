@@ -10,6 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
 from planner.values import Value
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import Returns
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-    from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _SECONDS_PER_HOUR = 3600.0
 _MEAN_CURRENT_S = 50.0
@@ -225,10 +226,7 @@ def ardupilot_events(
     voltage_v = profile.rest_v if at_rest else profile.loaded_v
     own, hold_s = parameters, parameters.battery_low_timer_s
     kind = "at rest" if at_rest else "under load"
-    for which, charge_ah, low_v, action in (
-        ("LOW", own.battery_low_ah, own.battery_low_v, own.battery_low_action),
-        ("CRT", own.battery_critical_ah, own.battery_critical_v, own.battery_critical_action),
-    ):
+    for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
         does = _ARDUPILOT_ACTIONS.get(action, WARNS)
         if charge_ah > 0.0 and profile.used_ah is not None:
             name, limit = f"BATT_{which}_MAH", quantity.charge(1000.0 * charge_ah)
@@ -240,6 +238,46 @@ def ardupilot_events(
             reading = f"below {volts} V {kind} for {quantity.duration(hold_s)}: {name}"
             found = _first_below_for(profile.time_s, voltage_v, low_v, hold_s)
             yield from _event(name, does, reading, found)
+
+
+def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]:
+    """Return which battery failsafe brings a hovering vehicle down, and the charge it leaves.
+
+    Returns
+    -------
+    name : str
+        The parameter with its value; empty where no failsafe acts.
+    fraction : float or None
+        Of the full charge that is left then; ``None`` where only a voltage decides. [-]
+    """
+    if parameters is None:
+        return "", 0.0
+    if isinstance(parameters, Px4Parameters):
+        if parameters.battery_action not in {2, 3}:
+            return "", 0.0
+        threshold = parameters.battery_critical_fraction
+        return f"BAT_CRIT_THR ({quantity.percent(threshold)})", threshold
+    watched = []
+    for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
+        if action == 0:
+            continue
+        if charge_ah > 0.0 and parameters.battery_capacity_ah > 0.0:
+            name = f"BATT_{which}_MAH ({quantity.charge(1000.0 * charge_ah)})"
+            return name, charge_ah / parameters.battery_capacity_ah
+        if low_v > 0.0 and parameters.battery_low_timer_s > 0.0:
+            watched.append(f"BATT_{which}_VOLT ({quantity.decimals(low_v, 1)} V)")
+    return (watched[0], None) if watched else ("", 0.0)
+
+
+def _ardupilot_thresholds(
+    parameters: ArduPilotParameters,
+) -> tuple[tuple[str, float, float, int], ...]:
+    """Return name, charge left, voltage and action of ArduPilot's two thresholds. [Ah], [V]"""
+    own = parameters
+    return (
+        ("LOW", own.battery_low_ah, own.battery_low_v, own.battery_low_action),
+        ("CRT", own.battery_critical_ah, own.battery_critical_v, own.battery_critical_action),
+    )
 
 
 def _event(

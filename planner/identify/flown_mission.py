@@ -22,7 +22,6 @@ from planner.mission.items import (
     VehicleEvidence,
     VehicleKind,
 )
-from planner.mission.route.route import LANDING_MISSING
 from planner.physics.wind import Wind
 from planner.setup import MOST_NOISE_M
 from planner.values import Value, field_values, replace
@@ -276,7 +275,7 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
             f"{record.source}: the mission was begun in the air, after {record.time_s[first]:.1f} s"
         )
         findings.append(BEGUN_IN_AIR.finding(message))
-    ends_in_air = any(one.code == LANDING_MISSING.code for one in route.findings)
+    ends_in_air = route.ends_in_air
     end = last + 1 if ends_in_air else record.time_s.size
     flown = _cut(record, begin, end)
     before_s = float(record.time_s[begin])

@@ -14,11 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
-from planner.mission.commands import Command
+from planner.mission.commands import TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.route import is_counted
-from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, judges
+from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -50,6 +51,8 @@ _PLACES = frozenset(
 """``MissionBlock::item_contains_position``."""
 _TAKEOFF, _LANDING, _BOTH, _BOTH_OR_NONE = {1}, {2}, {3}, {4, 5}
 """MIS_TKO_LAND_REQ; 5 asks for more in the air only."""
+_ARDUCOPTER_ITEMS, _PX4_ITEMS, _PX4_SMALL_ITEMS = 718, 2000, 500
+"""Items that fit: ArduCopter's with home; PX4's with an SD card, and without."""
 _REQUIRED: Mapping[int, Command] = {
     0: Command.NAV_LAND,
     1: Command.NAV_VTOL_LAND,
@@ -240,6 +243,69 @@ def _wind_limit(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
             WIND_LIMIT,
             f"wind of {quantity.beside(wind_m_s, limit_m_s, quantity.speed)}; COM_WIND_MAX is "
             f"{quantity.speed(limit_m_s)}",
+        )
+
+
+TOO_MANY_ITEMS = Rule(
+    "M126 too-many-items",
+    Severity.ERROR,
+    summary="The mission has more items than the vehicle holds.",
+    why="The vehicle refuses the upload, and keeps the mission it had.",
+    how="Items, and on ArduPilot the home it stores before them, against 718 on ArduCopter "
+    "(StorageManager.cpp, 16 kB of storage; not with BRD_SD_MISSION above 0, which stores more on the "
+    "card) and 2000 on PX4 (NUM_MISSIONS_SUPPORTED with an SD card; a warning above 500, what boards "
+    "without one hold).",
+    fix="split the mission (mavjoule split)",
+)
+
+
+@judges(TOO_MANY_ITEMS, needs=(TARGET,))
+def _too_many_items(a: Assessment, target: Target) -> Iterator[Finding]:
+    count, ardupilot = len(a.mission.items), ARDUPILOT.of(a)
+    severity = None
+    if target.autopilot is Autopilot.ARDUPILOT:
+        if count + 1 <= _ARDUCOPTER_ITEMS or (ardupilot and ardupilot.mission_card_kb > 0):
+            return
+        held = f"{_ARDUCOPTER_ITEMS - 1} beside home"
+    else:
+        if count <= _PX4_SMALL_ITEMS:
+            return
+        is_too_many = count > _PX4_ITEMS
+        severity = Severity.ERROR if is_too_many else Severity.WARNING
+        held = f"{_PX4_ITEMS}" if is_too_many else f"{_PX4_SMALL_ITEMS} without an SD card"
+    yield a.finding(
+        TOO_MANY_ITEMS, f"{count} items; {target.autopilot.label} holds {held}", severity=severity
+    )
+
+
+TERRAIN_OFF = Rule(
+    "A117 terrain-off",
+    Severity.ERROR,
+    summary="The mission counts heights from terrain, and the vehicle's terrain data are off.",
+    why="ArduPilot does not start an item above terrain without terrain data: it reports 'Terrain data "
+    "missing', and its terrain failsafe returns.",
+    how="Items in frame 10 or 11 on ArduPilot with TERRAIN_ENABLE 0 and no rangefinder "
+    "(RNGFND1_TYPE 0) in the parameters.",
+    fix="set TERRAIN_ENABLE to 1 and load terrain data, or write the altitudes above home",
+    instead="parameters with TERRAIN_ENABLE 1",
+)
+
+
+@judges(TERRAIN_OFF, needs=(ARDUPILOT,))
+def _terrain_off(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    if parameters.terrain_enable or parameters.rangefinder_type:
+        return
+    over_terrain = [
+        number
+        for number, item in enumerate(a.mission.items, start=1)
+        if item.frame in TERRAIN_FRAMES and is_destination(item.command)
+    ]
+    if over_terrain:
+        yield a.finding(
+            TERRAIN_OFF,
+            f"{quantity.count(len(over_terrain), 'item')} above terrain, TERRAIN_ENABLE is 0: ArduPilot "
+            "has no terrain data",
+            item=over_terrain[0],
         )
 
 

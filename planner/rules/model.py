@@ -16,6 +16,8 @@ from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, POWER, PX4, judges
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Extremes
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
-    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
@@ -43,6 +44,7 @@ _MOST_LIFT = 1.5
 hover at half of what they have or somewhat more."""
 _THINNER, _MUCH_THINNER = 1.1, 1.2
 """Thinness of air that is not counted: 5 % and 10 % of the power of a hover."""
+_LEVEL = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE})
 _LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages whose vertical speeds are set in the vehicle, not by the mission."""
 
@@ -421,6 +423,39 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
             f"± of {' and '.join(spread)} not used: {vehicle.name} has no [spread]",
             fix="use a vehicle model with a [spread], as mavjoule identify writes it",
         )
+
+
+@judges(CONDITION_NOT_MODELLED)
+def _slower_parameters(a: Assessment) -> Iterator[Finding]:
+    """Compare with the vehicle's own speeds: a step-response model flies the model's."""
+    given = a.fence_parameters
+    if a.autopilot is not Autopilot.STEP or given is None:
+        return
+    columns, stages = a.flight.motion.segments, a.route.stages
+    default_m_s = a.vehicle.default_speed_m_s or 0.0
+    level = [stage for stage in stages if stage.kind in _LEVEL]
+    asked_m_s = max((stage.speed_m_s or default_m_s for stage in level), default=0.0)
+    commanded = any(stage.speed_m_s for stage in level)
+    rate_m_s = columns.climb_m / np.maximum(columns.duration_s, 1e-9)
+    flown: list[tuple[str, float]] = [
+        ("climb_speed_m_s", float(np.max(rate_m_s, initial=0.0))),
+        ("descent_speed_m_s", float(np.max(-rate_m_s, initial=0.0))),
+    ]
+    if isinstance(given, Px4Parameters):
+        flown.append(("speed_max_m_s", asked_m_s))
+    if not commanded:
+        flown.append(("cruise_speed_m_s", asked_m_s))
+    for name, flown_m_s in flown:
+        limit_m_s, origin = getattr(given, name), given.origins.get(name)
+        is_given = origin is not None and origin.kind is OriginKind.FILE
+        if is_given and limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s:
+            yield a.finding(
+                CONDITION_NOT_MODELLED,
+                f"{origin}: the vehicle flies at most {quantity.speed(limit_m_s)}, predicted at "
+                f"{quantity.speed(flown_m_s)}; the flight takes more time and energy than predicted",
+                severity=Severity.ERROR,
+                fix="use a vehicle model that this autopilot flies",
+            )
 
 
 @judges(CONDITION_NOT_MODELLED)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
+from planner.flight.budget import hover_power_w
 from planner.mission.commands import (
     RELATIVE_FRAMES,
     Command,
@@ -20,8 +21,8 @@ from planner.mission.commands import (
 )
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
-from planner.rules.declaration import ARDUPILOT_TARGET, FENCE, TARGET, judges
-from planner.units import wh_from_j
+from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, FENCE, PX4, TARGET, judges
+from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -78,6 +79,55 @@ def _endless(a: Assessment) -> Iterator[Finding]:
         "include one lap",
         item=lap.item,
     )
+
+
+LANDING_MISSING = Rule(
+    "M102 land-missing",
+    Severity.ERROR,
+    summary="The mission does not end on the ground.",
+    why="The vehicle hovers at the last item until its battery failsafe ends the flight, or the empty "
+    "battery does.",
+    how="No LAND or RETURN_TO_LAUNCH is reached; or ArduPilot's RTL_ALT_FINAL is above 0, or PX4's "
+    "RTL_LAND_DELAY negative, so that the return stays in the air.  The energy left at the end, down "
+    "to the charge at which a failsafe that returns or lands acts (BATT_LOW_MAH, BATT_CRT_MAH; "
+    "BAT_CRIT_THR with COM_LOW_BAT_ACT 2 or 3), over the power of a hover there.",
+    fix="end the mission with a return or a landing",
+    instead="a landing or a return at the end",
+)
+
+
+@judges(LANDING_MISSING)
+def _ends_in_the_air(a: Assessment) -> Iterator[Finding]:
+    last, place = a.route.stages[-1], "at the last item"
+    ardupilot, px4 = ARDUPILOT.of(a), PX4.of(a)
+    if last.kind is StageKind.RETURN and ardupilot and ardupilot.return_final_altitude_m > 0.0:
+        height = quantity.height(ardupilot.return_final_altitude_m)
+        place = f"{height} above home (RTL_ALT_FINAL)"
+    elif last.kind is StageKind.RETURN and px4 and px4.return_land_delay_s < 0.0:
+        place = f"over home (RTL_LAND_DELAY {px4.return_land_delay_s:g} s)"
+    elif not a.route.ends_in_air or any(one.code == ENDLESS.code for one in a.route.findings):
+        return
+    yield a.finding(
+        LANDING_MISSING,
+        f"the flight ends in the air: it hovers {place} {_until_what(a)}",
+        item=last.item,
+    )
+
+
+def _until_what(a: Assessment) -> str:
+    """Return what ends a hover at the end of the flight, and the time and energy until then."""
+    from planner.flight.failsafe import own_landing
+
+    name, left_fraction = own_landing(a.parameters)
+    until = f"until {name}" if name else "until the battery is empty: no failsafe lands it"
+    if a.battery is None or left_fraction is None:
+        return until
+    hover_w = hover_power_w(a.flight.power)
+    hover_wh = a.battery.usable_wh - a.totals.energy_wh - left_fraction * a.battery.capacity_wh
+    if hover_wh <= 0.0 or not hover_w > 0.0:
+        return until
+    time = quantity.duration(hover_wh * JOULES_PER_WATT_HOUR / hover_w)
+    return f"{until}, after {time} and {quantity.energy(hover_wh)}"
 
 
 HOME_FAR = Rule(

@@ -97,7 +97,7 @@ def test_a_return_that_does_not_land_ends_in_the_air() -> None:
     ("change", "end", "said"),
     [
         ({}, RETURN, ""),
-        ({"return_land_delay_s": -1.0}, RETURN, "RTL_LAND_DELAY -1 s"),
+        ({"return_land_delay_s": -1.0}, RETURN, ""),
         ({"disarm_delay_s": -1.0}, RETURN, "COM_DISARM_LAND -1 s"),
         ({"return_land_delay_s": -1.0}, go(0.0, 10.0), ""),
     ],

@@ -39,7 +39,14 @@ def behind_a_ridge(height_m: float) -> Mission:
     return mission(takeoff(300), *over, item(21, north(480), 0.0))
 
 
+OVER_TERRAIN = mission(takeoff(20), item(16, north(200), 30.0, frame=10), rtl())
+
 CASES: Mapping[str, RuleCases] = {
+    "A117": RuleCases(
+        fires=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\n"),
+        boundary=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\nRNGFND1_TYPE,8\n"),
+        silent=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,1\n"),
+    ),
     "A101": RuleCases(
         fires=lambda: found(at(430.0, frame=0)),
         boundary=lambda: found(at(0.0, frame=0), ARDUPILOT),  # "as before" counts from nothing

@@ -16,7 +16,7 @@ from planner.site_profile import SiteProfile
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from planner.findings import Finding
     from planner.mission.items import Mission, MissionItem
@@ -123,11 +123,22 @@ def with_jumps(count: int) -> tuple[Finding, ...]:
     return found(mission(takeoff(20), *pairs, rtl()), ARDUPILOT)
 
 
+def _items(count: int, parameters: str = "") -> Iterable[Finding]:
+    """Return what is found in a mission of so many items: rounds of 10 m."""
+    places = [waypoint(10.0 * (number % 2), 20) for number in range(count - 2)]
+    return found(mission(takeoff(20), *places, rtl()), ARDUPILOT, parameters)
+
+
 CASES: Mapping[str, RuleCases] = {
     "M101": RuleCases(
         fires=lambda: found(mission(waypoint(100, 20), rtl())),
         boundary=lambda: found(mission(speed(5.0), takeoff(20), waypoint(100, 20), rtl())),
         silent=lambda: found(PLAIN),
+    ),
+    "M126": RuleCases(
+        fires=lambda: _items(718),
+        boundary=lambda: _items(717),  # and home: 718 on ArduCopter
+        silent=lambda: _items(718, "BRD_SD_MISSION,64\n"),
     ),
     "M102": RuleCases(
         fires=lambda: found(then()),

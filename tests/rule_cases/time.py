@@ -94,9 +94,9 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: found(PLAIN, PX4, position_noise_m=0.3),
     ),
     "T110": RuleCases(
-        fires=lambda: found(PLAIN, PX4, "RTL_LAND_DELAY,-1\n"),
-        boundary=lambda: found(PLAIN, PX4, "RTL_LAND_DELAY,0\n"),
-        silent=lambda: found(PLAIN, PX4, "RTL_LAND_DELAY,5\n"),
+        fires=lambda: found(PLAIN, PX4, "COM_DISARM_LAND,-1\n"),
+        boundary=lambda: found(PLAIN, PX4, "COM_DISARM_LAND,0\n"),
+        silent=lambda: found(PLAIN, PX4, "COM_DISARM_LAND,2\n"),
     ),
     "T111": RuleCases(
         fires=lambda: found(at_speed(6.0), PX4, speed_m_s=5.9),

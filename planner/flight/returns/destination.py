@@ -266,7 +266,7 @@ SETTING_NOT_FOLLOWED = Rule(
     summary="A setting of the vehicle makes it fly other than predicted.",
     why="A return that stays in the air, or leads elsewhere, takes other time and energy than "
     "predicted.",
-    how="PX4's RTL_LAND_DELAY or COM_DISARM_LAND is negative, or RTL_TYPE above 5.  An error where "
+    how="PX4's COM_DISARM_LAND is negative, or RTL_TYPE above 5.  An error where "
     "RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps they "
     "take (MissionBase::getNextPositionItems), and go round without end.",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "

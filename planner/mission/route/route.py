@@ -212,7 +212,7 @@ def make_route(
         reached.append(number)
         state.follow(number, mission.items[number - 1])
     flown = len(state.stages)
-    findings += _boundaries(mission, state, is_endless=order.lap_start is not None)
+    findings += _boundaries(mission, state)
     assumed = len(state.stages) - flown  # a take-off put before everything
     findings += state.remarks.findings()
     findings += _assumed_levels(mission, state)
@@ -376,18 +376,9 @@ TAKEOFF_MISSING = Rule(
     summary="The mission does not begin with a take-off.",
     why="The vehicle does not leave the ground by itself, or in a way that is in no plan.",
     how="The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.  An "
-    "error on PX4 where a take-off comes later: it refuses the mission.",
+    "error on ArduPilot, which does not enter AUTO on the ground (ModeAuto::init: 'Missing Takeoff "
+    "Cmd'), and on PX4 where a take-off comes later: it refuses the mission.",
     fix="add a take-off item at the start",
-)
-
-LANDING_MISSING = Rule(
-    "M102 land-missing",
-    Severity.WARNING,
-    summary="The mission does not end on the ground.",
-    why="What follows the last item, a hover or a return, is not in the plan.",
-    how="No LAND or RETURN_TO_LAUNCH is reached, so that the prediction ends at the last item, in the "
-    "air; or ArduPilot's RTL_ALT_FINAL is above 0, so that its return does.",
-    fix="end the mission with a return or a landing",
 )
 
 NOTHING_TO_FLY = Rule(
@@ -400,7 +391,7 @@ NOTHING_TO_FLY = Rule(
 )
 
 
-def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> list[Finding]:
+def _boundaries(mission: Mission, state: MissionState) -> list[Finding]:
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
     if not any(stage.kind not in _ENDS for stage in state.stages):
         state.stages.clear()
@@ -422,16 +413,12 @@ def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> l
             severity = Severity.ERROR
         elif state.dialect is Autopilot.ARDUPILOT:
             message += "; on the ground ArduPilot does not start it"
+            severity = Severity.ERROR
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )
         state.stages.insert(0, Stage(StageKind.TAKEOFF, first.item, 0.0, 0.0, height_m))
         state.places_deg.insert(0, state.start_deg)
-    if not state.is_over and not is_endless:
-        last = state.stages[-1].item
-        place = mission.items[last - 1].place
-        message = "the mission ends in the air: return and landing not counted"
-        findings.append(LANDING_MISSING.finding(message, item=last, place=place))
     return findings
 
 

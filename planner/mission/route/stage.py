@@ -147,3 +147,9 @@ class Route(Value):
         """The first item that switches the fence on; ``None`` where none does."""
         on = (one for one in self.fence_switches if one.action is FenceAction.ON)
         return next(on, None)
+
+    @property
+    def ends_in_air(self) -> bool:
+        """Whether nothing of the mission lands; an endless mission never ends."""
+        lands = {StageKind.LAND, StageKind.RETURN}
+        return self.lap is None and bool(self.stages) and self.stages[-1].kind not in lands

@@ -122,6 +122,12 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     # bits: what a mission must contain to arm
     mission_items_required: int = parameter("ARMING_MIS_ITEMS", 0)
 
+    # kilobytes on the card for missions
+    mission_card_kb: float = parameter("BRD_SD_MISSION", 0.0, NOT_NEGATIVE)
+    terrain_enable: int = parameter("TERRAIN_ENABLE", 1, NOT_NEGATIVE)
+    # 0: none
+    rangefinder_type: int = parameter("RNGFND1_TYPE", 0, NOT_NEGATIVE)
+
     # of capacity, charges left, voltages and times 0: not known, not watched
     battery_capacity_ah: float = parameter("BATT_CAPACITY mAh", 3300.0, NOT_NEGATIVE)
     battery_low_v: float = parameter("BATT_LOW_VOLT V", 10.5, NOT_NEGATIVE)

@@ -12,7 +12,6 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
 from planner.flight.motion.kinematics import horizontal, quotient
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
-from planner.mission.route.route import LANDING_MISSING
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
 from planner.values import Value
@@ -384,12 +383,6 @@ def return_findings(stages: StageColumns, parameters: ArduPilotParameters) -> It
     if not len(home):
         return
     item = int(stages.item[home[0]])
-    if parameters.return_final_altitude_m > 0.0:
-        yield LANDING_MISSING.finding(
-            f"RTL_ALT_FINAL: the return ends in the air at {parameters.return_final_altitude_m:.1f} m "
-            "above home: the landing is not counted",
-            item=item,
-        )
     longer_s = math.pi / parameters.yaw_rate_rad_s - parameters.return_loiter_s
     if longer_s > 0.0 and parameters.yaw_behavior != _HEADING_HELD:
         yield WAIT_NOT_COUNTED.finding(

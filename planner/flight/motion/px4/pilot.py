@@ -50,22 +50,15 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
     returning = next((stage for stage in stages if stage.kind is StageKind.RETURN), None)
     if returning is None:
         return ()
-    gaps = []
-    if parameters.return_land_delay_s < 0.0:
-        gaps.append(
-            f"RTL_LAND_DELAY {parameters.return_land_delay_s:g} s keeps the vehicle over home: time "
-            "and energy end with its arrival there"
-        )
-    if parameters.disarm_delay_s < 0.0:
-        gaps.append(
-            f"COM_DISARM_LAND {parameters.disarm_delay_s:g} s does not disarm: the flight is taken to "
-            "end as it has landed"
-        )
-    if not gaps:
+    if parameters.disarm_delay_s >= 0.0:
         return ()
     from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 
-    return tuple(SETTING_NOT_FOLLOWED.finding(gap, item=returning.item) for gap in gaps)
+    message = (
+        f"COM_DISARM_LAND {parameters.disarm_delay_s:g} s does not disarm: the flight is taken to end "
+        "as it has landed"
+    )
+    return (SETTING_NOT_FOLLOWED.finding(message, item=returning.item),)
 
 
 def fly_px4(
