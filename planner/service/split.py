@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     """Where a part begins and ends; ``None``: where the mission does."""
 
 
-MENDED = frozenset({"E101", "E102", "E103", "E104", "E119"})
-"""What a shorter flight mends."""
+MENDED = frozenset({"E101", "E102", "E103", "E104", "E119", "M102"})
+"""What a shorter flight mends, or the return that ends each part."""
 _MOST_PARTS = 99
 _TRIES = 60
 """Earlier places a part is tried to end at, where more than energy is wrong with its longest form."""
