@@ -95,9 +95,10 @@ CONDITION_NOT_MODELLED = Rule(
     "over air density; the age and temperature of a battery need its resistance and curves.  A payload "
     "that is not counted is an error, as is a wind above 0.6 of the highest identified speed and air "
     "1.2 times thinner than at sea level: the flight takes more energy than predicted.  A "
-    "step-response model uses only the fence of a parameter file: an error where the file's speeds are "
-    "more than 3 % slower than predicted; a file of an unknown autopilot is an "
-    "error where it holds a fence.",
+    "step-response model uses only the fence of a parameter file; speeds of it that are more than 3 % "
+    "slower than predicted cost the longer time at hover power, an error where that takes the flight "
+    "or the tightest return below the reserve.  A file of an unknown autopilot is an error where it "
+    "holds a fence.",
     fix="use a vehicle model that has the missing quantity",
     instead="a model that counts it with --vehicle",
 )

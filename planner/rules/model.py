@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
+from planner.flight.budget import hover_power_w
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.mission.route.stage import StageKind
@@ -16,17 +18,20 @@ from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, POWER, PX4, judges
+from planner.units import wh_from_j
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
@@ -44,7 +49,8 @@ _MOST_LIFT = 1.5
 hover at half of what they have or somewhat more."""
 _THINNER, _MUCH_THINNER = 1.1, 1.2
 """Thinness of air that is not counted: 5 % and 10 % of the power of a hover."""
-_LEVEL = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE})
+_LOW_M = 10.0
+"""Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 _LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages whose vertical speeds are set in the vehicle, not by the mission."""
 
@@ -427,35 +433,97 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
 
 @judges(CONDITION_NOT_MODELLED)
 def _slower_parameters(a: Assessment) -> Iterator[Finding]:
-    """Compare with the vehicle's own speeds: a step-response model flies the model's."""
+    """Count what the vehicle's own slower speeds take: a step-response model flies the model's."""
     given = a.fence_parameters
     if a.autopilot is not Autopilot.STEP or given is None:
         return
+    columns = a.flight.motion.segments
+    longer_s = np.zeros(len(columns.duration_s))
+    slowest: tuple[float, str, float, float] | None = None
+    for name, way_m, spent_s in _speed_limits(a, given):
+        if not _is_stated(given, name):
+            continue
+        limit_m_s = float(getattr(given, name))
+        flown_m_s = way_m / np.maximum(spent_s, 1e-9)
+        is_slower = limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s
+        added_s = np.where(is_slower, way_m / limit_m_s - spent_s, 0.0)
+        longer_s += added_s
+        total_s = float(np.sum(added_s))
+        if total_s > 0.0 and (slowest is None or total_s > slowest[0]):
+            slowest = (total_s, str(given.origins[name]), limit_m_s, float(np.max(flown_m_s)))
+    hover_w, in_all_s = hover_power_w(a.flight.power), float(np.sum(longer_s))
+    added_wh = wh_from_j(hover_w * in_all_s)
+    left_wh = math.inf if a.battery is None else a.battery.margin_wh - added_wh
+    plan, (name, slower) = a.return_plan, _slower_return(a, given)
+    if plan is not None and plan.margin_wh is not None and plan.tightest is not None:
+        before_s = float(np.sum(longer_s[columns.end_s <= plan.tightest.time_s]))
+        home_s = (slower - 1.0) * (plan.time_home_s or 0.0)
+        left_wh = min(left_wh, plan.margin_wh - wh_from_j(hover_w * (before_s + home_s)))
+        if slowest is None and slower > 1.0:
+            own_m_s = float(getattr(given, name))
+            slowest = (home_s, str(given.origins[name]), own_m_s, slower * own_m_s)
+            in_all_s, added_wh = home_s, wh_from_j(hover_w * home_s)
+    if slowest is None:
+        return
+    _, name, limit_m_s, fastest_m_s = slowest
+    yield a.finding(
+        CONDITION_NOT_MODELLED,
+        f"{name}: the vehicle flies at most {quantity.speed(limit_m_s)}, predicted at "
+        f"{quantity.speed(fastest_m_s)}: {quantity.duration(in_all_s)} and "
+        f"{quantity.energy(added_wh)} more than predicted"
+        + (f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)),
+        severity=Severity.ERROR if left_wh < 0.0 else None,
+        fix="use a vehicle model that this autopilot flies",
+    )
+
+
+def _is_stated(given: FlightParameters, name: str) -> bool:
+    origin = given.origins.get(name)
+    return origin is not None and origin.kind is OriginKind.FILE
+
+
+def _level_limit(given: FlightParameters, *, returning: bool) -> str:
+    """Return what limits a level speed that nothing commands: the most special that is stated."""
+    special = () if isinstance(given, Px4Parameters) or not returning else ("return_speed_m_s",)
+    general = ("speed_max_m_s",) if isinstance(given, Px4Parameters) else ()
+    names = (*special, "cruise_speed_m_s", *general)
+    return next((name for name in names if _is_stated(given, name)), "cruise_speed_m_s")
+
+
+def _slower_return(a: Assessment, given: FlightParameters) -> tuple[str, float]:
+    """Return what limits the speed of a return, and the model's speed over it, at least 1."""
+    name = _level_limit(given, returning=True)
+    if not _is_stated(given, name):
+        return name, 1.0
+    ratio = (a.vehicle.default_speed_m_s or 0.0) / float(getattr(given, name))
+    return name, ratio if ratio > 1.0 + _OVERSHOOT else 1.0
+
+
+def _speed_limits(
+    a: Assessment, given: FlightParameters
+) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+    """Yield what limits a speed, with the way it limits in each segment and the time spent on it."""
     columns, stages = a.flight.motion.segments, a.route.stages
-    default_m_s = a.vehicle.default_speed_m_s or 0.0
-    level = [stage for stage in stages if stage.kind in _LEVEL]
-    asked_m_s = max((stage.speed_m_s or default_m_s for stage in level), default=0.0)
-    commanded = any(stage.speed_m_s for stage in level)
-    rate_m_s = columns.climb_m / np.maximum(columns.duration_s, 1e-9)
-    flown: list[tuple[str, float]] = [
-        ("climb_speed_m_s", float(np.max(rate_m_s, initial=0.0))),
-        ("descent_speed_m_s", float(np.max(-rate_m_s, initial=0.0))),
-    ]
+    commanded = np.isin(columns.item, [s.item for s in stages if s.speed_m_s is not None])
+    returning = np.isin(columns.item, [s.item for s in stages if s.kind is StageKind.RETURN])
+    own = ~commanded & ~returning
+    level_m, level_s = columns.distance_m, columns.duration_s
+    yield _level_limit(given, returning=False), np.where(own, level_m, 0.0), level_s
+    yield _level_limit(given, returning=True), np.where(returning, level_m, 0.0), level_s
+    slow_up, slow_down = "climb_speed_m_s", "land_speed_m_s"
     if isinstance(given, Px4Parameters):
-        flown.append(("speed_max_m_s", asked_m_s))
-    if not commanded:
-        flown.append(("cruise_speed_m_s", asked_m_s))
-    for name, flown_m_s in flown:
-        limit_m_s, origin = getattr(given, name), given.origins.get(name)
-        is_given = origin is not None and origin.kind is OriginKind.FILE
-        if is_given and limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s:
-            yield a.finding(
-                CONDITION_NOT_MODELLED,
-                f"{origin}: the vehicle flies at most {quantity.speed(limit_m_s)}, predicted at "
-                f"{quantity.speed(flown_m_s)}; the flight takes more time and energy than predicted",
-                severity=Severity.ERROR,
-                fix="use a vehicle model that this autopilot flies",
-            )
+        yield "speed_max_m_s", np.where(commanded & ~returning, level_m, 0.0), level_s
+        slow_up = "takeoff_speed_m_s"
+    for way_m, state, slow, fast in (
+        (columns.climb_m, FlightState.TAKEOFF, slow_up, "climb_speed_m_s"),
+        (-columns.climb_m, FlightState.LAND, slow_down, "descent_speed_m_s"),
+    ):
+        moved_m = np.maximum(way_m, 0.0)
+        is_low = columns.state == STATE_INDEX[state]
+        low_m = np.where(is_low, np.minimum(moved_m, _LOW_M), 0.0)
+        per_m_s = columns.duration_s / np.maximum(moved_m, 1e-9)
+        yield slow, low_m, low_m * per_m_s
+        yield fast, moved_m - low_m, (moved_m - low_m) * per_m_s
 
 
 @judges(CONDITION_NOT_MODELLED)
