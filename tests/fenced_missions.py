@@ -107,7 +107,7 @@ def findings_of(
     result = check(
         made,
         load_vehicle(VEHICLES[autopilot]),
-        battery=Battery(capacity_wh=5000.0),
+        battery=Battery(capacity_wh=170.0),
         parameters=(
             parameters_from_text(parameters.encode(), source="p.param") if parameters else None
         ),

@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+import math
+from typing import TYPE_CHECKING
+
 import numpy as np
 from made_missions import HOME, METRES_PER_DEGREE_NORTH, north
 
 from planner.geo.terrain import TerrainGrid, TerrainTile
+from planner.values import replace
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 CELL_M = 10.0
 CELL_DEG = CELL_M / METRES_PER_DEGREE_NORTH
 ROWS, COLUMNS = 400, 40
 SOUTH_M = -1000.0
+
+
+def slope(angle_deg: float) -> TerrainGrid:
+    """Return ground that falls from home towards the north, level to the east."""
+    level = ground(0.0).tiles[0]
+    rows = np.arange(ROWS)[::-1, None] * CELL_M + SOUTH_M
+    heights = 400.0 - rows * math.tan(math.radians(angle_deg))
+    return of_heights(np.repeat(heights, COLUMNS, axis=1), level)
+
+
+def of_heights(heights: npt.NDArray[np.float64], like: TerrainTile) -> TerrainGrid:
+    """Return other heights in the place of a tile."""
+    return TerrainGrid(tiles=(replace(like, heights_amsl_m=heights.astype(np.float32)),))
 
 
 def ground(ridge_m: float, *, at_m: float = 250.0, rows: int = ROWS) -> TerrainGrid:

@@ -73,6 +73,8 @@ class BatteryBudget(Value):
     """Highest current over the charge of the new battery. [h⁻¹]"""
     below_reserve_probability: float | None = None
     """Chance to land below the reserve; ``None`` while the model carries no spread. [-]"""
+    empty_probability: float | None = None
+    """Chance that the battery is empty before the landing; ``None`` as above. [-]"""
 
     @property
     def above_reserve_wh(self) -> float:

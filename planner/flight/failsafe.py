@@ -70,7 +70,7 @@ class BatteryProfile(Value, eq=False):
     rest_v: FloatArray | None
     """Open-circuit voltage; ``None`` where the curve is not known. (s + 1,) [V]"""
     loaded_v: FloatArray | None
-    """Under load. (s + 1,) [V]"""
+    """Under load; ``None`` where the resistance is not known. (s + 1,) [V]"""
 
 
 def battery_profile(
@@ -79,9 +79,11 @@ def battery_profile(
     """Return the battery along a flight: by its curve where that is known, else by its energy."""
     rest_v = loaded_v = None
     fraction = charge - returns.used_wh / battery.energy_wh
-    if discharge is not None and battery.ocv_soc is not None and battery.ocv_v is not None:
+    if discharge is not None:
         fraction = np.concatenate(([charge], discharge.state_of_charge))
+    if battery.ocv_soc is not None and battery.ocv_v is not None:
         rest_v = np.interp(fraction, battery.ocv_soc, battery.ocv_v)
+    if discharge is not None and rest_v is not None:
         loaded_v = np.concatenate((rest_v[:1], discharge.voltage_v))
     full_ah = battery.charge_ah
     return BatteryProfile(
@@ -103,6 +105,13 @@ def px4_events(
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
     seen = _px4_charge(profile, battery, parameters)
+    if parameters.flight_time_max_s >= 0.0:
+        limit = quantity.duration(parameters.flight_time_max_s)
+        reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
+        found = _first_below(-profile.time_s, -parameters.flight_time_max_s)
+        yield from _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
+    if not parameters.measures_battery:
+        return
     acts = {2: LANDS, 3: RETURNS}
     critical = acts.get(parameters.battery_action, WARNS)
     emergency = LANDS if parameters.battery_action in acts else WARNS
@@ -114,11 +123,6 @@ def px4_events(
         percent = quantity.percent(threshold)
         reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
         yield from _event(name, action, reading, _first_below(seen, threshold))
-    if parameters.flight_time_max_s >= 0.0:
-        limit = quantity.duration(parameters.flight_time_max_s)
-        reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
-        found = _first_below(-profile.time_s, -parameters.flight_time_max_s)
-        yield from _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
     yield from _px4_time_events(returns, seen, profile, battery, parameters)
 
 
@@ -128,8 +132,8 @@ def _px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Parame
     if parameters.battery_capacity_ah > 0.0 and profile.used_ah is not None:
         seen = profile.fraction[0] - profile.used_ah / parameters.battery_capacity_ah
     cells = parameters.battery_cells or battery.cells_in_series
-    if profile.rest_v is None or not cells:
-        return seen
+    if profile.rest_v is None or profile.loaded_v is None or not cells:
+        return seen  # a curve that is assumed says little of what PX4 sees
     empty_v, full_v = parameters.battery_empty_cell_v, parameters.battery_full_cell_v
     by_voltage = np.clip((profile.rest_v / cells - empty_v) / (full_v - empty_v), 0.0, 1.0)
     return np.minimum(seen, by_voltage)
@@ -222,6 +226,8 @@ def ardupilot_events(
     ``AP_BattMonitor_Backend::update_failsafes``: what BATT_CAPACITY leaves is counted from full when
     the vehicle is switched on, whatever the charge; a voltage must be low for BATT_LOW_TIMER.
     """
+    if not parameters.measures_battery:
+        return
     at_rest = parameters.battery_voltage_source == 1
     voltage_v = profile.rest_v if at_rest else profile.loaded_v
     own, hold_s = parameters, parameters.battery_low_timer_s
@@ -255,11 +261,16 @@ def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]
     if isinstance(parameters, Px4Parameters):
         if parameters.battery_action not in {2, 3}:
             return "", 0.0
+        if parameters.battery_action == 3 and parameters.return_land_delay_s < 0.0:
+            threshold = parameters.battery_emergency_fraction  # the return stays in the air
+            return f"BAT_EMERGEN_THR ({quantity.percent(threshold)})", threshold
         threshold = parameters.battery_critical_fraction
         return f"BAT_CRIT_THR ({quantity.percent(threshold)})", threshold
+    # Termination (5) falls, a brake (7) hovers; returns land unless RTL_ALT_FINAL ends them in the air.
+    lands = {1} if parameters.return_final_altitude_m > 0.0 else {1, 2, 3, 4, 6}
     watched = []
     for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
-        if action == 0:
+        if action not in lands:
             continue
         if charge_ah > 0.0 and parameters.battery_capacity_ah > 0.0:
             name = f"BATT_{which}_MAH ({quantity.charge(1000.0 * charge_ah)})"

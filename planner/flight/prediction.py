@@ -172,6 +172,8 @@ class Flight(Value, eq=False, dict=True):
     """Energy of each segment, windows counted with the segment that begins them. (n,) [J]"""
     node_power_w: FloatArray
     """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
+    node_state: KinematicState
+    """Where the vehicle is and how it moves at these nodes. (p, k)"""
     extremes: Extremes | None
     """The box the flight stays in; ``None`` where nothing is flown."""
     stopping_factor_p90: float | None = None
@@ -216,7 +218,11 @@ def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
     vehicle = setup.vehicle
     power = SteadyPower(
         vehicle=vehicle,
-        mass_kg=None if vehicle.mass_kg is None else vehicle.mass_kg + mean_of(setup.payload_kg),
+        mass_kg=(
+            None
+            if vehicle.mass_kg is None
+            else vehicle.mass_kg + setup.flown_pack.added_kg + mean_of(setup.payload_kg)
+        ),
         home_amsl_m=route.home_amsl_m,
         home_temperature_c=(
             standard_temperature_c(route.home_amsl_m)
@@ -240,6 +246,7 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
         power=power,
         segment_energy_j=_segment_energy_j(motion, transients, steady_w),
         node_power_w=at_nodes_w,
+        node_state=state,
         extremes=(
             flight_extremes(state, power.airspeed_m_s(state), motion.piece_segment)
             if node_s.size
@@ -257,6 +264,11 @@ def segment_energies_j(
     for power in powers:
         steady_w = _steady_power_w(motion, piece, state, power)
         yield _segment_energy_j(motion, transients, steady_w)
+
+
+def node_states(motion: Motion) -> KinematicState:
+    """Return the states at the nodes of the quadrature of each piece. (p, k)"""
+    return motion.state_at(*_nodes(motion))
 
 
 def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:

@@ -76,7 +76,8 @@ class UnknownSamples(Value, eq=False):
 
     wind_east_m_s: FloatArray
     wind_north_m_s: FloatArray
-    payload_kg: FloatArray
+    load_kg: FloatArray
+    """Beyond the model's own mass: payload, and what the battery weighs more."""
     temperature_c: FloatArray
     charge: FloatArray
     time_error: FloatArray
@@ -101,7 +102,8 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     return UnknownSamples(
         wind_east_m_s=-speed_m_s * np.sin(from_rad),
         wind_north_m_s=-speed_m_s * np.cos(from_rad),
-        payload_kg=np.maximum(mean_of(setup.payload_kg) + sd_of(setup.payload_kg) * normal[2], 0.0),
+        load_kg=np.maximum(mean_of(setup.payload_kg) + sd_of(setup.payload_kg) * normal[2], 0.0)
+        + setup.flown_pack.added_kg,
         temperature_c=power.home_temperature_c + sd_of(setup.temperature_c) * normal[3],
         charge=np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0),
         time_error=(spread.time_fraction or 0.0) * student[0],
@@ -140,7 +142,7 @@ class Weather:
                 count = min(max(wanted, least), _MOST_WIND_POINTS)
                 self._axes[name] = ChebyshevAxis(sampled, count)
         if vehicle.knows_mass and mass_kg is not None:
-            masses_kg = mass_kg + samples.payload_kg
+            masses_kg = mass_kg + samples.load_kg
             self._axes["mass_kg"] = ChebyshevAxis(masses_kg, _AIR_AND_MASS_POINTS)
         if vehicle.knows_air_density:
             axis = ChebyshevAxis(samples.temperature_c, _AIR_AND_MASS_POINTS)
@@ -250,12 +252,19 @@ class Scenarios(Value, eq=False):
             if totals.charge_mah is not None:
                 per_wh = totals.charge_mah / totals.energy_wh
                 spread |= {"charge_mah_p10": low_wh * per_wh, "charge_mah_p90": high_wh * per_wh}
+        reserve_wh = 0.0 if battery is None else battery.reserve_wh
         if battery is not None:
-            below = _fraction_below(self.margin_wh)
-            battery = replace(battery, below_reserve_probability=below)
+            battery = replace(
+                battery,
+                below_reserve_probability=_fraction_below(self.margin_wh),
+                empty_probability=_fraction_below(self.margin_wh, -reserve_wh),
+            )
         if return_plan is not None:
-            below = _fraction_below(self.return_margin_wh)
-            return_plan = replace(return_plan, below_reserve_probability=below)
+            return_plan = replace(
+                return_plan,
+                below_reserve_probability=_fraction_below(self.return_margin_wh),
+                empty_probability=_fraction_below(self.return_margin_wh, -reserve_wh),
+            )
         return flight, replace(totals, **spread), battery, return_plan
 
 
@@ -407,5 +416,5 @@ def _p10_p90(values: FloatArray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _fraction_below(margin_wh: FloatArray | None) -> float | None:
-    return None if margin_wh is None else float(np.mean(margin_wh < 0.0))
+def _fraction_below(margin_wh: FloatArray | None, limit_wh: float = 0.0) -> float | None:
+    return None if margin_wh is None else float(np.mean(margin_wh < limit_wh))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from planner.arrays import FloatArray
+    from planner.arrays import FloatArray, IntArray
 
 
 MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"
@@ -29,6 +29,8 @@ _LOWEST_GROUND_M, _HIGHEST_GROUND_M = -500.0, 9000.0
 _METRES = frozenset({"", "m", "metre", "metres", "meter", "meters"})
 _MOST_CELLS = 250_000_000  # 1 GB in memory; a tile of 1° at 1″ has 13 million
 _LEAST_WEIGHT = 1e-6
+_AROUND_DEG = 0.1
+"""So far beside a projected tile places still have coordinates in it: lines enter it from there. [°]"""
 
 
 class TerrainTile(Value, eq=False):
@@ -55,15 +57,7 @@ class TerrainTile(Value, eq=False):
 
         Within half a cell of the tile's edge it is that of the outermost cells.
         """
-        x, y = self._x_y(
-            *np.broadcast_arrays(
-                np.asarray(latitude_deg, np.float64), np.asarray(longitude_deg, np.float64)
-            )
-        )
-        a, b, c, d, e, f = self.transform
-        determinant = a * e - b * d
-        column = (e * (x - c) - b * (y - f)) / determinant - 0.5
-        row = (a * (y - f) - d * (x - c)) / determinant - 0.5
+        row, column = self.row_column(latitude_deg, longitude_deg)
         rows, columns = self.heights_amsl_m.shape
         known = (row >= -0.5) & (row <= rows - 0.5) & (column >= -0.5) & (column <= columns - 0.5)
         row = np.clip(np.where(known, row, 0.0), 0.0, rows - 1.0)
@@ -82,22 +76,57 @@ class TerrainTile(Value, eq=False):
             height += np.where(counts, weight * self.heights_amsl_m[i, j], 0.0)
         return height
 
+    def row_column(
+        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return places in cells, whole numbers at their centres; beyond the first and last outside."""
+        x, y = self._x_y(
+            *np.broadcast_arrays(
+                np.asarray(latitude_deg, np.float64), np.asarray(longitude_deg, np.float64)
+            )
+        )
+        a, b, c, d, e, f = self.transform
+        determinant = a * e - b * d
+        column = (e * (x - c) - b * (y - f)) / determinant - 0.5
+        row = (a * (y - f) - d * (x - c)) / determinant - 0.5
+        return row, column
+
     def _x_y(self, latitude: FloatArray, longitude: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates in the tile's own system, NaN for places that are not near it."""
         south, west, north, east = self.bounds_deg
-        # Longitudes are counted from the tile's western edge, whole turns taken off.
-        eastward = (longitude - west) % 360.0
+        # Longitudes are counted from the tile's middle, whole turns taken off.
+        half = 0.5 * ((east - west) % 360.0 or 360.0)
+        eastward = (longitude - west - half + 180.0) % 360.0 - 180.0
         if self.projection_wkt is None:
-            return west + eastward, latitude
+            return west + half + eastward, latitude
         from rasterio.warp import transform
 
-        near = (latitude >= south) & (latitude <= north) & (eastward <= (east - west) % 360.0)
+        near = (latitude >= south - _AROUND_DEG) & (latitude <= north + _AROUND_DEG)
+        near &= np.abs(eastward) <= half + _AROUND_DEG
         x, y = np.full(latitude.shape, np.nan), np.full(latitude.shape, np.nan)
         if np.any(near):
             x[near], y[near] = transform(
                 _WGS84, self.projection_wkt, longitude[near], latitude[near]
             )
         return x, y
+
+
+class GroundProfile(Value, eq=False):
+    """The ground under lines, in parts that are parabolas."""
+
+    line: IntArray
+    """Line each part is of, rising; every line has one or more. (k,)"""
+    start: FloatArray
+    """Where on its line each part begins and ends, 0 to 1. (k,) [-]"""
+    end: FloatArray
+    ground_amsl_m: FloatArray
+    """At the beginning, the middle and the end of each part; NaN where it is not known. (k, 3) [m]"""
+
+
+_SAME_FRACTION = 1e-12
+_QUARTERS = np.array([0.25, 0.5, 0.75])
+_TO_ENDS = np.array([[3.0, 0.0, 1.0], [-3.0, 1.0, -3.0], [1.0, 0.0, 3.0]])
+"""From a parabola at its quarters to its beginning, middle and end."""
 
 
 class TerrainGrid(Value):
@@ -125,6 +154,64 @@ class TerrainGrid(Value):
             height[missing] = tile.height_amsl_m(latitude[missing], longitude[missing])
         masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
         return masked
+
+    def under(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> GroundProfile:
+        """Return the ground under lines, cut wherever they pass from one cell's centre to the next's.
+
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : ndarray
+            Beginnings and ends of lines that are straight in degrees. (n, 2) [°]
+
+        Notes
+        -----
+        Between four centres the ground is bilinear, so that along a line it is a parabola: three places
+        inside of each part determine it, and nothing between them is left out.
+        """
+        turn = (longitude_deg[:, 1] - longitude_deg[:, 0] + 180.0) % 360.0 - 180.0
+        north = latitude_deg[:, 1] - latitude_deg[:, 0]
+        count = len(latitude_deg)
+        lines = [np.arange(count), np.arange(count)]
+        fractions = [np.zeros(count), np.ones(count)]
+        for tile in self.tiles:
+            for axis, size in zip(
+                tile.row_column(latitude_deg, longitude_deg), tile.heights_amsl_m.shape, strict=True
+            ):
+                line, fraction = _crossings(axis, size)
+                lines.append(line)
+                fractions.append(fraction)
+        line, fraction = np.concatenate(lines), np.concatenate(fractions)
+        order = np.lexsort((fraction, line))
+        line, fraction = line[order], fraction[order]
+        inside = (line[1:] == line[:-1]) & (fraction[1:] - fraction[:-1] > _SAME_FRACTION)
+        part = np.flatnonzero(inside)
+        line, start, end = line[part], fraction[part], fraction[part + 1]
+        along = start[:, None] + (end - start)[:, None] * _QUARTERS
+        places = latitude_deg[line, :1] + along * north[line, None]
+        heights = self.height_amsl_m(places, longitude_deg[line, :1] + along * turn[line, None])
+        return GroundProfile(
+            line=line, start=start, end=end, ground_amsl_m=heights.filled(np.nan) @ _TO_ENDS
+        )
+
+
+def _crossings(place: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
+    """Return where lines, by their ends in cells (n, 2), pass centres of cells and the grid's edges."""
+    low = np.clip(np.nan_to_num(place.min(axis=1), nan=0.0), -1.0, size)
+    high = np.clip(np.nan_to_num(place.max(axis=1), nan=0.0), -1.0, size)
+    first, last = np.ceil(low).astype(np.intp), np.floor(high).astype(np.intp)
+    count = np.maximum(last - first + 1, 0)
+    line = np.repeat(np.arange(len(place)), count)
+    number = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    level = (first[line] + number).astype(np.float64)
+    edges = [np.flatnonzero((low < edge) & (high > edge)) for edge in (-0.5, size - 0.5)]
+    line = np.concatenate((line, *edges))
+    level = np.concatenate(
+        (level, np.full(len(edges[0]), -0.5), np.full(len(edges[1]), size - 0.5))
+    )
+    begin, way = place[line, 0], place[line, 1] - place[line, 0]
+    crosses = np.isfinite(way) & (way != 0.0)
+    line = line[crosses]
+    return line, np.clip((level[crosses] - begin[crosses]) / way[crosses], 0.0, 1.0)
 
 
 def read_terrain(*paths: str | PathLike[str]) -> TerrainGrid:

@@ -55,6 +55,11 @@ if TYPE_CHECKING:
 
 _SAME_POWER = 0.05
 """Fraction of hover power by which that of cruise may differ for a stop to be counted from hover. [-]"""
+_LEAST_W_KG = 40.0
+"""No multicopter hovers on less: two thirds of its mass in batteries of 380 Wh/kg for the record of
+4 h 21 min are 58 W/kg. [W/kg]"""
+_HOVERS_M_S, _LEVEL_M_S = 1.0, 0.3
+"""Airspeed and climb rate below which steady flight is a hover. [m/s]"""
 _RINGING_S = 20.0
 """After a step the power of an identified response may ring for tens of seconds. [s]"""
 
@@ -115,6 +120,7 @@ def _identify_shaped(
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
         refusals += _power_refusals(record)
         cuts += cut_manoeuvres(record)
+    _refuse_impossible_mass(steady, mass_kg)
     power = identify_power(
         steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
     )
@@ -177,6 +183,7 @@ def _identify_unreferenced(
         powers.append(manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg))
         refusals += _power_refusals(record)
     means = at_mean_load(powers)
+    _refuse_impossible_mass(means, mass_kg)
     if mass_kg is None:
         power = identify_manoeuvre_power(means, tuple(refusals))
     else:
@@ -278,6 +285,25 @@ def _loads(records: Sequence[FlightRecord]) -> Loads | None:
     if not samples.size:
         return None
     return Loads(avionics_w=0.0, ground_idle_w=round(max(float(samples.mean()), 0.0), 3))
+
+
+def _refuse_impossible_mass(steady: Sequence[MeasuredPower], mass_kg: float | None) -> None:
+    """Raise IdentificationError for a mass that nothing lifts on the power of the hovers."""
+    hovers_w = [
+        one.power_w
+        for one in steady
+        if one.airspeed_m_s < _HOVERS_M_S and abs(one.climb_rate_m_s) < _LEVEL_M_S
+    ]
+    if mass_kg is None or not hovers_w:
+        return
+    hover_w = float(np.median(hovers_w))
+    if hover_w < _LEAST_W_KG * mass_kg:
+        msg = (
+            f"{quantity.mass(mass_kg)} cannot hover on {quantity.power(hover_w)}, "
+            f"{quantity.power(hover_w / mass_kg)} for each kilogram: no multicopter hovers on less "
+            f"than {quantity.power(_LEAST_W_KG)}; correct --mass or --payload"
+        )
+        raise IdentificationError(msg)
 
 
 def _flown_mass_kg(settings: IdentificationSettings) -> float | None:

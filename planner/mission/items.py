@@ -51,6 +51,8 @@ class VehicleEvidence(Value):
     """``False`` where a multicopter's mission may look the same."""
     reason: str
     """What proves it, as after "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
+    is_weak: bool = False
+    """Whether ground stations write the same for multicopters: a take-off pitch alone."""
 
 
 class MissionItem(Value, kw_only=False):

@@ -108,13 +108,17 @@ def _fixed_wing_evidence(items: Sequence[MissionItem]) -> VehicleEvidence | None
             reasons.append(f"item {number} takes off with a pitch of {item.param1:g}°")
             break
     starts = [n for n, command in enumerate(commands, start=1) if command == Command.DO_LAND_START]
-    if starts and Command.NAV_LAND in commands[starts[0] :]:
+    approaches = bool(starts) and Command.NAV_LAND in commands[starts[0] :]
+    if approaches:
         reasons.append(f"item {starts[0]} is DO_LAND_START before a NAV_LAND")
     is_certain = len(reasons) == 2
     if not reasons or (not is_certain and _comes_down_upright(items)):
         return None
     return VehicleEvidence(
-        kind=VehicleKind.FIXED_WING, is_certain=is_certain, reason=" and ".join(reasons)
+        kind=VehicleKind.FIXED_WING,
+        is_certain=is_certain,
+        reason=" and ".join(reasons),
+        is_weak=not approaches,
     )
 
 

@@ -84,6 +84,7 @@ _BATTERY_KEYS = (
     "reserve_wh",
     "hover_left_s",
     "below_reserve_probability",
+    "empty_probability",
 )
 _RETURN_KEYS = (
     "tightest_item",
@@ -92,6 +93,7 @@ _RETURN_KEYS = (
     "time_home_s",
     "destination",
     "below_reserve_probability",
+    "empty_probability",
 )
 _POINT_KEYS = ("item", "time_s", "along_m", "leg_m", "latitude_deg", "longitude_deg")
 

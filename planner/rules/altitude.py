@@ -13,7 +13,6 @@ from planner.mission.commands import (
     Command,
     is_destination,
 )
-from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import AMSL_SUSPECT
 from planner.rules.declaration import judges
 
@@ -33,9 +32,6 @@ _REFERENCES: Mapping[int, str] = {
 _ON_THE_GROUND = frozenset(
     {Command.NAV_TAKEOFF, Command.NAV_LAND, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND}
 )
-_IN_THE_AIR = frozenset(
-    {StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT}
-)
 _HIGH_M = 500.0
 """No mission above home is meant to be so high without it being looked at. [m]"""
 _UNUSUAL_M = 150.0
@@ -46,42 +42,6 @@ _TELLING_HOME_M = 30.0
 """Where home is lower, both references are nearly one. [m AMSL]"""
 _GIVEN_APART_M = 3.0
 _GRID_APART_M = 10.0
-_LEVEL_WITHIN_M = 1.0
-"""Nearer to home's height, rounding may be meant. [m]"""
-
-BELOW_TERRAIN = Rule(
-    "A102 below-terrain",
-    Severity.ERROR,
-    summary="The flight meets the ground, or passes nearer to it than --clearance.",
-    why="Waypoints above the ground do not keep the leg between them above a ridge; height above "
-    "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
-    how="Height of the predicted flight minus the ground of --terrain, in steps of half a cell along "
-    "the whole flight without take-off and landing; fires below --clearance, which is 0 m by default.  "
-    "Without --terrain the ground is level with home, and places more than 1 m below it fire.  Legs "
-    "that follow terrain on ArduPilot are not judged.",
-    fix="fly higher there, or add a waypoint before the ridge",
-    instead="--terrain, --home-amsl or --clearance",
-)
-
-
-@judges(BELOW_TERRAIN)
-def _below_level_ground(a: Assessment) -> Iterator[Finding]:
-    """Without a terrain grid the ground is level with home."""
-    low = [
-        stage
-        for stage in a.route.stages
-        if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
-    ]
-    if a.setup.terrain is None and low:
-        lowest = min(low, key=lambda stage: stage.height_m)
-        more = "" if len(low) == 1 else f"; {len(low)} places are below it"
-        yield a.finding(
-            BELOW_TERRAIN,
-            f"{quantity.height(-lowest.height_m)} below the ground, assumed level with home{more}",
-            item=lowest.item,
-            fix="correct the altitude, or give --terrain where the ground falls away",
-        )
-
 
 MIXED_FRAMES = Rule(
     "A101 mixed-frames",

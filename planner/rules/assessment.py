@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from planner.flight.reach import situations
 from planner.quantity import mean_of
 from planner.values import Value
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, Totals
     from planner.flight.prediction import Flight, ItemArrival
+    from planner.flight.reach import Situations
     from planner.flight.returns.path import Returns
     from planner.flight.returns.tightest import ReturnPlan
     from planner.mission.items import Mission
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.resolve import FlightParameters
 
 
-class Assessment(Value, eq=False):
+class Assessment(Value, eq=False, dict=True):
     """One mission, flown by one vehicle on one day, as predicted."""
 
     mission: Mission
@@ -50,6 +53,11 @@ class Assessment(Value, eq=False):
     """The returns from every point of the flight."""
     findings: tuple[Finding, ...]
     """What the mission's file and the prediction had to assume."""
+
+    @cached_property
+    def reach(self) -> Situations:
+        """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
+        return situations(self.returns)
 
     @property
     def vehicle(self) -> VehicleModel:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,15 +13,8 @@ from planner.flight.failsafe import RETURNS, WARNS, ardupilot_events, battery_pr
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
-from planner.rules.declaration import (
-    ARDUPILOT,
-    BUDGET,
-    DISCHARGE,
-    PACK,
-    PARAMETERS,
-    NotEvaluated,
-    judges,
-)
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.rules.declaration import BUDGET, EXTREMES, PACK, PARAMETERS, NotEvaluated, judges
 from planner.rules.energy import place_along
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
@@ -29,16 +23,24 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.findings import Finding
-    from planner.flight.budget import BatteryBudget, Discharge
+    from planner.flight.budget import BatteryBudget
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
+    from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
-    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _MOST_RALLY_PLACES = 200
 _MOST_HOVER_THRUST = 0.7
 """Fraction of the thrust above which a hover leaves too little for control. [-]"""
+_REFUSES = -1
+"""Stands for what arming does: a refusal is no warning."""
+_NO_LEAN_THRUST = 0.8
+"""Fraction of the thrust from which on a hover leaves ArduPilot no lean: its
+AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX. [-]"""
+_SINKING_THRUST = math.cos(math.radians(30.0))
+"""Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
+defaults, sinks. [-]"""
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -61,7 +63,8 @@ FAILSAFE_BEFORE_END = Rule(
     "COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and "
     "BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and "
     "BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the "
-    "vehicle returns or lands, information where it only warns; not checked in the last landing.",
+    "vehicle returns or lands, information where it only warns; not checked in the last landing, nor "
+    "where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -92,24 +95,32 @@ def _failsafe_before_end(
 
 def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterator[NotEvaluated]:
     """Yield the thresholds of a parameter file that the battery says too little for."""
-    if isinstance(parameters, Px4Parameters):
+    if isinstance(parameters, Px4Parameters) or not parameters.measures_battery:
         return
-    for name, quantity_name, is_known, shown in (
-        ("BATT_LOW_VOLT", "battery_low_v", profile.loaded_v is not None, _volts),
-        ("BATT_CRT_VOLT", "battery_critical_v", profile.loaded_v is not None, _volts),
-        ("BATT_ARM_VOLT", "arm_battery_min_v", profile.rest_v is not None, _volts),
-        ("BATT_LOW_MAH", "battery_low_ah", profile.used_ah is not None, _milliampere_hours),
-        ("BATT_CRT_MAH", "battery_critical_ah", profile.used_ah is not None, _milliampere_hours),
+    at_rest = parameters.battery_voltage_source == 1
+    voltage_v = profile.rest_v if at_rest else profile.loaded_v
+    low, critical = parameters.battery_low_action, parameters.battery_critical_action
+    for name, quantity_name, known, shown, action in (
+        ("BATT_LOW_VOLT", "battery_low_v", voltage_v, _volts, low),
+        ("BATT_CRT_VOLT", "battery_critical_v", voltage_v, _volts, critical),
+        ("BATT_ARM_VOLT", "arm_battery_min_v", profile.rest_v, _volts, _REFUSES),
+        ("BATT_LOW_MAH", "battery_low_ah", profile.used_ah, _milliampere_hours, low),
+        ("BATT_CRT_MAH", "battery_critical_ah", profile.used_ah, _milliampere_hours, critical),
     ):
         threshold = getattr(parameters, quantity_name)
         origin = parameters.origins.get(quantity_name)
-        if is_known or threshold <= 0.0 or origin is None or origin.kind is not OriginKind.FILE:
+        is_given = origin is not None and origin.kind is OriginKind.FILE
+        if known is not None or threshold <= 0.0 or not is_given or not action:
             continue
+        is_loaded = name.endswith("_VOLT") and action != _REFUSES and not at_rest
         yield NotEvaluated(
             rule=ARMING_REFUSED if name == "BATT_ARM_VOLT" else FAILSAFE_BEFORE_END,
             asked_by=f"{name} of {shown(threshold)}",
-            needs="the battery's charge and voltage, such as --battery 5.2Ah@14.8V, or its cells in "
-            "the vehicle model",
+            needs=(
+                "the battery's open-circuit voltage and resistance, in the vehicle model"
+                if is_loaded
+                else "the battery's charge and voltage, such as --battery 5.2Ah@14.8V"
+            ),
         )
 
 
@@ -157,6 +168,8 @@ ARMING_REFUSED = Rule(
 def _arming_refused(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
+    if not parameters.measures_battery:
+        return
     profile = _profile(a, pack)
     if isinstance(parameters, Px4Parameters):
         least, name = parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
@@ -248,35 +261,59 @@ def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding
 HOVER_THROTTLE_HIGH = Rule(
     "E116 hover-throttle-high",
     Severity.WARNING,
-    summary="Late in the flight the vehicle needs most of its thrust to hover.",
+    summary="The vehicle needs most of its thrust to hover.",
     why="A vehicle that hovers at three quarters of its throttle has little left to climb or to stay "
     "upright with, less still as the battery sags: 77 % at the take-off nearly lost one (ArduPilot "
-    "#5244).",
-    how="MOT_THST_HOVER, where the parameter file or the model gives it, times the mass with payload "
-    "over that without, times (V_full / V)² for the lowest voltage under load at the end of a segment; "
-    "fires above 0.7.  Needs the battery's curve; PX4 has no hover throttle that is known beforehand.",
-    fix="carry less, fly a shorter mission, or use a battery that sags less",
+    "#5244).  From 80 % on ArduPilot leaves it no lean angle but its least "
+    "(AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX); from 87 % on, 1/cos 30° below all, it sinks where "
+    "it leans by 30°.",
+    how="MOT_THST_HOVER or MPC_THR_HOVER, where the parameter file or the model gives it, times the "
+    "mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
+    "over the air at the highest point of the flight, if that is thinner; late in the flight also "
+    "times (V_full / V)² for the lowest voltage under load at the end of a segment, where the "
+    "battery's curve is known.  A warning above 0.7; an error from 0.8 on with a full battery, from "
+    "0.87 on late in the flight.",
+    fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
 
 
-@judges(HOVER_THROTTLE_HIGH, needs=(ARDUPILOT, PACK, DISCHARGE))
+@judges(HOVER_THROTTLE_HIGH, needs=(PARAMETERS, EXTREMES))
 def _hover_throttle_high(
-    a: Assessment, parameters: ArduPilotParameters, pack: Battery, discharge: Discharge
+    a: Assessment, parameters: FlightParameters, _extremes: Extremes
 ) -> Iterator[Finding]:
     origin = parameters.origins.get("hover_throttle")
-    if origin is None or origin.kind is OriginKind.DEFAULT or pack.ocv_v is None:
+    if origin is None or origin.kind is OriginKind.DEFAULT:
         return  # the default is of no vehicle in particular
-    heavier = 1.0
-    if a.vehicle.mass_kg and a.flight.power.mass_kg:
-        heavier = a.flight.power.mass_kg / a.vehicle.mass_kg
-    lowest = int(np.argmin(discharge.voltage_v))
-    voltage_v = float(discharge.voltage_v[lowest])
-    thrust = parameters.hover_throttle * heavier * (pack.ocv_v[-1] / voltage_v) ** 2
-    if thrust > _MOST_HOVER_THRUST:
+    full = parameters.hover_throttle * _times_heavier(a) * _times_thinner(a)
+    late, lowest = full, None
+    voltage = "with a full battery"
+    if a.discharge is not None and a.pack is not None and a.pack.ocv_v is not None:
+        lowest = int(np.argmin(a.discharge.voltage_v))
+        voltage_v = float(a.discharge.voltage_v[lowest])
+        late = full * (a.pack.ocv_v[-1] / voltage_v) ** 2
+        voltage = f"at {quantity.decimals(voltage_v, 1)} V, {quantity.percent(full)} when full"
+    if max(full, late) > _MOST_HOVER_THRUST:
+        cannot = full >= _NO_LEAN_THRUST or late >= _SINKING_THRUST
         yield a.finding(
             HOVER_THROTTLE_HIGH,
-            f"hovering takes {quantity.percent(thrust)} of the thrust at "
-            f"{quantity.decimals(voltage_v, 1)} V, {quantity.percent(parameters.hover_throttle)} when full",
-            item=a.item_of(lowest),
+            f"hovering takes {quantity.percent(late)} of the thrust {voltage}"
+            + (": it cannot hold its height and place" if cannot else ""),
+            severity=Severity.ERROR if cannot else None,
+            item=None if lowest is None else a.item_of(lowest),
         )
+
+
+def _times_heavier(a: Assessment) -> float:
+    """Return the mass that flies over that of the model. [-]"""
+    if not a.vehicle.mass_kg or not a.flight.power.mass_kg:
+        return 1.0
+    return a.flight.power.mass_kg / a.vehicle.mass_kg
+
+
+def _times_thinner(a: Assessment) -> float:
+    """Return the air the hover throttle may be known in over the thinnest of the flight, 1 at least. [-]"""
+    limit = a.vehicle.valid_for.air_density_kg_m3
+    known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
+    thinnest = a.flight.power.air_density_kg_m3(float(a.reach.height_m.max()))
+    return max(known_kg_m3 / float(thinnest), 1.0)

@@ -225,27 +225,6 @@ def _speed_clamped(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding
     yield from remarks.findings()
 
 
-WIND_LIMIT = Rule(
-    "W104 wind-limit",
-    Severity.WARNING,
-    summary="The wind is above the limit set on the vehicle.",
-    why="PX4 warns or returns in flight where its wind estimate exceeds COM_WIND_MAX (PX4 #19578).",
-    how="--wind against COM_WIND_MAX, where that is positive.",
-    fix="wait for less wind, or raise the limit if the vehicle can take it",
-)
-
-
-@judges(WIND_LIMIT, needs=(PX4,))
-def _wind_limit(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    limit_m_s, wind_m_s = parameters.wind_max_m_s, a.setup.wind.speed_m_s
-    if 0.0 < limit_m_s < wind_m_s:
-        yield a.finding(
-            WIND_LIMIT,
-            f"wind of {quantity.beside(wind_m_s, limit_m_s, quantity.speed)}; COM_WIND_MAX is "
-            f"{quantity.speed(limit_m_s)}",
-        )
-
-
 TOO_MANY_ITEMS = Rule(
     "M126 too-many-items",
     Severity.ERROR,
@@ -279,7 +258,7 @@ def _too_many_items(a: Assessment, target: Target) -> Iterator[Finding]:
 
 
 TERRAIN_OFF = Rule(
-    "A117 terrain-off",
+    "A118 terrain-off",
     Severity.ERROR,
     summary="The mission counts heights from terrain, and the vehicle's terrain data are off.",
     why="ArduPilot does not start an item above terrain without terrain data: it reports 'Terrain data "

@@ -213,8 +213,8 @@ RTL_PATH_CROSSES = Rule(
     "fence in the middle of another emergency.",
     how="The straight line from every place of the flight to where the vehicle itself would return "
     "(home, a rally point or the mission's landing): the triangle between each piece of the path and "
-    "the target, so that no place is left out.  The return a mission flies itself is part of its path: "
-    "F101.",
+    "the target, so that no place is left out; within --position-error of the fence it crosses, as "
+    "the flight does (F102).  The return a mission flies itself is part of its path: F101.",
     fix="add a rally point with a clear return, or move the waypoint",
     instead="a rally point with a clear return",
 )
@@ -434,13 +434,16 @@ def _returns(flown: FencedFlight, barriers: list[Barrier], crossing: set[int]) -
     """
     target = flown.return_ends_m
     judged = ~np.isin(flown.group, list(crossing))
-    # That home or a rally point itself is outside is reported once, not for each return there.
-    outside = flown.is_end_judged & ~flown.area.is_inside(*target.T)
-    judged &= ~(outside[:-1] | outside[1:])
     # The mission's own return is checked as its path already.
     judged &= ~np.isin(flown.path.item, _own_returns(flown.assessment))
     for barrier in barriers:
-        legs = _legs_cut_off(flown, barrier, target, judged & flown.is_on(barrier))
+        # A path or a place of return that is too near itself is reported once, not for each return.
+        too_near = flown.is_end_judged & (
+            barrier.signed_distance_m(target) < flown.position_error_m
+        )
+        free = judged & flown.is_on(barrier) & ~(too_near[:-1] | too_near[1:])
+        free &= ~flown.is_path_near(barrier)
+        legs = _legs_cut_off(flown, barrier, target, free)
         if len(legs):
             yield _cut_off(flown, barrier, target, legs)
             return
@@ -454,10 +457,12 @@ def _legs_cut_off(
     if not len(chosen):
         return chosen
     _, group = np.unique(flown.group[chosen], return_inverse=True)
-    chosen = chosen[_triangles(flown, target_m, chosen, group).near(barrier, 0.0)[group]]
+    margin_m = flown.position_error_m
+    chosen = chosen[_triangles(flown, target_m, chosen, group).near(barrier, margin_m)[group]]
     if not len(chosen):
         return chosen
-    return chosen[_triangles(flown, target_m, chosen, np.arange(len(chosen))).near(barrier, 0.0)]
+    own = _triangles(flown, target_m, chosen, np.arange(len(chosen)))
+    return chosen[own.near(barrier, margin_m)]
 
 
 def _triangles(
@@ -477,14 +482,22 @@ def _cut_off(
     first = legs[flown.group[legs] == flown.group[legs[0]]]
     ends = np.unique(np.concatenate((first, first + 1)))
     ways = straight_legs(flown.points_m[ends], target_m[ends])
-    point = ends[int(np.argmin(barrier.leg_clearance(ways).clearance_m))]
+    clearance_m = barrier.leg_clearance(ways).clearance_m
+    point = ends[int(np.argmin(clearance_m))]
+    least_m = float(clearance_m.min())
+    passes = (
+        f"crosses {barrier.label}"
+        if least_m < 0.0
+        else f"passes {barrier.label} at {quantity.decimals(least_m, 1)} m; the position may be wrong by "
+        f"{quantity.decimals(flown.position_error_m, 1)} m"
+    )
     items = len(np.unique(flown.path.item[legs]))
     start, end = flown.points_m[point], target_m[point]
     others = f", and from {quantity.count(items - 1, 'more item')}" if items > 1 else ""
     goal = destination_name(int(flown.destination[point]))
     return flown.assessment.finding(
         RTL_PATH_CROSSES,
-        f"straight return {goal} from here crosses {barrier.label}{others}",
+        f"straight return {goal} from here {passes}{others}",
         item=int(flown.path.item[first[0]]),
         stretch=flown.stretch(start, end, float(np.hypot(*(end - start)))),
     )

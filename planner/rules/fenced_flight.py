@@ -63,6 +63,11 @@ class FencedFlight(Value, eq=False, dict=True):
     margin_m: float
     """Distance to keep from the fence, whatever the speed. [m]"""
 
+    @property
+    def position_error_m(self) -> float:
+        """How far the vehicle may be from where it takes itself to be. [m]"""
+        return self.assessment.setup.position_error_m
+
     @cached_property
     def points_m(self) -> FloatArray:
         """East and north of the points of the path. (n + 1, 2) [m]"""
@@ -143,6 +148,14 @@ class FencedFlight(Value, eq=False, dict=True):
         on = schedule.limits if barrier is self.around_home else schedule.areas
         flown: BoolArray = on[self._stage[:-1]]
         return flown
+
+    def is_path_near(self, barrier: Barrier) -> BoolArray:
+        """Return whether each leg passes a barrier within the position error. (n,)"""
+        near = np.zeros(len(self.group), dtype=bool)
+        legs = self.legs_near(barrier)
+        if len(legs):
+            near[legs] = barrier.leg_clearance(self.legs(legs)).clearance_m < self.position_error_m
+        return near
 
     def legs(self, chosen: IntArray) -> PathLegs:
         """Return some legs of the path."""

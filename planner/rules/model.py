@@ -13,6 +13,8 @@ from planner.findings import Rule, Severity
 from planner.flight.budget import hover_power_w
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
+from planner.flight.prediction import QUADRATURE_WEIGHTS
+from planner.flight.reach import SituationKind
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -40,6 +42,12 @@ _OVERSHOOT = 0.03
 _STRONG_WIND = 0.6
 """Wind over the highest identified speed from which on not to count it is an error: out and back at
 10 m/s took 7 % more energy in 5 m/s of wind and 22 % more in 8 m/s. [-]"""
+_MEASURED_SPEED = np.array([0.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0]) / 15.0
+_MEASURED_W = np.array([353.0, 331.0, 307.0, 298.0, 322.0, 370.0, 482.0])
+"""Power of the recorded survey quadrotor over the fraction of its highest airspeed, 15 m/s. [-], [W]"""
+_BREEZE = 0.15
+"""Airspeed over the highest identified one that is only a warning: at most 1.15³ = 1.52 times the power,
+where all of it goes into drag; known or not known makes no difference. [-]"""
 _FAR = 2.0
 """A climb or descent so many times as fast as any identified is an error. [-]"""
 _DENSITY_SLACK = 0.02
@@ -59,13 +67,15 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     Severity.WARNING,
     summary="The flight leaves the range in which the model was identified.",
     why="A model is no evidence of flight it was not identified on.  A longer climb consists of "
-    "manoeuvres inside the range and is only marked; a speed beyond the range does not and is an "
-    "error, as is a climb or descent twice as fast as any.  In a model without an airspeed term, wind "
-    "makes the airspeed an error from 1.6 times the identified speed on.",
+    "manoeuvres inside the range and is only marked; a commanded speed beyond the range does not and "
+    "is an error, as is a climb or descent twice as fast as any.  Wind that makes the airspeed more "
+    "than 1.15 times the highest identified one is an error too: drag then takes up to 1.52 times the "
+    "power.",
     how="Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "
-    "density of the predicted flight against [valid_for] and the identified steps of the vehicle "
-    "model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured higher "
-    "up, or in other air, is only noted.",
+    "density of the predicted flight, of holds at any point of it (in the mean wind and two standard "
+    "deviations) and of the returns from there against [valid_for] and the identified steps of the "
+    "vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
+    "higher up, or in other air, is only noted.",
     fix="keep the mission inside the identified range, or record a flight beyond it and run mavjoule "
     "identify",
     instead="a model identified there with --vehicle",
@@ -189,50 +199,60 @@ def _heights(a: Assessment) -> Iterator[Finding]:
 @judges(MODEL_OUTSIDE_ENVELOPE, needs=(EXTREMES,))
 def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     # Speeds that the mission itself commands are those of ``_commanded_speeds``.
-    limit = a.vehicle.valid_for.speed_m_s
+    limit, wind = a.vehicle.valid_for.speed_m_s, a.setup.wind
     if limit is None:
         return
+    reach = a.reach
     identified = f"the model was identified up to {quantity.speed(limit.high)}"
-    over = (1.0 + _OVERSHOOT) * limit.high
-    ground, air = extremes.ground_speed_m_s, extremes.airspeed_m_s
+    over_m_s = (1.0 + _OVERSHOOT) * limit.high
+    fastest = extremes.ground_speed_m_s
     # A response of reference steps overshoots within the flights it was identified on.
-    if ground.value > over and a.autopilot is not Autopilot.STEP:
-        if not any((_commanded_m_s(a, stage) or 0.0) > limit.high for stage in a.route.stages):
-            yield a.finding(
-                MODEL_OUTSIDE_ENVELOPE,
-                f"{quantity.speed(ground.value)} flown; {identified}: time and energy are unreliable",
-                severity=Severity.ERROR,
-                item=a.item_of(ground.segment),
-            )
-    elif air.value > max(over, ground.value):
-        # Where the airspeed makes no difference nothing is extrapolated: the wind is not counted.
-        is_strong = air.value > (1.0 + _STRONG_WIND) * limit.high
+    is_step = a.autopilot is Autopilot.STEP
+    is_commanded = any((_commanded_m_s(a, one) or 0.0) > limit.high for one in a.route.stages)
+    if fastest.value > over_m_s and not is_step and not is_commanded:
         yield a.finding(
             MODEL_OUTSIDE_ENVELOPE,
-            f"airspeed of up to {quantity.speed(air.value)} against the wind; {identified}",
-            severity=Severity.ERROR if a.vehicle.knows_airspeed or is_strong else None,
-            item=a.item_of(air.segment),
+            f"{quantity.speed(fastest.value)} flown; {identified}: time and energy are unreliable",
+            severity=Severity.ERROR,
+            item=a.item_of(fastest.segment),
+        )
+    # Where it holds its place, gusts have to be withstood.
+    air_m_s = np.where(
+        reach.kind == SituationKind.HOLD, reach.gust_m_s(wind), reach.airspeed_m_s(wind)
+    )
+    row = int(np.argmax(air_m_s))
+    ground_m_s = float(reach.ground_speed_m_s.max()) if is_step else fastest.value
+    if air_m_s[row] > max(over_m_s, ground_m_s):
+        is_far = air_m_s[row] > (1.0 + _BREEZE) * limit.high
+        yield a.finding(
+            MODEL_OUTSIDE_ENVELOPE,
+            f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}; {identified}",
+            severity=Severity.ERROR if is_far else None,
+            item=int(reach.item[row]),
         )
 
 
 @judges(MODEL_OUTSIDE_ENVELOPE, needs=(EXTREMES,))
-def _climb_rates(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
+def _climb_rates(a: Assessment, _extremes: Extremes) -> Iterator[Finding]:
     limit = a.vehicle.valid_for.climb_rate_m_s
     if limit is None:
         return
     widest = max(abs(limit.low), abs(limit.high))
-    for extreme, beyond, edge in (
-        (extremes.climb_m_s, extremes.climb_m_s.value - limit.high, limit.high),
-        (extremes.descent_m_s, limit.low - extremes.descent_m_s.value, min(limit.low, 0.0)),
+    reach = a.reach
+    for rate_m_s, beyond_m_s, edge_m_s in (
+        (reach.climb_m_s, reach.climb_m_s - limit.high, limit.high),
+        (reach.climb_m_s, limit.low - reach.climb_m_s, min(limit.low, 0.0)),
     ):
-        if beyond > _OVERSHOOT * widest:
-            is_far = abs(extreme.value) > _FAR * (abs(edge) or widest)
+        row = int(np.argmax(beyond_m_s))
+        if beyond_m_s[row] > _OVERSHOOT * widest:
+            is_far = abs(rate_m_s[row]) > _FAR * (abs(edge_m_s) or widest)
             yield a.finding(
                 MODEL_OUTSIDE_ENVELOPE,
-                f"climb rate of {quantity.speed(extreme.value)} flown; the model was identified from "
-                f"{quantity.decimals(limit.low, 1)} to {quantity.speed(limit.high)}",
+                f"climb rate of {quantity.speed(float(rate_m_s[row]))} flown {reach.where(row)}; the "
+                f"model was identified from {quantity.decimals(limit.low, 1)} to "
+                f"{quantity.speed(limit.high)}",
                 severity=Severity.ERROR if is_far else None,
-                item=a.item_of(extreme.segment),
+                item=int(reach.item[row]),
             )
 
 
@@ -366,12 +386,66 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
     # A temperature that is not counted is reported already.
     limit_thinner = _THINNER if a.setup.temperature_c is None else _MUCH_THINNER
     if not vehicle.knows_air_density and thinner > limit_thinner:
+        costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
             f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
-            "density term",
-            severity=Severity.ERROR if thinner > _MUCH_THINNER else None,
+            f"density term{costs}",
+            severity=Severity.ERROR if is_short or thinner > _MUCH_THINNER else None,
         )
+
+
+def _uncounted(a: Assessment) -> tuple[str, bool]:
+    """Return what wind and thin air that the model does not count may take, and whether it is too much."""
+    battery, plan = a.battery, a.return_plan
+    if battery is None:
+        return "", False  # without a battery nothing is a go: E100
+    more = _power_in_wind(a)
+    flown = a.reach.kind == SituationKind.MISSION
+    flown_wh = float(
+        wh_from_j(
+            (a.flight.node_power_w * more[flown].reshape(a.flight.node_power_w.shape))
+            @ QUADRATURE_WEIGHTS
+            @ a.flight.motion.piece_duration_s
+        )
+    )
+    margins_wh = [(battery.margin_wh, flown_wh)]
+    returning = a.reach.kind == SituationKind.RETURN
+    if plan is not None and plan.margin_wh is not None and returning.any():
+        back_wh = plan.energy_home_wh * float(more[returning].max())
+        margins_wh.append((plan.margin_wh, flown_wh + back_wh))
+    short = min(margins_wh, key=lambda one: one[0] - one[1])
+    text = f"; it may take {quantity.energy(short[1])} more"
+    if short[0] >= short[1]:
+        return text, False
+    return f"{text} than the {quantity.energy(max(short[0], 0.0))} above the reserve allow", True
+
+
+def _power_in_wind(a: Assessment) -> FloatArray:
+    """Return the power that situations may take over that predicted, less 1, at least 0. (n,) [-]
+
+    As that of the quadrotor it was measured on grows from the ground speed to the airspeed, both over the
+    highest identified speed; in thin air with 1 / √density, as the induced power does.
+    """
+    vehicle, reach, wind = a.vehicle, a.reach, a.setup.wind
+    more = np.ones(len(reach.item))
+    limit = vehicle.valid_for.speed_m_s
+    if not vehicle.knows_airspeed and limit is not None and limit.high > 0.0:
+        in_wind, calm = (
+            _measured_w(speed_m_s / limit.high)
+            for speed_m_s in (reach.airspeed_m_s(wind), reach.ground_speed_m_s)
+        )
+        more = np.maximum(in_wind / calm, 1.0)
+    if not vehicle.knows_air_density:
+        density = a.flight.power.air_density_kg_m3(reach.height_m)
+        more = more * np.sqrt(np.maximum(SEA_LEVEL_DENSITY_KG_M3 / density, 1.0))
+    return np.asarray(more - 1.0)
+
+
+def _measured_w(speed: FloatArray) -> FloatArray:
+    """Return the power of that quadrotor at fractions of its highest airspeed; as drag beyond. (n,) [W]"""
+    within_w = np.interp(speed, _MEASURED_SPEED, _MEASURED_W)
+    return np.asarray(within_w * np.maximum(speed, 1.0) ** 3)
 
 
 def _times_heavier(a: Assessment) -> float:
@@ -395,10 +469,12 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
     if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
         limit = vehicle.valid_for.speed_m_s
         is_strong = limit is not None and wind.speed_m_s > _STRONG_WIND * limit.high
+        costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
-            f"wind of {quantity.speed(wind.speed_m_s)} not counted: this model has no airspeed term",
-            severity=Severity.ERROR if is_strong else None,
+            f"wind of {quantity.speed(wind.speed_m_s)} not counted: this model has no airspeed term"
+            f"{costs}",
+            severity=Severity.ERROR if is_strong or is_short else None,
         )
     if (payload_kg > 0.0 or sd_of(given.payload_kg) > 0.0) and not vehicle.knows_mass:
         yield a.finding(
@@ -453,7 +529,8 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
             slowest = (total_s, str(given.origins[name]), limit_m_s, float(np.max(flown_m_s)))
     hover_w, in_all_s = hover_power_w(a.flight.power), float(np.sum(longer_s))
     added_wh = wh_from_j(hover_w * in_all_s)
-    left_wh = math.inf if a.battery is None else a.battery.margin_wh - added_wh
+    had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
+    left_wh = had_wh - added_wh
     plan, (name, slower) = a.return_plan, _slower_return(a, given)
     if plan is not None and plan.margin_wh is not None and plan.tightest is not None:
         before_s = float(np.sum(longer_s[columns.end_s <= plan.tightest.time_s]))
@@ -472,7 +549,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         f"{quantity.speed(fastest_m_s)}: {quantity.duration(in_all_s)} and "
         f"{quantity.energy(added_wh)} more than predicted"
         + (f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)),
-        severity=Severity.ERROR if left_wh < 0.0 else None,
+        severity=Severity.ERROR if left_wh < 0.0 <= had_wh else None,
         fix="use a vehicle model that this autopilot flies",
     )
 
@@ -605,27 +682,3 @@ def _autopilot_differs(a: Assessment) -> Iterator[Finding]:
             f"predicted as {a.autopilot.label} flies; the file was written for {written_for.label}"
         )
     yield a.finding(AUTOPILOT_DIFFERS, message)
-
-
-WIND_BEYOND_MODEL = Rule(
-    "W103 wind-beyond-model",
-    Severity.ERROR,
-    summary="The wind is at least as fast as the vehicle's highest recorded speed.",
-    why="A vehicle blown along faster than it can fly does not come back (ArduPilot #859).  A "
-    "step-response model flies every leg as commanded, whatever the wind.",
-    how="Wind speed at or above the highest speed of the model's [valid_for], in a step-response "
-    "model; with an autopilot the lean angle decides (W101).",
-    fix="wait for less wind, or identify the vehicle at higher speeds",
-    instead="--wind",
-)
-
-
-@judges(WIND_BEYOND_MODEL)
-def _wind_beyond_model(a: Assessment) -> Iterator[Finding]:
-    limit, wind_m_s = a.vehicle.valid_for.speed_m_s, a.setup.wind.speed_m_s
-    if a.autopilot is Autopilot.STEP and limit is not None and wind_m_s >= limit.high:
-        yield a.finding(
-            WIND_BEYOND_MODEL,
-            f"wind of {quantity.speed(wind_m_s)}; the model was identified up to "
-            f"{quantity.speed(limit.high)}: no headway is certain",
-        )

@@ -13,7 +13,6 @@ from planner.rules.declaration import (
     PARAMETERS,
     PROFILE,
     TARGET,
-    TERRAIN,
     Check,
     LedgerEntry,
     Need,
@@ -33,12 +32,13 @@ if TYPE_CHECKING:
 SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "energy": (),
     "model": (),
+    "wind": (),
     "structure": (),
     "altitude": (),
     "fence": (FENCE,),
     "feasibility": (TARGET,),
     "failsafe": (PARAMETERS, BUDGET),
-    "terrain": (TERRAIN,),
+    "terrain": (),
     "site": (PROFILE,),
 }
 """The modules with rules, each with what all of them need: it is imported only where that is there."""

@@ -36,8 +36,9 @@ STOP_BUFFER = Rule(
     "fence ended in a crash (ArduPilot #1971).",
     how="At every place of the flight, straight on in the direction of motion: speed × reaction time "
     "+ the model's stopping distance from that speed + reaction time × tailwind; and within the "
-    "position error (or ArduPilot's FENCE_MARGIN) of all of that.  A warning where this is not free; "
-    "an error where a stop begun at once ends beyond the fence.  --reaction-time is 1 s by default (an "
+    "position error (or ArduPilot's FENCE_MARGIN) of all of that.  An error where the path itself is "
+    "within the position error of the fence, or a stop begun at once ends beyond it; a warning where "
+    "only the rest is not free.  --reaction-time is 1 s by default (an "
     "autopilot's own check takes some tenths of it, a hand on the switch all of it), --position-error "
     "2.5 m (half of the fixes of a common single-frequency receiver are nearer).  Places where the "
     "vehicle is braking already count at the beginning and the end of the braking.",
@@ -60,9 +61,8 @@ def stop_buffer(
     crossing : set of int
         Groups of legs that are outside themselves: they have findings already.
     """
-    narrowest: _Narrow | None = None
+    found: list[tuple[Severity, _Narrow]] = []
     items: set[int] = set()
-    severity = Severity.WARNING
     at_once_m: FloatArray | None = None
     for barrier in barriers:
         legs = flown.legs_near(barrier)
@@ -74,14 +74,18 @@ def stop_buffer(
             continue
         items.update(flown.path.item[legs].tolist())
         narrow = _narrowest(flown, barrier, legs)
-        if narrowest is None or narrow.clearance_m < narrowest.clearance_m:
-            narrowest = narrow
         if at_once_m is None:
             at_once_m = flown.ahead_m(flown.room.stopping_distance_m(flown.path.speed_m_s))
-        if _areas(flown, legs, at_once_m).near(barrier, 0.0).any():
-            severity = Severity.ERROR
-    if narrowest is not None:
-        yield _finding(flown, narrowest, items, severity)
+        is_beyond = (
+            narrow.path_m < flown.position_error_m
+            or _areas(flown, legs, at_once_m).near(barrier, 0.0).any()
+        )
+        found.append((Severity.ERROR if is_beyond else Severity.WARNING, narrow))
+    if found:
+        severity, worst = min(
+            found, key=lambda one: (one[0] is not Severity.ERROR, one[1].clearance_m)
+        )
+        yield _finding(flown, worst, items, severity)
 
 
 class _Narrow(NamedTuple):
@@ -110,9 +114,10 @@ def _narrowest(flown: FencedFlight, barrier: Barrier, legs: IntArray) -> _Narrow
     point_row = _first_of_the_least(ahead_m)
     point = int(points[point_row])
     away_m = float(barrier.signed_distance_m(flown.points_m[[point]])[0])
-    path_m = float(beside.clearance_m[row])
+    path_m = float(beside.clearance_m.min())
     # Where the way to a stop begins too near to the fence, the way flown there is to be mended.
-    if path_m <= stop_m + _ALIKE_M or away_m < flown.margin_m:
+    is_near = path_m < flown.position_error_m or away_m < flown.margin_m
+    if is_near or path_m <= stop_m + _ALIKE_M:
         return _Narrow(
             clearance_m=min(path_m, stop_m),
             leg=leg,

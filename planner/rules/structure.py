@@ -232,7 +232,7 @@ def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
 
 VALUE_NOT_SET = Rule(
     "M112 value-not-set",
-    Severity.WARNING,
+    Severity.ERROR,
     summary="ArduPilot refuses an item with a parameter that is not a number.",
     why="QGroundControl sends null as NaN.  PX4 reads it as 'not specified', ArduPilot refuses the "
     "item and with it the upload.",

@@ -1,8 +1,8 @@
-"""Rules on the ground of a terrain grid: under the whole flight, and under every return."""
+"""Rules on the ground: under the whole flight, under every return, and where it lands."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,45 +14,89 @@ from planner.flight.returns.destination import HOME
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
-from planner.rules.altitude import BELOW_TERRAIN
-from planner.rules.declaration import ARDUPILOT, TERRAIN, judges
+from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
+from planner.rules.declaration import ARDUPILOT, TERRAIN, NotEvaluated, judges
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+    from planner.flight.path import FlightLines, FlownPath
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
 
-_MOST_SAMPLES = 500_000
+    Found = Finding | NotEvaluated
+
+_IN_THE_AIR = frozenset(
+    {StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT}
+)
+_LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
+_LEVEL_WITHIN_M = 1.0
+"""Nearer to home's height, rounding may be meant. [m]"""
+_STRAIGHT_M = 1000.0
+"""Lines so long are straight in degrees too, to 2 cm at 47°. [m]"""
 _MOST_RETURNS = 2_000
 _RETURN_SPACING_M = 100.0
-"""Returns begin no farther apart, unless the flight is longer than 200 km. [m]"""
+"""Returns begin no farther apart, nor than a cell, unless there would be more than can be judged. [m]"""
+_MOST_CELLS = 500_000
+"""Cells that returns pass over, at most: beyond, they begin farther apart."""
 _MOST_ALONG = 50
-"""So many where they lead along the mission, whose legs are judged as they are flown."""
+"""So many returns where they lead along the mission, whose legs are judged as they are flown."""
 _OVER_TERRAIN = 1
 """RTL_ALT_TYPE for heights above terrain."""
-_AIRBORNE = [
-    STATE_INDEX[state]
-    for state in FlightState
-    if state not in {FlightState.TAKEOFF, FlightState.LAND}
-]
+_STEEP_DEG, _TOO_STEEP_DEG = 10.0, 20.0
+"""Slopes to warn of, and to refuse, at a landing. [°]"""
+_NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
+_ALIKE_M = 0.01
+"""Places that differ by less are as low as each other: the first is named. [m]"""
+_ROUNDING_M = 1e-4
+"""Heights of grids are of single precision. [m]"""
+
+BELOW_TERRAIN = Rule(
+    "A102 below-terrain",
+    Severity.ERROR,
+    summary="The flight meets the ground, or passes nearer to it than --clearance.",
+    why="Waypoints above the ground do not keep the leg between them above a ridge; height above "
+    "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
+    how="Height of the predicted flight minus the ground of --terrain along the whole flight without "
+    "take-off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so "
+    "that no ridge falls between two samples; fires below --clearance, 5 m by default (heights above "
+    "home and grids err by some metres each).  Legs that follow terrain on ArduPilot are judged by "
+    "their height above it.  Without --terrain the ground is level with home, and places more than 1 m "
+    "below it fire.",
+    fix="fly higher there, or add a waypoint before the ridge",
+    instead="--terrain, --home-amsl or --clearance",
+)
 
 
-class _Way(NamedTuple):
-    """A flight as samples in the order they are flown, take-off and landing left out."""
-
-    height_m: FloatArray
-    """Above home. [m]"""
-    clearance_m: FloatArray
-    """Above the ground, NaN where that is unknown. [m]"""
-    step_m: FloatArray
-    """Way from the sample before; 0 where that is left out. [m]"""
-    time_s: FloatArray
-    """Since the start of the flight. [s]"""
-    item: IntArray
-    follows_terrain: BoolArray
+@judges(BELOW_TERRAIN)
+def _without_terrain(a: Assessment) -> Iterator[Found]:
+    """Without a terrain grid the ground is level with home, and heights above it mean nothing."""
+    for assumed in a.findings:
+        if assumed.code == TERRAIN_ASSUMED_LEVEL.code:
+            yield NotEvaluated(
+                rule=BELOW_TERRAIN,
+                asked_by="an altitude above terrain",
+                needs=TERRAIN.what if a.setup.terrain is None else "the ground there: --terrain",
+                item=assumed.item,
+            )
+            break
+    low = [
+        stage
+        for stage in a.route.stages
+        if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
+    ]
+    if a.setup.terrain is None and low:
+        lowest = min(low, key=lambda stage: stage.height_m)
+        more = "" if len(low) == 1 else f"; {len(low)} places are below it"
+        yield a.finding(
+            BELOW_TERRAIN,
+            f"{quantity.height(-lowest.height_m)} below the ground, assumed level with home{more}",
+            item=lowest.item,
+            fix="correct the altitude, or give --terrain where the ground falls away",
+        )
 
 
 RETURN_BELOW_TERRAIN = Rule(
@@ -61,10 +105,11 @@ RETURN_BELOW_TERRAIN = Rule(
     summary="The vehicle's own return would meet the ground.",
     why="The height of a return counts from home and ignores hills: vehicles flew into them "
     "(QGroundControl #5524, ArduPilot #12170, PX4 #20003).",
-    how="From places along the flight to where the vehicle itself would return (home, a rally point "
-    "or along the mission), at the height of its return: PX4 the higher of its own and RTL_RETURN_ALT "
-    "over that place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT, in its "
-    "cone; against --terrain plus --clearance.  Not checked where RTL_ALT_TYPE follows terrain.",
+    how="From places along the flight, 100 m or a cell apart, to where the vehicle itself would return "
+    "(home, a rally point or along the mission), at the height of its return: PX4 the higher of its own "
+    "and RTL_RETURN_ALT over that place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and "
+    "RTL_ALT, in its cone; against --terrain plus --clearance, judged as A102.  Not checked where "
+    "RTL_ALT_TYPE follows terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )
@@ -80,82 +125,123 @@ GROUND_CLEARANCE = Rule(
 )
 
 
+class _Clearance(Value, eq=False):
+    """Height above the ground along lines, in parts in which it is a parabola."""
+
+    line: IntArray
+    """Line each part is of, rising. (k,)"""
+    start: FloatArray
+    """Where on its line each part begins and ends, 0 to 1. (k,)"""
+    end: FloatArray
+    length_m: FloatArray
+    """Over ground. (k,) [m]"""
+    at_m: FloatArray
+    """At the beginning, the middle and the end; NaN where the ground is not known. (k, 3) [m]"""
+
+    @property
+    def is_known(self) -> BoolArray:
+        """(k,)"""
+        return ~np.asarray(np.isnan(self.at_m).any(axis=1))
+
+    def extremes_m(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the least and the greatest of each part, and where on the line the least is. (k,)"""
+        first, middle, last = self.at_m.T
+        bend = 2.0 * (first - 2.0 * middle + last)
+        slope = last - first - bend
+        turns = np.abs(bend) > _ROUNDING_M
+        top = np.clip(-slope / np.where(turns, 2.0 * bend, 1.0), 0.0, 1.0)
+        top = np.where(turns, top, 0.0)
+        values = np.stack((first, first + top * (slope + top * bend), last))
+        place = np.stack((np.zeros(len(top)), top, np.ones(len(top))))
+        lowest = values.argmin(axis=0)[None]
+        where = np.take_along_axis(place, lowest, axis=0)[0]
+        return (
+            np.take_along_axis(values, lowest, axis=0)[0],
+            values.max(axis=0),
+            self.start + where * (self.end - self.start),
+        )
+
+    def length_below_m(self, limit_m: float) -> FloatArray:
+        """Return the length of each part that is below a height; 0 where that is not known. (k,)"""
+        first, middle, last = self.at_m.T - limit_m
+        bend = 2.0 * (first - 2.0 * middle + last)
+        slope = last - first - bend
+        turns = np.abs(bend) > _ROUNDING_M
+        root = np.sqrt(np.maximum(slope**2 - 4.0 * bend * first, 0.0))
+        twice = np.where(turns, 2.0 * bend, 1.0)
+        straight = -first / np.where(slope != 0.0, slope, 1.0)
+        cuts = np.sort(
+            [
+                np.zeros(len(bend)),
+                np.clip(np.where(turns, (-slope - root) / twice, straight), 0.0, 1.0),
+                np.clip(np.where(turns, (-slope + root) / twice, straight), 0.0, 1.0),
+                np.ones(len(bend)),
+            ],
+            axis=0,
+        )
+        middles = 0.5 * (cuts[1:] + cuts[:-1])
+        below = first + middles * (slope + middles * bend) < 0.0
+        share: FloatArray = (np.diff(cuts, axis=0) * below).sum(axis=0)
+        return share * self.length_m
+
+
+def _clearance(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> _Clearance:
+    """Return the height above the ground along lines no longer than what is straight."""
+    ends = np.stack((lines.start_m, lines.end_m), axis=1)
+    ground = terrain.under(*a.route.frame.latitude_longitude_deg(ends[..., 0], ends[..., 1]))
+    along = np.stack((ground.start, 0.5 * (ground.start + ground.end), ground.end), axis=1)
+    low, high = ends[ground.line, :, 2].T[..., None]
+    height_m = low + along * (high - low)
+    return _Clearance(
+        line=ground.line,
+        start=ground.start,
+        end=ground.end,
+        length_m=lines.length_m[ground.line] * (ground.end - ground.start),
+        at_m=height_m - (ground.ground_amsl_m - a.route.home_amsl_m),
+    )
+
+
 @judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, NO_TERRAIN_DATA, needs=(TERRAIN,))
-def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
-    way = _sampled(a, terrain)
-    if way is None:
+def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
+    from planner.flight.path import flown_lines, flown_path
+
+    motion = a.flight.motion
+    cell_m = min(tile.cell_m for tile in terrain.tiles)
+    # Places to return from are among the points of the path.
+    longest_m = max(
+        min(_RETURN_SPACING_M, cell_m), float(motion.segments.distance_m.sum()) / _MOST_RETURNS
+    )
+    path = flown_path(motion, straight_m=min(longest_m, _STRAIGHT_M), with_heights=True)
+    legs = np.flatnonzero(~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE))
+    if not len(legs):
         return
-    unknown = np.isnan(way.clearance_m)
-    if unknown.any():
-        whole = unknown.all()
-        some = "the whole flight" if whole else quantity.distance(float(way.step_m[unknown].sum()))
+    clearance = _clearance(a, terrain, flown_lines(path, legs))
+    item = path.item[legs[clearance.line]]
+    is_known = clearance.is_known
+    if not is_known.all():
+        whole = not is_known.any()
+        outside = quantity.distance(float(clearance.length_m[~is_known].sum()))
         yield a.finding(
             NO_TERRAIN_DATA,
-            f"{some} outside the terrain grid: clearance not checked{'' if whole else ' there'}",
-            item=int(way.item[unknown.argmax()]),
+            f"{'the whole flight' if whole else outside} outside the terrain grid: clearance not "
+            f"checked{'' if whole else ' there'}",
+            item=int(item[is_known.argmin()]),
             severity=Severity.WARNING,
             fix="give --terrain the grids of the whole mission",
         )
         if whole:
             return
-    yield from _too_low(a, way)
-    lowest, highest = int(np.nanargmin(way.clearance_m)), int(np.nanargmax(way.clearance_m))
-    item = int(way.item[lowest])
+    least_m, greatest_m, _ = clearance.extremes_m()
+    yield from _too_low(a, clearance, np.where(is_known, least_m, np.inf), item)
+    yield from _follows_too_low(a)
+    lowest, highest = int(np.nanargmin(least_m)), int(np.nanargmax(greatest_m))
     yield a.finding(
         GROUND_CLEARANCE,
-        f"{quantity.height(float(way.clearance_m[lowest]))} (item {item}) to "
-        f"{quantity.height(float(way.clearance_m[highest]))} (item {int(way.item[highest])}) above the "
-        "ground",
-        item=item,
+        f"{quantity.height(float(least_m[lowest]))} (item {int(item[lowest])}) to "
+        f"{quantity.height(float(greatest_m[highest]))} (item {int(item[highest])}) above the ground",
+        item=int(item[lowest]),
     )
-    yield from _returns(a, way, terrain)
-
-
-def _sampled(a: Assessment, terrain: TerrainGrid) -> _Way | None:
-    """Return the flight in steps of half a cell or less; ``None`` where nothing is in the air."""
-    motion = a.flight.motion
-    spacing_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
-    states = motion.segments.state[motion.piece_segment]
-    pieces = np.flatnonzero(np.isin(states, _AIRBORNE) & (motion.piece_duration_s > 0.0))
-    if not len(pieces):
-        return None
-    ends = np.linspace(0.0, 1.0, 5) * motion.piece_duration_s[pieces, None]
-    speed_m_s = motion.state_at(pieces[:, None], ends).ground_speed_m_s.max(axis=1)
-    length_m = speed_m_s * motion.piece_duration_s[pieces]
-    spacing_m = max(spacing_m, float(length_m.sum()) / _MOST_SAMPLES)
-    count = np.ceil(length_m / spacing_m).astype(np.intp) + 2
-    piece = np.repeat(pieces, count)
-    fraction = _counted_up(count) / (np.repeat(count, count) - 1)
-    state = motion.state_at(piece, fraction * motion.piece_duration_s[piece])
-    step_m = np.zeros(len(piece))
-    step_m[1:] = np.hypot(np.diff(state.east_m), np.diff(state.north_m))
-    step_m[1:][np.diff(piece) > 1] = 0.0
-    item = motion.segments.item[motion.piece_segment[piece]]
-    frames = np.array([one.frame for one in a.mission.items])
-    return _Way(
-        height_m=state.height_m,
-        clearance_m=state.height_m - _ground_m(a, terrain, state.east_m, state.north_m),
-        step_m=step_m,
-        time_s=motion.piece_start_s()[piece] + fraction * motion.piece_duration_s[piece],
-        item=item,
-        follows_terrain=np.isin(frames[item - 1], list(TERRAIN_FRAMES))
-        & (a.autopilot is Autopilot.ARDUPILOT),
-    )
-
-
-def _counted_up(count: IntArray) -> IntArray:
-    """Return 0 to ``n - 1`` for each ``n`` of some counts, one after the other."""
-    numbered: IntArray = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    return numbered
-
-
-def _ground_m(
-    a: Assessment, terrain: TerrainGrid, east_m: FloatArray, north_m: FloatArray
-) -> FloatArray:
-    """Return the height of the ground above home, NaN where the grid does not have it. [m]"""
-    heights = terrain.height_amsl_m(*a.route.frame.latitude_longitude_deg(east_m, north_m))
-    ground_m: FloatArray = heights.filled(np.nan) - a.route.home_amsl_m
-    return ground_m
+    yield from _returns(a, terrain, path, legs, cell_m)
 
 
 def _above(clearance_m: float) -> str:
@@ -163,65 +249,139 @@ def _above(clearance_m: float) -> str:
     return f"{quantity.height(abs(clearance_m))} {side} the ground"
 
 
-def _too_low(a: Assessment, way: _Way) -> Iterator[Finding]:
+def _asked(a: Assessment, clearance_m: float) -> str:
+    """Return what was asked for, where the ground itself is not met."""
+    asked = quantity.height(a.setup.clearance_m)
+    return "" if clearance_m < 0.0 else f" (--clearance {asked})"
+
+
+def _too_low(
+    a: Assessment, clearance: _Clearance, least_m: FloatArray, item: IntArray
+) -> Iterator[Finding]:
     """Yield a finding where the flight is below the ground, or nearer to it than asked for."""
-    low = (way.clearance_m < a.setup.clearance_m) & ~way.follows_terrain
+    follows = np.array([_follows_terrain(a, number) for number in range(len(a.mission.items) + 1)])
+    limit_m = a.setup.clearance_m - _ROUNDING_M
+    low = (least_m < limit_m) & ~follows[item]
     if not low.any():
         return
-    worst = int(np.where(low, way.clearance_m, np.inf).argmin())
-    item, lowest_m = int(way.item[worst]), float(way.clearance_m[worst])
-    to_go_m = float(way.step_m[worst + 1 :][way.item[worst + 1 :] == item].sum())
+    lowest_m = float(least_m[low].min())
+    worst = int((low & (least_m < lowest_m + _ALIKE_M)).argmax())
+    to_go_m = float(clearance.length_m[worst + 1 :][item[worst + 1 :] == item[worst]].sum())
     before = f", {quantity.distance(to_go_m)} before its end" if to_go_m >= 1.0 else ""
-    asked = "" if lowest_m < 0.0 else f" (--clearance {quantity.height(a.setup.clearance_m)})"
+    low_m = float(clearance.length_below_m(limit_m)[low].sum())
+    whole = f"; {quantity.distance(low_m)} of the path too low" if low_m >= 1.0 else ""
     yield a.finding(
         BELOW_TERRAIN,
-        f"{_above(lowest_m)}{asked}{before}; {quantity.distance(float(way.step_m[low].sum()))} of the "
-        "path too low",
-        item=item,
+        f"{_above(lowest_m)}{_asked(a, lowest_m)}{before}{whole}",
+        item=int(item[worst]),
     )
 
 
-def _returns(a: Assessment, way: _Way, terrain: TerrainGrid) -> Iterator[Finding]:
+def _follows_terrain(a: Assessment, number: int) -> bool:
+    """Return whether ArduPilot follows the ground to an item, from 1."""
+    is_item = a.autopilot is Autopilot.ARDUPILOT and number > 0
+    return is_item and a.mission.items[number - 1].frame in TERRAIN_FRAMES
+
+
+def _follows_too_low(a: Assessment) -> Iterator[Finding]:
+    """Yield a finding where ArduPilot follows the ground nearer to it than asked for."""
+    for stage in a.route.stages:
+        if stage.kind not in _IN_THE_AIR or not _follows_terrain(a, stage.item):
+            continue
+        height_m = a.mission.items[stage.item - 1].altitude_m or 0.0
+        if 0.0 != height_m < a.setup.clearance_m:  # at 0 ArduPilot keeps its height
+            yield a.finding(
+                BELOW_TERRAIN,
+                f"follows the ground {_above(height_m)}{_asked(a, height_m)}",
+                item=stage.item,
+            )
+            return
+
+
+def _returns(
+    a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray, cell_m: float
+) -> Iterator[Finding]:
     """Yield a finding where a return of the vehicle meets the ground."""
+    from planner.flight.path import return_lines
+
     ardupilot, returns = ARDUPILOT.of(a), a.returns
     if ardupilot is not None and ardupilot.return_altitude_type == _OVER_TERRAIN:
         return
-    along_m = np.cumsum(way.step_m)
-    most = _MOST_ALONG if returns.destinations.along else _MOST_RETURNS
-    spacing_m = max(_RETURN_SPACING_M, float(along_m[-1]) / most)
-    # One place for each spacing along the way, the last of each item besides.
-    first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
-    first |= np.diff(way.item, append=0) != 0
     # The mission's own return is judged as it is flown.
     own = [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]
-    begun = np.flatnonzero(first & ~np.isin(way.item, own))
-    if not len(begun):
+    legs = legs[~np.isin(path.item[legs], own)]
+    if not len(legs):
         return
-    points = returns.points(*returns.at(way.time_s[begun]))
+    along_m = np.cumsum(path.length_m[legs])
+    most = _MOST_ALONG if returns.destinations.along else _MOST_RETURNS
+    spacing_m = max(min(_RETURN_SPACING_M, cell_m), float(along_m[-1]) / most)
+    # One place for each spacing along the way, the last of each item besides.
+    first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
+    first |= np.diff(path.item[legs], append=0) != 0
+    begun = legs[first]
+    points = returns.points(*returns.at(path.time_s[begun + 1]))
     chosen = returns.chosen(points)
     # From where it stops to over where it lands; the landing itself is not judged.
-    paths = [corners[1:-1] for corners in returns.corners_m(points, chosen)]
-    start_m = np.concatenate([path[:-1] for path in paths])
-    leg_m = np.concatenate([np.diff(path, axis=0) for path in paths])
-    owner = np.repeat(np.arange(len(paths)), [len(path) - 1 for path in paths])
-    length_m = np.hypot(leg_m[:, 0], leg_m[:, 1])
-    cell_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
-    cell_m = max(cell_m, float(length_m.sum()) / _MOST_SAMPLES)
-    count = np.ceil(length_m / cell_m).astype(np.intp) + 1
-    leg = np.repeat(np.arange(len(count)), count)
-    place_m = start_m[leg] + (_counted_up(count) / count[leg])[:, None] * leg_m[leg]
-    ground_m = _ground_m(a, terrain, place_m[:, 0], place_m[:, 1])
-    clearance_m = np.where(np.isnan(ground_m), np.inf, place_m[:, 2] - ground_m)
-    worst = int(clearance_m.argmin())
-    lowest_m = float(clearance_m[worst])
-    if lowest_m >= a.setup.clearance_m:
+    corners = [own[1:-1] for own in returns.corners_m(points, chosen)]
+    lines = return_lines(corners)
+    every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS)))
+    if every > 1:
+        kept = np.arange(0, len(begun), every)
+        begun, chosen, corners = begun[kept], chosen[kept], [corners[row] for row in kept]
+        lines = return_lines(corners)
+    lines = lines.cut(_STRAIGHT_M)
+    clearance = _clearance(a, terrain, lines)
+    least_m, _, where = clearance.extremes_m()
+    least_m = np.where(clearance.is_known, least_m, np.inf)
+    worst = int(least_m.argmin())
+    lowest_m = float(least_m[worst])
+    if lowest_m >= a.setup.clearance_m - _ROUNDING_M:
         return
-    begin = int(owner[leg[worst]])
-    to_go_m = float(np.hypot(*(paths[begin][-1, :2] - place_m[worst, :2])))
+    line = int(clearance.line[worst])
+    begin = int(lines.owner[line])
+    place_m = lines.start_m[line] + where[worst] * (lines.end_m[line] - lines.start_m[line])
+    to_go_m = float(np.hypot(*(corners[begin][-1, :2] - place_m[:2])))
     yield a.finding(
         RETURN_BELOW_TERRAIN,
-        f"a return from here, {quantity.height(float(place_m[worst, 2]))} above home, is "
-        f"{_above(lowest_m)} {quantity.distance(to_go_m)} from "
+        f"a return from here, {quantity.height(float(place_m[2]))} above home, is "
+        f"{_above(lowest_m)}{_asked(a, lowest_m)}, {quantity.distance(to_go_m)} from "
         f"{'home' if chosen[begin] == HOME else 'its landing'}",
-        item=int(way.item[begun[begin]]),
+        item=int(path.item[begun[begin]]),
     )
+
+
+LANDING_SLOPE = Rule(
+    "A117 landing-slope",
+    Severity.ERROR,
+    summary="The ground slopes where the mission lands.",
+    why="A multicopter that sets down on a slope slides, or tips and strikes the ground with its "
+    "rotors: the motors stop only when the autopilot takes it to have landed.",
+    how="The steepest slope of --terrain within half a cell of each landing and of the end of a return.  "
+    "An error above 20°: feet slide from there on (the friction of plastic on wet grass is about 0.35); "
+    "a warning above 10°, the most that handbooks of helicopters allow.",
+    fix="land on flatter ground, or give a finer grid where the place itself is flat",
+    instead="--terrain with a finer grid",
+)
+
+
+@judges(LANDING_SLOPE, needs=(TERRAIN,))
+def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
+    landings = [stage for stage in a.route.stages if stage.kind in _LANDS]
+    if not landings:
+        return
+    half_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
+    around = half_m * np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+    place_m = np.array([(stage.east_m, stage.north_m) for stage in landings])[:, None] + around
+    places = a.route.frame.latitude_longitude_deg(place_m[..., 0], place_m[..., 1])
+    height_m = terrain.height_amsl_m(*places).filled(np.nan)
+    rise = np.nan_to_num(np.abs(height_m[:, 1:] - height_m[:, :1]) / half_m)
+    slope_deg = np.degrees(np.arctan(np.hypot(rise[:, :2].max(axis=1), rise[:, 2:].max(axis=1))))
+    worst = int(slope_deg.argmax())
+    steepest_deg = float(slope_deg[worst])
+    if steepest_deg > _STEEP_DEG:
+        yield a.finding(
+            LANDING_SLOPE,
+            f"lands on ground that slopes by {quantity.decimals(steepest_deg, 0)}°",
+            item=landings[worst].item,
+            severity=None if steepest_deg > _TOO_STEEP_DEG else Severity.WARNING,
+        )

@@ -17,7 +17,13 @@ from planner.flight.budget import (
     item_arrivals,
     predict_discharge,
 )
-from planner.flight.pilot import NOISE_ASSUMED, fence_parameters_of, flight_parameters, make_pilot
+from planner.flight.pilot import (
+    NOISE_ASSUMED,
+    continues_after_land,
+    fence_parameters_of,
+    flight_parameters,
+    make_pilot,
+)
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.returns.destination import make_destinations, with_own_return
 from planner.flight.returns.path import make_returns
@@ -209,6 +215,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             home_amsl_m=setup.home_amsl_m,
             terrain=setup.terrain,
             firings=firings,
+            continues_after_land=continues_after_land(fence_parameters),
         )
         if setup.speed_m_s is None:
             return route
@@ -253,7 +260,7 @@ def assess(prepared: Preparation) -> Assessment:
     route = with_own_return(prepared.route, destinations)
     pilot = make_pilot(setup, prepared.parameters)
     flight = predict_flight(route, setup, pilot)
-    pack = setup.battery or vehicle.battery
+    pack = setup.flown_pack.battery
     if pack is not None:
         pack = pack.aged(
             health=setup.battery_health, resistance_factor=setup.battery_resistance_factor

@@ -75,7 +75,7 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
             autopilot,
             version[:2],
             given=given,
-            battery=request.setup.battery or model.battery,
+            battery=request.setup.flown_pack.battery,
             system=request.system,
             authoriser=request.authoriser,
         ),

@@ -24,6 +24,7 @@ from planner.mission.parts import (
     resumption,
     split_points,
 )
+from planner.rules.energy import RESERVE_AT_RISK
 from planner.service.preflight import check_mission
 from planner.setup import Setup
 from planner.values import Value, replace
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     """Where a part begins and ends; ``None``: where the mission does."""
 
 
-MENDED = frozenset({"E101", "E102", "E103", "E104", "E119", "M102"})
+MENDED = frozenset({"E101", "E102", "E103", "E104", "E116", "E119", "E124", "M102"})
 """What a shorter flight mends, or the return that ends each part."""
 _MOST_PARTS = 99
 _TRIES = 60
@@ -207,7 +208,7 @@ class PartSearch:
     def _trial(self, start: SplitPoint | None, end: SplitPoint | None) -> _Trial:
         if (start, end) not in self._tried:
             result = self._check(start, end)
-            failing = [one for one in result.findings if one.severity >= result.setup.fail_on]
+            failing = _failing(result)
             margins_wh = [
                 one.margin_wh
                 for one in (result.battery, result.return_plan)
@@ -215,7 +216,7 @@ class PartSearch:
             ]
             self._tried[start, end] = _Trial(
                 fits=not any(one.code in MENDED for one in failing),
-                goes=result.verdict == "go",
+                goes=not failing,
                 margin_wh=min(margins_wh, default=None),
             )
         return self._tried[start, end]
@@ -241,7 +242,7 @@ class PartSearch:
         elif start is not None and end is None:
             step = start.step
         number = self._flown.numbers[step]
-        failing = [one for one in result.findings if one.severity >= result.setup.fail_on]
+        failing = _failing(result)
         others = [one for one in failing if one.code not in MENDED]
         why = "".join(f": {one.code} {one.message}" for one in others[:1])
         if battery is not None and not others:
@@ -250,6 +251,8 @@ class PartSearch:
                 f": with the way there and home it takes {quantity.energy(totals.energy_wh)}, the "
                 f"battery has {quantity.energy(left_wh)} above the reserve"
             )
+            if [one.code for one in failing] == [RESERVE_AT_RISK.code]:
+                why = f": {failing[0].message}"
         helps = "a larger battery, a smaller reserve, another speed (mavjoule speed), or a home nearer to it"
         if self._flown.stage(step).hold_s > totals.time_s / 2.0:
             helps = "a shorter hold there, a larger battery, or a smaller reserve"
@@ -257,6 +260,15 @@ class PartSearch:
             f"{self._flown.mission.source}: cannot be split: not even the shortest flight to "
             f"item {number} is a go{why}; what would help is {helps}"
         )
+
+
+def _failing(result: CheckResult) -> list[Finding]:
+    """Return what a part must not have: whatever makes it a no-go, and more than --risk."""
+    return [
+        one
+        for one in result.findings
+        if one.severity >= result.setup.fail_on or one.code == RESERVE_AT_RISK.code
+    ]
 
 
 class SplitPart(Value):

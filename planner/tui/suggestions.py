@@ -11,7 +11,7 @@ from planner.errors import MavjouleError
 from planner.findings import Severity
 from planner.quantity import exact, mean_of
 from planner.report.text import headline
-from planner.service.preflight import CheckResult
+from planner.service.preflight import CheckResult, UnreadableMission
 from planner.setup import battery_text
 from planner.tui.checked import check_again, check_inputs
 from planner.tui.rows import MARKS
@@ -131,12 +131,11 @@ def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
 
 
 def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
-    """Yield the least battery of the same voltage that goes; its weight is the pilot's to add."""
-    pack = None if result.assessment is None else result.assessment.pack
-    if pack is None or pack.ocv_v is not None or pack.health is not None:
+    """Yield the least battery of the same voltage that goes, carried and lifted as the check has it."""
+    battery = result.setup.battery
+    if battery is None or battery.ocv_v is not None or result.setup.battery_health is not None:
         return  # a label does not say the curve, and would promise too much
     now = result
-    battery: Battery | None = pack
     for _ in range(_MOST_TRIES):
         battery = None if battery is None else _enlarged(battery, now)
         if battery is None:
@@ -144,13 +143,23 @@ def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestio
         change = {"battery": battery_text(battery)}
         tried = check_again(checked, change)
         if tried.verdict == "go":
-            text = f"battery {change['battery']}, no heavier"
+            text = f"battery {change['battery']}, {_weight(tried)}"
             outcome = headline(tried)
             yield Suggestion(text=text, changes=(*change.items(),), is_go=True, outcome=outcome)
             return
         if not isinstance(tried, CheckResult):
             return
         now = tried
+
+
+def _weight(tried: CheckResult | UnreadableMission) -> str:
+    """Return whether the weight of a battery is counted, in words."""
+    if not isinstance(tried, CheckResult):
+        return ""
+    vehicle, added_kg = tried.setup.vehicle, tried.setup.flown_pack.added_kg
+    if vehicle.battery is None or not vehicle.knows_mass:
+        return "its weight not counted"
+    return f"{quantity.mass(added_kg)} heavier" if added_kg else "no heavier than the model's own"
 
 
 def _enlarged(battery: Battery, result: CheckResult) -> Battery | None:

@@ -148,10 +148,11 @@ class Battery(Part):
     @property
     def energy_wh(self) -> float:
         """Energy of the full battery [Wh]."""
-        return self._new_energy_wh * (self.health or 1.0)
+        return self.new_energy_wh * (self.health or 1.0)
 
     @property
-    def _new_energy_wh(self) -> float:
+    def new_energy_wh(self) -> float:
+        """Energy of the full battery when it was new [Wh]."""
         if self.capacity_wh is not None:
             return self.capacity_wh
         # the constructor has refused a battery in which these are missing as well
@@ -169,8 +170,16 @@ class Battery(Part):
     def voltage_v(self) -> float | None:
         """Nominal voltage; ``None`` where only the energy is known [V]."""
         if self.nominal_voltage_v is None and self.new_charge_ah is not None:
-            return self._new_energy_wh / self.new_charge_ah
+            return self.new_energy_wh / self.new_charge_ah
         return self.nominal_voltage_v
+
+    @property
+    def new_resistance_ohm(self) -> float | None:
+        """Resistance of the whole battery when it was new, at no temperature in particular. [Ω]"""
+        if self.internal_resistance_ohm is None and self.cell_resistance_ohm is not None:
+            cells = (self.cells_in_series or 1) / (self.cells_in_parallel or 1)
+            return self.cell_resistance_ohm * cells
+        return self.internal_resistance_ohm
 
     def aged(self, *, health: float | None, resistance_factor: float | None) -> "Battery":
         """Return this battery as old as it is today; ``None`` leaves what it says itself.
@@ -188,10 +197,7 @@ class Battery(Part):
 
     def resistance_ohm(self, temperature_c: float) -> float | None:
         """Return the resistance of the whole battery, at its age and temperature; ``None``: unknown. [Ω]"""
-        resistance_ohm = self.internal_resistance_ohm
-        if resistance_ohm is None and self.cell_resistance_ohm is not None:
-            cells = (self.cells_in_series or 1) / (self.cells_in_parallel or 1)
-            resistance_ohm = self.cell_resistance_ohm * cells
+        resistance_ohm = self.new_resistance_ohm
         if resistance_ohm is None:
             return None
         if self.resistance_temperature_c is not None and self.resistance_factor is not None:
@@ -226,9 +232,31 @@ class Chemistry(Part):
     ]
     resistance_temperature_c: Annotated[tuple[float, ...] | None, _RESISTANCE_TEMPERATURE] = None
     resistance_factor: Annotated[tuple[float, ...] | None, _RESISTANCE_FACTOR] = None
+    typical_wh_kg: Annotated[
+        float | None, Key("energy over mass of a usual battery of such cells", "Wh/kg", POSITIVE)
+    ] = None
+    highest_wh_kg: Annotated[
+        float | None, Key("energy over mass of the best battery there is", "Wh/kg", POSITIVE)
+    ] = None
+    sustained_c_rate: Annotated[
+        float | None,
+        Key(
+            "highest mean current over the charge that any battery bears until empty",
+            "1/h",
+            POSITIVE,
+        ),
+    ] = None
+    peak_c_rate: Annotated[
+        float | None,
+        Key("highest current over the charge that any battery bears for seconds", "1/h", POSITIVE),
+    ] = None
 
     def inconsistencies(self) -> Problems:
         """Yield what does not fit together."""
+        limits = ("typical_wh_kg", "highest_wh_kg", "sustained_c_rate", "peak_c_rate")
+        missing = [name for name in limits if getattr(self, name) is None]
+        if 0 < len(missing) < len(limits):
+            yield missing[0], "is missing: the limits of a battery are given together"
         yield from _open_circuit_problems(self, "cell_ocv_v")
         yield from together_problems(self, "resistance_temperature_c", "resistance_factor")
 

@@ -65,7 +65,7 @@ def test_annotations_go_out_and_a_table_is_added_to_the_summary(
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", "summary.md")
     assert main(["check", mission, *TOO_SMALL, "--format", "github"]) == 1
     said = capsys.readouterr()
-    assert said.out.startswith("::error title=mavjoule E10")
+    assert said.out.startswith("::error title=mavjoule E1")
     assert said.err == ""
     summary = Path("summary.md").read_text(encoding="utf-8")
     assert summary.startswith("before\n### mavjoule: 1 mission: 0 GO, 1 NO-GO\n")
@@ -151,7 +151,7 @@ def test_no_baseline_makes_a_battery_suffice(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     main(["check", mission, *TOO_SMALL, "--write-baseline", "known.json"])
-    assert "2 errors of energy left out" in capsys.readouterr().err
+    assert "3 errors of energy left out" in capsys.readouterr().err
     assert main(["check", mission, *TOO_SMALL, "--baseline", "known.json"]) == 1
     out = capsys.readouterr().out
     assert "E101" in out

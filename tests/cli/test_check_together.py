@@ -25,7 +25,7 @@ def neighbour(mission: str) -> str:
 def _checked(
     capsys: pytest.CaptureFixture[str], *arguments: str
 ) -> tuple[int, list[dict[str, Any]]]:
-    code = main(["check", *arguments, "--battery", "500Wh", "--format", "json"])
+    code = main(["check", *arguments, "--battery", "77Wh", "--format", "json"])
     missions: list[dict[str, Any]] = json.loads(capsys.readouterr().out)["missions"]
     return code, missions
 
@@ -78,7 +78,7 @@ def test_what_is_turned_off_counts_neither_here(
     code, missions = _checked(capsys, *near, "--ignore", "S")
     assert (code, [one["verdict"] for one in missions]) == (0, ["go", "go"])
     assert all(len(_told(one, "S101", "suppressed")) == 1 for one in missions)
-    assert main(["check", *near, "--battery", "500Wh", "--write-baseline", "known.json"]) == 1
+    assert main(["check", *near, "--battery", "77Wh", "--write-baseline", "known.json"]) == 1
     capsys.readouterr()
     code, missions = _checked(capsys, *near, "--baseline", "known.json")
     assert (code, [_told(one, "S101") for one in missions]) == (0, [[], []])
@@ -135,7 +135,7 @@ def test_what_makes_no_sense_is_a_usage_error(
 
 def test_the_library_judges_results_together(mission: str, neighbour: str) -> None:
     vehicle = planner.load_vehicle("falkowski-2023-quadrotor")
-    battery = planner.Battery(capacity_wh=500.0)
+    battery = planner.Battery(capacity_wh=77.0)
     results = [
         planner.check(
             planner.read_mission(file),

@@ -79,13 +79,25 @@ def test_a_configuration_ignores_by_file_and_by_item(
     assert main(["check", mission]) == 1
     out = capsys.readouterr().out
     assert "E107" in out
-    assert "T112" in out
+    assert "T112 return" in out
     assert main(["check", "deep/a.waypoints"]) == 1
     out = capsys.readouterr().out
     assert "E107 " not in out
-    assert "T112" not in out
+    assert "T112 return" not in out
     assert "Not reported, as asked: 2 assumptions." in out
     assert main(["check", "deep/b.waypoints"]) == 1
     out = capsys.readouterr().out
     assert "E102" in out, "no file switches an error of energy off"
-    assert "T112" in out, "of another item"
+    assert "T112 return" in out, "of another item"
+
+
+def test_a_mission_without_a_flight_is_never_made_a_go(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = ("0\t1\t0\t16\t0\t0\t0\t0\t50.0\t20.0\t200\t1", "1\t0\t3\t206" + "\t0" * 7 + "\t1")
+    text = "\n".join(("QGC WPL 110", *rows, ""))
+    (tmp_path / "none.waypoints").write_text(text, encoding="utf-8")
+    for codes in ("M", "E,T,M1"):
+        assert main(["check", "none.waypoints", "--ignore", codes]) == 1
+        assert "M108 nothing-to-fly [error]" in capsys.readouterr().out
+    assert main(["check", "none.waypoints", "--select", "T"]) == 1

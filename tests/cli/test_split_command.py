@@ -54,7 +54,7 @@ def test_the_table_says_what_each_part_flies(
 def test_a_mission_no_leg_of_which_fits_ends_in_1_and_writes_nothing(
     across: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["split", across, "--battery", "3Wh"]) == 1
+    assert main(["split", across, "--battery", "7Wh"]) == 1
     said = capsys.readouterr()
     assert said.out == ""
     assert "not even the shortest flight to item 2 is a go" in said.err

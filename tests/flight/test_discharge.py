@@ -26,7 +26,7 @@ from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 if TYPE_CHECKING:
     from planner.findings import Finding
 
-SURVEY = load_vehicle("arducopter-sitl-quad")
+SURVEY = replace(load_vehicle("arducopter-sitl-quad"), battery=None)  # PACK is described whole
 DELIVERY = mission(
     takeoff(60.0),
     waypoint(900.0, 60.0, hold_s=20.0),

@@ -97,6 +97,8 @@ def test_a_quarter_of_a_metre_per_second_squared_is_a_braking(
         north_m=zeros,
         east_m_s=speed_m_s,
         north_m_s=zeros,
+        height_m=zeros,
+        time_s=np.arange(6.0),
         segment=np.zeros(5, np.intp),
         item=np.ones(5, np.intp),
         is_circle=no,

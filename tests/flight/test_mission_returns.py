@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.service.preflight import CheckResult
 
-VEHICLE = planner.load_vehicle("arducopter-sitl-quad")
+VEHICLE = replace(planner.load_vehicle("arducopter-sitl-quad"), battery=None)
 METRES_PER_DEGREE_EAST = 76_057.0
 """Length of a degree of longitude at 47° north: N cos 47° π/180, N = 6 389 700 m."""
 BATTERY = planner.Battery(capacity_wh=1000.0)

@@ -230,16 +230,6 @@ def test_against_the_wind_the_tilt_limit_sets_the_speed(from_deg: float, ground_
     assert [f.code for f in motion.findings] == (["W102"] if ground_m_s < 10.0 else [])
 
 
-def test_wind_beyond_the_tilt_limit_is_said() -> None:
-    motion = fly_px4(
-        (takeoff(30), go(0.0, 300.0)),
-        PX4,
-        wind=Wind(speed_m_s=14.0, from_deg=0.0),
-        airspeed_limit_m_s=12.0,
-    )
-    assert [f.code for f in motion.findings] == ["W101"]
-
-
 @st.composite
 def wide_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     """Missions whose legs are long enough to be flown as they are meant."""

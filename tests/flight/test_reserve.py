@@ -7,10 +7,11 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.service.preflight import check
 from planner.setup import Reserve, settings
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
-SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
+SURVEY_QUAD = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
 FLOWN = mission(takeoff(50), waypoint(500, 50), rtl())
 BATTERY = Battery(capacity_wh=180.0)
 

@@ -93,6 +93,13 @@ def test_a_pitched_takeoff_and_a_landing_approach_together_are_a_fixed_wing() ->
     assert (evidence.kind, evidence.is_certain) == (VehicleKind.FIXED_WING, True)
 
 
+def test_a_take_off_pitch_alone_is_weak_evidence() -> None:
+    alone, approach = tell(PITCHED, WAYPOINT, LAND), tell(TAKEOFF, LAND_START, WAYPOINT, LAND)
+    assert alone is not None
+    assert approach is not None
+    assert (alone.is_weak, approach.is_weak) == (True, False)
+
+
 @pytest.mark.parametrize(
     "items", [(PITCHED, WAYPOINT), (PITCHED, WAYPOINT, LAND), (TAKEOFF, LAND_START, WAYPOINT, LAND)]
 )

@@ -92,6 +92,9 @@ def test_the_installed_command_lists_its_models(installed: Path) -> None:
 
 def test_the_installed_command_checks_a_shipped_mission(installed: Path) -> None:
     mission = installed / "planner" / "_data" / "missions" / "survey-vineyard.plan"
-    [checked] = json.loads(_run(installed, "check", str(mission), "--format", "json"))["missions"]
+    named = ("--vehicle", "falkowski-2023-quadrotor")
+    [checked] = json.loads(_run(installed, "check", str(mission), *named, "--format", "json"))[
+        "missions"
+    ]
     assert checked["verdict"] == "go"
     assert checked["segments"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import ground
+from made_terrain import ground, slope
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
 from planner.site_profile import SiteProfile
@@ -41,8 +41,14 @@ def behind_a_ridge(height_m: float) -> Mission:
 
 OVER_TERRAIN = mission(takeoff(20), item(16, north(200), 30.0, frame=10), rtl())
 
+
+def landing_at(metres: float) -> Mission:
+    """Return a flight that lands so far north, at the height of a slope that rises from home there."""
+    return mission(takeoff(60), waypoint(metres, 60), item(21, north(metres), 0.0))
+
+
 CASES: Mapping[str, RuleCases] = {
-    "A117": RuleCases(
+    "A118": RuleCases(
         fires=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\n"),
         boundary=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\nRNGFND1_TYPE,8\n"),
         silent=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,1\n"),
@@ -55,7 +61,7 @@ CASES: Mapping[str, RuleCases] = {
     "A102": RuleCases(
         fires=lambda: found(at(-1.01)),
         boundary=lambda: found(at(-1.0)),
-        silent=lambda: found(at(-1.01), terrain=ground(-2.0, at_m=200.0)),
+        silent=lambda: found(at(-1.01), terrain=ground(-2.0, at_m=200.0), clearance_m=0.0),
     ),
     "A103": RuleCases(
         fires=lambda: found(at(30.0, frame=1)),
@@ -63,15 +69,16 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: found(at(30.0, frame=6)),
     ),
     "A104": RuleCases(
-        fires=lambda: found(behind_a_ridge(60), PX4, "RTL_RETURN_ALT,80\n", terrain=ground(81.0)),
+        fires=lambda: found(behind_a_ridge(60), PX4, "RTL_RETURN_ALT,80\n", terrain=ground(75.1)),
         boundary=lambda: found(
-            behind_a_ridge(60), PX4, "RTL_RETURN_ALT,80\n", terrain=ground(80.0)
+            behind_a_ridge(60), PX4, "RTL_RETURN_ALT,80\n", terrain=ground(75.0)
         ),
-        silent=lambda: found(behind_a_ridge(60), PX4, "RTL_RETURN_ALT,80\n", terrain=ground(79.0)),
+        silent=lambda: found(behind_a_ridge(60), PX4, "RTL_RETURN_ALT,80\n", terrain=ground(74.9)),
     ),
     "A105": RuleCases(
         fires=lambda: found(at(15.0, frame=0, home_m=None)),
         boundary=lambda: found(at(15.0, frame=0, home_m=0.0)),
+        fires_at_boundary=True,
         silent=lambda: found(at(15.0, frame=3, home_m=None)),
     ),
     "A106": RuleCases(
@@ -130,5 +137,10 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(PLAIN, terrain=LEVEL),
         boundary=lambda: found(PLAIN, terrain=ground(0.0, at_m=-900.0, rows=20)),
         silent=lambda: found(PLAIN),
+    ),
+    "A117": RuleCases(  # up to what single precision makes of it
+        fires=lambda: found(landing_at(100), terrain=slope(20.1)),
+        boundary=lambda: found(landing_at(100), terrain=slope(9.999)),
+        silent=lambda: found(landing_at(100), terrain=slope(5.0)),
     ),
 }

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 STEP, PX4, ARDUPILOT = Autopilot.STEP, Autopilot.PX4, Autopilot.ARDUPILOT
 _NAMES = {STEP: "falkowski-2023-quadrotor", PX4: "px4-sih-quad", ARDUPILOT: "arducopter-sitl-quad"}
-PLENTY = Battery(capacity_wh=5000.0)
+PLENTY = Battery(capacity_wh=170.0)
+"""For more than any of the cases takes, and no heavier than the batteries of the models."""
 PLAIN = mission(takeoff(20), waypoint(100, 20), rtl())
 """20 m up, 100 m north and back: nothing to be reported of."""
 

@@ -88,7 +88,9 @@ def highest_rate() -> float:
 def hover_throttle(share: float) -> tuple[Finding, ...]:
     """Return what is reported where a hover takes such a share of the thrust, whatever the charge."""
     stiff = replace(PACK, ocv_v=(25.1 - 2e-12, 25.1 - 1e-12, 25.1), internal_resistance_ohm=0.0)
-    return found(PLAIN, ARDUPILOT, f"MOT_THST_HOVER,{share!r}\n", battery=stiff)
+    # At sea level the air is no thinner than that the model is known in.
+    given = f"MOT_THST_HOVER,{share!r}\n"
+    return found(PLAIN, ARDUPILOT, given, battery=stiff, home_amsl_m=0.0)
 
 
 def at_speed(speed_m_s: float) -> tuple[Finding, ...]:
@@ -142,6 +144,20 @@ def with_share_of_voltage(share: float) -> tuple[Finding, ...]:
     assert own.voltage_v is not None
     battery = Battery(capacity_ah=100.0, nominal_voltage_v=share * own.voltage_v)
     return found(PLAIN, ARDUPILOT, battery=battery)
+
+
+# One flight of a hundred is 2.3263 standard deviations beyond its prediction.
+ONE_OF_A_HUNDRED = 1.0 + 0.05 * 2.3263478740
+
+
+def labelled(charge_ah: float, voltage_v: float) -> tuple[Finding, ...]:
+    """Return what is reported of a battery given by its label, to a model without one."""
+    return found(PLAIN, battery=Battery(capacity_ah=charge_ah, nominal_voltage_v=voltage_v))
+
+
+def weighing(fraction: float) -> tuple[Finding, ...]:
+    """Return what is reported of a battery that is such a fraction of the model's 3.5 kg at 380 Wh/kg."""
+    return found(PLAIN, ARDUPILOT, battery=Battery(capacity_wh=fraction * 3.5 * 380.0))
 
 
 CASES: Mapping[str, RuleCases] = {
@@ -247,5 +263,22 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(PLAIN, ARDUPILOT, temperature_c=-0.1),
         boundary=lambda: found(PLAIN, ARDUPILOT, temperature_c=0.0),
         silent=lambda: found(PLAIN, ARDUPILOT, temperature_c=-0.1, battery_temperature_c=20.0),
+    ),
+    "E123": RuleCases(
+        fires=lambda: weighing(0.667),
+        boundary=lambda: weighing(2.0 / 3.0 - 1e-9),
+        silent=lambda: weighing(0.666),
+    ),
+    "E124": RuleCases(
+        fires=lambda: of_capacity(ONE_OF_A_HUNDRED - 1e-6),
+        shown=lambda: of_capacity(1.05),
+        boundary=lambda: of_capacity(ONE_OF_A_HUNDRED + 1e-9),
+        silent=lambda: of_capacity(1.12),
+    ),
+    "E125": RuleCases(
+        fires=lambda: labelled(5.2, 14.8),
+        # Four cells of 3.9 V are the highest that is one; 15.7 V are neither four nor five.
+        boundary=lambda: labelled(5.2, 15.7),
+        silent=lambda: found(PLAIN),
     ),
 }

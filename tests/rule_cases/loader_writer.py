@@ -55,7 +55,7 @@ def with_home(home: Home | None) -> tuple[Finding, ...]:
     return as_text(replace(PLAIN, home=home))
 
 
-def parts(*items: MissionItem, capacity_wh: float = 50.0) -> tuple[Finding, ...]:
+def parts(*items: MissionItem, capacity_wh: float = 56.0) -> tuple[Finding, ...]:
     """Return what is reported of the parts of two flights to 1.5 km."""
     flown = (takeoff(40), waypoint(1500, 40), *items)
     battery = Battery(capacity_wh=capacity_wh)

@@ -8,6 +8,7 @@ from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, found, vehicle_
 
 from planner.service.preflight import check_mission
 from planner.setup import Setup
+from planner.values import replace
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
@@ -21,6 +22,12 @@ def _with(*, is_vehicle_named: bool) -> Iterable[Finding]:
     return check_mission(PLAIN, setup).findings
 
 
+def _watched(parameters: str) -> tuple[Finding, ...]:
+    """Return what is reported of a battery of unknown cells under failsafes."""
+    bare = replace(vehicle_of(ARDUPILOT), battery=None)
+    return found(PLAIN, ARDUPILOT, parameters, battery=Battery(capacity_wh=177.0), vehicle=bare)
+
+
 CASES: Mapping[str, RuleCases] = {
     "X903": RuleCases(
         fires=lambda: _with(is_vehicle_named=False),
@@ -29,12 +36,8 @@ CASES: Mapping[str, RuleCases] = {
     ),
     # The threshold in a file is watched; ArduPilot's own default of 10.5 V is no wish of anybody's.
     "X904": RuleCases(
-        fires=lambda: found(
-            PLAIN, ARDUPILOT, "BATT_LOW_VOLT,21\n", battery=Battery(capacity_wh=177.0)
-        ),
+        fires=lambda: _watched("BATT_LOW_VOLT,21\nBATT_FS_LOW_ACT,2\n"),
         silent=lambda: found(PLAIN, ARDUPILOT, "BATT_LOW_VOLT,21\n", battery=None),
-        boundary=lambda: found(
-            PLAIN, ARDUPILOT, "BATT_LOW_VOLT,0\n", battery=Battery(capacity_wh=177.0)
-        ),
+        boundary=lambda: _watched("BATT_LOW_VOLT,0\nBATT_FS_LOW_ACT,2\n"),
     ),
 }

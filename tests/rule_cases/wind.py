@@ -73,6 +73,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: circling(CIRCLE_WIND_M_S),
         silent=lambda: circling(CIRCLE_WIND_M_S - 0.1),
     ),
+    "T114": RuleCases(
+        fires=lambda: found(PLAIN, PX4, "COM_POS_LOW_EPH,2.4\n"),
+        boundary=lambda: found(PLAIN, PX4, "COM_POS_LOW_EPH,2.5\n"),  # --position-error's default
+        silent=lambda: found(PLAIN, PX4, "COM_POS_LOW_EPH,2.6\n"),
+    ),
     "W104": RuleCases(
         fires=lambda: in_wind(8.1, PX4, "COM_WIND_MAX,8\n"),
         boundary=lambda: in_wind(8.0, PX4, "COM_WIND_MAX,8\n"),

@@ -22,7 +22,7 @@ VEHICLE = load_vehicle("falkowski-2023-quadrotor")
 
 
 def of(code: str, one: Mission, *, home_amsl_m: float | None = None) -> list[Finding]:
-    result = check(one, VEHICLE, battery=Battery(capacity_wh=5000.0), home_amsl_m=home_amsl_m)
+    result = check(one, VEHICLE, battery=Battery(capacity_wh=170.0), home_amsl_m=home_amsl_m)
     return [finding for finding in result.findings if finding.code == code]
 
 

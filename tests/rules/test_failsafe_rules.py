@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.service.preflight import CheckResult
 
-SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
+OWN = load_vehicle("arducopter-sitl-quad").battery
+SURVEY_QUAD = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
+"""A label completes from the battery of a model: this one has none."""
 FLOWN = mission(takeoff(50), waypoint(1000, 50), waypoint(0, 50), rtl())
 LABEL = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
 """A label without curve: charge goes as energy does. 177.6 Wh."""
@@ -275,7 +277,7 @@ def test_a_battery_too_empty_to_arm_is_refused() -> None:
 
 
 def test_ardupilot_does_not_arm_below_its_voltage() -> None:
-    own = SURVEY_QUAD.battery
+    own = OWN
     assert own is not None
     # 25.2 V full, 22.597 V at half of the charge, by the model's own curve.
     for volts, refused in ((22.5, False), (22.7, True)):
@@ -336,7 +338,7 @@ def test_a_return_by_a_rule_that_is_not_known_is_told_once(kind: int, told_of: i
 def test_a_hover_that_takes_most_of_the_thrust_is_told(
     throttle: float, charge: float, payload_kg: float, *, fires: bool
 ) -> None:
-    own = SURVEY_QUAD.battery
+    own = OWN
     given = ParameterSet(
         source="made.param",
         values={"MOT_THST_HOVER": ParameterValue(throttle)},
@@ -371,8 +373,20 @@ def test_the_thrust_of_a_hover_grows_with_the_square_of_the_voltage_lost(
     ] * fires
 
 
-def test_a_throttle_nobody_measured_and_a_battery_without_curve_tell_nothing() -> None:
-    assert not told(checked(battery=LABEL, MOT_THST_HOVER=0.9), "E116")
+@pytest.mark.parametrize(
+    ("throttle", "severity"),
+    [(0.69, None), (0.71, Severity.WARNING), (0.79, Severity.WARNING), (0.81, Severity.ERROR)],
+)
+def test_without_a_curve_a_hover_is_judged_with_a_full_battery(
+    throttle: float, severity: Severity | None
+) -> None:
+    found = told(checked(battery=LABEL, MOT_THST_HOVER=throttle), "E116")
+    assert [one.severity for one in found] == [severity] * (severity is not None)
+
+
+def test_a_throttle_nobody_measured_tells_nothing() -> None:
+    bare = replace(SURVEY_QUAD, parameters=())
+    assert not told(check(FLOWN, bare, battery=LABEL, payload_kg=3.0), "E116")
 
 
 def test_px4_averages_its_current_over_50_s() -> None:

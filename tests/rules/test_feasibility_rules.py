@@ -48,7 +48,7 @@ def of(
     result = check(
         one,
         OF[autopilot],
-        battery=Battery(capacity_wh=5000.0),
+        battery=Battery(capacity_wh=170.0),
         parameters=parameters_from_text(parameters.encode(), source="p.param")
         if parameters
         else None,

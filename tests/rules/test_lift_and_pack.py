@@ -16,7 +16,7 @@ QUAD = load_vehicle("arducopter-sitl-quad")
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")
 """Knows neither mass nor density."""
 OUT_AND_BACK = mission(takeoff(30), waypoint(300, 30), rtl())
-PLENTY = Battery(capacity_wh=5000.0)
+PLENTY = Battery(capacity_wh=170.0)
 
 
 def reported(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[Severity, str]]:

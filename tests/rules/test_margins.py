@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.service.preflight import CheckResult
 
-SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
+SURVEY_QUAD = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
 FLOWN = mission(takeoff(50), waypoint(800, 50), waypoint(200, 80), rtl())
 BATTERY = Battery(capacity_wh=180.0)
 
@@ -56,7 +56,7 @@ def test_thinner_air_leaves_less_of_every_margin() -> None:
 
 
 def test_a_worn_battery_leaves_less_of_every_margin() -> None:
-    own = SURVEY_QUAD.battery
+    own = load_vehicle("arducopter-sitl-quad").battery
     assert own is not None
     worn = [
         check(FLOWN, SURVEY_QUAD, battery=replace(own, health=health, resistance_age_factor=age))

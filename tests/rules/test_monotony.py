@@ -12,6 +12,7 @@ from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 from planner.autopilot import Autopilot
 from planner.physics.wind import Wind
 from planner.service.preflight import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")
-SURVEYOR = load_vehicle("arducopter-sitl-quad")
+SURVEYOR = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
 MATRICE = load_vehicle("dji-matrice-100")
 FLOWN = (
     (ARTICLE, Autopilot.STEP),

@@ -36,7 +36,7 @@ def of(
     result = check(
         one,
         COPTER,
-        battery=Battery(capacity_wh=5000.0),
+        battery=Battery(capacity_wh=170.0),
         parameters=given,
         profile=read_profile(path),
     )

@@ -11,13 +11,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import CELL_M, COLUMNS, ROWS, ground
+from fenced_missions import at
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import (
+    HOME,
+    METRES_PER_DEGREE_NORTH,
+    item,
+    mission,
+    north,
+    rtl,
+    takeoff,
+    waypoint,
+)
+from made_terrain import CELL_M, COLUMNS, ROWS, ground, of_heights, slope
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid
+from planner.rules.declaration import Outcome
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -49,7 +63,7 @@ def findings(
         check(
             one,
             OF[autopilot],
-            battery=Battery(capacity_wh=5000.0),
+            battery=Battery(capacity_wh=170.0),
             terrain=terrain,
             clearance_m=clearance_m,
             parameters=given,
@@ -181,7 +195,7 @@ def test_the_least_height_over_waves_is_that_of_the_sampled_flight(
         takeoff(40), waypoint(500, 60), waypoint(800, 30), waypoint(650, 45), item(21, north(0))
     )
     result = check(
-        made, OF[autopilot], battery=Battery(capacity_wh=5000.0), terrain=waves, with_trace=True
+        made, OF[autopilot], battery=Battery(capacity_wh=170.0), terrain=waves, with_trace=True
     )
     trace = result.trace
     assert trace is not None
@@ -240,3 +254,161 @@ def test_a_return_along_the_mission_goes_round_the_ridge_that_the_mission_goes_r
     straight, back = (f"RTL_TYPE,{kind}\nRTL_RETURN_ALT,60\n" for kind in (0, 2))
     assert of("A104", findings(made, ground(200.0), Autopilot.PX4, straight))
     assert not of("A104", findings(made, ground(200.0), Autopilot.PX4, back))
+
+
+def rugged(seed: int) -> TerrainGrid:
+    """Return level ground with single cells, rows and diagonals of other heights on it."""
+    draw = np.random.default_rng(seed)
+    heights = np.full((ROWS, COLUMNS), 400.0)
+    for _ in range(6):
+        height_m, row = draw.uniform(-20.0, 45.0), int(draw.integers(ROWS - 200, ROWS - 100))
+        heights[row, int(draw.integers(0, COLUMNS))] += height_m
+        wall = np.arange(COLUMNS)
+        heights[row + wall * int(draw.integers(-1, 2)), wall] += draw.uniform(0.0, 15.0)
+    return of_heights(heights, ground(0.0).tiles[0])
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    autopilot=st.sampled_from(list(OF)),
+    places=st.lists(
+        st.tuples(st.floats(-150, 150), st.floats(50, 800), st.floats(20, 60)),
+        min_size=2,
+        max_size=4,
+    ),
+)
+def test_no_sample_of_a_flight_is_lower_than_the_least_height_over_any_ground(
+    seed: int, autopilot: Autopilot, places: list[tuple[float, float, float]]
+) -> None:
+    """The exact least is never above a sample, and near samples of 0.05 s come close to it."""
+    terrain = rugged(seed)
+    made = mission(takeoff(40), *(at(*place) for place in places), rtl())
+    result = check(
+        made, OF[autopilot], battery=Battery(capacity_wh=5000.0), terrain=terrain, with_trace=True
+    )
+    assessed = result.assessment
+    assert assessed is not None
+    motion = assessed.flight.motion
+    times = np.linspace(0.0, float(motion.piece_duration_s.sum()), 20_000)
+    piece, own_s = motion.piece_at(times)
+    state = motion.state_at(piece, own_s)
+    in_the_air = ~np.isin(
+        motion.segments.state[motion.piece_segment[piece]],
+        [STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.LAND]],
+    )
+    places_deg = assessed.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
+    over_m = (state.height_m + 400.0 - terrain.height_amsl_m(*places_deg))[in_the_air]
+    [finding] = of("A116", list(result.findings))
+    said = re.match(r"(-?[\d.]+) m \(item", finding.message)
+    assert said is not None
+    # Said to a metre from 10 m on; a path is drawn to 5 cm, slopes are 45 m in 10 m at most.
+    assert float(said[1]) <= float(over_m.min()) + 0.8
+    step_m = float(np.hypot(np.diff(state.east_m), np.diff(state.north_m)).max())
+    assert float(said[1]) >= float(over_m.min()) - 0.8 - 6.0 * step_m
+    assert (float(over_m.min()) < 4.5) <= bool(of("A102", list(result.findings)))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10_000), ends=st.tuples(*(st.floats(-180, 180), st.floats(-200, 900)) * 2)
+)
+def test_ground_under_a_line_is_exact_at_every_place_of_it(
+    seed: int, ends: tuple[float, ...]
+) -> None:
+    """Parts cover the line without gaps, and their parabolas are the bilinear ground."""
+    terrain = rugged(seed)
+    latitude = np.array([[north(ends[1]), north(ends[3])]])
+    longitude = HOME.longitude_deg + np.array([[ends[0], ends[2]]]) / METRES_PER_DEGREE_NORTH
+    ground_of = terrain.under(latitude, longitude)
+    assert ground_of.start[0] == pytest.approx(0.0, abs=1e-9)
+    assert ground_of.end[-1] == pytest.approx(1.0, abs=1e-9)
+    np.testing.assert_allclose(ground_of.start[1:], ground_of.end[:-1], atol=1e-9)
+    t = np.linspace(0.0, 1.0, 1001)
+    part = np.clip(np.searchsorted(ground_of.start, t, side="right") - 1, 0, None)
+    own = (t - ground_of.start[part]) / (ground_of.end - ground_of.start)[part]
+    first, middle, last = ground_of.ground_amsl_m[part].T
+    bend = 2.0 * (first - 2.0 * middle + last)
+    parabola = first + own * (last - first - bend + own * bend)
+    known = terrain.height_amsl_m(
+        latitude[0, 0] + t * np.diff(latitude)[0], longitude[0, 0] + t * np.diff(longitude)[0]
+    )
+    np.testing.assert_allclose(parabola, known.filled(np.nan), atol=2e-3)
+
+
+def test_a_wall_of_one_cell_is_found_however_it_lies_to_the_path() -> None:
+    """Peaks of one cell and walls along diagonals, beside which samples would pass."""
+    for row in range(8):
+        heights = np.full((ROWS, COLUMNS), 400.0)
+        wall = np.arange(COLUMNS)
+        heights[ROWS - 130 - row + (wall + 1) // 2, wall] += 31.0
+        made = mission(takeoff(30), waypoint(700, 30), item(21, north(700), 0.0))
+        found = findings(made, of_heights(heights, ground(0.0).tiles[0]))
+        assert of("A102", found), row
+
+
+@pytest.mark.parametrize(("height_m", "fires"), [(24.1, True), (25.1, False)])
+@pytest.mark.parametrize("autopilot", list(OF))
+def test_five_metres_are_kept_where_nothing_else_is_asked_for(
+    autopilot: Autopilot, height_m: float, *, fires: bool
+) -> None:
+    low = (waypoint(250, height_m), waypoint(350, height_m))
+    made = mission(takeoff(60), waypoint(200, 60), *low, waypoint(400, 60), rtl())
+    result = check(
+        made, OF[autopilot], battery=Battery(capacity_wh=5000.0), terrain=ground(20.0, at_m=300.0)
+    )
+    # PX4 turns up to 0.8 m before a height is reached.
+    assert bool(of("A102", list(result.findings))) is fires
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+def test_an_ordinary_flight_over_level_ground_is_high_enough(autopilot: Autopilot) -> None:
+    for last in (rtl(), item(21, north(100), 0.0)):
+        made = mission(takeoff(30), waypoint(300, 30), waypoint(100, 30), last)
+        result = check(made, OF[autopilot], battery=Battery(capacity_wh=100.0), terrain=ground(0.0))
+        errors = {f.code for f in result.findings if f.severity is Severity.ERROR}
+        assert errors <= {"E109"}  # the model of PX4 has no power
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "severity"),
+    [
+        (9.9, None),
+        (10.1, Severity.WARNING),
+        (19.9, Severity.WARNING),
+        (20.1, Severity.ERROR),
+        (50.0, Severity.ERROR),
+    ],
+)
+def test_the_slope_of_the_ground_at_a_landing_counts(
+    angle_deg: float, severity: Severity | None
+) -> None:
+    """North falls by the angle: a place 100 m north is 100 tan(angle) lower than home."""
+    made = mission(takeoff(60), waypoint(100, 60), item(21, north(100), 0.0))
+    found = of("A117", findings(made, slope(angle_deg), clearance_m=5.0))
+    assert [f.severity for f in found] == ([] if severity is None else [severity])
+
+
+def test_an_item_above_terrain_without_terrain_asks_for_it() -> None:
+    made = mission(takeoff(30), item(16, north(100), 30.0, frame=10), rtl())
+    for autopilot in (Autopilot.STEP, Autopilot.ARDUPILOT):
+        result = check(made, OF[autopilot], battery=Battery(capacity_wh=5000.0))
+        [finding] = of("X904", list(result.findings))
+        assert (finding.item, "--terrain" in finding.message) == (2, True)
+        assert of("X904", findings(made, ground(0.0), autopilot)) == []
+
+
+@pytest.mark.parametrize(("height_m", "fires"), [(4.9, True), (5.0, False)])
+def test_ardupilot_following_the_ground_keeps_the_clearance_too(
+    height_m: float, *, fires: bool
+) -> None:
+    made = mission(takeoff(30), item(16, north(100), height_m, frame=10), rtl())
+    found = of("A102", findings(made, ground(0.0), Autopilot.ARDUPILOT, clearance_m=5.0))
+    assert (2 in {f.item for f in found}) is fires
+
+
+def test_the_ledger_lists_the_ground_as_not_checked_without_terrain() -> None:
+    for terrain, outcome in ((None, Outcome.NOT_CHECKED), (ground(0.0), Outcome.CHECKED)):
+        result = check(LOW, STEP, battery=Battery(capacity_wh=5000.0), terrain=terrain)
+        outcomes = {entry.code: entry.outcome for entry in result.checked}
+        assert {outcomes[code] for code in ("A102", "A104", "A117")} == {outcome}

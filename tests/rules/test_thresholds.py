@@ -166,7 +166,7 @@ CASES: tuple[
     ("E105", "legs? up to", lambda m: found(to_height(m), ARDUPILOT), -1.5, [], -1.51, [WARNING]),
     ("E105", "identified step", lambda m: found(climbing(m)), 100.49, [], 100.51, [WARNING]),
     ("E105", "airspeed of", against_the_wind, 1.03 - TINY, [], 1.03 + TINY, [WARNING]),
-    ("E105", "airspeed of", against_the_wind, 1.6 - TINY, [WARNING], 1.6 + TINY, [ERROR]),
+    ("E105", "airspeed of", against_the_wind, 1.15 - TINY, [WARNING], 1.15 + TINY, [ERROR]),
     (
         "E105",
         " flown; .* unreliable",

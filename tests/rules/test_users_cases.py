@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from planner.service.preflight import CheckResult, UnreadableMission
 
 STEP = load_vehicle("falkowski-2023-quadrotor")
-COPTER = load_vehicle("arducopter-sitl-quad")
+COPTER = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
 PX4 = load_vehicle("px4-sih-quad")
-BATTERY = Battery(capacity_wh=1000.0)
+BATTERY = Battery(capacity_wh=250.0)
 
 
 def checked(one: Mission, vehicle: str = "step", parameters: str = "") -> CheckResult:

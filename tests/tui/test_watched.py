@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planner.tui.screens.review import ReviewScreen
 
 GOOD = "survey-vineyard.plan"
+VEHICLE = 'vehicle = "falkowski-2023-quadrotor"\n'
 WIDE = (160, 48)
 
 
@@ -77,7 +78,7 @@ async def test_another_configuration_counts_and_one_that_is_broken_leaves_no_ver
         assert text_of(screen, "#verdict").startswith("✔ GO")
         own = Path("mavjoule.toml")
         whole = own.read_text(encoding="utf-8")
-        own.write_text('battery = "1Ah@14.8V"\n', encoding="utf-8")
+        own.write_text(f'{VEHICLE}battery = "1Ah@14.8V"\n', encoding="utf-8")
         verdict = await _looked(pilot, screen)
         assert verdict.startswith("✖ NO-GO")
         assert "mavjoule.toml changed" in verdict
@@ -89,7 +90,7 @@ async def test_another_configuration_counts_and_one_that_is_broken_leaves_no_ver
         assert (await _looked(pilot, screen)).startswith("✔ GO")
         own.unlink()
         verdict = await _looked(pilot, screen)
-        assert verdict.startswith("✖ NO-GO")
+        assert verdict.startswith("? NOT CHECKED")  # neither battery nor vehicle
         assert "battery unknown" in verdict
 
 
@@ -137,10 +138,10 @@ async def test_a_lost_mission_is_no_go_in_words_until_it_is_back() -> None:
     async with review_app(GOOD).run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         Path(GOOD).unlink()
-        assert (await _looked(pilot, screen)).startswith("✖ NO-GO")
+        assert (await _looked(pilot, screen)).startswith("? NOT CHECKED")
         assert rows_of(screen, "#findings")[0][1] == "X901"
         Path(GOOD).write_bytes(whole[: len(whole) // 2])
-        assert (await _looked(pilot, screen)).startswith("✖ NO-GO")
+        assert (await _looked(pilot, screen)).startswith("? NOT CHECKED")
         Path(GOOD).write_bytes(whole)
         assert (await _looked(pilot, screen)).startswith("✔ GO")
 
@@ -155,7 +156,7 @@ async def test_a_list_of_missions_takes_up_new_files_and_another_configuration()
         verdicts = {cells[1]: cells[2] for cells in rows_of(screen, "#missions")}
         assert verdicts["new.plan"] == "NO-GO"
         assert verdicts[GOOD] == "GO"
-        Path("mavjoule.toml").write_text('battery = "1Ah@14.8V"\n', encoding="utf-8")
+        Path("mavjoule.toml").write_text(f'{VEHICLE}battery = "1Ah@14.8V"\n', encoding="utf-8")
         screen.watch_files()
         await missions_shown(pilot)
         verdicts = {cells[1]: cells[2] for cells in rows_of(screen, "#missions")}

@@ -75,24 +75,10 @@ def held_speeds_m_s(
     limit[moves] = headway_m_s(
         way_m[moves], height_m[moves], wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
     )
-    findings = headway_findings(
-        speed_m_s, limit, item, moves=moves, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
-    )
+    findings = headway_findings(speed_m_s, limit, item, moves=moves)
     held = np.minimum(speed_m_s, np.maximum(limit, SLOWEST_M_S))
     return np.where(moves, held, speed_m_s), findings
 
-
-NO_HEADWAY = Rule(
-    "W101 no-headway",
-    Severity.ERROR,
-    summary="The wind is stronger than the vehicle can fly against.",
-    why="A vehicle that leans as far as it may and still does not advance is blown away from its "
-    "mission and from home.",
-    how="Along each leg the ground speed is w_along + sqrt(v_max² − w_across²), v_max being the "
-    "airspeed at the greatest lean angle; fires where it is 0.1 m/s or less.",
-    fix="wait for less wind, or fly a faster vehicle",
-    instead="--wind",
-)
 
 AIRSPEED_LIMIT = Rule(
     "W102 airspeed-limit",
@@ -107,33 +93,16 @@ AIRSPEED_LIMIT = Rule(
 
 
 def headway_findings(
-    speed_m_s: FloatArray,
-    limit_m_s: FloatArray,
-    item: IntArray,
-    *,
-    moves: BoolArray,
-    wind: Wind | None,
-    airspeed_limit_m_s: float,
+    speed_m_s: FloatArray, limit_m_s: FloatArray, item: IntArray, *, moves: BoolArray
 ) -> tuple[Finding, ...]:
-    """Return that there is no headway, or less speed than commanded."""
-    stuck = np.flatnonzero(moves & (limit_m_s <= SLOWEST_M_S))
+    """Return where there is less speed than commanded; where there is none, W101 judges."""
     slowed = np.flatnonzero(moves & (limit_m_s > SLOWEST_M_S) & (limit_m_s < speed_m_s))
-    findings: list[Finding] = []
-    if len(stuck):
-        first, legs = int(item[stuck[0]]), quantity.count(len(stuck), "leg")
-        strength_m_s = 0.0 if wind is None else wind.speed_m_s
-        profile = "" if wind is None or wind.reference_height_m is None else " with its profile"
-        message = (
-            f"no headway on {legs} from item {first} on: {strength_m_s:.1f} m/s of wind{profile} "
-            f"against {airspeed_limit_m_s:.1f} m/s of airspeed"
-        )
-        findings.append(NO_HEADWAY.finding(message, item=first))
-    if len(slowed):
-        first, legs = int(item[slowed[0]]), quantity.count(len(slowed), "leg")
-        slowest = slowed[np.argmin(limit_m_s[slowed])]
-        message = (
-            f"slower than commanded: {legs} from item {first} on, down to "
-            f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s"
-        )
-        findings.append(AIRSPEED_LIMIT.finding(message, item=first))
-    return tuple(findings)
+    if not len(slowed):
+        return ()
+    first, legs = int(item[slowed[0]]), quantity.count(len(slowed), "leg")
+    slowest = slowed[np.argmin(limit_m_s[slowed])]
+    message = (
+        f"slower than commanded: {legs} from item {first} on, down to "
+        f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s"
+    )
+    return (AIRSPEED_LIMIT.finding(message, item=first),)

@@ -143,12 +143,14 @@ def _standing(legs: StepLegs, ramps: Ramps) -> Iterator[StepPart]:
         (takes_off, START, legs.climb_state, legs.start_m, zero + ramps.start_s),
         (is_leg, WAIT, hover, aloft, wait_s),
         (lands, STOP, legs.descent_state, legs.end_m, zero + ramps.stop_s),
-        (legs.hold_s > 0.0, HOLD, hover, legs.end_m, legs.hold_s),
+        ((legs.hold_s > 0.0) & ~lands, HOLD, hover, legs.end_m, legs.hold_s),
+        ((legs.hold_s > 0.0) & lands, HOLD, legs.descent_state, legs.end_m, legs.hold_s),
     ):
         stage = np.flatnonzero(chosen)
         pieces = np.zeros((len(stage), 1, 4))
         pieces[:, 0, 0] = duration_s[stage]
-        order, is_grounded = stage * SLOTS + slot, slot in {START, STOP}
+        order = stage * SLOTS + slot
+        is_grounded = slot in {START, STOP} or state is legs.descent_state
         yield _straight(
             order, state[stage], place_m[stage], 0.0 * _UP, pieces, is_grounded=is_grounded
         )

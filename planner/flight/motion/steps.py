@@ -466,8 +466,21 @@ def _hold_in_place(legs: StepLegs) -> StepPart:
     stage = np.flatnonzero(legs.hold_s > 0.0)
     coefficients = np.zeros((len(stage), 3, 4))
     coefficients[:, :, 0] = legs.end_m[stage]
-    law = PolynomialLaw(coefficients=coefficients)
-    return make_part(law, stage * SLOTS + HOLD, FlightState.HOVER, legs.hold_s[stage])
+    rows, hold_s = np.arange(len(stage)), legs.hold_s[stage]
+    has_landed = legs.descent_state[stage] == _LAND
+    return make_part(
+        PolynomialLaw(coefficients=coefficients),
+        stage * SLOTS + HOLD,
+        np.where(has_landed, _LAND, STATE_INDEX[FlightState.HOVER]),
+        hold_s,
+        pieces=StepPieces(
+            segment=rows,
+            row=rows,
+            offset_s=np.zeros(len(stage)),
+            duration_s=hold_s,
+            is_grounded=has_landed,
+        ),
+    )
 
 
 def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, Transients]:

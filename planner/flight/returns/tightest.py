@@ -57,6 +57,8 @@ class ReturnPlan(Value):
     """The last from which it returns at all, with nothing left; ``None`` where it does from all."""
     below_reserve_probability: float | None = None
     """Chance that some return uses part of the reserve; ``None`` without a spread. [-]"""
+    empty_probability: float | None = None
+    """Chance that the battery is empty before some return has landed; ``None`` without a spread. [-]"""
 
 
 class ReturnSweep(Columns, eq=False):

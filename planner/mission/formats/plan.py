@@ -345,7 +345,7 @@ def _check_jumps(
 
 FENCE_VERSION = Rule(
     "L107 fence-version",
-    Severity.WARNING,
+    Severity.ERROR,
     summary="The fence or the rally points are of version 1, which every loader ignores.",
     why="The file looks fenced and the vehicle flies without a fence; no program reports it.",
     how="Section version 1 or none, and something in it besides empty lists.",

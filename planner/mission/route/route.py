@@ -24,7 +24,7 @@ from planner.mission.route.walk import TAKEOFFS, MissionState, ground_amsl_m, is
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
@@ -174,6 +174,7 @@ def make_route(
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
     firings: Mapping[int, float] | None = None,
+    continues_after_land: bool = False,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -188,6 +189,8 @@ def make_route(
     firings : Mapping, optional
         Where on their legs items that conditions hold back are carried out, by position among the
         reached items; any other is dropped. [-]
+    continues_after_land : bool
+        Whether the mission continues after a landing that a take-off comes next to.
 
     Raises
     ------
@@ -204,6 +207,9 @@ def make_route(
     reached: list[int] = []
     lap_start: int | None = None
     for position, number in enumerate(order.visits):
+        if state.is_over and continues_after_land:
+            ahead = (mission.items[n - 1].command for n in order.visits[position:])
+            state.is_over = not (state.stages[-1].kind is StageKind.LAND and _takes_off_next(ahead))
         if state.is_over:
             findings += _left_out(mission, state.stages, set(order.visits[position:]), reached)
             break
@@ -220,6 +226,30 @@ def make_route(
     if order.lap_item is not None and lap_start is not None and not state.is_over:
         lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
     return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
+
+
+_LOOKED_AHEAD = 16
+"""Items ArduPilot looks ahead for a take-off."""
+_LOOKED_PAST = frozenset({Command.NAV_DELAY, Command.DO_AUX_FUNCTION})
+
+
+def _takes_off_next(ahead: Iterable[int]) -> bool:
+    """Return whether a take-off comes next: only delays and auxiliary functions may be before it.
+
+    Notes
+    -----
+    ``AP_Mission::is_takeoff_next``; jumps are followed, and are no items of their own to it.
+    """
+    looked = 0
+    for command in ahead:
+        if command in TAKEOFFS:
+            return True
+        if command in {Command.DO_JUMP, Command.DO_JUMP_TAG}:
+            continue
+        looked += 1
+        if command not in _LOOKED_PAST or looked == _LOOKED_AHEAD:
+            return False
+    return False
 
 
 HOME_UNKNOWN = Rule(
@@ -281,8 +311,11 @@ def _begin(
 
 
 def _home_amsl_m(source: str, home: Home) -> float | None:
-    """Return the altitude that a mission gives its home; refuse one where nobody can be."""
-    amsl_m = home.altitude_amsl_m
+    """Return the altitude that a mission gives its home; refuse one where nobody can be.
+
+    Programs that do not know it write 0: a place at exactly 0 m is not taken from a file.
+    """
+    amsl_m = home.altitude_amsl_m or None
     if amsl_m is not None and not _LOWEST_HOME_M <= amsl_m <= _HIGHEST_HOME_M:
         message = (
             f"home is at {amsl_m:g} m AMSL, where no ground is: correct it, or give the "
@@ -301,7 +334,8 @@ OTHER_VEHICLE = Rule(
     how="The vehicle type of the file, else signs in its commands: a take-off pitch of 5° to 45°, a "
     "landing approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
     "patterns, which are for such vehicles, are not repeated.  All 22 public text files that this "
-    "fires on are of aircraft.",
+    "fires on are of aircraft.  A warning where a take-off pitch is all there is: multicopters take off "
+    "without it, and fly the rest as predicted.",
     fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle, or "
     "ignore the code where a multicopter flies it",
 )
@@ -330,7 +364,9 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
     if vehicle.is_certain:
         message = f"this is {kind}; mavjoule predicts multicopters only"
         raise OtherVehicleError(message, source=mission.source)
-    return [OTHER_VEHICLE.finding(f"possibly {kind}: predicted as a multicopter's")]
+    message = f"possibly {kind}: predicted as a multicopter's"
+    severity = Severity.WARNING if vehicle.is_weak else None
+    return [OTHER_VEHICLE.finding(message, severity=severity)]
 
 
 ITEMS_NOT_FLOWN = Rule(
@@ -338,10 +374,12 @@ ITEMS_NOT_FLOWN = Rule(
     Severity.INFO,
     summary="Items after the landing or return are not flown.",
     why="Items after the end of a mission are reached by a jump or a failsafe only, or never.",
-    how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out.  An error where "
-    "a take-off is among them: a vehicle that continues after the landing (ArduPilot's MIS_OPTIONS), "
-    "or is started again, flies what is not counted.",
-    fix="move the items before the landing, or delete them",
+    how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out, unless --params has "
+    "bit 2 of ArduPilot's MIS_OPTIONS set (4, continue after land) and a take-off comes next, with "
+    "nothing but NAV_DELAY and DO_AUX_FUNCTION between (AP_Mission): then the flight goes on.  An error "
+    "where a take-off is among those left out: a vehicle that is started again flies what is not counted.",
+    fix="move the items before the landing, or delete them; to land and take off again, set MIS_OPTIONS "
+    "to 4 and let the take-off follow the landing or its NAV_DELAY",
 )
 
 
@@ -388,6 +426,7 @@ NOTHING_TO_FLY = Rule(
     why="An empty mission is not a 'go'; probably the wrong file was given.",
     how="No item before the first landing makes the vehicle move.",
     fix="check that this is the file you meant to fly",
+    instead="a mission with a flight",
 )
 
 
@@ -428,8 +467,10 @@ HOME_ALTITUDE_UNKNOWN = Rule(
     summary="The altitude of home is needed but unknown.",
     why="AMSL altitudes mean nothing for a flight that starts at an unknown height; a guess would be "
     "a wrong 'go': scripts write 15 m AMSL for places 600 m up.",
-    how="The file gives no home altitude and --home-amsl is not given; 0 m AMSL is assumed.",
-    fix="give the altitude of the take-off place with --home-amsl",
+    how="Items count from sea level, the file gives no home altitude or exactly 0 m (what programs write "
+    "that do not know it), and neither --home-amsl nor --terrain gives it; 0 m AMSL is assumed.",
+    fix="give the altitude of the take-off place with --home-amsl (0 where it is at sea level)",
+    instead="--home-amsl or --terrain",
 )
 
 NO_TERRAIN_DATA = Rule(
@@ -448,7 +489,14 @@ def _assumed_levels(mission: Mission, state: MissionState) -> list[Finding]:
     if state.amsl_items and state.home_amsl_m is None:
         first = state.amsl_items[0]
         altitudes = quantity.count(len(state.amsl_items), "AMSL altitude")
-        message = f"altitude of home unknown: 0 m AMSL assumed for {altitudes}"
+        home = mission.home
+        is_placeholder = home is not None and home.altitude_amsl_m is not None
+        unknown = (
+            "home is at exactly 0 m AMSL in the file, a placeholder"
+            if is_placeholder
+            else "altitude of home unknown"
+        )
+        message = f"{unknown}: 0 m AMSL assumed for {altitudes}"
         place = mission.items[first - 1].place
         findings.append(HOME_ALTITUDE_UNKNOWN.finding(message, item=first, place=place))
     if state.stages and state.terrain is None:

@@ -55,7 +55,7 @@ class Stage(Value, kw_only=False):
     descent_speed_m_s: float | None = None
     """Commanded descent speed, positive; ``None``: the vehicle's own. [m s⁻¹]"""
     hold_s: float = 0.0
-    """Time to stay at the place. [s]"""
+    """Time to stay at the place; after a landing on the ground. [s]"""
     acceptance_radius_m: float | None = None
     """Distance at which the place counts as reached; ``None``: the vehicle's own. [m]"""
     yaw_deg: float | None = None

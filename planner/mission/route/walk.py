@@ -567,7 +567,8 @@ class MissionState:
         seconds = item.param1 or 0.0
         if seconds > LONGEST_HOLD_S:
             self.refuse(item, f"a delay of {seconds:g} s is longer than any flight")
-        in_air = bool(self.stages)
+        has_landed = bool(self.stages) and self.stages[-1].kind is StageKind.LAND
+        in_air = bool(self.stages) and not has_landed
         if seconds <= 0.0:
             clock = [item.param2, item.param3, item.param4]
             if any(part is not None and part >= 0.0 for part in clock):
@@ -579,6 +580,9 @@ class MissionState:
                     message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
                 self.remark(WAIT_NOT_COUNTED, message, severity=severity)
+        elif has_landed:
+            landing = self.stages[-1]
+            self.stages[-1] = replace(landing, hold_s=landing.hold_s + seconds)
         elif not in_air:
             wait = quantity.duration(seconds)
             message = f"waits {wait} on the ground before the take-off: not counted"

@@ -216,7 +216,7 @@ def mission_view(
         "file": printable(result.file),
         "verdict": result.verdict_text,
         "headline": headline(result),
-        "remark": f"{caveat([result])}{example_remark(result)}".strip(": "),
+        "remark": " ".join(filter(None, (caveat([result]).strip(), _example(result)))),
         "cards": [*filter(None, (shown_figure(document, one) for one in KEY_FIGURES))],
         "figures": shown_figures(document),
         "phases": _phases(result) if isinstance(result, CheckResult) else (),
@@ -241,6 +241,11 @@ def mission_view(
         "sha256": sha256,
         "payload": payload,
     }
+
+
+def _example(result: CheckResult | UnreadableMission) -> str:
+    remark = example_remark(result).removeprefix(": ")
+    return f"{remark[:1].upper()}{remark[1:]}." if remark else ""
 
 
 def badness(result: CheckResult | UnreadableMission) -> tuple[float, ...]:

@@ -121,6 +121,8 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     place_delay_s: float = parameter("PLDP_DELAY s", 0.0, NOT_NEGATIVE)
     # bits: what a mission must contain to arm
     mission_items_required: int = parameter("ARMING_MIS_ITEMS", 0)
+    # bits: 4 a mission continues after a landing where a take-off comes next
+    mission_options: int = parameter("MIS_OPTIONS", 0, NOT_NEGATIVE)
 
     # kilobytes on the card for missions
     mission_card_kb: float = parameter("BRD_SD_MISSION", 0.0, NOT_NEGATIVE)
@@ -128,6 +130,9 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     # 0: none
     rangefinder_type: int = parameter("RNGFND1_TYPE", 0, NOT_NEGATIVE)
 
+    # 0 none: no failsafe and no check of the battery; else what measures it.  ArduPilot's default is 0,
+    # but who sets thresholds has a monitor: a file without this parameter is of one that measures.
+    battery_monitor: int = parameter("BATT_MONITOR", 4, NOT_NEGATIVE)
     # of capacity, charges left, voltages and times 0: not known, not watched
     battery_capacity_ah: float = parameter("BATT_CAPACITY mAh", 3300.0, NOT_NEGATIVE)
     battery_low_v: float = parameter("BATT_LOW_VOLT V", 10.5, NOT_NEGATIVE)
@@ -153,3 +158,8 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0)
     fence_radius_m: float = parameter("FENCE_RADIUS m", 150.0, POSITIVE)
     fence_margin_m: float = parameter("FENCE_MARGIN m", 2.0, NOT_NEGATIVE)
+
+    @property
+    def measures_battery(self) -> bool:
+        """Whether anything on board measures the battery."""
+        return self.battery_monitor != 0

@@ -84,6 +84,8 @@ class Px4Parameters(AutopilotParameters, eq=False):
     return_time_factor: float = parameter("RTL_TIME_FACTOR", 1.1, NOT_NEGATIVE)
     return_time_margin_s: float = parameter("RTL_TIME_MARGIN s", 100.0, NOT_NEGATIVE)
 
+    # -1 nothing measures the battery: no failsafe; 0 power module, 1 external, 2 speed controllers
+    battery_source: int = parameter("BAT1_SOURCE", 0, Range(-1.0, 10.0))
     # charge of the battery; negative: not known
     battery_capacity_ah: float = parameter("BAT1_CAPACITY mAh", -1.0)
     battery_cells: int = parameter("BAT1_N_CELLS", 0, NOT_NEGATIVE)  # cells in series; 0: not known
@@ -102,12 +104,24 @@ class Px4Parameters(AutopilotParameters, eq=False):
     # longest flight; negative: no limit
     flight_time_max_s: float = parameter("COM_FLT_TIME_MAX s", -1.0)
     wind_max_m_s: float = parameter("COM_WIND_MAX m/s", -1.0)  # strongest wind; negative: no limit
+    # 0 none, 1 warn, 2 hold, 3 return, 4 terminate, 5 land; so the next
+    wind_max_action: int = parameter("COM_WIND_MAX_ACT", 0, NOT_NEGATIVE)
+    # largest error of the position; negative: no limit
+    position_error_limit_m: float = parameter("COM_POS_LOW_EPH m", -1.0)
+    position_error_action: int = parameter("COM_POS_LOW_ACT", 3, NOT_NEGATIVE)
+    # thrust of a hover over the greatest
+    hover_throttle: float = parameter("MPC_THR_HOVER", 0.5, Range(0.0, 1.0, excludes_low=True))
 
     fence_action: int = parameter("GF_ACTION", 2, NOT_NEGATIVE)
     # greatest distance from home; 0: no limit
     fence_distance_max_m: float = parameter("GF_MAX_HOR_DIST m", 0.0, NOT_NEGATIVE)
     # greatest height over home; 0: no limit
     fence_height_max_m: float = parameter("GF_MAX_VER_DIST m", 0.0, NOT_NEGATIVE)
+
+    @property
+    def measures_battery(self) -> bool:
+        """Whether anything on board measures the battery."""
+        return self.battery_source >= 0
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -11,7 +11,6 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s
 from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
-from planner.flight.motion.headway import NO_HEADWAY
 from planner.flight.motion.kinematics import (
     CircleLaw,
     FlightState,
@@ -147,16 +146,16 @@ def circle_findings(
     if wind is not None:
         strength = wind.speed_m_s * wind.speed_factor(circles.law.start_m[:, 2])
     needed = np.hypot(speed, across) + strength
-    stuck = strength >= airspeed_limit_m_s
-    for rule, some in ((NO_HEADWAY, stuck), (CIRCLE_LEAN, (needed > airspeed_limit_m_s) & ~stuck)):
-        if not some.any():
-            continue
-        worst = int(np.argmax(np.where(some, needed, 0.0)))
-        first = int(stages.item[rows[some][0]])
-        count = quantity.count(int(some.sum()), "circle")
-        yield rule.finding(
-            f"{count} from item {first} on: {speed[worst]:.1f} m/s over ground in "
-            f"{strength[worst]:.1f} m/s of wind needs the lean of {needed[worst]:.1f} m/s of "
-            f"airspeed; the limit is {airspeed_limit_m_s:.1f} m/s",
-            item=first,
-        )
+    # A wind as strong as the limit is W101's.
+    some = (needed > airspeed_limit_m_s) & (strength < airspeed_limit_m_s)
+    if not some.any():
+        return
+    worst = int(np.argmax(np.where(some, needed, 0.0)))
+    first = int(stages.item[rows[some][0]])
+    count = quantity.count(int(some.sum()), "circle")
+    yield CIRCLE_LEAN.finding(
+        f"{count} from item {first} on: {speed[worst]:.1f} m/s over ground in "
+        f"{strength[worst]:.1f} m/s of wind needs the lean of {needed[worst]:.1f} m/s of "
+        f"airspeed; the limit is {airspeed_limit_m_s:.1f} m/s",
+        item=first,
+    )

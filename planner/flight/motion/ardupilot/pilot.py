@@ -208,7 +208,15 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
     if len(land):
         place = stages.place_m[land].copy()
         place[:, 2] = stages.start_m[land, 2]
-        manoeuvres.append(landing(land * SLOTS + 1, place, stages.place_m[land, 2], parameters))
+        manoeuvres.append(
+            landing(
+                land * SLOTS + 1,
+                place,
+                stages.place_m[land, 2],
+                parameters,
+                wait_s=stages.hold_s[land],
+            )
+        )
     if len(home) and parameters.return_final_altitude_m == 0.0:
         ground = stages.place_m[home, 2]
         manoeuvres.append(landing(home * SLOTS + 3, over, ground, parameters))

@@ -189,14 +189,7 @@ def _held_speeds_m_s(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
-    findings = headway_findings(
-        speed_m_s,
-        limit.min(axis=1),
-        item,
-        moves=level.any(axis=1),
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
+    findings = headway_findings(speed_m_s, limit.min(axis=1), item, moves=level.any(axis=1))
     return np.minimum(speed, np.maximum(limit, SLOWEST_M_S)), findings
 
 

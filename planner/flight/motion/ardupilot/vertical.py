@@ -115,9 +115,14 @@ def _climb(
 
 
 def landing(
-    key: IntArray, start_m: FloatArray, ground_m: FloatArray, parameters: ArduPilotParameters
+    key: IntArray,
+    start_m: FloatArray,
+    ground_m: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    wait_s: FloatArray | float = 0.0,
 ) -> Manoeuvres:
-    """Return landings, down to the ground and until disarmed.
+    """Return landings, down to the ground and until disarmed, or until a wait on the ground is over.
 
     Notes
     -----
@@ -145,7 +150,7 @@ def landing(
         # Touching down takes the speed away in no time.
         height_m=(*(top - way for way in ways), ground_m, ground_m, ground_m),
         climb_m_s=(*(-speed for speed in speeds), none - slow, none, none),
-        duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_up_s),
+        duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_up_s + wait_s),
         grounded=(6,),
     )
 

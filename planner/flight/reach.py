@@ -1,0 +1,155 @@
+"""Reach: every situation a vehicle may be in, on its mission, holding anywhere, returning from anywhere.
+
+Rules about wind, airspeed, climb rates and air iterate over these situations, never over legs: what is
+not flown by the mission, a hover, a stop, a return, is judged like what is.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import STATE_INDEX, Columns, FlightState
+from planner.flight.prediction import node_states
+from planner.flight.returns.path import thinned
+from planner.mission.route.stage import StageKind
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray, IntArray
+    from planner.flight.motion.kinematics import KinematicState
+    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.physics.wind import Wind
+
+MOST_POINTS = 64
+"""Points of the flight from which returns are flown: they take 3 % of the check of 1,000 items, and
+returns of two neighbours differ in direction by little."""
+GUST_SDS = 2.0
+"""Standard deviations of the wind that count where it has to be withstood: 1 in 44 is stronger. [-]"""
+_TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
+_LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
+
+
+class SituationKind(IntEnum):
+    """What brings a vehicle into a situation."""
+
+    MISSION = 0
+    """Its mission: legs, hovers, climbs, descents, take-off, landing, its own return."""
+    HOLD = 1
+    """A stop and a hover, or a landing where it is, at any point of it."""
+    RETURN = 2
+    """A return from any point of it, home or to a rally point."""
+
+
+class Situations(Columns, eq=False):
+    """n situations as columns: those of the mission first, in flown order."""
+
+    east_m_s: FloatArray
+    """Velocity over ground. (n,) [m s⁻¹]"""
+    north_m_s: FloatArray
+    climb_m_s: FloatArray
+    height_m: FloatArray
+    """Above home. (n,) [m]"""
+    item: IntArray
+    """Mission item that is flown, or that the stop or return interrupts, from 1. (n,)"""
+    kind: IntArray
+    """As `SituationKind`. (n,)"""
+
+    @property
+    def ground_speed_m_s(self) -> FloatArray:
+        """Speed over ground. (n,) [m s⁻¹]"""
+        return np.hypot(self.east_m_s, self.north_m_s)
+
+    def airspeed_m_s(self, wind: Wind) -> FloatArray:
+        """Return the horizontal speeds through the air. (n,) [m s⁻¹]"""
+        if wind.speed_m_s == 0.0:
+            return self.ground_speed_m_s
+        factor = wind.speed_factor(self.height_m)
+        return np.hypot(
+            self.east_m_s - wind.east_m_s * factor, self.north_m_s - wind.north_m_s * factor
+        )
+
+    def gust_m_s(self, wind: Wind) -> FloatArray:
+        """Return the strongest winds to count on: mean and two standard deviations. (n,) [m s⁻¹]"""
+        strongest_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
+        return strongest_m_s * wind.speed_factor(self.height_m)
+
+    def where(self, row: int) -> str:
+        """Return how a situation is named in a message."""
+        item = int(self.item[row])
+        match SituationKind(int(self.kind[row])):
+            case SituationKind.MISSION:
+                return f"at item {item}"
+            case SituationKind.HOLD:
+                return f"holding at item {item}"
+            case SituationKind.RETURN:
+                return f"on the return from item {item}"
+
+
+def situations(returns: Returns) -> Situations:
+    """Return the situations of a flight, of holds at its points and of the returns from there."""
+    flight = returns.flight
+    columns = flight.motion.segments
+    own = flight.node_state
+    parts = [_of_state(own, columns.item[flight.motion.piece_segment], SituationKind.MISSION)]
+    points = _points(returns)
+    if points is not None:
+        parts += [_holds(returns, points), _returns(returns, points)]
+    return Situations.joined(parts)
+
+
+def _of_state(state: KinematicState, item: IntArray, kind: SituationKind) -> Situations:
+    """Return the situations at the nodes (p, k) of pieces that fly for items (p,)."""
+    shape = state.height_m.shape
+    return Situations(
+        east_m_s=state.east_m_s.ravel(),
+        north_m_s=state.north_m_s.ravel(),
+        climb_m_s=state.climb_m_s.ravel(),
+        height_m=state.height_m.ravel(),
+        item=np.repeat(item, shape[1]),
+        kind=np.full(shape[0] * shape[1], kind),
+    )
+
+
+def _points(returns: Returns) -> ReturnPoints | None:
+    """Return ends of stages, and points evenly in time; ``None`` where it only takes off and lands."""
+    columns, stage = returns.flight.motion.segments, returns.segment_stage
+    lands = np.array([one.kind in _LANDINGS for one in returns.route.stages])[stage]
+    judged = ~lands & (columns.state != _TAKEOFF)
+    ends = returns.stage_ends
+    ends = thinned(ends[~lands[ends]], MOST_POINTS // 2)
+    time_s = np.linspace(0.0, returns.flight.time_s, MOST_POINTS - len(ends) + 2)[1:-1]
+    segment, fraction = returns.at(time_s)
+    inside = judged[segment]
+    segment = np.concatenate((ends, segment[inside]))
+    fraction = np.concatenate((np.ones(len(ends)), fraction[inside]))
+    if not len(segment):
+        return None
+    order = np.lexsort((fraction, segment))
+    return returns.points(segment[order], fraction[order])
+
+
+def _items(returns: Returns, points: ReturnPoints) -> IntArray:
+    return returns.flight.motion.segments.item[points.segment]
+
+
+def _holds(returns: Returns, points: ReturnPoints) -> Situations:
+    """Return a vehicle that stands still over each point."""
+    zero = np.zeros(len(points.segment))
+    return Situations(
+        east_m_s=zero,
+        north_m_s=zero,
+        climb_m_s=zero,
+        height_m=points.stop_m[:, 2],
+        item=_items(returns, points),
+        kind=np.full(len(zero), SituationKind.HOLD),
+    )
+
+
+def _returns(returns: Returns, points: ReturnPoints) -> Situations:
+    """Return the nodes of the returns the vehicle itself would fly."""
+    targets = returns.destinations.targets(points.stage, returns.chosen(points), points.stop_m)
+    motion, _ = returns.pilot.fly_returns(points.stop_m, targets, returns.route)
+    point = motion.segments.item[motion.piece_segment]
+    return _of_state(node_states(motion), _items(returns, points)[point], SituationKind.RETURN)

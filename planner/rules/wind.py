@@ -1,0 +1,173 @@
+"""Rules on the wind: whether the vehicle holds its own against it wherever it may be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.autopilot import Autopilot
+from planner.findings import Rule, Severity
+from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
+from planner.rules.declaration import PX4, judges
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.findings import Finding
+    from planner.physics.wind import Wind
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_LEAST_ACTION = 2
+"""COM_WIND_MAX_ACT and COM_POS_LOW_ACT from which on PX4 breaks the mission off; 1 warns."""
+_ACTIONS = {2: "holds its position", 3: "returns", 4: "cuts its motors", 5: "lands where it is"}
+
+
+NO_HEADWAY = Rule(
+    "W101 no-headway",
+    Severity.ERROR,
+    summary="The wind is stronger than the vehicle can fly against.",
+    why="A vehicle that leans as far as it may and still does not advance, or does not hold its "
+    "place in a hover, a climb or a landing, is blown away from its mission and from home.",
+    how="The airspeed at the greatest lean angle, airspeed_limit_m_s of the model, wherever the "
+    "vehicle may be: on the mission, holding at any point of it, on the return from there.  Fires "
+    "where the wind, its mean and two standard deviations, is stronger, and where the ground speed "
+    "along the course, w_along + sqrt(v_max² − w_across²), is 0.1 m/s or less.",
+    fix="wait for less wind, or fly a faster vehicle",
+    instead="--wind",
+)
+
+
+@judges(NO_HEADWAY)
+def _no_headway(a: Assessment) -> Iterator[Finding]:
+    limit_m_s, wind = a.vehicle.airspeed_limit_m_s, a.setup.wind
+    if limit_m_s is None or a.autopilot is Autopilot.STEP:
+        return
+    reach = a.reach
+    gust_m_s = reach.gust_m_s(wind)
+    drifts = gust_m_s > limit_m_s
+    stuck = np.zeros_like(drifts)
+    moves = np.flatnonzero(reach.ground_speed_m_s > 0.0)
+    stuck[moves] = (
+        headway_m_s(
+            np.stack((reach.east_m_s, reach.north_m_s), axis=1)[moves],
+            reach.height_m[moves, None],
+            wind=wind,
+            airspeed_limit_m_s=limit_m_s,
+        )
+        <= SLOWEST_M_S
+    )
+    first = int(np.argmax(drifts | stuck))
+    if not (drifts[first] or stuck[first]):
+        return
+    strongest_m_s = float(gust_m_s[drifts | stuck].max())
+    gusts = " (mean + 2 sd)" if wind.speed_sd_m_s > 0.0 else ""
+    yield a.finding(
+        NO_HEADWAY,
+        f"cannot hold its position {reach.where(first)}: {quantity.speed(strongest_m_s)} of "
+        f"wind{gusts}{_profile(wind)} against an airspeed limit of {quantity.speed(limit_m_s)}",
+        item=int(reach.item[first]),
+    )
+
+
+def _profile(wind: Wind) -> str:
+    return "" if wind.reference_height_m is None else " with its profile"
+
+
+WIND_BEYOND_MODEL = Rule(
+    "W103 wind-beyond-model",
+    Severity.ERROR,
+    summary="The wind is at least as fast as the vehicle's highest recorded speed.",
+    why="A vehicle blown along faster than it can fly does not come back (ArduPilot #859).  A "
+    "step-response model flies every leg as commanded, whatever the wind.",
+    how="The wind, its mean and two standard deviations, at or above the highest speed of the "
+    "model's [valid_for] anywhere the vehicle may be, in a step-response model; with an autopilot the "
+    "lean angle decides (W101).",
+    fix="wait for less wind, or identify the vehicle at higher speeds",
+    instead="--wind",
+)
+
+
+@judges(WIND_BEYOND_MODEL)
+def _wind_beyond_model(a: Assessment) -> Iterator[Finding]:
+    limit, wind = a.vehicle.valid_for.speed_m_s, a.setup.wind
+    if a.autopilot is not Autopilot.STEP or limit is None:
+        return
+    strongest_m_s = float(a.reach.gust_m_s(wind).max())
+    if strongest_m_s >= limit.high and strongest_m_s > 0.0:
+        gusts = " (mean + 2 sd)" if wind.speed_sd_m_s > 0.0 else ""
+        yield a.finding(
+            WIND_BEYOND_MODEL,
+            f"wind of {quantity.speed(strongest_m_s)}{gusts}; the model was identified up to "
+            f"{quantity.speed(limit.high)}: no headway is certain",
+        )
+
+
+WIND_LIMIT = Rule(
+    "W104 wind-limit",
+    Severity.WARNING,
+    summary="The wind is above the limit set on the vehicle.",
+    why="PX4 returns, lands or cuts its motors in flight where its wind estimate exceeds "
+    "COM_WIND_MAX, and does not arm then (PX4 #19578).",
+    how="--wind, its mean and two standard deviations, anywhere the vehicle may be, against "
+    "COM_WIND_MAX, where that is positive.  An error where COM_WIND_MAX_ACT is 2 (hold), 3 (return), "
+    "4 (terminate) or 5 (land), a warning where PX4 only warns or does nothing.",
+    fix="wait for less wind, or raise the limit if the vehicle can take it",
+    instead="--wind, or the parameters of --params",
+)
+
+
+@judges(WIND_LIMIT, needs=(PX4,))
+def _wind_limit(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    limit_m_s = parameters.wind_max_m_s
+    if not limit_m_s > 0.0:
+        return
+    gust_m_s = a.reach.gust_m_s(a.setup.wind)
+    first = int(np.argmax(gust_m_s > limit_m_s))
+    strongest_m_s = float(gust_m_s.max())
+    if strongest_m_s > limit_m_s:
+        does, severity = _reaction(parameters.wind_max_action)
+        yield a.finding(
+            WIND_LIMIT,
+            f"wind of {quantity.beside(strongest_m_s, limit_m_s, quantity.speed)}; COM_WIND_MAX is "
+            f"{quantity.speed(limit_m_s)}{does}",
+            severity=severity,
+            item=int(a.reach.item[first]),
+        )
+
+
+def _reaction(action: int) -> tuple[str, Severity | None]:
+    """Return what PX4 does at an action, and how severe that is."""
+    if action < _LEAST_ACTION:
+        return "", None
+    return f": the vehicle itself {_ACTIONS.get(action, 'warns')}", Severity.ERROR
+
+
+POSITION_ACCURACY_LOW = Rule(
+    "T114 position-accuracy-low",
+    Severity.WARNING,
+    summary="The position may be less accurate than the vehicle accepts on a mission.",
+    why="PX4 breaks a mission off, by default with a return, where the accuracy of its position is "
+    "worse than COM_POS_LOW_EPH.",
+    how="The greater of --position-error and the position noise against COM_POS_LOW_EPH, where that "
+    "is positive.  An error where COM_POS_LOW_ACT is 2 (hold), 3 (return), 4 (terminate) or 5 (land), "
+    "a warning where PX4 only warns.",
+    fix="fly with a better position, or raise COM_POS_LOW_EPH",
+    instead="--position-error, or the parameters of --params",
+)
+
+
+@judges(POSITION_ACCURACY_LOW, needs=(PX4,))
+def _position_accuracy_low(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    limit_m = parameters.position_error_limit_m
+    error_m = max(a.setup.position_error_m, a.setup.position_noise_m or 0.0)
+    if 0.0 < limit_m < error_m and parameters.position_error_action > 0:
+        does, severity = _reaction(parameters.position_error_action)
+        yield a.finding(
+            POSITION_ACCURACY_LOW,
+            f"position error of {quantity.beside(error_m, limit_m, quantity.height)}; COM_POS_LOW_EPH "
+            f"is {quantity.height(limit_m)}{does}",
+            severity=severity,
+        )

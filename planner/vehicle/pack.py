@@ -1,0 +1,149 @@
+"""The battery that flies: the model's own, or another one that a label describes.
+
+A label, ``8Ah@22.2V`` or ``177Wh``, says how much a battery holds and not what it is made of.  What it
+leaves open is that of the model's own battery where the voltage fits: its cells, its curve scaled to
+the voltage, its resistance over as many more cells in parallel, its C-rate.  Without such a battery the
+cells are those its voltage means.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from planner import quantity
+from planner.values import Value, field_values, replace
+from planner.vehicle.battery import Battery, Chemistry
+from planner.vehicle.reader import load_chemistry
+
+ASSUMED_CHEMISTRY = "lipo"
+"""What multicopters fly with, where nobody says otherwise."""
+LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
+"""Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
+_CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
+"""Nominal voltage of one cell as labels have it: 3.6 to 3.85 V of lithium with cobalt, manganese or
+nickel, 3.2 V of iron phosphate; the second where the number of cells is known already. [V]"""
+_SAME_LABEL = 0.02
+"""A label this fraction above the energy of the model's own battery is that battery's: rounding. [-]"""
+_LABEL = frozenset({"capacity_ah", "capacity_wh", "nominal_voltage_v"})
+
+
+class FlownPack(Value):
+    """The battery that flies, and what had to be assumed of it."""
+
+    battery: Battery | None
+    is_own: bool = False
+    """Whether it is the model's own."""
+    added_kg: float = 0.0
+    """Its mass over that of the model's own, never below 0: how light a small pack is nobody said. [kg]"""
+    assumed: str = ""
+    """What is assumed of its cells, in words; empty where nothing is."""
+
+
+def chemistry_of(battery: Battery | None) -> Chemistry:
+    """Return the kind of cell a battery is judged by: its own where that has limits, else the assumed."""
+    own = None if battery is None or battery.chemistry is None else battery.chemistry
+    found = load_chemistry(own or ASSUMED_CHEMISTRY)
+    return load_chemistry(ASSUMED_CHEMISTRY) if found.highest_wh_kg is None else found
+
+
+@lru_cache(maxsize=64)
+def flown_pack(given: Battery | None, own: Battery | None) -> FlownPack:
+    """Return the battery that flies.
+
+    Parameters
+    ----------
+    given : Battery or None
+        As the user gives it; ``None``: the model's own flies.
+    own : Battery or None
+        The model's.
+    """
+    if given is None or given == own:
+        return FlownPack(battery=own, is_own=True)
+    added_kg = 0.0 if own is None else _added_kg(given, own)
+    said = {name for name, value in field_values(given).items() if value is not None}
+    if not said <= _LABEL:
+        return FlownPack(battery=given, added_kg=added_kg)
+    if own is not None and fits_voltage(given, own):
+        return replace(_like(given, own), added_kg=added_kg)
+    return replace(_by_voltage(given), added_kg=added_kg)
+
+
+def fits_voltage(given: Battery, own: Battery) -> bool:
+    """Return whether a battery may have as many cells as the model's own, as far as is known."""
+    given_v, own_v = given.voltage_v, own.voltage_v
+    return given_v is None or own_v is None or LEAST_VOLTAGE <= given_v / own_v <= MOST_VOLTAGE
+
+
+def _added_kg(given: Battery, own: Battery) -> float:
+    typical_wh_kg = chemistry_of(own).typical_wh_kg
+    assert typical_wh_kg is not None  # a chemistry that is judged by has it
+    more_wh = given.new_energy_wh - own.new_energy_wh
+    return more_wh / typical_wh_kg if more_wh > _SAME_LABEL * own.new_energy_wh else 0.0
+
+
+def _like(given: Battery, own: Battery) -> FlownPack:
+    """Return a labelled battery of the cells of the model's own."""
+    charge_ah, own_v, own_ah = given.new_charge_ah, own.voltage_v, own.new_charge_ah
+    if charge_ah is None and own_v is not None:
+        charge_ah = given.new_energy_wh / own_v
+    volts = 1.0 if own_v is None or given.voltage_v is None else given.voltage_v / own_v
+    if charge_ah is None or own_ah is None:
+        return FlownPack(battery=given)
+    rows = charge_ah / own_ah
+    cell_v = None if own.cells_in_series is None else volts * (own_v or 0.0) / own.cells_in_series
+    cells = own.cells_in_series
+    if cell_v is not None and not _OWN_CELL_V[0] <= cell_v <= _OWN_CELL_V[1]:
+        cells = _cells(given.voltage_v)
+    resistance_ohm = own.new_resistance_ohm
+    scaled: dict[str, Any] = {
+        "capacity_ah": charge_ah,
+        "cells_in_series": cells,
+        "chemistry": own.chemistry if cells is not None else None,
+        "internal_resistance_ohm": None if resistance_ohm is None else resistance_ohm / rows,
+        "resistance_temperature_c": own.resistance_temperature_c,
+        "resistance_factor": own.resistance_factor,
+        "ocv_soc": own.ocv_soc,
+        "ocv_v": None if own.ocv_v is None else tuple(volts * one for one in own.ocv_v),
+        "cutoff_voltage_v": None if own.cutoff_voltage_v is None else volts * own.cutoff_voltage_v,
+        "max_c_rate": own.max_c_rate,
+    }
+    known = {name: value for name, value in scaled.items() if value is not None}
+    assumed = ""
+    if resistance_ohm is not None or own.ocv_v is not None:
+        times = quantity.decimals(rows, 2)
+        assumed = f"cells like those of the model's own battery, with {times} times the charge"
+    return FlownPack(battery=replace(given, **known), assumed=assumed)
+
+
+def _by_voltage(given: Battery) -> FlownPack:
+    """Return a labelled battery of the lithium-polymer cells that its voltage means, if it means any."""
+    cells = _cells(given.voltage_v)
+    if cells is None or given.voltage_v is None:
+        return FlownPack(battery=given)
+    chemistry = load_chemistry(ASSUMED_CHEMISTRY)
+    curve = Battery(
+        capacity_ah=1.0,
+        ocv_soc=chemistry.ocv_soc,
+        ocv_v=tuple(cells * one for one in chemistry.cell_ocv_v),
+    )
+    volts = given.voltage_v / curve.new_energy_wh  # of 1 Ah: its mean voltage
+    battery = replace(
+        given,
+        capacity_ah=given.new_charge_ah,
+        cells_in_series=cells,
+        chemistry=chemistry.name,
+        ocv_soc=chemistry.ocv_soc,
+        ocv_v=tuple(volts * cells * one for one in chemistry.cell_ocv_v),
+    )
+    number = quantity.count(cells, "lithium-polymer cell")
+    assumed = f"{number} in series, as {quantity.decimals(given.voltage_v, 1)} V mean"
+    return FlownPack(battery=battery, assumed=assumed)
+
+
+def _cells(voltage_v: float | None) -> int | None:
+    """Return the number of lithium-polymer cells in series that a voltage means; ``None``: none."""
+    if voltage_v is None:
+        return None
+    cells = max(round(voltage_v / 3.7), 1)
+    return cells if _CELL_V[0] <= voltage_v / cells <= _CELL_V[1] else None

@@ -1,0 +1,102 @@
+"""ArduPilot's MIS_OPTIONS 4: land, wait, take off again."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, speed, takeoff, waypoint
+from rule_cases.case import vehicle_of
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.service.preflight import CheckResult, check
+from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.parameters.files import parameters_from_text
+
+if TYPE_CHECKING:
+    from planner.mission.items import Home, MissionItem
+
+ARDUPILOT, STEP = Autopilot.ARDUPILOT, Autopilot.STEP
+GRIPPER = item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0))
+AUXILIARY = item(218, frame=2, params=(300.0, 2.0, 0.0, 0.0))
+
+
+def wait(seconds: float) -> MissionItem:
+    return item(93, frame=2, params=(seconds, -1.0, -1.0, -1.0))
+
+
+def land(metres_north: float) -> MissionItem:
+    return item(21, waypoint(metres_north, 0.0).latitude_deg, 0.0)
+
+
+def flown(
+    *items: MissionItem, options: int = 4, autopilot: Autopilot = ARDUPILOT, home: Home = HOME
+) -> CheckResult:
+    text = f"MIS_OPTIONS,{options}\nWPNAV_RADIUS,200\n"
+    return check(
+        mission(*items, home=home, autopilot=ARDUPILOT),
+        vehicle_of(autopilot),
+        battery=Battery(capacity_wh=5000.0),
+        parameters=parameters_from_text(text.encode(), source="p.param"),
+    )
+
+
+def left_out(result: CheckResult) -> list[Severity]:
+    return [one.severity for one in result.findings if one.code == "T104"]
+
+
+THERE = (takeoff(30), waypoint(200, 30), land(200))
+BACK = (takeoff(30), waypoint(0, 30), land(0))
+
+
+@pytest.mark.parametrize("options", [4, 5])
+@pytest.mark.parametrize("between", [(), (wait(10.0),), (AUXILIARY, wait(10.0))])
+def test_the_flight_goes_on_where_a_take_off_comes_next(
+    options: int, between: tuple[MissionItem, ...]
+) -> None:
+    result = flown(*THERE, *between, *BACK, options=options)
+    assert left_out(result) == []
+    assert result.items[-1].arrival_s == pytest.approx(result.totals.time_s)
+    assert result.totals.distance_m == pytest.approx(400.0, abs=2.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "between"), [(0, ()), (3, ()), (4, (GRIPPER,)), (4, (speed(5.0),))]
+)
+def test_it_ends_where_the_vehicle_disarms(options: int, between: tuple[MissionItem, ...]) -> None:
+    # ``AP_Mission::is_takeoff_next`` looks past NAV_DELAY and DO_AUX_FUNCTION only.
+    result = flown(*THERE, *between, *BACK, options=options)
+    assert left_out(result) == [Severity.ERROR]
+    assert result.totals.distance_m == pytest.approx(200.0, abs=1.0)
+
+
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, STEP])
+@settings(deadline=None, max_examples=3)
+@given(
+    north_m=st.floats(50.0, 800.0),
+    beyond_m=st.floats(50.0, 800.0),
+    height_m=st.floats(15.0, 60.0),
+    seconds=st.integers(1, 600),
+)
+def test_its_energy_is_the_sum_of_its_parts_and_of_the_wait(
+    autopilot: Autopilot, north_m: float, beyond_m: float, height_m: float, seconds: int
+) -> None:
+    first = (takeoff(height_m), waypoint(north_m, height_m), land(north_m))
+    end_m = north_m + beyond_m
+    then = (takeoff(height_m), waypoint(end_m, height_m), land(end_m))
+    whole = flown(*first, wait(seconds), *then, autopilot=autopilot).totals
+    there = flown(*first, autopilot=autopilot).totals
+    moved = replace(HOME, latitude_deg=HOME.latitude_deg + north_m / METRES_PER_DEGREE_NORTH)
+    back = flown(*then, autopilot=autopilot, home=moved).totals
+    assert whole.time_s == pytest.approx(there.time_s + seconds + back.time_s, rel=1e-3)
+    loads = vehicle_of(autopilot).loads
+    parts_wh = there.energy_wh + back.energy_wh
+    if loads is None:  # idling is not known of this model: a hover is counted, which is more
+        assert whole.energy_wh > parts_wh
+        return
+    idle_w = loads.ground_idle_w + loads.avionics_w
+    assert whole.energy_wh == pytest.approx(parts_wh + idle_w * seconds / 3600.0, rel=2e-3)

@@ -1,0 +1,140 @@
+"""Flights that end in the air, that do not begin, and what says so: never a go."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+from generate_catalogue import CASES
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, PLENTY, PX4, STEP, found, vehicle_of
+
+from planner import catalogue
+from planner.findings import Severity
+from planner.service.preflight import check
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
+    from planner.findings import Finding
+    from planner.mission.items import MissionItem
+
+FLYING = st.lists(
+    st.one_of(
+        st.builds(waypoint, st.floats(-400.0, 400.0), st.floats(10.0, 60.0)),
+        st.builds(speed, st.floats(2.0, 9.0)),
+        st.builds(
+            lambda s: item(19, north(50), 30.0, params=(s, 0.0, 0.0, None)), st.floats(1.0, 60.0)
+        ),
+        st.builds(lambda s: item(93, params=(s, -1.0, -1.0, -1.0)), st.floats(1.0, 60.0)),
+    ),
+    min_size=1,
+    max_size=6,
+)
+
+
+def codes_of_errors(items: list[MissionItem], autopilot: Autopilot) -> set[str]:
+    result = check(
+        mission(takeoff(20), *items), vehicle_of(autopilot), autopilot=autopilot, battery=PLENTY
+    )
+    errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert (result.verdict == "no-go") == bool(errors)
+    return errors
+
+
+@pytest.mark.parametrize("autopilot", [STEP, PX4, ARDUPILOT])
+@settings(deadline=None, max_examples=25)
+@given(items=FLYING)
+def test_a_mission_that_nothing_lands_is_never_go_and_a_return_at_its_end_mends_that(
+    autopilot: Autopilot, items: list[MissionItem]
+) -> None:
+    in_air = codes_of_errors(items, autopilot)
+    assert "M102" in in_air
+    assert codes_of_errors([*items, rtl()], autopilot) == in_air - {"M102"}
+
+
+@pytest.mark.parametrize("autopilot", [STEP, PX4, ARDUPILOT])
+@pytest.mark.parametrize(
+    "end",
+    [
+        [item(178, params=(1.0, 5.0, -1.0, 0.0), frame=2)],  # a DO_ item
+        [item(112, params=(5.0, 0.0, 0.0, 0.0), frame=2)],  # CONDITION_DELAY
+        [item(17, north(50), 30.0)],  # LOITER_UNLIM
+        [jump(2, -1.0)],
+        [jump(5, 1.0), rtl(), waypoint(80, 20)],  # over the landing
+    ],
+)
+def test_no_end_in_the_air_is_go(autopilot: Autopilot, end: list[MissionItem]) -> None:
+    errors = codes_of_errors([waypoint(100, 20), *end], autopilot)
+    assert errors & {"M102", "T101"}
+
+
+# A return lands unless RTL_ALT_FINAL ends it in the air; action 5 cuts the motors.
+@pytest.mark.parametrize(
+    ("parameters", "until"),
+    [
+        ("BATT_FS_LOW_ACT,0\nBATT_FS_CRT_ACT,0\n", "no failsafe lands it"),
+        ("BATT_FS_LOW_ACT,2\nBATT_LOW_MAH,1000\nBATT_CAPACITY,5000\n", "until BATT_LOW_MAH"),
+        ("BATT_FS_LOW_ACT,7\nBATT_LOW_MAH,1000\nBATT_CAPACITY,5000\n", "no failsafe lands it"),
+        ("BATT_FS_LOW_ACT,5\nBATT_LOW_MAH,1000\nBATT_CAPACITY,5000\n", "no failsafe lands it"),
+        (
+            "BATT_FS_LOW_ACT,2\nBATT_LOW_MAH,1000\nBATT_CAPACITY,5000\nRTL_ALT_FINAL,500\n",
+            "no failsafe lands it",
+        ),
+        (
+            (
+                "BATT_FS_LOW_ACT,2\nBATT_LOW_MAH,1000\nBATT_CAPACITY,5000\nRTL_ALT_FINAL,500\n"
+                "BATT_FS_CRT_ACT,1\nBATT_CRT_MAH,500\n"
+            ),
+            "until BATT_CRT_MAH",
+        ),
+    ],
+)
+def test_what_ends_the_hover_is_a_failsafe_that_lands(parameters: str, until: str) -> None:
+    findings = found(mission(takeoff(20), waypoint(100, 20)), ARDUPILOT, parameters)
+    [reported] = [one for one in findings if one.code == "M102"]
+    assert until in reported.message
+
+
+GRAVE = re.compile(
+    r"\b(PX4|ArduPilot|vehicle) (refuses|does not (start|arm|continue)|will not|cannot)\b"
+    r"|\bnever (lands|continues|ends)\b|\bends in the air\b|\bover 100 %|\bcannot (hover|lift|fly)\b"
+    r"|\bthe battery is empty\b|\bcannot be (checked|flown|judged)\b"
+)
+EXCEPTIONS: dict[str, str] = {
+    "L211": "mavjoule split adds the return itself",
+    "A112": "says how ArduPilot follows the ground; whether it clears it is A104's and A116's",
+}
+
+
+def messages() -> list[tuple[str, Finding]]:
+    return [
+        (code, finding)
+        for code, cases in CASES.items()
+        for case in (cases.fires, cases.boundary, cases.silent, cases.shown)
+        if case is not None
+        for finding in case()
+    ]
+
+
+def test_a_message_of_what_cannot_work_is_an_error() -> None:
+    mild = {
+        (finding.code, finding.message)
+        for _, finding in messages()
+        if GRAVE.search(finding.message)
+        and finding.severity is not Severity.ERROR
+        and finding.code not in EXCEPTIONS
+    }
+    assert mild == set()
+
+
+def test_a_rule_whose_summary_says_that_it_cannot_work_is_an_error() -> None:
+    rules = [catalogue.rule(code) for code in catalogue.entries()]
+    mild = {
+        rule.code
+        for rule in rules
+        if GRAVE.search(rule.summary) and rule.severity is not Severity.ERROR
+    }
+    assert mild - set(EXCEPTIONS) == set()

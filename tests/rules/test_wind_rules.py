@@ -1,0 +1,220 @@
+"""The wind wherever the vehicle may be: on its mission, holding, returning; and what PX4 does of itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from fenced_missions import rally
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import item, mission, north, rtl, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, found, vehicle_of
+
+from planner.findings import Severity
+from planner.physics.wind import Wind
+from planner.values import replace
+from planner.vehicle.declared import Interval
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+    from planner.vehicle.model import VehicleModel
+
+WARNING, ERROR = Severity.WARNING, Severity.ERROR
+HOVER = mission(takeoff(30), waypoint(0, 30, hold_s=60.0), item(21, north(0), 0.0))
+UP_AND_DOWN = mission(takeoff(30), item(21, north(0), 0.0))
+QUAD = vehicle_of(ARDUPILOT)
+"""Identified up to 15.1 m/s; flies its legs and its returns at 10 m/s."""
+LIMITED = replace(QUAD, airspeed_limit_m_s=12.0)
+
+
+def severities(
+    code: str,
+    one: Mission,
+    vehicle: VehicleModel = QUAD,
+    autopilot: Autopilot = ARDUPILOT,
+    **more: Any,  # noqa: ANN401 - whatever check takes
+) -> list[Severity]:
+    return [f.severity for f in of(code, one, vehicle, autopilot, **more)]
+
+
+def of(
+    code: str,
+    one: Mission,
+    vehicle: VehicleModel = QUAD,
+    autopilot: Autopilot = ARDUPILOT,
+    **more: Any,  # noqa: ANN401 - whatever check takes
+) -> list[Finding]:
+    return [f for f in found(one, autopilot, vehicle=vehicle, **more) if f.code == code]
+
+
+@pytest.mark.parametrize("one", [HOVER, UP_AND_DOWN], ids=["hover", "up and down"])
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+@pytest.mark.parametrize(
+    ("speed_m_s", "sd_m_s", "fires"),
+    [
+        (13.0, 0.0, True),
+        (12.1, 0.0, True),
+        (11.8, 0.0, False),
+        (10.0, 0.9, False),  # 11.8 in gusts
+        (10.0, 1.1, True),  # 12.2
+    ],
+)
+def test_wind_beyond_the_limit_of_a_vehicle_that_only_hovers_climbs_and_lands_is_an_error(
+    one: Mission, autopilot: Autopilot, speed_m_s: float, sd_m_s: float, *, fires: bool
+) -> None:
+    wind = Wind(speed_m_s=speed_m_s, from_deg=180.0, speed_sd_m_s=sd_m_s)
+    assert severities("W101", one, LIMITED, autopilot, wind=wind) == [ERROR] * fires
+
+
+def test_a_wind_that_grows_with_height_is_met_at_the_top() -> None:
+    # 8 m/s at 10 m and twice that at 40 m, with the root of the height: 12 m/s are met at 22.5 m.
+    wind = Wind(speed_m_s=8.0, reference_height_m=10.0, shear_exponent=0.5)
+    at = {height_m: mission(takeoff(height_m), rtl()) for height_m in (18.0, 27.0)}
+    low = "RTL_ALT,0\n"
+    assert severities("W101", at[18.0], LIMITED, wind=wind, parameters=low) == []
+    [one] = of("W101", at[27.0], LIMITED, wind=wind, parameters=low)
+    assert "with its profile" in one.message
+
+
+AWAY = mission(takeoff(30), waypoint(3500, 30), item(21, north(3500), 0.0))
+"""Lands 3.5 km north of home."""
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "expected"),
+    [
+        (5.0, []),  # 15 m/s against it on a return south
+        (5.4, []),  # 15.4: within 3 % of the 15.1 m/s identified
+        (6.0, [WARNING]),  # 16, 6 % beyond
+        (7.3, [WARNING]),  # 17.3; 1.15 times are 17.365
+        (7.5, [ERROR]),
+        (8.0, [ERROR]),
+    ],
+)
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+def test_a_return_against_the_wind_is_judged_as_a_leg(
+    autopilot: Autopilot, speed_m_s: float, expected: list[Severity]
+) -> None:
+    behind = Wind(speed_m_s=speed_m_s, from_deg=180.0)
+    more = {"wind": behind, "speed_m_s": 6.0}
+    if autopilot is PX4:
+        more["parameters"] = "MPC_XY_CRUISE,10\n"
+    beyond = of("E105", AWAY, QUAD, autopilot, **more)
+    beyond = [one for one in beyond if "airspeed" in one.message]
+    assert [one.severity for one in beyond] == expected
+    assert all("on the return from item" in one.message for one in beyond)
+
+
+def test_a_return_to_a_rally_point_is_judged_by_the_way_there() -> None:
+    """From 300 m on the vehicle flies to a point 4 km ahead: with the wind, at 10 m/s less 8."""
+    behind = Wind(speed_m_s=8.0, from_deg=180.0)
+    ahead = replace(AWAY, rally=(rally(0.0, 3500.0),))
+    far = "RALLY_LIMIT_KM,0\nRALLY_INCL_HOME,0\n"
+    given: dict[str, Any] = {"wind": behind, "speed_m_s": 6.0, "parameters": far}
+    assert severities("E105", ahead, **given) == []
+    assert severities("E105", replace(ahead, rally=(rally(0.0, -100.0),)), **given) == [ERROR]
+
+
+def test_knowing_the_airspeed_makes_no_difference_to_how_far_beyond_is_too_far() -> None:
+    """The article's model knows no drag, the other does; both at 1.15 times what is identified."""
+    flat = replace(vehicle_of(STEP), valid_for=replace(vehicle_of(STEP).valid_for))
+    for vehicle, autopilot, top_m_s in ((flat, STEP, 10.0), (QUAD, ARDUPILOT, 15.1)):
+        one = mission(takeoff(100), waypoint(1500, 100), rtl())
+        box = replace(vehicle.valid_for, speed_m_s=Interval(low=0.0, high=top_m_s))
+        known = replace(vehicle, valid_for=box)
+        for excess, expected in ((1.14, WARNING), (1.17, ERROR)):
+            wind = Wind(speed_m_s=excess * top_m_s - 10.0, from_deg=0.0)
+            beyond = of("E105", one, known, autopilot, wind=wind)
+            assert [f.severity for f in beyond if "airspeed" in f.message] == [expected]
+
+
+@pytest.mark.parametrize(
+    ("action", "expected", "does"),
+    [
+        (0, [WARNING], ""),
+        (1, [WARNING], ""),
+        (2, [ERROR], "holds its position"),
+        (3, [ERROR], "returns"),
+        (4, [ERROR], "cuts its motors"),
+        (5, [ERROR], "lands where it is"),
+    ],
+)
+def test_what_px4_does_of_itself_in_the_wind_and_off_its_position_decides(
+    action: int, expected: list[Severity], does: str
+) -> None:
+    wind = Wind(speed_m_s=8.1)
+    given = f"COM_WIND_MAX,8\nCOM_WIND_MAX_ACT,{action}\n"
+    [one] = of("W104", PLAIN, QUAD, PX4, wind=wind, parameters=given)
+    assert [one.severity] == expected
+    assert one.message.endswith(does)
+    given = f"COM_POS_LOW_EPH,5\nCOM_POS_LOW_ACT,{action}\n"
+    assert of("T114", PLAIN, QUAD, PX4, parameters=given) == []
+    wrong = of("T114", PLAIN, QUAD, PX4, parameters=given, position_error_m=5.5)
+    assert [f.severity for f in wrong] == expected * (action > 0)
+
+
+def test_gusts_count_against_the_wind_px4_accepts() -> None:
+    given = "COM_WIND_MAX,8\nCOM_WIND_MAX_ACT,3\n"
+    for sd_m_s, fires in ((0.9, False), (1.1, True)):
+        wind = Wind(speed_m_s=6.0, speed_sd_m_s=sd_m_s)
+        assert severities("W104", PLAIN, QUAD, PX4, wind=wind, parameters=given) == [ERROR] * fires
+
+
+@st.composite
+def missions(draw: st.DrawFn) -> Mission:
+    """Draw a flight that goes here and there, waits, and lands somewhere or returns."""
+    height_m = draw(st.floats(10.0, 90.0))
+    legs = draw(st.lists(st.floats(-900.0, 900.0), min_size=0, max_size=3))
+    last = draw(st.sampled_from((rtl(), item(21, north(legs[-1] if legs else 0.0), 0.0))))
+    hold_s = draw(st.sampled_from((0.0, 20.0)))
+    return mission(
+        takeoff(height_m), *(waypoint(one, height_m, hold_s=hold_s) for one in legs), last
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    one=missions(),
+    autopilot=st.sampled_from((ARDUPILOT, PX4)),
+    limit_m_s=st.floats(5.0, 14.0),
+    excess_m_s=st.floats(0.01, 5.0),
+    sd_m_s=st.floats(0.0, 3.0),
+    from_deg=st.floats(0.0, 360.0),
+)
+def test_no_flight_is_a_go_in_wind_it_cannot_hold_its_place_in(
+    *,
+    one: Mission,
+    autopilot: Autopilot,
+    limit_m_s: float,
+    excess_m_s: float,
+    sd_m_s: float,
+    from_deg: float,
+) -> None:
+    mean_m_s = max(limit_m_s + excess_m_s - 2.0 * sd_m_s, 0.0)
+    sd_m_s = 0.5 * (limit_m_s + excess_m_s - mean_m_s)
+    wind = Wind(speed_m_s=mean_m_s, from_deg=from_deg, speed_sd_m_s=sd_m_s)
+    vehicle = replace(QUAD, airspeed_limit_m_s=limit_m_s)
+    assert severities("W101", one, vehicle, autopilot, wind=wind) == [ERROR]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    one=missions(),
+    autopilot=st.sampled_from((ARDUPILOT, PX4)),
+    wind_m_s=st.floats(0.0, 20.0),
+    from_deg=st.floats(0.0, 360.0),
+)
+def test_no_wind_is_a_go_beyond_every_speed_the_model_was_identified_at(
+    one: Mission, autopilot: Autopilot, wind_m_s: float, from_deg: float
+) -> None:
+    """A hover in the wind has its speed as airspeed, whatever else the mission does."""
+    beyond = severities(
+        "E105", one, QUAD, autopilot, wind=Wind(speed_m_s=wind_m_s, from_deg=from_deg)
+    )
+    if wind_m_s > 1.16 * 15.1:
+        assert ERROR in beyond
+    if wind_m_s < 5.0:  # 10 m/s of ground speed and 5 of wind are within 15.1
+        assert ERROR not in beyond
