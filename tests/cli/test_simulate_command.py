@@ -50,7 +50,10 @@ def test_it_speaks_until_it_is_interrupted(mission: str, stack: str, name: str) 
             fetched = main(["fetch", f"udpin:127.0.0.1:{port}", "-o", "fetched.plan"])
         finally:
             process.send_signal(signal.SIGINT)
-            code = process.wait(DEADLINE_S)
+            try:
+                code = process.wait(DEADLINE_S)
+            finally:
+                process.kill()  # started in the background, SIGINT is ignored: nothing waits for ever
             reader.join(DEADLINE_S)
     assert fetched == 0
     assert code == 130
