@@ -262,7 +262,7 @@ def test_the_charge_at_the_start_counts_in_the_chance() -> None:
 
 def test_a_charge_with_a_spread_meets_the_curve_of_the_battery() -> None:
     # 2 % of the charge of the battery's own curve, at some 22.6 V x 8 Ah: about 3.6 Wh
-    vehicle = replace(SURVEYOR, spread=EXACT)
+    vehicle = replace(load_vehicle("arducopter-sitl-quad"), spread=EXACT)
     setup = Setup(vehicle, home_amsl_m=HOME.altitude_amsl_m, charge=Spread(mean=0.8, sd=0.02))
     returns = flown(setup)
     result = check(ROWS, vehicle, charge=Spread(mean=0.8, sd=0.02))

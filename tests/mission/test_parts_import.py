@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from made_missions import item, jump, mission, north, rtl, takeoff, waypoint
+from made_terrain import ground
 from qgc_rules import refuse_plan
 
 import planner
@@ -28,12 +29,10 @@ def test_parts_are_imported_as_they_are_read(
 ) -> None:
     camera = item(206, params=(25.0, 0.0, 1.0, 0.0), frame=2)
     height_m = 450.0 if frame == 0 else 50.0
-    lines = [
-        item(16, north(metres), height_m, frame=frame) for metres in (-1200.0, 1200.0, -1200.0)
-    ]
+    lines = [item(16, north(metres), height_m, frame=frame) for metres in (-900.0, 1200.0, -900.0)]
     whole = mission(takeoff(40.0), waypoint(100.0, 50.0), lines[0], camera, *lines[1:], rtl())
     vehicle = planner.load_vehicle("arducopter-sitl-quad")
-    split = split_mission(whole, vehicle, battery=Battery(capacity_wh=45.0))
+    split = split_mission(whole, vehicle, battery=Battery(capacity_wh=48.0), terrain=ground(0.0))
     assert len(split.parts) > 1
     check_import(split, importers, Autopilot.PX4)
 

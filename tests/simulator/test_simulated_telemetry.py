@@ -5,16 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulated_vehicles import (
-    BATTERY,
-    WIND,
-    Bench,
-    memory_line,
-    named,
-    out_and_back,
-    request,
-    texts,
-)
+from simulated_vehicles import WIND, Bench, memory_line, named, out_and_back, request, texts
 
 from planner.autopilot import Autopilot
 from planner.link.wire import Codec
@@ -65,8 +56,27 @@ def test_it_flies_where_and_with_what_energy_the_check_says(autopilot: Autopilot
         used_j = np.trapezoid(*_until(time_s, trace.power_w, trace.time_s))
         # Told in steps of 100 J; the last 0.1 s of the trace is cut off: some 40 J.
         assert battery["energy_consumed"] * 100.0 == pytest.approx(used_j, abs=150.0)
-        left = 1.0 - used_j / 3600.0 / BATTERY.energy_wh
+        left = _charge_left(*_until(time_s, trace.power_w, trace.time_s))
         assert battery["battery_remaining"] == pytest.approx(left * 100.0, abs=0.6)  # whole %
+
+
+def _charge_left(power_w: np.ndarray, times_s: np.ndarray) -> float:
+    """Return the state of charge, step by step: P = (U - R i) i, dQ = i dt."""
+    pack = request(Autopilot.PX4).setup.flown_pack.battery
+    assert pack is not None
+    resistance_ohm = pack.internal_resistance_ohm
+    assert resistance_ohm is not None
+    assert pack.ocv_soc is not None
+    assert pack.ocv_v is not None
+    left = 1.0
+    steps_s = np.diff(times_s)
+    for mean_w, step_s in zip(0.5 * (power_w[1:] + power_w[:-1]), steps_s, strict=True):
+        open_v = float(np.interp(left, pack.ocv_soc, pack.ocv_v))
+        current_a = (open_v - math.sqrt(open_v**2 - 4.0 * resistance_ohm * mean_w)) / (
+            2.0 * resistance_ohm
+        )
+        left -= current_a * step_s / 3600.0 / 8.0
+    return left
 
 
 def _until(

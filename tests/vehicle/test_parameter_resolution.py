@@ -148,7 +148,7 @@ def test_an_impossible_value_is_an_error_and_the_default_is_assumed(line: str, s
     assert message == f"{shown} is not possible: default 10 m/s used"
 
 
-@pytest.mark.parametrize("line", ["PILOT_ACC_Z,250", "LOIT_SPEED,99999", "MIS_OPTIONS,-1"])
+@pytest.mark.parametrize("line", ["PILOT_ACC_Z,250", "LOIT_SPEED,99999", "MIS_RESTART,-1"])
 def test_a_parameter_no_prediction_depends_on_is_left_alone(line: str) -> None:
     result = resolved(f"WP_SPD,5\n{line}\n")
     assert {found.code for found in result.findings} == {"P101"}
