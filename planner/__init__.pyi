@@ -21,12 +21,12 @@ from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
 from planner.service.preflight import CheckResult as CheckResult
 from planner.service.preflight import check as check
+from planner.service.separation import check_together as check_together
 from planner.service.speed import SpeedCurve as SpeedCurve
 from planner.service.speed import predict_speed_curve as predict_speed_curve
 from planner.service.split import Split as Split
 from planner.service.split import split_mission as split_mission
 from planner.service.split import write_split as write_split
-from planner.service.together import check_together as check_together
 from planner.setup import Reserve as Reserve
 from planner.setup import Setup as Setup
 from planner.site_profile import read_profile as read_profile

@@ -79,7 +79,7 @@ def command(
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
         results = [_checked(mission, values, link) for mission, values in jobs]
     if together is not None:
-        from planner.service.together import keep_apart
+        from planner.service.separation import keep_apart
 
         results = list(keep_apart(results, together))
     write_attachments(results, output)

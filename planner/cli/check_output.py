@@ -44,7 +44,7 @@ def refuse_output(asked: Output, *, missions: int) -> None:
 
         refuse_without_libraries()
     if asked.plots is not None:
-        from planner.report.plots.figures import load_altair, load_converter
+        from planner.report.plots.picture_files import load_altair, load_converter
 
         load_altair()
         load_converter()

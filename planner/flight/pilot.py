@@ -316,7 +316,7 @@ class Px4Pilot(Value):
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance and the time until a vehicle in mid-leg turns back."""
-        from planner.flight.motion.px4.speeds import turning_back
+        from planner.flight.motion.px4.braking import turning_back
 
         return turning_back(speed_m_s, self.parameters)
 
@@ -427,7 +427,7 @@ class StopRoom(Value):
         from planner.vehicle.parameters.px4 import Px4Parameters
 
         if isinstance(self.parameters, Px4Parameters):
-            from planner.flight.motion.px4.speeds import stopping_distance_m as px4_way_m
+            from planner.flight.motion.px4.braking import stopping_distance_m as px4_way_m
 
             return px4_way_m(speed, self.parameters)
         from planner.flight.motion.ardupilot.legs import stopping_distance_m as ardupilot_way_m

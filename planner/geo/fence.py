@@ -10,7 +10,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.geo.path import Barrier, CircleBarrier, path_legs, polygon_barrier
+from planner.geo.barrier import Barrier, CircleBarrier, path_legs, polygon_barrier
 from planner.values import Value
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from planner.flight.motion.kinematics import STATES
 from planner.flight.prediction import sample_trace
 from planner.flight.returns.path import return_profile
 from planner.flight.uncertainty import predict_energy_band
-from planner.geo.path import swept_areas
+from planner.geo.barrier import swept_areas
 from planner.mission.route.stage import StageKind
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.units import wh_from_j
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Trace
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.stage import Stage
-    from planner.report.plots.figures import Chart
+    from planner.report.plots.picture_files import Chart
     from planner.rules.assessment import Assessment
     from planner.service.preflight import CheckResult
 

@@ -10,8 +10,8 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.returns.path import thinned
+from planner.geo.barrier import make_fence_frame, swept_areas
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
-from planner.geo.path import make_fence_frame, swept_areas
 from planner.mission.route.stage import FenceAction, StageKind
 from planner.rules.declaration import FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding, Place
+    from planner.geo.barrier import Barrier, SweptAreas
     from planner.geo.fence import Fence, RallyPoint
     from planner.geo.geodesy import LocalFrame
-    from planner.geo.path import Barrier, SweptAreas
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.rules.fence_settings import FenceLimits

@@ -12,9 +12,9 @@ from planner.findings import FlightStretch
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.flight.pilot import StopRoom
 from planner.flight.returns.destination import HOME
+from planner.geo.barrier import CircleBarrier, PathLegs, make_fence_frame, swept_areas
 from planner.geo.fence import Fence, make_fence_area
 from planner.geo.geodesy import bow_m, straight_length_m
-from planner.geo.path import CircleBarrier, PathLegs, make_fence_frame, swept_areas
 from planner.rules.fence_settings import (
     fence_margin_m,
     fence_schedule,
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.path import FlownPath
+    from planner.geo.barrier import Barrier, SweptAreas
     from planner.geo.fence import FenceArea
     from planner.geo.geodesy import LocalFrame
-    from planner.geo.path import Barrier, SweptAreas
     from planner.rules.assessment import Assessment
     from planner.rules.fence_settings import FenceSchedule
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.geo.path import SweptAreas, swept_areas
+from planner.geo.barrier import SweptAreas, swept_areas
 from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
-    from planner.geo.path import Barrier
+    from planner.geo.barrier import Barrier
     from planner.rules.fenced_flight import FencedFlight
 
 _SLOWEST_M_S = 0.05

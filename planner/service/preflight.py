@@ -227,7 +227,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
 
     route = laid_out({})
     if route.held:
-        from planner.flight.queue import route_with_queue
+        from planner.flight.held_items import route_with_queue
 
         route = route_with_queue(mission, laid_out, make_pilot(setup, parameters))
     found += [*mission.findings, *route.findings]

@@ -46,7 +46,7 @@ def test_a_vehicle_that_stands_is_in_the_way_of_one_that_flies_over_it(
 
 def test_several_that_come_too_near_are_one_finding() -> None:
     from planner.service.preflight import check
-    from planner.service.together import check_together
+    from planner.service.separation import check_together
     from planner.vehicle.library import load_vehicle
 
     vehicle = load_vehicle("arducopter-sitl-quad")

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES, FlightState
-from planner.flight.motion.px4.pieces import BrakeLaw, wright_omega
-from planner.flight.motion.px4.pilot import fly_px4
-from planner.flight.motion.px4.speeds import (
+from planner.flight.motion.px4.braking import (
     Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
     braking_time_s,
     ramp_time_s,
 )
+from planner.flight.motion.px4.pieces import BrakeLaw, wright_omega
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 

@@ -15,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.pilot import fly_px4, px4_returns
-from planner.flight.motion.px4.speeds import (
+from planner.flight.motion.px4.braking import (
     allowed_speed_m_s,
     braking_distance_m,
     corner_speed_m_s,
     stopping_distance_m,
 )
+from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.mission.route.stage import Stage, StageKind
 from planner.physics.wind import Wind
 from planner.values import replace

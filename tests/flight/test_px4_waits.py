@@ -10,8 +10,8 @@ from ardupilot_missions import go, stage, takeoff
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES
+from planner.flight.motion.px4.braking import yaw_time_s
 from planner.flight.motion.px4.pilot import fly_px4
-from planner.flight.motion.px4.speeds import yaw_time_s
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from pyproj import Geod
 
 from planner.findings import Place, Severity
+from planner.geo.barrier import path_legs
 from planner.geo.fence import Fence, FenceArea, FenceCircle, FencePolygon, make_fence_area
 from planner.geo.geodesy import LocalFrame
-from planner.geo.path import path_legs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

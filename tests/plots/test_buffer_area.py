@@ -13,7 +13,7 @@ from made_missions import mission, rtl, takeoff
 import planner
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
-from planner.report.plots.figures import ORANGE
+from planner.report.plots.picture_files import ORANGE
 from planner.report.tables import stop_room_rows
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.values import replace

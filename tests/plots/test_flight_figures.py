@@ -19,8 +19,8 @@ from planner.geo.fence import Fence
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
 from planner.report import plots
-from planner.report.plots.figures import STATE_COLOURS, chart_config
 from planner.report.plots.flight import limit_rows, tightest_row
+from planner.report.plots.picture_files import STATE_COLOURS, chart_config
 from planner.report.tables import MOST_ROWS, make_tables
 from planner.service.preflight import CheckResult, check
 from planner.values import replace
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.mission.items import MissionItem
-    from planner.report.plots.figures import Scheme
+    from planner.report.plots.picture_files import Scheme
 
 OUT = (takeoff(20), at(0, 300), at(300, 300), rtl())
 CLOSE = Fence(polygons=(box(-400, -400, 305, 400),))

@@ -20,7 +20,7 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.report.plots.figures import Chart
+    from planner.report.plots.picture_files import Chart
 
 CURVE: Any = SimpleNamespace(
     speed_m_s=np.array([2.0, 4.0, 6.0]),

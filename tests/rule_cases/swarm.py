@@ -8,7 +8,7 @@ from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, takeoff
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, vehicle_of
 
 from planner.service.preflight import check
-from planner.service.together import check_together
+from planner.service.separation import check_together
 from planner.values import replace
 from planner.vehicle.parameters.files import parameters_from_text
 

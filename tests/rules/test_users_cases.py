@@ -24,7 +24,7 @@ from planner.geo.geodesy import LocalFrame
 from planner.mission.files import read_mission
 from planner.physics.wind import Wind
 from planner.service.preflight import check
-from planner.service.together import check_together
+from planner.service.separation import check_together
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -9,8 +9,8 @@ from planner.findings import Severity
 from planner.report.columns import cell_text
 from planner.report.figures import KEY_FIGURES, number_at, shown_figure, shown_figures
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
-from planner.report.plots.figures import ORANGE, still_svg
 from planner.report.plots.flight import mission_panels
+from planner.report.plots.picture_files import ORANGE, still_svg
 from planner.report.rule_text import explanation
 from planner.report.tables import make_tables, with_data
 from planner.report.text import (

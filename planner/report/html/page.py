@@ -18,7 +18,7 @@ from planner.errors import UsageError
 from planner.report.figures import KEY_FIGURES, shown_figure
 from planner.report.html.mission import badness, mission_view
 from planner.report.json import figures
-from planner.report.plots.figures import chart_config, load_altair, load_converter
+from planner.report.plots.picture_files import chart_config, load_altair, load_converter
 from planner.report.text import finding_tally, tally, well_formed
 
 if TYPE_CHECKING:

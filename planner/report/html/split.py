@@ -8,7 +8,7 @@ from planner import quantity
 from planner.report.figures import KEY_FIGURES, ShownFigure, shown_figure
 from planner.report.html.mission import finding_view
 from planner.report.html.page import page_json, template
-from planner.report.plots.figures import still_svg
+from planner.report.plots.picture_files import still_svg
 from planner.report.plots.split import split_energy_figure, split_map_figure
 from planner.report.split import flown_text, part_document, together
 

@@ -5,7 +5,6 @@ for light or dark pages.  Without the libraries of ``mavjoule[report]``, Altair 
 raise ``UsageError``.
 """
 
-from planner.report.plots.figures import write_figure, write_figures
 from planner.report.plots.flight import (
     energy_figure,
     map_figure,
@@ -14,6 +13,7 @@ from planner.report.plots.flight import (
     profile_figure,
 )
 from planner.report.plots.identification import identification_figures, verification_figure
+from planner.report.plots.picture_files import write_figure, write_figures
 from planner.report.plots.speed import speed_figure
 from planner.report.plots.split import split_energy_figure, split_map_figure
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.report.plots.figures import (
+from planner.report.plots.picture_files import (
     BLUE,
     GREEN,
     GREY,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.identify.manoeuvres import simulated_answers
-from planner.report.plots.figures import BLUE, GREY, Chart, load_altair, styled
+from planner.report.plots.picture_files import BLUE, GREY, Chart, load_altair, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner import quantity
-from planner.report.plots.figures import BLUE, GREEN, ORANGE, PURPLE, RED, Chart, load_altair
+from planner.report.plots.picture_files import BLUE, GREEN, ORANGE, PURPLE, RED, Chart, load_altair
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

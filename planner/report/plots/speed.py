@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from planner.report.plots.figures import BLUE, ORANGE, Chart, load_altair
+from planner.report.plots.picture_files import BLUE, ORANGE, Chart, load_altair
 
 if TYPE_CHECKING:
     from planner.service.speed import SpeedCurve

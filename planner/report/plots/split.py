@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.flight.prediction import sample_trace
-from planner.report.plots.figures import (
+from planner.report.plots.picture_files import (
     BLUE,
     GREEN,
     GREY,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
-from planner.flight.motion.px4.pieces import RAMP, Curves, Places, SettlingLaw, wright_omega
-from planner.flight.motion.px4.speeds import (
+from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
     allowed_speed_m_s,
@@ -17,6 +16,7 @@ from planner.flight.motion.px4.speeds import (
     half_b_m_s,
     vertical_limits,
 )
+from planner.flight.motion.px4.pieces import RAMP, Curves, Places, SettlingLaw, wright_omega
 from planner.values import Value
 
 if TYPE_CHECKING:

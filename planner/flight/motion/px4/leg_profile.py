@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import horizontal
+from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -18,7 +19,6 @@ from planner.flight.motion.px4.pieces import (
     Curves,
     Places,
 )
-from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
-from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs
-from planner.flight.motion.px4.moves import Moves, directions
-from planner.flight.motion.px4.speeds import (
+from planner.flight.motion.px4.braking import (
     STILL_M,
     allowed_speed_m_s,
     braking_time_s,
@@ -17,6 +15,8 @@ from planner.flight.motion.px4.speeds import (
     vertical_limits,
     yaw_time_s,
 )
+from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs
+from planner.flight.motion.px4.moves import Moves, directions
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
 from planner.flight.motion.px4.turns import cut_short, joined_turns, leg_entries, slowed_turns
 from planner.values import field_values, replace

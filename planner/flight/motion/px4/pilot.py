@@ -14,6 +14,7 @@ from planner.flight.motion.kinematics import (
     SegmentColumns,
     horizontal,
 )
+from planner.flight.motion.px4.braking import stopping_distance_m
 from planner.flight.motion.px4.landing import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import fly_legs, yaw_waits_s
@@ -28,7 +29,6 @@ from planner.flight.motion.px4.pieces import (
     TimeScale,
     in_flown_order,
 )
-from planner.flight.motion.px4.speeds import stopping_distance_m
 from planner.mission.route.stage import StageKind
 from planner.values import replace
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, quotient
-from planner.flight.motion.px4.moves import directions
-from planner.flight.motion.px4.speeds import (
+from planner.flight.motion.px4.braking import (
     Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
@@ -16,6 +15,7 @@ from planner.flight.motion.px4.speeds import (
     ramp_time_s,
     vertical_limits,
 )
+from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.turns import CLAMPED_M_S
 from planner.values import field_values
 

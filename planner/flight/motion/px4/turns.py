@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
-from planner.flight.motion.px4.moves import directions
-from planner.flight.motion.px4.speeds import (
+from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
     braking_distance_m,
     ramp_time_s,
     vertical_limits,
 )
+from planner.flight.motion.px4.moves import directions
 from planner.values import Value, replace
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.geo.path import Barrier, CircleBarrier, polygon_barrier, swept_areas
+from planner.geo.barrier import Barrier, CircleBarrier, polygon_barrier, swept_areas
 
 TRIANGLE = np.array([(0.0, 0.0), (100.0, 0.0), (0.0, 100.0)])
 LINE = np.array([(200.0, 0.0), (300.0, 0.0)])
