@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.identify.verification import Verification
     from planner.link.snapshot import VehicleSnapshot
     from planner.logs.record import FlightRecord
-    from planner.rules.declaration import LedgerEntry
+    from planner.rules.ledger import LedgerEntry
     from planner.service.preflight import UnreadableMission
     from planner.service.vehicle import MissionComparison
     from planner.vehicle.model import VehicleModel

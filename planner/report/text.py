@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from planner import quantity
 from planner.findings import Finding, Severity
 from planner.flight.motion.kinematics import STATES
-from planner.rules.declaration import Outcome
 from planner.rules.energy import destination_name, place_along, reserve_name
+from planner.rules.ledger import Outcome
 from planner.service.preflight import CheckResult
 from planner.setup import conditions_text
 from planner.values import Value
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.rules.declaration import LedgerEntry
+    from planner.rules.ledger import LedgerEntry
     from planner.service.preflight import UnreadableMission
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 from planner.autopilot import Autopilot
@@ -53,24 +52,6 @@ class NotEvaluated(Value):
     asked_by: str
     """The parameter or item: ``BATT_LOW_VOLT of 21.0 V``."""
     item: int | None = None
-
-
-class Outcome(StrEnum):
-    """What became of a rule."""
-
-    CHECKED = "checked"
-    NOT_CHECKED = "not-checked"
-    NOT_APPLICABLE = "not-applicable"
-
-
-class LedgerEntry(Value):
-    """One rule in the list of what was checked."""
-
-    code: str
-    name: str
-    outcome: Outcome
-    needs: str = ""
-    """What it lacks; empty where it was checked."""
 
 
 def _target(a: Assessment, autopilot: Autopilot) -> Target | None:

@@ -14,11 +14,10 @@ from planner.rules.declaration import (
     PROFILE,
     TARGET,
     Check,
-    LedgerEntry,
     Need,
     NotEvaluated,
-    Outcome,
 )
+from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -67,7 +66,7 @@ def judge(
         missing = next((need for need in needs if need.of(a) is None), None)
         if missing is not None:
             entries += (
-                _entry(code, one.name, missing)
+                ledger_entry(code, one.name, missing)
                 for code, one in catalogue.entries().items()
                 if one.module == f"planner.rules.{subject}"
             )
@@ -75,22 +74,22 @@ def judge(
         for check in checks_of(subject):
             if not any(rule.is_default or selection.asks_for(rule.code) for rule in check.rules):
                 entries += (
-                    _entry(rule.code, rule.name, f"--extend-select {rule.code}")
+                    ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}")
                     for rule in check.rules
                 )
                 continue
             found = check(a)
             if isinstance(found, Need):
-                entries += (_entry(rule.code, rule.name, found) for rule in check.rules)
+                entries += (ledger_entry(rule.code, rule.name, found) for rule in check.rules)
                 continue
-            entries += (_entry(rule.code, rule.name) for rule in check.rules)
+            entries += (ledger_entry(rule.code, rule.name) for rule in check.rules)
             for one in found:
                 if isinstance(one, NotEvaluated):
-                    entries.append(_entry(one.rule.code, one.rule.name, one))
+                    entries.append(ledger_entry(one.rule.code, one.rule.name, one))
                     findings.append(_not_evaluated(a, one))
                 else:
                     findings.append(one)
-    return tuple(findings), _ledger(entries)
+    return tuple(findings), one_entry_each(entries)
 
 
 def checks_of(subject: str) -> Iterator[Check]:
@@ -98,37 +97,6 @@ def checks_of(subject: str) -> Iterator[Check]:
     for value in vars(import_module(f"planner.rules.{subject}")).values():
         if isinstance(value, Check):
             yield value
-
-
-def _entry(
-    code: str, name: str, missing: Need[Any] | NotEvaluated | str | None = None
-) -> LedgerEntry:
-    """Return what became of a rule in one of its checks."""
-    match missing:
-        case None:
-            return LedgerEntry(code=code, name=name, outcome=Outcome.CHECKED)
-        case NotEvaluated():
-            needs, outcome = missing.needs, Outcome.NOT_CHECKED
-        case Need(is_subject=False):
-            needs, outcome = missing.what, Outcome.NOT_CHECKED
-        case _:
-            needs = missing if isinstance(missing, str) else missing.what
-            outcome = Outcome.NOT_APPLICABLE
-    return LedgerEntry(code=code, name=name, outcome=outcome, needs=needs)
-
-
-_GRAVITY = (Outcome.NOT_APPLICABLE, Outcome.CHECKED, Outcome.NOT_CHECKED)
-"""A rule of several checks is checked where one was made, and not checked where one could not be."""
-
-
-def _ledger(entries: list[LedgerEntry]) -> tuple[LedgerEntry, ...]:
-    """Return one entry for each rule, by its code."""
-    by_code: dict[str, LedgerEntry] = {}
-    for entry in entries:
-        known = by_code.setdefault(entry.code, entry)
-        if _GRAVITY.index(entry.outcome) > _GRAVITY.index(known.outcome):
-            by_code[entry.code] = entry
-    return tuple(by_code[code] for code in sorted(by_code))
 
 
 def _not_evaluated(a: Assessment, lack: NotEvaluated) -> Finding:

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import ItemArrival, Segment, Trace
     from planner.flight.returns.tightest import ReturnPlan
     from planner.mission.route.stage import Route
-    from planner.rules.declaration import LedgerEntry
+    from planner.rules.ledger import LedgerEntry
     from planner.vehicle.parameters.resolve import FlightParameters
 
 Verdict = Literal["go", "no-go"]

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.rules.declaration import LedgerEntry
+    from planner.rules.ledger import LedgerEntry
     from planner.service.preflight import UnreadableMission
 
 

@@ -10,7 +10,7 @@ from planner import quantity
 from planner.findings import Severity
 from planner.report.columns import DIGITS, cell_text
 from planner.report.text import finding_message, printable
-from planner.rules.declaration import LedgerEntry
+from planner.rules.ledger import LedgerEntry
 from planner.service.preflight import CheckResult
 from planner.tui.widgets.row_list import Table, TableColumn
 from planner.units import wh_from_j

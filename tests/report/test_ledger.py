@@ -16,7 +16,7 @@ from planner.report.html.page import check_html
 from planner.report.sarif import check_sarif
 from planner.report.split import split_json, split_text
 from planner.report.text import Medium
-from planner.rules.declaration import LedgerEntry, Outcome
+from planner.rules.ledger import LedgerEntry, Outcome
 from planner.rules.model import NO_VEHICLE
 from planner.service.comparison import compare_results
 from planner.service.split import Split, SplitPart

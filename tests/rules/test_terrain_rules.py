@@ -31,7 +31,7 @@ from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid
-from planner.rules.declaration import Outcome
+from planner.rules.ledger import Outcome
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
-    from planner.rules.declaration import LedgerEntry
+    from planner.rules.ledger import LedgerEntry
     from planner.tui.checked import Checked
     from planner.tui.details import Details
     from planner.tui.screens.search import Hit
