@@ -1,4 +1,4 @@
-"""The only place where a quantity becomes text, and where text becomes one.
+"""Quantities as people read and write them: numbers into text, and text into numbers.
 
 Three significant digits, as far as a pilot reads them; a value that is not zero is never printed
 as zero, and a shortfall never loses its sign.  ``None`` is a dash.

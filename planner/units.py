@@ -1,4 +1,4 @@
-"""Physical constants with their sources, and the only unit conversions.
+"""Physical constants with their sources, and the conversions of units.
 
 SI inside: metres, seconds, kilograms, watts, joules, radians.  Reports speak Wh, mAh, degrees.
 """

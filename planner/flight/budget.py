@@ -275,7 +275,7 @@ HOVER_HEIGHT_M = 10.0
 """Height over home of the hover a reserve is counted in: low, over the landing place. [m]"""
 
 
-def hover_power_w(power: SteadyPower) -> float:
+def hover_near_home_w(power: SteadyPower) -> float:
     """Return the power of a hover low over home, in the wind of the day. [W]"""
     zero = np.zeros(1)
     state = KinematicState(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.budget import hover_power_w
+from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, POWER, judges
@@ -393,7 +393,7 @@ def _battery_impossible(a: Assessment, budget: BatteryBudget, pack: Battery) -> 
         vehicle.knows_mass and mass_kg is not None and vehicle.battery is not None
     )
     longest_h = _RECORD_H if is_counted or mass_kg is not None else _USUAL_H
-    hover_w = hover_power_w(a.flight.power)
+    hover_w = hover_near_home_w(a.flight.power)
     hover_h = budget.capacity_wh / hover_w if hover_w > 0.0 else 0.0
     holds = quantity.energy(pack.new_energy_wh)
     if mass_kg is not None and least_kg > _MOST_PACK_FRACTION * mass_kg:

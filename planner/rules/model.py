@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.flight.budget import hover_power_w
+from planner.flight.budget import hover_near_home_w
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.prediction import QUADRATURE_WEIGHTS
@@ -527,7 +527,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         total_s = float(np.sum(added_s))
         if total_s > 0.0 and (slowest is None or total_s > slowest[0]):
             slowest = (total_s, str(given.origins[name]), limit_m_s, float(np.max(flown_m_s)))
-    hover_w, in_all_s = hover_power_w(a.flight.power), float(np.sum(longer_s))
+    hover_w, in_all_s = hover_near_home_w(a.flight.power), float(np.sum(longer_s))
     added_wh = wh_from_j(hover_w * in_all_s)
     had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
     left_wh = had_wh - added_wh

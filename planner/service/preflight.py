@@ -13,7 +13,7 @@ from planner.flight.budget import (
     battery_budget,
     battery_temperature_c,
     flight_totals,
-    hover_power_w,
+    hover_near_home_w,
     item_arrivals,
     predict_discharge,
 )
@@ -283,7 +283,7 @@ def assess(prepared: Preparation) -> Assessment:
                 pack,
                 charge=charge,
                 reserve=reserve,
-                hover_power_w=hover_power_w(flight.power),
+                hover_power_w=hover_near_home_w(flight.power),
                 discharge=discharge,
             )
         sweep = sweep_returns(returns, *return_limits_wh(budget))
