@@ -83,12 +83,15 @@ def command(
     setup = Setup.of(values)
     setup.require_named("upload")
     mission = read_mission(file)
+    is_sending = False
 
     def may_send(proposal: UploadProposal) -> bool:
+        nonlocal is_sending
         what = f"{quantity.count(len(mission.items), 'item')} of {file}"
-        return _is_sendable(proposal, is_forced=force) and _is_confirmed(
+        is_sending = _is_sendable(proposal, is_forced=force) and _is_confirmed(
             proposal, what, is_sure=yes
         )
+        return is_sending
 
     try:
         upload = send_mission(
@@ -100,10 +103,15 @@ def command(
             is_charge_given="charge" in values,
             on_progress=TransferProgress(),
         )
-    except (KeyboardInterrupt, click.Abort):  # one while it is sent reports what became of it
+    except (KeyboardInterrupt, click.Abort):  # the first while it is sent reports what became of it
         if sys.stderr is not None and sys.stderr.isatty():
             click.echo(err=True)  # after the question, or the progress
-        narrate("interrupted: nothing was sent")
+        if is_sending:
+            narrate(
+                "interrupted: compare what is on the vehicle by mavjoule diff before anyone arms"
+            )
+        else:
+            narrate("interrupted: nothing was sent")
         raise
     if upload.result is None:
         narrate("nothing was sent")

@@ -39,6 +39,7 @@ from planner.guard.decision import (
     VehiclePart,
 )
 from planner.guard.energy import FlightFollower, Prediction
+from planner.link.connection import TwoVehiclesError
 from planner.link.mission import MissionDownload, MissionKind
 from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot
 from planner.link.telemetry import BatteryState
@@ -141,6 +142,8 @@ class VehicleWatch:
         """Return what a message of anybody on the line means."""
         if received.system != self._system:
             return self._others(received)
+        if received.component != self._identity.component:
+            return ()  # a camera, or a companion: not who arms
         events: list[Event] = [MessageHeard()]
         target = received.fields.get("target_system", 0)
         match received.name:
@@ -277,6 +280,8 @@ class PartReader:
             settings = replace(settings, reply_timeout_s=min(late_s, settings.reply_timeout_s))
         try:
             confirmed = self._confirmed(asked.parts, settings)
+        except TwoVehiclesError:
+            raise
         except LinkError as error:
             yield from (PartUnread(part=part, why=str(error)) for part in asked.parts)
             return
@@ -288,6 +293,8 @@ class PartReader:
                     yield self._watch.take_list(KINDS[part], self._watch.lists[KINDS[part]])
                 else:
                     yield self._read_list(KINDS[part], settings)
+            except TwoVehiclesError:
+                raise
             except LinkError as error:
                 yield PartUnread(part=part, why=str(error))
 
@@ -451,8 +458,6 @@ class GuardSession:
                 self._feed(event)
 
     def _reported(self, received: Message) -> tuple[Event, ...]:
-        if received.component != self._link.identity.component:
-            return ()
         state = self._connection.telemetry.state()
         match received.name:
             case "HEARTBEAT":

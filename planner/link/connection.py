@@ -26,15 +26,22 @@ _MOST_HEARD = 64
 """Vehicles remembered; a swarm's are named one by one."""
 
 
+class TwoVehiclesError(LinkError):
+    """Two senders answer to one system id: nothing that comes by it can be trusted."""
+
+
 class HeartbeatWatch:
-    """Every autopilot heard, and signs that two of them share a number."""
+    """Every autopilot heard, each bound to the sender of its first heartbeat.
+
+    A datagram names its sender's ids, and anybody can write them: what comes by the ids of a vehicle
+    from anywhere else is of a second one, or of somebody who plays it.
+    """
 
     def __init__(self, system: int | None = None) -> None:
         self._system = system
         self._heard: dict[tuple[int, int], VehicleIdentity] = {}
-        self._peers: dict[tuple[int, int], list[Hashable]] = {}
+        self._peers: dict[tuple[int, int], Hashable] = {}
         self._uids: dict[int, str] = {}
-        self._left: set[tuple[int, int, Hashable]] = set()
         self.others: set[int] = set()
         """System ids of vehicles that are not the one to listen to."""
         self.last_heard_s: float | None = None
@@ -46,17 +53,17 @@ class HeartbeatWatch:
         return tuple(sorted({system for system, _ in self._heard}))
 
     def take(self, received: Message, peer: Hashable, now_s: float) -> None:
-        """Take a message of any kind.
-
-        `LinkError` where two vehicles answer to one system id: nothing that comes of them can be trusted.
-        """
+        """Take a message of any kind; `TwoVehiclesError` where two answer to one system id."""
         if self._system is not None and received.system != self._system:
             if _is_vehicle(received) and len(self.others) < _MOST_HEARD:
                 self.others.add(received.system)
             return
         if received.name == "HEARTBEAT":
             self._take_heartbeat(received, peer, now_s)
-        elif received.name == "AUTOPILOT_VERSION":
+        bound = self._peers.get((received.system, received.component), peer)
+        if bound != peer:
+            self._refuse(received.system, f"{_place(bound)} and {_place(peer)} send by it")
+        if received.name == "AUTOPILOT_VERSION":
             uid = uid_text(received)
             known = self._uids.setdefault(received.system, uid)
             if uid and known and uid != known:
@@ -101,20 +108,27 @@ class HeartbeatWatch:
                     one.system,
                     f"autopilots are heard as component {other.component} and {one.component}",
                 )
-        # A vehicle may come back from another port; two that are heard in turn are two.
-        peers = self._peers.setdefault(key, [])
-        if peers and peers[-1] != peer:
-            if (*key, peer) in self._left:
-                self._refuse(received.system, f"heartbeats come from {peers[-1]} and {peer}")
-            self._left.add((*key, peers[-1]))
-        peers[:] = [peer]
+        self._peers.setdefault(key, peer)
 
     def _refuse(self, system: int, why: str) -> None:
         msg = (
             f"two vehicles answer to system id {system}: {why}; give each an id of its own "
-            "(MAV_SYS_ID, SYSID_THISMAV), or leave one of them off the line"
+            "(MAV_SYS_ID, SYSID_THISMAV), or leave one of them off the line; one that came back from "
+            "another port is met by calling again"
         )
-        raise LinkError(msg)
+        raise TwoVehiclesError(msg)
+
+    def peer_of(self, vehicle: VehicleIdentity) -> Hashable:
+        """Return the sender that a vehicle is bound to."""
+        return self._peers[vehicle.system, vehicle.component]
+
+
+def _place(peer: Hashable) -> str:
+    """Return ``192.168.1.7:14550`` of a socket's address."""
+    match peer:
+        case (host, port, *_):
+            return f"{host}:{port}"
+    return str(peer)
 
 
 def _is_vehicle(received: Message) -> bool:
@@ -271,6 +285,8 @@ class Connection:
         self.on_turn: Callable[[], None] | None = None
         """Called whenever there was something, or nothing for `longest_wait_s`."""
         self.longest_wait_s = math.inf
+        self.is_restoring = False
+        """Whether a vehicle gets back what it had: what others send then counts for nothing."""
 
     @property
     def vehicle(self) -> VehicleIdentity:
@@ -303,6 +319,7 @@ class Connection:
             on_wait()
         self.listen(_OTHERS_S)
         self._vehicle = self._watch.chosen()
+        self._peer = self._watch.peer_of(self.vehicle)
         return self.vehicle
 
     def _unheard(self) -> str:
@@ -385,24 +402,40 @@ class Connection:
         ours: list[Message] = []
         wait_s = min(until_s, self._next_heartbeat_s) - now_s
         for peer, data in self._line.receive(min(wait_s, self.longest_wait_s)):
-            if self.on_frame is not None:
-                self.on_frame(data)
-            if peer not in self._decoders:  # frames of two senders may be interleaved
-                self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT)
-            self._bytes += len(data)
-            for received in self._decoders[peer].decode(data):
-                self._messages += 1
-                self._watch.take(received, peer, self.now_s)
-                if self._is_ours(received):
-                    if received.name == "HEARTBEAT":
-                        self._peer = peer
-                    self.telemetry.take(received)
-                    ours.append(received)
-                if self.on_message is not None:
-                    self.on_message(received)
+            if peer == self._peer or not self.is_restoring:
+                ours += self._take(data, peer)
         if self.on_turn is not None:
             self.on_turn()
         return ours
+
+    def _take(self, data: bytes, peer: Hashable) -> list[Message]:
+        """Take bytes of a sender; return the vehicle's messages to us."""
+        if peer not in self._decoders:  # frames of two senders may be interleaved
+            self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT)
+        self._bytes += len(data)
+        ours: list[Message] = []
+        for received in self._decoders[peer].decode(data):
+            self._messages += 1
+            self._watch.take(received, peer, self.now_s)
+            if self._is_elsewhere(received, peer):
+                continue
+            if self._is_ours(received):
+                self.telemetry.take(received)
+                ours.append(received)
+            if self.on_message is not None:
+                self.on_message(received)
+        if self.on_frame is not None and peer == self._peer:
+            self.on_frame(data)
+        return ours
+
+    def _is_elsewhere(self, received: Message, peer: Hashable) -> bool:
+        """Return whether a message has our vehicle's system id and came from another sender.
+
+        Its autopilot's are refused before; a companion's may come so, and are nothing that counts.
+        """
+        if self._vehicle is None or peer == self._peer:
+            return False
+        return received.system == self._vehicle.system
 
     def _is_ours(self, received: Message) -> bool:
         """Return whether a message is the vehicle's, and not meant for another ground station."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, OutputError
+from planner.link.connection import TwoVehiclesError
 from planner.link.files import (
     ChunkStream,
     FileChecksum,
@@ -152,6 +153,8 @@ def fetch_log_list(link: VehicleLink) -> tuple[VehicleLog, ...]:
             return _files(link, folder)
         except FileRefusedError:
             continue
+        except TwoVehiclesError:
+            raise
         except LinkError:
             break  # it knows no files
     listing = LogListing(link.settings)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner.errors import ExitCode, LinkError, UsageError
 from planner.link.mission import MissionKind, UploadOutcome, lists_of_mission, mission_of_lists
+from planner.link.transfers import LinkSettings
 from planner.mission.compare import compare_missions
 from planner.values import Value, field_values, replace
 
@@ -66,6 +67,9 @@ _SETTLED_S = 1.0
 _LOOKS = 3
 _RESTORE_S = 20.0
 """How long the vehicle is waited for after the line broke. [s]"""
+_RESTORE_TRIES = 3
+_FORGOTTEN_S = 6.0
+"""A vehicle that was left in a transfer is busy: PX4 forgets it after 5 s, ArduPilot after 8 s. [s]"""
 
 
 class UploadResult(Value):
@@ -134,12 +138,12 @@ def upload_mission(
             outcome, why = link.upload_items(kind, wanted[kind])
             if outcome is UploadOutcome.REJECTED:
                 rejection = f"the vehicle refuses the {kind.label}: {why}"
-                restored = _restore(link, before, touched)
+                restored = not _put_back(link, before, touched)
                 return UploadResult(rejection=rejection, restored=restored)
         back = {kind: link.fetch_items(kind) for kind in MissionKind}
         differences = _differences(link, mission, back)
         if any(one.matters for one in differences):
-            restored = _restore(link, before, touched)
+            restored = not _put_back(link, before, touched)
             return UploadResult(differences=differences, restored=restored)
     except (LinkError, KeyboardInterrupt) as error:
         sent = {kind: wanted[kind] for kind in touched}
@@ -207,23 +211,56 @@ def _lists(
     return wanted
 
 
+def _put_back(
+    link: VehicleLink,
+    before: Mapping[MissionKind, tuple[WireItem, ...] | None],
+    touched: Sequence[MissionKind],
+) -> str:
+    """Put the old lists back; return why they were not read back so, empty where they were.
+
+    It is tried as long as heartbeats come, and never less patiently than by default.  `LinkError` where
+    the vehicle falls silent.
+    """
+    usual, given = LinkSettings(), link.settings
+    link.settings = replace(
+        given,
+        reply_timeout_s=max(given.reply_timeout_s, usual.reply_timeout_s),
+        retries=max(given.retries, usual.retries),
+    )
+    link.connection.is_restoring = True
+    why = ""
+    for attempt in range(_RESTORE_TRIES):
+        if attempt:
+            link.listen(_FORGOTTEN_S)
+        if not link.connection.hears_vehicle(_RESTORE_S):
+            msg = "the vehicle does not answer any more"
+            raise LinkError(msg)
+        try:
+            why = _restore(link, before, touched)
+        except LinkError as error:
+            why = str(error)
+        if not why:
+            return ""
+    return why
+
+
 def _restore(
     link: VehicleLink,
     before: Mapping[MissionKind, tuple[WireItem, ...] | None],
     touched: Sequence[MissionKind],
-) -> bool:
-    """Put the old lists back; return whether they were read back so."""
+) -> str:
+    """Put the old lists back; return why one was not read back so, empty where all were."""
     skipped = 1 if link.identity.has_home_slot else 0
     for kind in touched:
-        old = before[kind] or ()
+        old, why = before[kind] or (), ""
         back = link.fetch_items(kind) or ()
         start = skipped if kind is MissionKind.MISSION else 0
         if not is_same(back[start:], old[start:]):
-            link.upload_items(kind, old)
+            _, why = link.upload_items(kind, old)
             back = link.fetch_items(kind) or ()
         if not is_same(back[start:], old[start:]):
-            return False
-    return True
+            return f"the old {kind.label}: {why or 'something else was read back'}"
+    return ""
 
 
 def _after_break(
@@ -235,13 +272,14 @@ def _after_break(
     """Return the error to raise after a break: what is on the vehicle, as far as it is known."""
     if not sent:
         return _break_error(error, "nothing was sent, the vehicle has what it had")
-    silence = "the vehicle does not answer any more"
     try:
-        if link.connection.hears_vehicle(_RESTORE_S) and _restore(link, before, tuple(sent)):
+        why = _put_back(link, before, tuple(sent))
+        if not why:
             left = "the old mission is on the vehicle, it was read back whole"
             return _break_error(error, left)
-    except LinkError:
-        pass
+        silence = f"the vehicle is busy and did not take back what it had ({why})"
+    except LinkError as silent:
+        silence = str(silent)
     except KeyboardInterrupt:
         silence = "putting back what it had was interrupted too"
     lists = ", ".join(kind.label for kind in sent)
