@@ -19,7 +19,7 @@ import msgspec
 
 from planner import catalogue
 from planner.errors import BaselineFileError
-from planner.files import write_output_file
+from planner.files import read_bounded, write_output_file
 from planner.findings import Severity
 from planner.values import Value, replace
 
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 _ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
 _ANY_FOLDERS = "**"
+_MOST_BYTES = 1 << 26
+"""250,000 findings of 256 bytes."""
 
 
 class KnownFinding(Value, order=True, forbid_unknown_fields=True):
@@ -205,10 +207,8 @@ def read_baseline(path: Path) -> Baseline:
     """
     source = str(path)
     try:
-        document = msgspec.json.decode(path.read_bytes(), type=_BaselineDocument)
-    except OSError as error:
-        msg = f"cannot be read: {error.strerror or error}"
-        raise BaselineFileError(msg, source=source) from error
+        data = read_bounded(path, most_bytes=_MOST_BYTES, error=BaselineFileError, what="baseline")
+        document = msgspec.json.decode(data, type=_BaselineDocument)
     except msgspec.ValidationError as error:
         msg = "is not a baseline of this version: write it again with --write-baseline"
         raise BaselineFileError(msg, source=source) from error

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from planner.errors import ProfileFileError, described, is_number, nearest_hint
-from planner.files import read_small_file, small_text
+from planner.files import read_bounded, toml_document
 from planner.mission.commands import load_command_table
 from planner.values import Value
 from planner.vehicle.declared import POSITIVE, Key, Part, Range, read_fields
@@ -125,17 +125,8 @@ def read_profile(path: str | Path) -> SiteProfile:
 
 
 def _document(path: Path, source: str) -> Mapping[str, Any]:
-    import tomllib
-
-    data = read_small_file(path, most_bytes=MOST_BYTES, error=ProfileFileError)
-    text = small_text(
-        data, source=source, most_bytes=MOST_BYTES, error=ProfileFileError, what="profile"
-    )
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        msg = f"is no profile in TOML: {error}"
-        raise ProfileFileError(msg, source=source) from error
+    data = read_bounded(path, most_bytes=MOST_BYTES, error=ProfileFileError, what="profile")
+    return toml_document(data, source=source, error=ProfileFileError, what="profile")
 
 
 def _manual(raw: Any) -> tuple[tuple[ManualItem, ...], list[str]]:  # noqa: ANN401 - whatever TOML holds

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,19 +21,17 @@ from planner.cli.options import (
     path_option,
     setting_options,
 )
-from planner.cli.output import narrate, progress, refuse_overwriting, write_data
+from planner.cli.output import narrate, progress, refuse_overwriting, show_traceback, write_data
 from planner.errors import ExitCode, UsageError
 from planner.report.text import caveat, tally
-from planner.service.preflight import UnreadableMission, check_file
+from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
 from planner.setting import Group, declared
 from planner.setup import Output, Setup, Together
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.service.preflight import CheckResult
-
-    Results = Sequence[CheckResult | UnreadableMission]
+    from planner.service.preflight import CheckResult, Results
 
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 _READ = ("vehicle", "params", "profile")
@@ -77,21 +76,38 @@ def command(
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
-        results = [_checked(mission, values, link) for mission, values in jobs]
+        results: Results = [
+            shielded(partial(_checked, mission, values, link), file=mission)
+            for mission, values in jobs
+        ]
     if together is not None:
         from planner.service.separation import keep_apart
 
-        results = list(keep_apart(results, together))
-    write_attachments(results, output)
+        results, apart = surviving(results, lambda some: keep_apart(some, together))
+        results = results if apart is None else apart
     if write_baseline is not None:
         attach_baseline(results, write_baseline)
-    exit_code = _exit_code(results, is_zero=output.exit_zero)
-    write_data(rendered(results, output, exit_code=exit_code), output=output.output)
+    results = _report(results, output)
     if output.format == "github":
         _add_summary(results)
     if output.output is not None:
         narrate(f"{tally(results)}{caveat(results)}; the report is in {output.output}")
-    return exit_code
+    return _exit_code(results, is_zero=output.exit_zero)
+
+
+def _report(results: Results, output: Output) -> Results:
+    """Write what is asked for of results; return them, of which some may have become failed checks."""
+
+    def text_of(some: Results) -> str:
+        return rendered(some, output, exit_code=_exit_code(some, is_zero=output.exit_zero))
+
+    results, _ = surviving(results, lambda some: write_attachments(some, output))
+    results, text = surviving(results, text_of)
+    write_data(text_of(results) if text is None else text, output=output.output)
+    for result in results:
+        if isinstance(result, UnreadableMission):
+            show_traceback(result.failure)
+    return results
 
 
 def _together(
@@ -149,7 +165,7 @@ def _add_summary(results: Results) -> None:
 
 
 def _exit_code(results: Results, *, is_zero: bool) -> ExitCode:
-    if any(isinstance(result, UnreadableMission) for result in results):
+    if any(result.verdict is None for result in results):
         return ExitCode.UNUSABLE
     if any(result.verdict == "no-go" for result in results) and not is_zero:
         return ExitCode.NO_GO

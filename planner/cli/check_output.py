@@ -158,7 +158,8 @@ def attach_baseline(results: Results, path: Path) -> None:
 
     for result in results:
         if isinstance(result, UnreadableMission):
-            narrate(f"{result.file} cannot be read: {path} is not written")
+            why = "read" if result.verdict is None else "checked"
+            narrate(f"{result.file} cannot be {why}: {path} is not written")
             return
     found = [(result.file, finding) for result in results for finding in result.findings]
     written, refused = write_baseline(path, found)

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.cli.options import CHECK_GROUPS
-from planner.errors import ConfigurationError, UsageError, described, nearest_hint
+from planner.errors import ConfigurationError, InputError, UsageError, described, nearest_hint
+from planner.files import read_bounded, toml_document
 from planner.setting import declared
 from planner.setup import SETTINGS_FILE, SettingsFile, settings
 from planner.values import Value
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 OWN_FILE = "mavjoule.toml"
 SHARED_FILE = "pyproject.toml"
 _SHARED_TABLE = "tool.mavjoule"
+_MOST_BYTES = 1 << 20
+_WHAT = "settings file"
 
 
 class Configuration(Value):
@@ -95,26 +98,18 @@ def read_configuration(path: Path) -> Configuration | None:
 
 
 def _document(path: Path) -> dict[str, Any]:
-    import tomllib
-
+    if path.exists() and not path.is_file():
+        msg = f"{path}: must be a file, to hold settings"
+        raise ConfigurationError(msg)
     try:
-        if path.exists() and not path.is_file():
-            msg = f"{path}: must be a file, to hold settings"
-            raise ConfigurationError(msg)
-        data = path.read_bytes()
-    except OSError as error:
-        msg = f"{path}: cannot be read: {error.strerror or error}"
-        raise ConfigurationError(msg) from error
-    if path.name == SHARED_FILE and b"mavjoule" not in data:
-        return {}  # someone else's file, broken or not
-    try:
-        return tomllib.loads(data.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        msg = f"{path}: is not UTF-8 text (line {line})"
-        raise ConfigurationError(msg) from error
-    except (ValueError, RecursionError) as error:
-        msg = f"{path}: is not TOML: {error}"
+        data = read_bounded(path, most_bytes=_MOST_BYTES, error=InputError, what=_WHAT)
+        if path.name == SHARED_FILE and b"mavjoule" not in data:
+            return {}  # someone else's file, broken or not
+        return toml_document(data, source=str(path), error=InputError, what=_WHAT)
+    except InputError as error:
+        place = error.place
+        where = "" if place is None else f" (line {place.line}, column {place.column})"
+        msg = f"{path}: {error.message}{where}"
         raise ConfigurationError(msg) from error
 
 

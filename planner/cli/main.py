@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from contextlib import suppress
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__
-from planner.cli.output import narrate
+from planner.cli.output import TRACEBACK_VARIABLE, narrate, show_traceback
 from planner.errors import ExitCode, MavjouleError, bug_text
 
 if TYPE_CHECKING:
@@ -40,8 +39,6 @@ COMMANDS = {
 }
 """Sub-commands in the order of the help, each with its module here, and its name there where that
 is not ``command``."""
-
-TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
 
 
 class LazyGroup(click.Group):
@@ -117,10 +114,9 @@ def _where_help_is(error: click.ClickException) -> str:
 
 
 def _report_bug(error: Exception) -> None:
-    if os.environ.get(TRACEBACK_VARIABLE):
-        import traceback
+    from traceback import format_exception
 
-        traceback.print_exception(error)
+    show_traceback("".join(format_exception(error)))
     narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from contextlib import AbstractContextManager
 
+TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
 _SILENCE_S = 2.0
 """What takes less needs no report."""
 One = TypeVar("One")
@@ -86,6 +87,13 @@ def narrate(text: str) -> None:
 
     with suppress(OSError):
         print(f"mavjoule: {printable(text)}", file=sys.stderr)  # noqa: T201 - the only print
+
+
+def show_traceback(text: str) -> None:
+    """Show where a bug is on standard error, where someone asks for it."""
+    if text and os.environ.get(TRACEBACK_VARIABLE):
+        with suppress(OSError):
+            sys.stderr.write(text)
 
 
 class StatusLine:

@@ -7,10 +7,10 @@ import math
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from planner.autopilot import Autopilot
-from planner.errors import LinkError, MavjouleError
+from planner.errors import LinkError, MavjouleError, bug_text
 from planner.geo.geodesy import distance_m
 from planner.guard.authorisation import (
     ARM_AUTHORISATION_REQUEST,
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
     from planner.guard.authorisation import ArmAnswer, ArmingSettings
     from planner.guard.decision import Action, Event, GuardSettings, GuardView
-    from planner.guard.energy import EnergyState
+    from planner.guard.energy import EnergyState, EnergyWarning
     from planner.link.mission import WireItem
     from planner.link.parameters import WireParameter
     from planner.link.telemetry import VehicleIdentity, VehicleState
@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from planner.link.wire import Message
 
 
+T = TypeVar("T")
 _PARTS = {kind: VehiclePart(kind.label) for kind in MissionKind}
 KINDS = {part: kind for kind, part in _PARTS.items()}
 LIST_IDS = {
@@ -352,6 +353,8 @@ _LOOK_S = 1.0
 _ASK_S = 5.0
 """So often a message that does not come is asked for. [s]"""
 _SET_MESSAGE_INTERVAL = 511
+_WARNING = 4
+"""MAV_SEVERITY_WARNING."""
 _STREAMS = {
     "SYS_STATUS": (1, 1.0),
     "GLOBAL_POSITION_INT": (33, 0.5),
@@ -425,6 +428,7 @@ class GuardSession:
         self._received_s: dict[str, float] = {}
         self._looked_s = self._asked_s = -_LOOK_S
         self._arming: ArmingSettings | None = None
+        self._failure = ""
         self._flight = FlightFollower(
             link.connection.telemetry, link.identity, warn_before_s=settings.warn_before_s
         )
@@ -464,7 +468,8 @@ class GuardSession:
                 if bool(state.is_armed) != self._watch.is_armed:
                     self._watch.is_armed = bool(state.is_armed)
                     self._feed_status()
-                    self._flight.take_arming(is_armed=self._watch.is_armed)
+                    is_armed = self._watch.is_armed
+                    self._follow(lambda: self._flight.take_arming(is_armed=is_armed), None)
             case "HOME_POSITION" | "GLOBAL_POSITION_INT":
                 return self._watch.take_home(state)
             case "BATTERY_STATUS" | "SYS_STATUS":
@@ -557,8 +562,21 @@ class GuardSession:
     def _take_judgement(
         self, checked: dict[VehiclePart, str], judgement: Judgement, prediction: Prediction | None
     ) -> None:
-        self._flight.predict(prediction)
+        self._follow(lambda: self._flight.predict(prediction), None)
         self._feed(Judged(fingerprints=checked, judgement=judgement))
+
+    def _follow(self, step: Callable[[], T], instead: T) -> T:
+        """Return what a step in following the flight comes to; a bug in it never ends the guard."""
+        try:
+            return step()
+        except Exception as error:  # noqa: BLE001 - whoever guards a vehicle goes on
+            text = f"the energy in flight is not followed: {bug_text(error)}"
+            if text != self._failure:
+                self._failure = text
+                self._announce(_WARNING, "mavjoule: energy in flight not followed")
+                verdict = self._guard.view(self._connection.now_s).verdict
+                self._on_decision(Decision(kind="energy", verdict=verdict, text=text))
+            return instead
 
     def _take_check(self) -> None:
         if self._checking is not None and self._checking[1].done():
@@ -571,7 +589,8 @@ class GuardSession:
         if now_s - self._looked_s < _LOOK_S:
             return
         self._looked_s = now_s
-        energy, warnings = self._flight.look(now_s)
+        nothing: tuple[EnergyState | None, tuple[EnergyWarning, ...]] = (None, ())
+        energy, warnings = self._follow(lambda: self._flight.look(now_s), nothing)
         for warning in warnings:
             self._announce(warning.severity, warning.headline)
             details = {"concern": warning.concern.value, **_energy_details(energy)}

@@ -6,7 +6,6 @@ import csv
 import gzip
 import math
 import re
-import tomllib
 import zlib
 from enum import StrEnum
 from pathlib import Path
@@ -15,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner import quantity
-from planner.errors import LogFileError, nearest_hint
+from planner.errors import LogFileError, described, nearest_hint
+from planner.files import read_bounded, toml_document
 from planner.logs.messages import MessageColumns, electrical_series, modes_entered
 from planner.logs.record import ABSENCE_COSTS, LOG_DAMAGED, Recording
 from planner.logs.series import Clock, Series, euler_angles_deg, wind_north_east_m_s
@@ -128,11 +128,8 @@ def read_csv_mapping(path: str | Path) -> CsvMapping:
         If it cannot be read, or holds something unknown.
     """
     source = str(path)
-    try:
-        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        msg = f"the mapping cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise LogFileError(msg, source=source) from error
+    data = read_bounded(path, most_bytes=_MOST_BYTES, error=LogFileError, what="mapping")
+    document = toml_document(data, source=source, error=LogFileError, what="mapping")
     _refuse_unknown(document, ("schema", "name", "vehicle", "columns", "orientation"), "", source)
     if document.get("schema") != SCHEMA:
         msg = f"must be {SCHEMA}: this program knows no other"
@@ -164,8 +161,8 @@ def _source(name: str, entry: Any, source: str) -> ColumnSource:  # noqa: ANN401
         raise LogFileError(msg, source=source, key=key)
     _refuse_unknown(entry, ("column", "unit", "is_negated"), f"{key}.", source)
     unit, units = entry.get("unit"), units_of(name)
-    if unit is not None and unit not in units:
-        msg = f"must be one of {', '.join(units) or 'none: leave it out'}, got {unit!r}"
+    if unit is not None and not (isinstance(unit, str) and unit in units):
+        msg = f"must be one of {', '.join(units) or 'none: leave it out'}, got {described(unit)}"
         raise LogFileError(msg, source=source, key=f"{key}.unit")
     sign = -1 if entry.get("is_negated", False) is True else 1
     return ColumnSource(column=entry["column"].strip(), factor=sign * units.get(unit or "", 1.0))
@@ -256,6 +253,8 @@ KNOWN_MAPPINGS = (AIRDATA, MATRICE_100)
 
 GZIP_MAGIC = b"\x1f\x8b"
 _MOST_CHARACTERS = 1 << 30
+_MOST_BYTES = 1 << 20
+"""Of a mapping."""
 """A day at ten rows a second is a fifth of that."""
 _HEADER_CHARACTERS = 1 << 16
 _MARKS = (",", ";", "\t")

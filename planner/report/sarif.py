@@ -147,6 +147,10 @@ def _mission(result: CheckResult | UnreadableMission, *, folder: Path) -> Docume
 
 def _uri(path: str) -> str:
     """Return a path as a URI: relative, or of a file where the path is absolute."""
+    try:
+        name = os.fsencode(path)
+    except UnicodeEncodeError:  # a lone surrogate, which no file system has
+        name = path.encode("utf-8", "replace")
     if PurePath(path).is_absolute():
-        return PurePath(path).as_uri()
-    return quote(os.fsencode(path))
+        return PurePath(os.fsdecode(name)).as_uri()
+    return quote(name)

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Protocol
 
-from planner.errors import LinkError, MavjouleError, UsageError
+from planner.errors import LinkError, MavjouleError, UsageError, bug_text
 from planner.findings import Severity
 from planner.guard.authorisation import go_judgement, no_go_judgement, unknown_judgement
 from planner.guard.decision import GuardSettings, VehiclePart
@@ -109,15 +109,25 @@ def _executor(stack: ExitStack) -> ThreadPoolExecutor:
 def judge_vehicle(
     snapshot: VehicleSnapshot, check: Setup, *, is_charge_given: bool = False
 ) -> tuple[Judgement, Prediction | None]:
-    """Return what the check of a vehicle comes to, and the flight that it predicts."""
+    """Return what the check of a vehicle comes to, and the flight that it predicts; never fails."""
     try:
-        result = check_vehicle(snapshot, check, is_charge_given=is_charge_given)
+        return _judged(snapshot, check, is_charge_given=is_charge_given)
     except MavjouleError as error:
         return unknown_judgement(str(error)), None
+    except Exception as error:  # noqa: BLE001 - whoever guards a vehicle goes on
+        return unknown_judgement(bug_text(error)), None
+
+
+def _judged(
+    snapshot: VehicleSnapshot, check: Setup, *, is_charge_given: bool
+) -> tuple[Judgement, Prediction | None]:
+    result = check_vehicle(snapshot, check, is_charge_given=is_charge_given)
     if isinstance(result, UnreadableMission):
         return no_go_judgement(result.findings, fail_on=check.fail_on), None
     battery, assessment = result.battery, result.assessment
     prediction = None
+    if assessment is not None and not assessment.flight.time_s > 0.0:
+        assessment = None  # there is no flight to follow
     if battery is not None and assessment is not None and assessment.pack is not None:
         prediction = Prediction(
             returns=assessment.returns,

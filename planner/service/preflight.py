@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from planner import catalogue, quantity
 from planner.autopilot import Autopilot, Target
-from planner.errors import MissionFileError, NoMissionFileError, OtherVehicleError, UsageError
+from planner.errors import (
+    MavjouleError,
+    MissionFileError,
+    NoMissionFileError,
+    OtherVehicleError,
+    UsageError,
+    bug_text,
+)
 from planner.findings import Rule, Severity
 from planner.flight.budget import (
     NOTHING_FLOWN,
@@ -40,7 +48,7 @@ from planner.setup import Reserve, Setup
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
     from planner.findings import Finding
@@ -87,17 +95,24 @@ class CheckResult(Value):
 
 
 class UnreadableMission(Value):
-    """A mission file that cannot be read; never a go."""
+    """A mission that nothing is predicted of, as its file cannot be read or its check failed; never a go."""
 
     file: str
     findings: tuple[Finding, ...]
-    """X901 file-unreadable."""
-    verdict: None = None
+    """X901 file-unreadable, or X905 check-failed."""
+    verdict: Literal["no-go"] | None = None
+    """``None`` where the file cannot be read."""
     verdict_text: VerdictText = "NOT CHECKED"
+    failure: str = ""
+    """Traceback of a check that failed."""
     suppressed: tuple[Finding, ...] = ()
     """Nothing ever is: that a file cannot be read is always reported."""
     checked: tuple[LedgerEntry, ...] = ()
     """No rule was."""
+
+
+Results: TypeAlias = Sequence[CheckResult | UnreadableMission]
+T = TypeVar("T")
 
 
 class Preparation(Value):
@@ -372,7 +387,7 @@ def check_read(
     Raises UsageError if the model cannot be flown as asked.
     """
     try:
-        return check_mission(read(), setup)
+        return shielded(lambda: check_mission(read(), setup), file=file)
     except MissionFileError as error:
         fix = {
             OtherVehicleError: "give a multicopter's mission",
@@ -384,3 +399,72 @@ def check_read(
             message = f"{error.key}: {message}"
         finding = FILE_UNREADABLE.finding(message, place=error.place, fix=fix)
         return UnreadableMission(file=file, findings=(finding,))
+
+
+CHECK_FAILED = Rule(
+    "X905 check-failed",
+    Severity.ERROR,
+    summary="The check of the mission failed: a bug in mavjoule.",
+    why="A mission whose check broke off was not judged; it is never a 'go', and never decides about the "
+    "other missions of a call.",
+    how="Something in the check of this mission, or in the report of it, failed in a way that nobody "
+    "foresaw; with MAVJOULE_TRACEBACK=1 standard error has where.",
+    fix="report it with the mission and what MAVJOULE_TRACEBACK=1 shows; do not fly on this check",
+    instead="a mission that can be checked",
+    leaves_open=True,
+)
+
+
+def shielded(
+    check: Callable[[], CheckResult | UnreadableMission], *, file: str
+) -> CheckResult | UnreadableMission:
+    """Return what a check comes to; one that fails in a way that nobody foresaw is a result too."""
+    try:
+        return check()
+    except MavjouleError:
+        raise
+    except Exception as error:  # noqa: BLE001 - a bug stays with its mission
+        return failed_check(file, error)
+
+
+def failed_check(file: str, error: Exception) -> UnreadableMission:
+    """Return the result of a check that failed in a way that nobody foresaw."""
+    from traceback import format_exception
+
+    return UnreadableMission(
+        file=file,
+        findings=(CHECK_FAILED.finding(bug_text(error)),),
+        verdict="no-go",
+        failure="".join(format_exception(error)),
+    )
+
+
+def surviving(results: Results, make: Callable[[Results], T]) -> tuple[Results, T | None]:
+    """Return what is made of results, and the results: those of which nothing can be made are failed checks.
+
+    ``None`` is made where even failed checks fail.
+    """
+    try:
+        return results, make(results)
+    except MavjouleError:
+        raise
+    except Exception as error:  # noqa: BLE001 - as above
+        failed = [_survivor(result, make) for result in results]
+        if list(results) == failed:  # none by itself: only together
+            failed = [failed_check(result.file, error) for result in results]
+    try:
+        return failed, make(failed)
+    except Exception:  # noqa: BLE001 - as above
+        return failed, None
+
+
+def _survivor(
+    result: CheckResult | UnreadableMission, make: Callable[[Results], object]
+) -> CheckResult | UnreadableMission:
+    try:
+        make([result])
+    except MavjouleError:
+        return result
+    except Exception as error:  # noqa: BLE001 - as above
+        return failed_check(result.file, error)
+    return result

@@ -268,6 +268,12 @@ def _system_id(assessment: Assessment) -> tuple[float, str] | None:
     return None
 
 
+def _why_left_out(result: CheckResult | UnreadableMission) -> str:
+    if isinstance(result, UnreadableMission):
+        return "cannot be read" if result.verdict is None else "cannot be checked"
+    return "flies nothing"
+
+
 def _unchecked(
     results: Sequence[CheckResult | UnreadableMission],
     flown: Sequence[tuple[int, Assessment]],
@@ -277,7 +283,7 @@ def _unchecked(
     """Yield for each result why its separation is not, or not fully, checked."""
     numbered = {position: number for number, (position, _) in enumerate(flown)}
     left_out = [
-        f"{result.file} {'cannot be read' if isinstance(result, UnreadableMission) else 'flies nothing'}"
+        f"{result.file} {_why_left_out(result)}"
         for position, result in enumerate(results)
         if position not in numbered
     ]

@@ -169,7 +169,7 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
     """Return the verdict and the figures of a flight in words."""
     way = result.return_plan if isinstance(result, CheckResult) else None
     return Summary(
-        verdict=result.verdict_text,
+        verdict="NO VERDICT" if getattr(result, "failure", "") else result.verdict_text,
         is_go=result.verdict == "go",
         file=printable(result.file) + caveat([result]) + example_remark(result),
         headline=headline(result),

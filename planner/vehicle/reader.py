@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from functools import lru_cache
 from pathlib import Path
@@ -10,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.errors import VehicleFileError, described, nearest_hint, shortened
-from planner.files import read_small_file, small_text
-from planner.findings import Place
+from planner.files import read_bounded, refuse_large, toml_document
 from planner.vehicle.battery import Battery, Chemistry
 from planner.vehicle.declared import Draft, InvalidValueError, declared, read_fields
 from planner.vehicle.model import HOVER_WITHOUT_LAW, NOT_GIVEN, OF_CRUISE, VehicleModel
@@ -22,6 +20,7 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 MOST_BYTES = 1 << 18
+_WHAT = "model file"
 """A model file is a few kilobytes; anything larger is another kind of file."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -41,7 +40,7 @@ def read_vehicle(path: str | Path) -> VehicleModel:
     VehicleFileError
         If the file cannot be read or anything in it is wrong; ``problems`` holds all of it.
     """
-    data = read_small_file(path, most_bytes=MOST_BYTES, error=VehicleFileError)
+    data = read_bounded(path, most_bytes=MOST_BYTES, error=VehicleFileError, what=_WHAT)
     return vehicle_from_toml(data, name=Path(path).stem, source=str(path))
 
 
@@ -56,7 +55,8 @@ def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
     VehicleFileError
         If anything is wrong; ``problems`` holds all of it.
     """
-    document = _parsed(data, source=source)
+    refuse_large(data, source=source, most_bytes=MOST_BYTES, error=VehicleFileError, what=_WHAT)
+    document = toml_document(data, source=source, error=VehicleFileError, what=_WHAT)
     _refuse_version(document.pop("schema", None), source=source)
     reading = _Reading()
     held = reading.fields(VehicleModel, document)
@@ -191,27 +191,6 @@ class _Reading:
             if not curve.keys() & raw.keys() and None not in curve.values():
                 raw = raw | {name: list(values) for name, values in curve.items()}
         return raw
-
-
-def _parsed(data: bytes, *, source: str) -> dict[str, Any]:
-    text = small_text(
-        data, source=source, most_bytes=MOST_BYTES, error=VehicleFileError, what="model file"
-    )
-    try:
-        return tomllib.loads(text)
-    except RecursionError as error:
-        msg = "is nested too deeply for a model file"
-        raise VehicleFileError(msg, source=source) from error
-    except ValueError as error:  # TOMLDecodeError, or a number with thousands of digits
-        message, place = str(error), None
-        if where := re.search(r" \((?:at line (\d+), column (\d+)|at end of document)\)$", message):
-            lines = text.split("\n")
-            place = Place(
-                line=int(where[1] or len(lines)), column=int(where[2] or len(lines[-1]) + 1)
-            )
-            message = message[: where.start()]
-        msg = f"is not TOML: {message}"
-        raise VehicleFileError(msg, source=source, place=place) from error
 
 
 def _refuse_version(version: object, *, source: str) -> None:

@@ -126,23 +126,26 @@ def test_an_interruption_ends_in_130(mission: str, monkeypatch: pytest.MonkeyPat
     assert main(["check", mission]) == 130
 
 
+def _crash(*_: object, **__: object) -> None:
+    message = "division by zero"
+    raise ZeroDivisionError(message)
+
+
 def test_a_bug_is_called_a_bug_and_tells_how_to_see_more(
     mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def crash(*_: object) -> None:
-        message = "division by zero"
-        raise ZeroDivisionError(message)
-
-    monkeypatch.setattr("planner.cli.check.check_file", crash)
-    assert main(["check", mission]) == ExitCode.UNUSABLE
+    monkeypatch.setattr("planner.cli.listings.rule_text", _crash)
+    assert main(["explain", "E101"]) == ExitCode.UNUSABLE
     said = capsys.readouterr().err
     assert "bug in mavjoule" in said
     assert "ZeroDivisionError: division by zero" in said
     assert "MAVJOULE_TRACEBACK=1" in said
     assert said.count("\n") == 1
     monkeypatch.setenv("MAVJOULE_TRACEBACK", "1")
-    assert main(["check", mission]) == ExitCode.UNUSABLE
-    assert "Traceback (most recent call last)" in capsys.readouterr().err
+    monkeypatch.setattr("planner.service.preflight.assess", _crash)
+    for arguments, code in ((["explain", "E101"], 2), (["check", mission], 1)):
+        assert main(arguments) == code
+        assert "Traceback (most recent call last)" in capsys.readouterr().err
 
 
 def test_a_broken_configuration_ends_in_2_with_file_and_key(

@@ -230,7 +230,7 @@ def test_something_else_zipped_is_refused(tmp_path: Path) -> None:
         ('{ column = "mode" }', '{ column = "mode", unit = "V" }', "none: leave it out"),
         ("is_negated = true", "negated = true", "columns.climb_m_s.negated: is not known here"),
         ('"flu-enu"', '"ned"', "orientation: must have columns"),
-        ("[columns]", "[columns", "the mapping cannot be read"),
+        ("[columns]", "[columns", "is not TOML"),
     ],
 )
 def test_a_wrong_mapping_is_refused_with_its_key(

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, found, vehicle_of
 
-from planner.service.preflight import check_mission
+from planner.errors import MissionFileError
+from planner.service.preflight import check_mission, check_read
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from planner.findings import Finding
+    from planner.mission.items import Mission
 
 
 def _with(*, is_vehicle_named: bool) -> Iterable[Finding]:
@@ -28,6 +30,15 @@ def _watched(parameters: str) -> tuple[Finding, ...]:
     return found(PLAIN, ARDUPILOT, parameters, battery=Battery(capacity_wh=177.0), vehicle=bare)
 
 
+def _read(error: Exception) -> tuple[Finding, ...]:
+    """Return what is reported of a mission whose reader raises an error."""
+
+    def fail() -> Mission:
+        raise error
+
+    return check_read(fail, Setup(vehicle=vehicle_of(ARDUPILOT)), file="a.plan").findings
+
+
 CASES: Mapping[str, RuleCases] = {
     "X903": RuleCases(
         fires=lambda: _with(is_vehicle_named=False),
@@ -39,5 +50,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: _watched("BATT_LOW_VOLT,21\nBATT_FS_LOW_ACT,2\n"),
         silent=lambda: found(PLAIN, ARDUPILOT, "BATT_LOW_VOLT,21\n", battery=None),
         boundary=lambda: _watched("BATT_LOW_VOLT,0\nBATT_FS_LOW_ACT,2\n"),
+    ),
+    # What a reader refuses with a sentence is no bug, but X901.
+    "X905": RuleCases(
+        fires=lambda: _read(IndexError("list index out of range")),
+        silent=lambda: found(PLAIN, ARDUPILOT),
+        boundary=lambda: _read(MissionFileError("is empty", source="a.plan")),
     ),
 }

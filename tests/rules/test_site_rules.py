@@ -154,7 +154,7 @@ def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
         ("[expect.params]\nRTL_ALT = true\n", "RTL_ALT must be a number"),
         ("[expect.parameters]\nRTL_ALT = 1\n", "expect.parameters is no table"),
         ("site = 3\n", "must be tables"),
-        ("[site\n", "is no profile in TOML"),
+        ("[site\n", "is not TOML"),
     ],
 )
 def test_a_profile_that_is_none_is_refused_in_a_sentence(

@@ -5,16 +5,16 @@ from __future__ import annotations
 import codecs
 import gzip
 import io
-import os
 import re
 import stat
 import sys
 import zipfile
 import zlib
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING
 
 from planner.errors import MissionFileError, NoMissionFileError
+from planner.files import open_pipe
 from planner.findings import Rule, Severity
 from planner.values import Value
 
@@ -159,7 +159,7 @@ def read_bytes(path: str | Path) -> bytes:
         if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
             msg = "this is a device, not a file"
             raise NoMissionFileError(msg, source=source)
-        with _open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
+        with open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
         match error:
@@ -170,13 +170,6 @@ def read_bytes(path: str | Path) -> bytes:
             case _:
                 msg = f"the file cannot be read: {getattr(error, 'strerror', None) or error}"
         raise NoMissionFileError(msg, source=source) from None
-
-
-def _open_pipe(path: str | Path) -> BinaryIO:
-    """Open a pipe for reading; one that nobody writes to is at its end and not waited for."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    os.set_blocking(descriptor, True)
-    return os.fdopen(descriptor, "rb")
 
 
 FILE_ENCODING = Rule(

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import ParameterFileError
-from planner.files import read_small_file, small_text
+from planner.files import decoded, read_bounded, refuse_large
 from planner.findings import Place, Rule, Severity
 from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 
 MOST_BYTES = 1 << 22
+_WHAT = "parameter file"
 """A vehicle has some thousand parameters, some 100 KB; anything larger is another kind of file."""
 
 _AUTOPILOT_COMPONENT = "1"
@@ -79,7 +80,7 @@ def read_parameters(path: str | Path) -> ParameterSet:
     ParameterFileError
         If the file cannot be read, or a line is no parameter.
     """
-    data = read_small_file(path, most_bytes=MOST_BYTES, error=ParameterFileError)
+    data = read_bounded(path, most_bytes=MOST_BYTES, error=ParameterFileError, what=_WHAT)
     return parameters_from_text(data, source=str(path))
 
 
@@ -91,9 +92,8 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
     ParameterFileError
         If a line is no parameter, or none is there.
     """
-    text = small_text(
-        data, source=source, most_bytes=MOST_BYTES, error=ParameterFileError, what="parameter file"
-    )
+    refuse_large(data, source=source, most_bytes=MOST_BYTES, error=ParameterFileError, what=_WHAT)
+    text = decoded(data, source=source, error=ParameterFileError, what=_WHAT)
     lines = [line.rstrip("\r") for line in text.split("\n")]
     values: dict[str, ParameterValue] = {}
     repeated: list[str] = []
