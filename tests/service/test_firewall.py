@@ -129,7 +129,7 @@ def test_a_page_that_fails_leaves_the_report_and_no_go(
 def test_a_separation_that_fails_is_an_error_of_all_it_was_about(
     two: tuple[str, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("planner.service.together.predict_conflicts", crash)
+    monkeypatch.setattr("planner.service.separation.predict_conflicts", crash)
     missions, _ = checked(capsys, two[1], two[1], "--separation", "5", code=1)
     assert [one["findings"][0]["code"] for one in missions.values()] == ["X905"]
 
