@@ -266,11 +266,6 @@ def segment_energies_j(
         yield _segment_energy_j(motion, transients, steady_w)
 
 
-def node_states(motion: Motion) -> KinematicState:
-    """Return the states at the nodes of the quadrature of each piece. (p, k)"""
-    return motion.state_at(*_nodes(motion))
-
-
 def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:
     """Return the pieces (p, 1) and the times of the nodes of their quadrature (p, k). [s]"""
     return (

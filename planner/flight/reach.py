@@ -11,10 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import STATE_INDEX, Columns, FlightState
-from planner.flight.prediction import node_states
-from planner.flight.returns.path import thinned
-from planner.mission.route.stage import StageKind
+from planner.flight.motion.kinematics import Columns
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
@@ -22,13 +19,8 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import ReturnPoints, Returns
     from planner.physics.wind import Wind
 
-MOST_POINTS = 64
-"""Points of the flight from which returns are flown: they take 3 % of the check of 1,000 items, and
-returns of two neighbours differ in direction by little."""
 GUST_SDS = 2.0
 """Standard deviations of the wind that count where it has to be withstood: 1 in 44 is stronger. [-]"""
-_TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
-_LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
 
 
 class SituationKind(IntEnum):
@@ -95,9 +87,13 @@ def situations(returns: Returns) -> Situations:
         return _standing(returns)
     own = flight.node_state
     parts = [_of_state(own, columns.item[flight.motion.piece_segment], SituationKind.MISSION)]
-    points = _points(returns)
-    if points is not None:
-        parts += [_holds(returns, points), _returns(returns, points)]
+    sample = returns.sample
+    if sample is not None:
+        item = columns.item[sample.points.segment]
+        parts += [
+            _holds(sample.points, item),
+            _of_state(sample.flight.node_state, item[sample.piece_point], SituationKind.RETURN),
+        ]
     return Situations.joined(parts)
 
 
@@ -127,44 +123,14 @@ def _of_state(state: KinematicState, item: IntArray, kind: SituationKind) -> Sit
     )
 
 
-def _points(returns: Returns) -> ReturnPoints | None:
-    """Return ends of stages, and points evenly in time; ``None`` where it only takes off and lands."""
-    columns, stage = returns.flight.motion.segments, returns.segment_stage
-    lands = np.array([one.kind in _LANDINGS for one in returns.route.stages])[stage]
-    judged = ~lands & (columns.state != _TAKEOFF)
-    ends = returns.stage_ends
-    ends = thinned(ends[~lands[ends]], MOST_POINTS // 2)
-    time_s = np.linspace(0.0, returns.flight.time_s, MOST_POINTS - len(ends) + 2)[1:-1]
-    segment, fraction = returns.at(time_s)
-    inside = judged[segment]
-    segment = np.concatenate((ends, segment[inside]))
-    fraction = np.concatenate((np.ones(len(ends)), fraction[inside]))
-    if not len(segment):
-        return None
-    order = np.lexsort((fraction, segment))
-    return returns.points(segment[order], fraction[order])
-
-
-def _items(returns: Returns, points: ReturnPoints) -> IntArray:
-    return returns.flight.motion.segments.item[points.segment]
-
-
-def _holds(returns: Returns, points: ReturnPoints) -> Situations:
+def _holds(points: ReturnPoints, item: IntArray) -> Situations:
     """Return a vehicle that stands still over each point."""
-    zero = np.zeros(len(points.segment))
+    zero = np.zeros(len(item))
     return Situations(
         east_m_s=zero,
         north_m_s=zero,
         climb_m_s=zero,
         height_m=points.stop_m[:, 2],
-        item=_items(returns, points),
+        item=item,
         kind=np.full(len(zero), SituationKind.HOLD),
     )
-
-
-def _returns(returns: Returns, points: ReturnPoints) -> Situations:
-    """Return the nodes of the returns the vehicle itself would fly."""
-    targets = returns.destinations.targets(points.stage, returns.chosen(points), points.stop_m)
-    motion, _ = returns.pilot.fly_returns(points.stop_m, targets, returns.route)
-    point = motion.segments.item[motion.piece_segment]
-    return _of_state(node_states(motion), _items(returns, points)[point], SituationKind.RETURN)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState, KinematicState
-from planner.flight.prediction import segment_energies_j
+from planner.flight.prediction import make_flight, segment_energies_j
 from planner.flight.returns.destination import HOME
+from planner.flight.returns.sample import sample_points
 from planner.mission.route.stage import StageKind
 from planner.units import wh_from_j
 from planner.values import Value
@@ -70,7 +72,37 @@ class ReturnPoints(Value, eq=False):
     """Energy used since the start of the flight. (n,) [Wh]"""
 
 
-class Returns(Value, eq=False):
+class FlownReturns(Value, eq=False):
+    """Returns to where the vehicle itself would return, from n points of a flight."""
+
+    points: ReturnPoints
+    destination: IntArray
+    """As in :meth:`Destinations.targets`. (n,)"""
+    flight: Flight
+    """The returns from standing still, one after another; the item of a segment is its point's row."""
+
+    @property
+    def piece_point(self) -> IntArray:
+        """Row of the point each piece of the returns is flown from. (p,)"""
+        motion = self.flight.motion
+        return motion.segments.item[motion.piece_segment]
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time to stop, return and land. (n,) [s]"""
+        return self.points.stop_s + self._summed(self.flight.motion.segments.duration_s)
+
+    @property
+    def energy_wh(self) -> FloatArray:
+        """Energy to stop, return and land. (n,) [Wh]"""
+        return self.points.stop_wh + wh_from_j(self._summed(self.flight.segment_energy_j))
+
+    def _summed(self, of_segments: FloatArray) -> FloatArray:
+        item = self.flight.motion.segments.item
+        return np.asarray(np.bincount(item, of_segments, len(self.destination)), np.float64)
+
+
+class Returns(Value, eq=False, dict=True):
     """A flight and the rules by which it can be broken off."""
 
     route: Route
@@ -86,6 +118,12 @@ class Returns(Value, eq=False):
     piece_start_s: FloatArray
     first_piece: IntArray
     """First piece of each segment, and one past the last of all. (s + 1,)"""
+
+    @cached_property
+    def sample(self) -> FlownReturns | None:
+        """Returns from all over the flight; ``None`` where no point of it is in the air."""
+        points = sample_points(self)
+        return None if points is None else self.flown(self.points(*points))
 
     @property
     def stage_ends(self) -> IntArray:
@@ -203,6 +241,17 @@ class Returns(Value, eq=False):
         braking = np.full((len(zero), 1), _BRAKE)
         power_w = self.flight.power.power_w(slowing, braking, state.ground_speed_m_s[:, None])
         return np.asarray(power_w @ _SIMPSON)
+
+    def flown(self, points: ReturnPoints) -> FlownReturns:
+        """Return the returns the vehicle itself would fly from points."""
+        destination = self.chosen(points)
+        targets = self.destinations.targets(points.stage, destination, points.stop_m)
+        motion, transients = self.pilot.fly_returns(points.stop_m, targets, self.route)
+        return FlownReturns(
+            points=points,
+            destination=destination,
+            flight=make_flight(motion, transients, self.flight.power),
+        )
 
     def fly(
         self, stand_m: FloatArray, stage: IntArray, destination: IntArray | int

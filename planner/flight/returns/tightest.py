@@ -11,26 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import STATE_INDEX, Columns, FlightState
+from planner.flight.motion.kinematics import Columns
 from planner.flight.returns.path import thinned
-from planner.mission.route.stage import StageKind
+from planner.flight.returns.sample import SWEEP_POINTS, in_order, returns_unbroken, spread_by_energy
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import FloatArray, IntArray
     from planner.flight.budget import BatteryBudget
-    from planner.flight.returns.path import FlightPoint, Returns
+    from planner.flight.returns.path import FlightPoint, FlownReturns, Returns
 
-SWEEP_POINTS = 128
-"""Points of the sweep, and at most of its refinement: so many cost half of the prediction of a thousand
-items, and the missions they were tried on hide no point that is 0.03 % tighter than the one found."""
 TOLERANCE = 5e-4
 """Energy used between points of the refinement, over the energy looked for: half of the 0.1 % by which a
 point may be tighter than the one found. [-]"""
 _ALIKE = 1e-9
 """Sums that differ by no more than this fraction, the error of their rounding, are the same. [-]"""
-_TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
-_LANDINGS = (StageKind.LAND, StageKind.RETURN)
 
 
 class ReturnPlan(Value):
@@ -123,28 +118,16 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
     ``None`` with no point in the air.  Segments of the take-off and of stages that land are left out: there
     the vehicle stands still, or lands where it is going anyway, and the energy of the whole flight decides.
     """
-    columns, stage = returns.flight.motion.segments, returns.segment_stage
-    lands = np.array([one.kind in _LANDINGS for one in returns.route.stages])[stage]
-    judged = ~lands & (columns.state != _TAKEOFF)
-    home = returns.destinations.home_of(stage)
-    # Whether a segment continues the one before it: both are judged, and home has not moved.
-    continues = np.zeros(len(judged) + 1, dtype=np.bool_)
-    continues[1:-1] = judged[1:] & judged[:-1] & (home[1:] == home[:-1])
-    lone_takeoff = (columns.state == _TAKEOFF) & ~lands & ~np.append(judged[1:], False)
-    starts = np.flatnonzero(judged & ~continues[:-1])
-    ends = np.flatnonzero((judged & ~continues[1:]) | lone_takeoff)
-    if not len(ends):
+    sample = returns.sample
+    if sample is None:
         return None
     limits_wh = tuple(limit_wh for limit_wh in limits_wh if limit_wh > 0.0)
-    spread, fraction = _evenly_by_energy(returns, judged, limits_wh)
-    segment = np.concatenate((ends, starts, spread))
-    fraction = np.concatenate((np.ones(len(ends)), np.zeros(len(starts)), fraction))
-    sweep = _swept(returns, *_in_order(segment, fraction))
-    segment, fraction = _between(returns, sweep, np.cumsum(~continues), limits_wh)
-    if not len(segment):
-        return sweep
-    both = ReturnSweep.joined([sweep, _swept(returns, *_in_order(segment, fraction))])
-    return both.select(np.lexsort((both.fraction, both.segment)))
+    sweep = _swept(sample)
+    spread = spread_by_energy(returns, *limits_wh)
+    if len(spread[0]):
+        sweep = _with(sweep, returns, *spread)
+    segment, fraction = _between(returns, sweep, limits_wh)
+    return _with(sweep, returns, segment, fraction) if len(segment) else sweep
 
 
 def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | None) -> ReturnPlan:
@@ -179,56 +162,35 @@ def return_limits_wh(battery: BatteryBudget | None) -> tuple[float, ...]:
     return () if battery is None else (battery.above_reserve_wh, battery.usable_wh)
 
 
-def _evenly_by_energy(
-    returns: Returns, judged: BoolArray, limits_wh: tuple[float, ...]
-) -> tuple[IntArray, FloatArray]:
-    """Return segments, and fractions of them, even in the energy that judged segments use.
-
-    The end of a stage is taken for a point near it: there the sum has its corners.  A flight that takes
-    more than a limit allows is swept again up to there.
-    """
-    own_wh = np.where(judged, np.diff(returns.used_wh), 0.0)
-    used_wh = np.cumsum(own_wh)
-    stage_ends = returns.stage_ends[judged[returns.stage_ends]]
-    segments, fractions = [stage_ends[:0]], [used_wh[:0]]
-    for most_wh in (used_wh[-1], *(limit_wh for limit_wh in limits_wh if limit_wh < used_wh[-1])):
-        grid_wh = np.linspace(0.0, most_wh, SWEEP_POINTS + 1)[1:]
-        near = np.searchsorted(grid_wh, used_wh[stage_ends])
-        last = np.append(near[1:] != near[:-1], True)[: len(near)] & (near < SWEEP_POINTS)
-        even_wh = np.delete(grid_wh, near[last])
-        segment = np.minimum(np.searchsorted(used_wh, even_wh), len(used_wh) - 1)
-        left = (used_wh[segment] - even_wh) / np.maximum(own_wh[segment], 1e-12)
-        segments += [stage_ends[last], segment]
-        fractions += [np.ones(np.count_nonzero(last)), np.clip(1.0 - left, 0.0, 1.0)]
-    segment, fraction = np.concatenate(segments), np.concatenate(fractions)
-    return segment[judged[segment]], fraction[judged[segment]]
-
-
-def _swept(returns: Returns, segment: IntArray, fraction: FloatArray) -> ReturnSweep:
-    points = returns.points(segment, fraction)
-    destination = returns.chosen(points)
-    return_s, return_wh = returns.fly(points.stop_m, points.stage, destination)
+def _swept(flown: FlownReturns) -> ReturnSweep:
+    points = flown.points
     return ReturnSweep(
-        segment=segment,
-        fraction=fraction,
+        segment=points.segment,
+        fraction=points.fraction,
         time_s=points.time_s,
-        destination=destination,
+        destination=flown.destination,
         used_wh=points.used_wh,
-        return_wh=points.stop_wh + return_wh,
-        return_s=points.stop_s + return_s,
+        return_wh=flown.energy_wh,
+        return_s=flown.time_s,
     )
 
 
-def _between(
-    returns: Returns, sweep: ReturnSweep, breaks: IntArray, limits_wh: tuple[float, ...]
-) -> tuple[IntArray, FloatArray]:
-    """Return points between those of a sweep where what is wanted may hide.
+def _with(
+    sweep: ReturnSweep, returns: Returns, segment: IntArray, fraction: FloatArray
+) -> ReturnSweep:
+    """Return a sweep and further points, in flown order."""
+    points = returns.points(*in_order(segment, fraction))
+    both = ReturnSweep.joined([sweep, _swept(returns.flown(points))])
+    return both.select(np.lexsort((both.fraction, both.segment)))
 
-    ``breaks`` counts how many segments up to each, it included, do not continue the one before. (s + 1,)
-    """
+
+def _between(
+    returns: Returns, sweep: ReturnSweep, limits_wh: tuple[float, ...]
+) -> tuple[IntArray, FloatArray]:
+    """Return points between those of a sweep where what is wanted may hide."""
     sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
     bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
-    inside = breaks[sweep.segment[1:]] == breaks[sweep.segment[:-1]]
+    inside = np.diff(returns_unbroken(returns)[sweep.segment]) == 0
     parts = np.zeros(len(used_wh))
     for limit_wh in (float(sum_wh.max()), *limits_wh):
         over = np.flatnonzero(sum_wh > limit_wh)
@@ -249,11 +211,3 @@ def _between(
         segments += [even, ends]
         fractions += [fraction, np.ones(len(ends))]
     return np.concatenate(segments), np.concatenate(fractions)
-
-
-def _in_order(segment: IntArray, fraction: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return points in flown order, each once."""
-    order = np.lexsort((fraction, segment))
-    segment, fraction = segment[order], fraction[order]
-    new = np.append(True, (np.diff(segment) != 0) | (np.diff(fraction) != 0.0))
-    return segment[new], fraction[new]
