@@ -9,13 +9,15 @@ import numpy as np
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
 from planner.mission.commands import command_name
+from planner.quantity import mean_of
 from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
+    from planner.flight.returns.path import FlownReturns
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
     from planner.setup import Reserve, Setup
@@ -271,20 +273,67 @@ def predict_discharge(
     )
 
 
+class ReturnDischarge(Value, eq=False):
+    """What holds and returns from n points of a flight ask of its battery."""
+
+    lowest_voltage_v: FloatArray
+    """Under the highest load of the hover there and of each moment of the return. (n,) [V]"""
+    end_voltage_v: FloatArray
+    """Under load, at the lowest of the ends of the parts of the return. (n,) [V]"""
+    can_deliver: BoolArray
+    """Whether the battery has the power for every moment of it. (n,)"""
+
+
+def predict_return_discharge(
+    returns: FlownReturns, flight: Flight, battery: Battery, discharge: Discharge, setup: Setup
+) -> ReturnDischarge | None:
+    """Return what holds and returns ask of a battery, from the charge that is left where they begin."""
+    circuit = battery.circuit(battery_temperature_c(setup, flight))
+    if circuit is None:
+        return None
+    points, motion, node_w = returns.points, returns.flight.motion, returns.flight.node_power_w
+    soc = np.concatenate(([mean_of(setup.charge)], discharge.state_of_charge))
+    before, after = soc[points.segment], soc[points.segment + 1]
+    begun = before + points.fraction * (after - before)
+    # A row of loads for each point: its stop, then the parts of its return.
+    order = np.argsort(returns.piece_point, kind="stable")
+    row = returns.piece_point[order]
+    count = np.bincount(row, minlength=len(begun))
+    column = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 1
+    loads = np.zeros((5, len(begun), int(count.max()) + 1))
+    mean_w, variance_w2, duration_s, peak_w, end_w = loads
+    own_w = node_w @ QUADRATURE_WEIGHTS
+    mean_w[row, column] = own_w[order]
+    variance_w2[row, column] = (np.square(node_w - own_w[:, None]) @ QUADRATURE_WEIGHTS)[order]
+    duration_s[row, column] = motion.piece_duration_s[order]
+    peak_w[row, column] = node_w.max(axis=1)[order]
+    end_w[row, column] = node_w[order, -1]
+    duration_s[:, 0] = points.stop_s
+    stop_j = points.stop_wh * JOULES_PER_WATT_HOUR
+    np.divide(stop_j, points.stop_s, out=mean_w[:, 0], where=points.stop_s > 0.0)
+    end_w[:, 0] = _hover_power_w(flight.power, points.stop_m)
+    peak_w[:, 0] = np.maximum(mean_w[:, 0], end_w[:, 0])
+    left = circuit.state_of_charge_after(mean_w, variance_w2, duration_s, from_soc=begun[:, None])
+    open_v = circuit.open_circuit_v(left)
+    return ReturnDischarge(
+        lowest_voltage_v=circuit.loaded_v(open_v, peak_w).min(axis=1),
+        end_voltage_v=circuit.loaded_v(open_v, end_w).min(axis=1),
+        can_deliver=np.all(open_v * open_v >= 4.0 * circuit.resistance_ohm * peak_w, axis=1),
+    )
+
+
 HOVER_HEIGHT_M = 10.0
 """Height over home of the hover a reserve is counted in: low, over the landing place. [m]"""
 
 
 def hover_near_home_w(power: SteadyPower) -> float:
     """Return the power of a hover low over home, in the wind of the day. [W]"""
-    zero = np.zeros(1)
-    state = KinematicState(
-        east_m=zero,
-        north_m=zero,
-        height_m=zero + HOVER_HEIGHT_M,
-        east_m_s=zero,
-        north_m_s=zero,
-        climb_m_s=zero,
-    )
-    hovers = np.array([STATE_INDEX[FlightState.HOVER]])
-    return float(power.power_w(state, hovers, zero)[0])
+    return float(_hover_power_w(power, np.array([[0.0, 0.0, HOVER_HEIGHT_M]]))[0])
+
+
+def _hover_power_w(power: SteadyPower, place_m: FloatArray) -> FloatArray:
+    """Return the powers of hovers at places (n, 3) [m]. (n,) [W]"""
+    zero = np.zeros(len(place_m))
+    state = KinematicState.of(place_m.T, (zero, zero, zero))
+    hovers = np.full(len(zero), STATE_INDEX[FlightState.HOVER])
+    return power.power_w(state, hovers, zero)

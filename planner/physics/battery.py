@@ -123,7 +123,7 @@ class BatteryCircuit(Value):
         power_variance_w2: npt.ArrayLike,
         duration_s: npt.ArrayLike,
         *,
-        from_soc: float,
+        from_soc: npt.ArrayLike,
     ) -> FloatArray:
         r"""Return the state of charge after each of a row of loads. (n,) [-]
 
@@ -141,8 +141,9 @@ class BatteryCircuit(Value):
         ----------
         power_w, power_variance_w2, duration_s : array_like
             Mean power of each load, mean square about it, duration, in order. (n,) [W, W², s]
-        from_soc : float
-            State of charge before the first. [-]
+            Of several rows (m, n).
+        from_soc : array_like
+            State of charge before the first, of several rows (m, 1). [-]
 
         Examples
         --------
@@ -156,11 +157,11 @@ class BatteryCircuit(Value):
         power = np.asarray(power_w, dtype=np.float64)
         spread = self.resistance_ohm * np.asarray(power_variance_w2, dtype=np.float64)
         fraction_per_a = np.asarray(duration_s, np.float64) / (self.capacity_ah * SECONDS_PER_HOUR)
-        used = np.zeros(power.shape)
+        used, from_soc = np.zeros(power.shape), np.asarray(from_soc, dtype=np.float64)
         for _ in range(_CHARGE_PASSES):
-            voltage = self.open_circuit_v(from_soc - np.cumsum(used) + 0.5 * used)
+            voltage = self.open_circuit_v(from_soc - np.cumsum(used, axis=-1) + 0.5 * used)
             loaded = self.loaded_v(voltage, power)
             drop = 2.0 * loaded - voltage  # the square root of E² − 4 R P
             of_variance = np.divide(spread, drop**3, out=np.zeros(power.shape), where=drop > 0.0)
             used = (power / loaded + of_variance) * fraction_per_a
-        return np.asarray(from_soc - np.cumsum(used))
+        return np.asarray(from_soc - np.cumsum(used, axis=-1))

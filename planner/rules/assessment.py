@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from planner.flight.budget import predict_return_discharge
 from planner.flight.reach import situations
 from planner.quantity import mean_of
 from planner.values import Value
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
-    from planner.flight.budget import BatteryBudget, Discharge, Totals
+    from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.reach import Situations
     from planner.flight.returns.path import Returns
@@ -58,6 +59,14 @@ class Assessment(Value, eq=False, dict=True):
     def reach(self) -> Situations:
         """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
         return situations(self.returns)
+
+    @cached_property
+    def return_discharge(self) -> ReturnDischarge | None:
+        """What holds and returns ask of the battery; ``None`` as for ``discharge``, or with none."""
+        sample = self.returns.sample
+        if self.pack is None or self.discharge is None or sample is None:
+            return None
+        return predict_return_discharge(sample, self.flight, self.pack, self.discharge, self.setup)
 
     @property
     def vehicle(self) -> VehicleModel:

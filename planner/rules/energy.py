@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.budget import hover_near_home_w
@@ -219,9 +221,9 @@ VOLTAGE_LOW = Rule(
     summary="Under load the voltage falls below the cut-off before the energy is used up.",
     why="A battery with a third of its energy left can fall below its cut-off the moment power is "
     "drawn: a vehicle landed itself at 3.5 V a cell with 30 % left (ArduPilot #5395).",
-    how="V = (E + sqrt(E² − 4 R P)) / 2 at the highest power of each segment, E from the charge left, "
-    "R at the temperature and age of the battery; fires where V is below cutoff_voltage_v, or where no "
-    "current gives the power.",
+    how="V = (E + sqrt(E² − 4 R P)) / 2 at the highest power of each segment of the flight, of holds at "
+    "any point of it and of the returns from there, E from the charge left, R at the temperature and age "
+    "of the battery; fires where V is below cutoff_voltage_v, or where no current gives the power.",
     fix="fly a shorter or slower mission, start with a fuller battery, or use one of less resistance",
     instead="--battery or --charge",
 )
@@ -229,17 +231,28 @@ VOLTAGE_LOW = Rule(
 
 @judges(VOLTAGE_LOW, needs=(PACK, DISCHARGE))
 def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator[Finding]:
-    cutoff_v, lowest_v = pack.cutoff_voltage_v, discharge.lowest_voltage_v
-    if not discharge.can_deliver:
+    cutoff_v = pack.cutoff_voltage_v or 0.0
+    lowest_v, item = discharge.lowest_voltage_v, a.item_of(discharge.lowest_voltage_segment)
+    can_deliver, where = discharge.can_deliver, ""
+    returning, sample = a.return_discharge, a.returns.sample
+    if can_deliver and lowest_v >= cutoff_v and returning is not None and sample is not None:
+        # First what cannot be delivered, then the lowest.
+        worst = np.lexsort((returning.lowest_voltage_v, returning.can_deliver))[0]
+        can_deliver = bool(returning.can_deliver[worst])
+        lowest_v = float(returning.lowest_voltage_v[worst])
+        item = a.item_of(sample.points.segment[worst])
+        where = " on the return from here"
+    if not can_deliver:
         message = (
-            f"the battery cannot deliver the power needed: {_volts(lowest_v)} left at its terminals"
+            f"the battery cannot deliver the power needed{where}: {_volts(lowest_v)} left at its "
+            "terminals"
         )
-    elif cutoff_v is not None and lowest_v < cutoff_v:
+    elif lowest_v < cutoff_v:
         lowest = quantity.beside(lowest_v, cutoff_v, _volts)
-        message = f"{lowest} under load; the cut-off is {_volts(cutoff_v)}"
+        message = f"{lowest} under load{where}; the cut-off is {_volts(cutoff_v)}"
     else:
         return
-    yield a.finding(VOLTAGE_LOW, message, item=a.item_of(discharge.lowest_voltage_segment))
+    yield a.finding(VOLTAGE_LOW, message, item=item)
 
 
 def _volts(voltage_v: float) -> str:

@@ -270,9 +270,9 @@ HOVER_THROTTLE_HIGH = Rule(
     how="MOT_THST_HOVER or MPC_THR_HOVER, where the parameter file or the model gives it, times the "
     "mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
     "over the air at the highest point of the flight, if that is thinner; late in the flight also "
-    "times (V_full / V)² for the lowest voltage under load at the end of a segment, where the "
-    "battery's curve is known.  A warning above 0.7; an error from 0.8 on with a full battery, from "
-    "0.87 on late in the flight.",
+    "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of "
+    "a return, where the battery's curve is known.  A warning above 0.7; an error from 0.8 on with a "
+    "full battery, from 0.87 on late in the flight.",
     fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
@@ -289,8 +289,13 @@ def _hover_throttle_high(
     late, lowest = full, None
     voltage = "with a full battery"
     if a.discharge is not None and a.pack is not None and a.pack.ocv_v is not None:
-        lowest = int(np.argmin(a.discharge.voltage_v))
-        voltage_v = float(a.discharge.voltage_v[lowest])
+        segment = int(np.argmin(a.discharge.voltage_v))
+        lowest, voltage_v = a.item_of(segment), float(a.discharge.voltage_v[segment])
+        back, sample = a.return_discharge, a.returns.sample
+        if back is not None and sample is not None and back.end_voltage_v.min() < voltage_v:
+            point = int(np.argmin(back.end_voltage_v))
+            voltage_v = float(back.end_voltage_v[point])
+            lowest = a.item_of(sample.points.segment[point])
         late = full * (a.pack.ocv_v[-1] / voltage_v) ** 2
         voltage = f"at {quantity.decimals(voltage_v, 1)} V, {quantity.percent(full)} when full"
     if max(full, late) > _MOST_HOVER_THRUST:
@@ -300,7 +305,7 @@ def _hover_throttle_high(
             f"hovering takes {quantity.percent(late)} of the thrust {voltage}"
             + (": it cannot hold its height and place" if cannot else ""),
             severity=Severity.ERROR if cannot else None,
-            item=None if lowest is None else a.item_of(lowest),
+            item=lowest,
         )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import mission, rtl, speed, takeoff, waypoint
+from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.flight.budget import Discharge, predict_discharge
@@ -260,3 +260,46 @@ def test_a_parameter_that_flies_faster_than_identified_is_an_error() -> None:
 def test_a_commanded_speed_beyond_the_box_is_said_once() -> None:
     hasty = replace(DELIVERY, items=(DELIVERY.items[0], speed(17.0), *DELIVERY.items[1:]))
     assert len(outside(check(hasty, SURVEY, battery=PACK))) == 1
+
+
+ONE_WAY = mission(
+    takeoff(60.0), waypoint(900.0, 60.0), item(21, north(900.0)), autopilot=Autopilot.ARDUPILOT
+)
+
+
+def test_a_return_takes_its_charge_as_in_small_steps_of_time() -> None:
+    assert PACK.ocv_soc is not None
+    assert PACK.ocv_v is not None
+    a = check(ONE_WAY, SURVEY, battery=PACK).assessment
+    assert a is not None
+    assert a.discharge is not None
+    assert a.return_discharge is not None
+    sample = a.returns.sample
+    assert sample is not None
+    point = len(sample.destination) - 1  # over the place of the landing, 900 m away
+    segments = sample.flight.motion.segments
+    assert sample.points.fraction[point] == 1.0
+    begin_s, end_s = segments.end_s[segments.item < point].max(), segments.end_s.max()
+    step_s = 0.05
+    soc, lowest_v = float(a.discharge.state_of_charge[sample.points.segment[point]]), 99.0
+    for power_w in sample.flight.power_w(np.arange(begin_s, end_s, step_s)).tolist():
+        open_v = float(np.interp(soc, PACK.ocv_soc, PACK.ocv_v))
+        root_v = np.sqrt(open_v**2 - 0.16 * power_w)
+        lowest_v = min(lowest_v, 0.5 * (open_v + root_v))
+        soc -= (open_v - root_v) / 0.08 * step_s / (5.0 * 3600.0)
+    # The peak of a part of the motion is held against the charge at its end: up to 0.1 V less.
+    assert lowest_v - 0.1 < a.return_discharge.lowest_voltage_v[point] < lowest_v + 0.005
+
+
+def test_a_return_below_the_cut_off_is_a_no_go_though_the_flight_stays_above_it() -> None:
+    a = check(ONE_WAY, SURVEY, battery=PACK).assessment
+    assert a is not None
+    assert a.discharge is not None
+    assert a.return_discharge is not None
+    returning_v = float(a.return_discharge.lowest_voltage_v.min())
+    assert returning_v < a.discharge.lowest_voltage_v - 0.05
+    between_v = 0.5 * (returning_v + a.discharge.lowest_voltage_v)
+    result = check(ONE_WAY, SURVEY, battery=replace(PACK, cutoff_voltage_v=between_v), reserve=0.0)
+    [low] = found(result, "E104")
+    assert "on the return" in low.message
+    assert result.verdict == "no-go"

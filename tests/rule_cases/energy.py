@@ -70,11 +70,13 @@ def with_pack() -> CheckResult:
 
 
 def lowest_v() -> float:
-    """Return the lowest voltage under load of that flight. [V]"""
-    budget = with_pack().battery
-    assert budget is not None
-    assert budget.lowest_voltage_v is not None
-    return budget.lowest_voltage_v
+    """Return the lowest voltage under load of that flight and of the returns from it. [V]"""
+    assessment = with_pack().assessment
+    assert assessment is not None
+    assert assessment.discharge is not None
+    assert assessment.return_discharge is not None
+    returns_v = assessment.return_discharge.lowest_voltage_v
+    return min(assessment.discharge.lowest_voltage_v, float(returns_v.min()))
 
 
 def highest_rate() -> float:
