@@ -95,12 +95,12 @@ CONDITION_NOT_MODELLED = Rule(
     "cockpit #2159).  Where the answer cannot change, the user has to know.",
     how="Wind needs a model with an airspeed term, payload one with a mass, temperature a hover law "
     "over air density; the age and temperature of a battery need its resistance and curves.  A payload "
-    "that is not counted is an error, as is a wind above 0.6 of the highest identified speed and air "
-    "1.2 times thinner than at sea level: the flight takes more energy than predicted.  Weaker "
-    "wind, and air at least 1.1 times thinner, are an error where what they may take is more than the "
+    "that is not counted is an error: the flight takes more energy than predicted.  Wind, and air at "
+    "least 1.1 times thinner than at sea level, are an error where what they may take is more than the "
     "margin of the flight or of the tightest return: power grows from the ground speed to the airspeed "
     "as a recorded survey quadrotor's (298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with "
-    "the cube beyond), and with 1/√density.  A step-response model uses only the fence of a parameter "
+    "the cube beyond, or the time of flying no faster than that), and with 1/√density.  A step-response "
+    "model uses only the fence of a parameter "
     "file; speeds of it that are more than 3 % slower than predicted cost the longer time at hover "
     "power, an error where that takes the flight or the tightest return below the reserve.  A file of "
     "an unknown autopilot is an error where it holds a fence.",

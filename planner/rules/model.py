@@ -13,8 +13,8 @@ from planner.findings import Rule, Severity
 from planner.flight.budget import hover_near_home_w
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
-from planner.flight.prediction import QUADRATURE_WEIGHTS
 from planner.flight.reach import SituationKind
+from planner.flight.uncounted import uncounted_wh
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -39,15 +39,6 @@ _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
 _OVERSHOOT = 0.03
 """A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
-_STRONG_WIND = 0.6
-"""Wind over the highest identified speed from which on not to count it is an error: out and back at
-10 m/s took 7 % more energy in 5 m/s of wind and 22 % more in 8 m/s. [-]"""
-_MEASURED_SPEED = np.array([0.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0]) / 15.0
-_MEASURED_W = np.array([353.0, 331.0, 307.0, 298.0, 322.0, 370.0, 482.0])
-"""Power of the recorded survey quadrotor over the fraction of its highest airspeed, 15 m/s. [-], [W]"""
-_BREEZE = 0.15
-"""Airspeed over the highest identified one that is only a warning: at most 1.15³ = 1.52 times the power,
-where all of it goes into drag; known or not known makes no difference. [-]"""
 _FAR = 2.0
 """A climb or descent so many times as fast as any identified is an error. [-]"""
 _DENSITY_SLACK = 0.02
@@ -55,8 +46,8 @@ _DENSITY_SLACK = 0.02
 _MOST_LIFT = 1.5
 """More thrust, in times of that of the model's flights, is not taken for granted: vehicles are built to
 hover at half of what they have or somewhat more."""
-_THINNER, _MUCH_THINNER = 1.1, 1.2
-"""Thinness of air that is not counted: 5 % and 10 % of the power of a hover."""
+_THINNER = 1.1
+"""Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover. [-]"""
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 _LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
@@ -68,14 +59,16 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     summary="The flight leaves the range in which the model was identified.",
     why="A model is no evidence of flight it was not identified on.  A longer climb consists of "
     "manoeuvres inside the range and is only marked; a commanded speed beyond the range does not and "
-    "is an error, as is a climb or descent twice as fast as any.  Wind that makes the airspeed more "
-    "than 1.15 times the highest identified one is an error too: drag then takes up to 1.52 times the "
-    "power.",
+    "is an error, as is a climb or descent twice as fast as any.  Wind that makes the airspeed higher "
+    "than any identified one costs margin: power grows with the cube of the airspeed at most, or the "
+    "vehicle is at the limit of its lean and arrives later.",
     how="Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "
     "density of the predicted flight, of holds at any point of it (in the mean wind and two standard "
     "deviations) and of the returns from there against [valid_for] and the identified steps of the "
     "vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
-    "higher up, or in other air, is only noted.",
+    "higher up, or in other air, is only noted.  At an airspeed V beyond the identified V_k the greater "
+    "of two bounds counts: the power at V_k times (V / V_k)³, or the longer way at the airspeed V_k "
+    "(airspeed_limit_m_s where the model has it); an error where that may take the margin.",
     fix="keep the mission inside the identified range, or record a flight beyond it and run mavjoule "
     "identify",
     instead="a model identified there with --vehicle",
@@ -223,11 +216,13 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     row = int(np.argmax(air_m_s))
     ground_m_s = float(reach.ground_speed_m_s.max()) if is_step else fastest.value
     if air_m_s[row] > max(over_m_s, ground_m_s):
-        is_far = air_m_s[row] > (1.0 + _BREEZE) * limit.high
+        # A model without an airspeed term counts no wind at all: E108.
+        costs, is_short = _uncounted(a) if a.vehicle.knows_airspeed else ("", False)
         yield a.finding(
             MODEL_OUTSIDE_ENVELOPE,
-            f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}; {identified}",
-            severity=Severity.ERROR if is_far else None,
+            f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}; "
+            f"{identified}{costs}",
+            severity=Severity.ERROR if is_short else None,
             item=int(reach.item[row]),
         )
 
@@ -384,14 +379,13 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         )
         return
     # A temperature that is not counted is reported already.
-    limit_thinner = _THINNER if a.setup.temperature_c is None else _MUCH_THINNER
-    if not vehicle.knows_air_density and thinner > limit_thinner:
+    if not vehicle.knows_air_density and thinner > _THINNER and a.setup.temperature_c is None:
         costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
             f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
             f"density term{costs}",
-            severity=Severity.ERROR if is_short or thinner > _MUCH_THINNER else None,
+            severity=Severity.ERROR if is_short else None,
         )
 
 
@@ -400,52 +394,19 @@ def _uncounted(a: Assessment) -> tuple[str, bool]:
     battery, plan = a.battery, a.return_plan
     if battery is None:
         return "", False  # without a battery nothing is a go: E100
-    more = _power_in_wind(a)
-    flown = a.reach.kind == SituationKind.MISSION
-    flown_wh = float(
-        wh_from_j(
-            (a.flight.node_power_w * more[flown].reshape(a.flight.node_power_w.shape))
-            @ QUADRATURE_WEIGHTS
-            @ a.flight.motion.piece_duration_s
-        )
-    )
+    flown_wh, returned_wh = uncounted_wh(a.flight, a.reach, plan)
     margins_wh = [(battery.margin_wh, flown_wh)]
-    returning = a.reach.kind == SituationKind.RETURN
-    if plan is not None and plan.margin_wh is not None and returning.any():
-        back_wh = plan.energy_home_wh * float(more[returning].max())
-        margins_wh.append((plan.margin_wh, flown_wh + back_wh))
-    short = min(margins_wh, key=lambda one: one[0] - one[1])
-    text = f"; it may take {quantity.energy(short[1])} more"
-    if short[0] >= short[1]:
+    if plan is not None and plan.margin_wh is not None:
+        margins_wh.append((plan.margin_wh, returned_wh))
+    margin_wh, most_wh = min(margins_wh, key=lambda one: one[0] - one[1])
+    if most_wh <= 0.0:
+        return "", False
+    if not math.isfinite(most_wh):
+        return "; it may not come forward at all", True
+    text = f"; it may take {quantity.energy(most_wh)} more"
+    if margin_wh >= most_wh:
         return text, False
-    return f"{text} than the {quantity.energy(max(short[0], 0.0))} above the reserve allow", True
-
-
-def _power_in_wind(a: Assessment) -> FloatArray:
-    """Return the power that situations may take over that predicted, less 1, at least 0. (n,) [-]
-
-    As that of the quadrotor it was measured on grows from the ground speed to the airspeed, both over the
-    highest identified speed; in thin air with 1 / √density, as the induced power does.
-    """
-    vehicle, reach, wind = a.vehicle, a.reach, a.setup.wind
-    more = np.ones(len(reach.item))
-    limit = vehicle.valid_for.speed_m_s
-    if not vehicle.knows_airspeed and limit is not None and limit.high > 0.0:
-        in_wind, calm = (
-            _measured_w(speed_m_s / limit.high)
-            for speed_m_s in (reach.airspeed_m_s(wind), reach.ground_speed_m_s)
-        )
-        more = np.maximum(in_wind / calm, 1.0)
-    if not vehicle.knows_air_density:
-        density = a.flight.power.air_density_kg_m3(reach.height_m)
-        more = more * np.sqrt(np.maximum(SEA_LEVEL_DENSITY_KG_M3 / density, 1.0))
-    return np.asarray(more - 1.0)
-
-
-def _measured_w(speed: FloatArray) -> FloatArray:
-    """Return the power of that quadrotor at fractions of its highest airspeed; as drag beyond. (n,) [W]"""
-    within_w = np.interp(speed, _MEASURED_SPEED, _MEASURED_W)
-    return np.asarray(within_w * np.maximum(speed, 1.0) ** 3)
+    return f"{text} than the {quantity.energy(max(margin_wh, 0.0))} above the reserve allow", True
 
 
 def _times_heavier(a: Assessment) -> float:
@@ -467,14 +428,12 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
     given, vehicle = a.setup, a.vehicle
     wind, payload_kg = given.wind, mean_of(given.payload_kg)
     if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
-        limit = vehicle.valid_for.speed_m_s
-        is_strong = limit is not None and wind.speed_m_s > _STRONG_WIND * limit.high
         costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
             f"wind of {quantity.speed(wind.speed_m_s)} not counted: this model has no airspeed term"
             f"{costs}",
-            severity=Severity.ERROR if is_strong or is_short else None,
+            severity=Severity.ERROR if is_short else None,
         )
     if (payload_kg > 0.0 or sd_of(given.payload_kg) > 0.0) and not vehicle.knows_mass:
         yield a.finding(
@@ -484,10 +443,12 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
             fix="use a model with a mass, or allow for the payload in --reserve and ignore E108",
         )
     if given.temperature_c is not None and not vehicle.knows_air_density:
+        costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
             f"temperature of {quantity.temperature(mean_of(given.temperature_c))} not counted: this "
-            "model has no air density term",
+            f"model has no air density term{costs}",
+            severity=Severity.ERROR if is_short else None,
         )
     spread = [
         name

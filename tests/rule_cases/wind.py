@@ -63,10 +63,9 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: against(4.9, 15.0),
     ),
     "W103": RuleCases(
-        fires=lambda: in_wind(10.1),
-        boundary=lambda: in_wind(10.0),  # the article's vehicle was identified up to it
-        fires_at_boundary=True,
-        silent=lambda: in_wind(9.9),
+        fires=lambda: in_wind(7.1),
+        boundary=lambda: in_wind(7.0),  # the article's vehicle was identified up to 10 m/s
+        silent=lambda: in_wind(6.9),
     ),
     "W105": RuleCases(
         fires=lambda: circling(CIRCLE_WIND_M_S + 0.1),

@@ -238,14 +238,3 @@ def test_a_climb_or_descent_twice_as_fast_as_any_identified_is_an_error(
     assert [
         f.severity for f in found if f.code == "E105" and "climb rate" in f.message
     ] == severities
-
-
-@pytest.mark.parametrize(
-    ("wind_m_s", "severity"),
-    [(0.5, Severity.WARNING), (6.0, Severity.WARNING), (6.1, Severity.ERROR)],
-)
-def test_a_strong_wind_that_is_not_counted_is_no_go(wind_m_s: float, severity: Severity) -> None:
-    # The article's vehicle was identified up to 10 m/s.
-    one = mission(takeoff(100), waypoint(300, 100), rtl())
-    found = check(one, VEHICLE, battery=BATTERY, wind=Wind(speed_m_s=wind_m_s)).findings
-    assert [f.severity for f in found if "wind of" in f.message] == [severity]

@@ -19,6 +19,7 @@ from planner.selection import Selection
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.declared import Interval
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 
@@ -266,14 +267,23 @@ def test_wind_above_com_wind_max_is_warned_of(
     assert of("W104", made, Autopilot.PX4, wind=wind) == []
 
 
-@pytest.mark.parametrize(("wind_m_s", "fires"), [(9.9, False), (10.0, True)])
-def test_wind_as_fast_as_a_model_of_steps_is_an_error(
+@pytest.mark.parametrize(("wind_m_s", "fires"), [(6.9, False), (7.1, True)])
+@pytest.mark.parametrize("autopilot", [Autopilot.STEP, Autopilot.ARDUPILOT, Autopilot.PX4])
+def test_wind_near_the_highest_speed_of_a_model_is_an_error(
+    autopilot: Autopilot,
     wind_m_s: float,
     fires: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
-    """The article's vehicle was identified up to 10 m/s."""
+    """0.7 of the 10 m/s that the article's vehicle was identified up to."""
+    box = replace(OF[autopilot].valid_for, speed_m_s=Interval(low=0.0, high=10.0))
     made = mission(takeoff(100), waypoint(500, 100), rtl())
-    found = of("W103", made, Autopilot.STEP, wind=Wind(speed_m_s=wind_m_s))
+    result = check(
+        made,
+        replace(OF[autopilot], valid_for=box),
+        battery=Battery(capacity_wh=170.0),
+        wind=Wind(speed_m_s=wind_m_s),
+    )
+    found = [one for one in result.findings if one.code == "W103"]
     assert [finding.severity for finding in found] == [Severity.ERROR] * fires
 
 

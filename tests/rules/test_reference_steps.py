@@ -156,10 +156,10 @@ def test_a_spline_flown_straight_is_an_error_where_a_fence_or_the_ground_is_judg
 
 
 # Identified up to 10 m/s; home is flown at 10 m/s southward, the wind from the south against it.
-# 6.1 m/s of it make 16.1 m/s, over 1.6 times 10.
+# What that may take is E108's: the model has no airspeed term.
 @pytest.mark.parametrize(
     ("wind_m_s", "severities"),
-    [(0.0, []), (0.1, []), (1.0, [Severity.WARNING]), (6.1, [Severity.ERROR])],
+    [(0.0, []), (0.1, []), (1.0, [Severity.WARNING]), (6.1, [Severity.WARNING])],
 )
 def test_an_airspeed_beyond_the_identified_ones_is_told_with_steps_too(
     wind_m_s: float, severities: list[Severity]

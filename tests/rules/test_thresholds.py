@@ -166,7 +166,6 @@ CASES: tuple[
     ("E105", "legs? up to", lambda m: found(to_height(m), ARDUPILOT), -1.5, [], -1.51, [WARNING]),
     ("E105", "identified step", lambda m: found(climbing(m)), 100.49, [], 100.51, [WARNING]),
     ("E105", "airspeed of", against_the_wind, 1.03 - TINY, [], 1.03 + TINY, [WARNING]),
-    ("E105", "airspeed of", against_the_wind, 1.15 - TINY, [WARNING], 1.15 + TINY, [ERROR]),
     (
         "E105",
         " flown; .* unreliable",
@@ -197,17 +196,8 @@ CASES: tuple[
         lambda x: identified(density_kg_m3=(0.5, air_kg_m3(highest=False) / x)),
         *(1.02 - TINY, [], 1.02 + TINY, [INFO]),
     ),
-    # 1.225 kg/m³ over that of the standard atmosphere is 1.1 at 982 m and 1.2 at 1859 m, 20 m above home.
+    # 1.225 kg/m³ over that of the standard atmosphere is 1.1 at 982 m, 20 m above home.
     ("E108", "thinner", lambda m: found(PLAIN, home_amsl_m=m), 958.0, [], 965.0, [WARNING]),
-    ("E108", "thinner", lambda m: found(PLAIN, home_amsl_m=m), 1836.0, [WARNING], 1842.0, [ERROR]),
-    # With a temperature that is told not to be counted only the second counts.  At 15 °C 1.2 is where
-    # (1 − 0.0065 h / 288.15)^5.256 is 1 / 1.2 × 288.02 / 288.15: at h = 1515 m, 20 m above home.
-    (
-        "E108",
-        "thinner",
-        lambda m: found(PLAIN, home_amsl_m=m, temperature_c=15.0),
-        *(1490.0, [], 1500.0, [ERROR]),
-    ),
     ("E102", "the return takes", falling_short, 1.05 - 1e-6, [], 1.05 + 1e-6, [ERROR]),
     ("E121", "", with_share_of_voltage, 1.18 - TINY, [], 1.18 + TINY, [ERROR]),
     (

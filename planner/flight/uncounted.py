@@ -1,0 +1,142 @@
+r"""What a flight may take, at most, where its model says nothing: in wind, in air, beyond its airspeeds.
+
+Power beyond the airspeed :math:`V_k` up to which a model was identified is bounded by
+
+.. math:: P(V) \le P(V_k)\,(V / V_k)^3,
+
+because no part of the power of level flight grows faster: drag takes :math:`D V \sim V^3`, induced power
+falls until the thrust is all drag, then :math:`T^2 / V \sim V^3`, profile power :math:`1 + k \mu^2` grows
+with the square of the speed and with :math:`T^{3/2} \sim V^3` at most (J. G. Leishman, Principles of
+Helicopter Aerodynamics, 2nd edition, 2006, chapter 5).
+
+Or the vehicle is at the limit of its lean there: it flies at :math:`V_k`, which it was seen to hold,
+and later arrives.  Of both the dearer counts.  What lies between, an airspeed :math:`V_l` held on the
+way, is not dearer: :math:`V_l^3 / (V_l - w)` has its only extremum at :math:`V_l = 1.5\,w`, a minimum.
+
+A model without an airspeed term gives no power over airspeed: it grows from the ground speed to the
+airspeed as that of the quadrotor it was measured on, both over the highest identified speed.  In air
+that is not counted all power at one thrust grows with :math:`1 / \sqrt\rho`: induced power does, and of
+blades that turn faster profile power too.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
+from planner.flight.prediction import QUADRATURE_WEIGHTS
+from planner.flight.reach import SituationKind
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.wind import Wind
+from planner.units import wh_from_j
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Flight
+    from planner.flight.reach import Situations
+    from planner.flight.returns.tightest import ReturnPlan
+
+_MEASURED_SPEED = np.array([0.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0]) / 15.0
+_MEASURED_W = np.array([353.0, 331.0, 307.0, 298.0, 322.0, 370.0, 482.0])
+"""Power of the recorded survey quadrotor over the fraction of its highest airspeed, 15 m/s. [-], [W]"""
+_ROUNDING = 1e-9
+"""An airspeed this little over one that is held is that one. [-]"""
+_HOVER = STATE_INDEX[FlightState.HOVER]
+
+
+def uncounted_wh(flight: Flight, reach: Situations, plan: ReturnPlan | None) -> tuple[float, float]:
+    """Return what the flight may take above its prediction, and its tightest return with the way there.
+
+    Both at most, both at least 0; infinite where the vehicle may not come forward at all. [Wh]
+    """
+    more = power_ratio(flight.power, reach) - 1.0
+    of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
+    motion = flight.motion
+    pieces_j = (
+        (np.maximum(flight.node_power_w, 0.0) * of_mission)
+        @ QUADRATURE_WEIGHTS
+        * motion.piece_duration_s
+    )
+    flown_wh = float(wh_from_j(pieces_j.sum()))
+    of_return = more[reach.kind == SituationKind.RETURN]
+    if plan is None or plan.tightest is None:
+        return flown_wh, 0.0
+    begun = motion.segments.end_s - motion.segments.duration_s < plan.tightest.time_s
+    before_wh = float(wh_from_j(pieces_j[begun[motion.piece_segment]].sum()))
+    return flown_wh, before_wh + plan.energy_home_wh * float(of_return.max(initial=0.0))
+
+
+def power_ratio(power: SteadyPower, reach: Situations) -> FloatArray:
+    """Return the power that situations may take over that predicted, at least 1. (n,) [-]
+
+    Time lost against the wind is counted as power.
+    """
+    more = _airspeed_ratio(power, reach)
+    if not power.vehicle.knows_air_density:
+        density = power.air_density_kg_m3(reach.height_m)
+        more = more * np.sqrt(np.maximum(SEA_LEVEL_DENSITY_KG_M3 / density, 1.0))
+    return more
+
+
+def _airspeed_ratio(power: SteadyPower, reach: Situations) -> FloatArray:
+    vehicle, limit = power.vehicle, power.vehicle.valid_for.speed_m_s
+    more = np.ones(len(reach.item))
+    if limit is None or limit.high <= 0.0 or not power.wind.speed_m_s > 0.0:
+        return more
+    air_m_s, ground_m_s = reach.airspeed_m_s(power.wind), reach.ground_speed_m_s
+    held_m_s = vehicle.airspeed_limit_m_s or limit.high
+    flown_m_s = air_m_s if vehicle.airspeed_limit_m_s is None else np.minimum(air_m_s, held_m_s)
+    predicted_w = (
+        _steady_w(power, reach, air_m_s)
+        if vehicle.knows_airspeed
+        else _measured_w(ground_m_s / limit.high)
+    )
+
+    def at(airspeed_m_s: FloatArray) -> FloatArray:
+        over = np.maximum(airspeed_m_s / limit.high, 1.0)
+        if vehicle.knows_airspeed:
+            known_w = _steady_w(power, reach, np.minimum(airspeed_m_s, limit.high))
+            return np.asarray(known_w * over**3 / predicted_w)
+        return np.asarray(_measured_w(airspeed_m_s / limit.high) / predicted_w)
+
+    is_seen = vehicle.knows_airspeed & (flown_m_s <= limit.high)
+    more = np.where(is_seen, 1.0, np.maximum(at(flown_m_s), 1.0))
+    late = np.flatnonzero((air_m_s > held_m_s * (1.0 + _ROUNDING)) & (ground_m_s > 0.0))
+    if len(late):
+        slower_m_s = headway_m_s(
+            np.stack((reach.east_m_s, reach.north_m_s), axis=1)[late],
+            reach.height_m[late, None],
+            wind=power.wind,
+            airspeed_limit_m_s=held_m_s,
+        )
+        longer = np.full(len(late), np.inf)
+        longer[slower_m_s > SLOWEST_M_S] = (ground_m_s[late] / slower_m_s)[slower_m_s > SLOWEST_M_S]
+        more[late] = np.maximum(more[late], at(np.minimum(air_m_s, held_m_s))[late] * longer)
+    return more
+
+
+def _steady_w(power: SteadyPower, reach: Situations, airspeed_m_s: FloatArray) -> FloatArray:
+    """Return the steady power of the model at airspeeds, with the climbs of situations. (n,) [W]"""
+    zero = np.zeros(len(airspeed_m_s))
+    state = KinematicState(
+        east_m=zero,
+        north_m=zero,
+        height_m=reach.height_m,
+        east_m_s=airspeed_m_s,
+        north_m_s=zero,
+        climb_m_s=reach.climb_m_s,
+    )
+    calm = replace(power, wind=Wind())
+    watts = calm.power_w(state, np.full(len(zero), _HOVER), zero)
+    return np.maximum(watts, np.finfo(np.float64).tiny)
+
+
+def _measured_w(speed: FloatArray) -> FloatArray:
+    """Return the power of that quadrotor at fractions of its highest airspeed; as drag beyond. (n,) [W]"""
+    within_w = np.interp(speed, _MEASURED_SPEED, _MEASURED_W)
+    return np.asarray(within_w * np.maximum(speed, 1.0) ** 3)
