@@ -72,8 +72,8 @@ _DEFAULTS = GuardSettings()
 @kind_option(
     "--valid-for",
     Duration(least_s=1.0),
-    "how long an acceptance holds; PX4 does not ask again until then",
-    default=float(_DEFAULTS.valid_for_s),
+    "how long an acceptance holds; PX4 does not ask again until then [default: 1 s, and 5 s where the "
+    "pilot has to arm twice, COM_ARM_AUTH_MET 1]",
 )
 @kind_option(
     "--confirm-within",
@@ -111,7 +111,7 @@ _DEFAULTS = GuardSettings()
 def command(
     *,
     url: str,
-    valid_for: float,
+    valid_for: float | None,
     confirm_within: float,
     reread: float,
     warn_before: float,
@@ -148,7 +148,7 @@ def command(
         setup,
         GuardRequest(
             settings=GuardSettings(
-                valid_for_s=int(valid_for),
+                valid_for_s=None if valid_for is None else int(valid_for),
                 confirmed_s=confirm_within,
                 oldest_s=reread,
                 lost_after_s=lost_after,

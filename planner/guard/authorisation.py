@@ -30,6 +30,11 @@ _DEFAULT_WAIT_S = 1.0
 """PX4's own COM_ARM_AUTH_TO. [s]"""
 _METHODS = {0: "the first arming waits for the answer", 1: "arm twice: the first time asks"}
 """By COM_ARM_AUTH_MET."""
+_TWO_STEPS = 1
+_SHORTEST_S = 1
+"""An answer that the arming itself waits for is used as it comes, and held for at least a second. [s]"""
+_ARM_AGAIN_S = 5
+"""In which a pilot reads that arming was authorised, and arms a second time. [s]"""
 
 
 class DenialReason(IntEnum):
@@ -97,6 +102,8 @@ class ArmingSettings(Value):
     """Whether it asks this authoriser before it arms."""
     wait_s: float
     """How long it waits for an answer. [s]"""
+    holds_s: int
+    """How long an acceptance has to hold, so that it arms by it. [s]"""
     advice: str
     """What is to be known, and set on the vehicle by its pilot; never empty."""
 
@@ -105,6 +112,7 @@ def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) 
     """Return how a vehicle's parameters, by name, make it ask this program's system id."""
     wanted, named = parameters.get("COM_ARM_AUTH_REQ"), parameters.get("COM_ARM_AUTH_ID")
     wait_s = parameters.get("COM_ARM_AUTH_TO") or _DEFAULT_WAIT_S
+    number = round(parameters.get("COM_ARM_AUTH_MET") or 0.0)
     is_asking = False
     if wanted is None:
         advice = "this autopilot does not ask before arming: the verdict is only announced"
@@ -121,10 +129,10 @@ def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) 
         )
     else:
         is_asking = True
-        number = round(parameters.get("COM_ARM_AUTH_MET") or 0.0)
         method = _METHODS.get(number, "by an unknown method")
         advice = f"the vehicle asks before arming ({method}; it waits {wait_s:g} s)"
-    return ArmingSettings(is_asking=is_asking, wait_s=wait_s, advice=advice)
+    holds_s = _ARM_AGAIN_S if number == _TWO_STEPS else _SHORTEST_S
+    return ArmingSettings(is_asking=is_asking, wait_s=wait_s, holds_s=holds_s, advice=advice)
 
 
 _OF_ITEMS = "MALTF"

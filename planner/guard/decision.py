@@ -39,8 +39,9 @@ READ_PARTS = (VehiclePart.MISSION, VehiclePart.FENCE, VehiclePart.RALLY, Vehicle
 class GuardSettings(Value):
     """How a guard decides."""
 
-    valid_for_s: int = 10
-    """How long an acceptance holds: PX4 does not ask again in this time, nor does it listen. [s]"""
+    valid_for_s: int | None = None
+    """How long an acceptance holds: PX4 does not ask again in this time, nor does it listen; ``None``: no
+    longer than the vehicle needs to arm by it. [s]"""
     silence_s: float = 5.0
     """A vehicle that is not heard for so long may have changed meanwhile. [s]"""
     debounce_s: float = 0.5
@@ -117,6 +118,8 @@ class ArmingStatus(Value):
     is_asking: bool
     wait_s: float
     """How long it waits for an answer. [s]"""
+    holds_s: int = 1
+    """How long an acceptance has to hold, so that it arms by it. [s]"""
     is_armed: bool = False
 
 
@@ -150,6 +153,13 @@ class AnswerRequest(Value):
     answer: ArmAnswer
 
 
+class Withdraw(Value):
+    """Answer a request that was accepted once more, by a rejection, whether it is heard or not."""
+
+    request: ArmRequest
+    answer: ArmAnswer
+
+
 class Announce(Value):
     """Send a text to the pilot's ground station."""
 
@@ -169,7 +179,7 @@ class Decision(Value):
     details: Mapping[str, object] = field(default_factory=dict)
 
 
-Action: TypeAlias = ReadParts | CheckVehicle | AnswerRequest | Announce | Decision
+Action: TypeAlias = ReadParts | CheckVehicle | AnswerRequest | Withdraw | Announce | Decision
 
 
 class GuardView(Value):
@@ -337,13 +347,28 @@ class Readings:
         return reading.fingerprint is None or now_s - reading.began_s >= settings.oldest_s
 
 
-_CRITICAL, _ERROR, _WARNING, _NOTICE = 2, 3, 4, 5
+_ALERT, _CRITICAL, _ERROR, _WARNING, _NOTICE = 1, 2, 3, 4, 5
 """MAV_SEVERITY."""
 _SEVERITIES = {Verdict.GO: _NOTICE, Verdict.NO_GO: _ERROR, Verdict.UNKNOWN: _WARNING}
 _SETTLED_S = 2.0
 """Without a verdict for a shorter time is no change of it. [s]"""
+_INSIST_S = 1.0
+"""So often it is said that an acceptance is withdrawn, while the vehicle may arm by it. [s]"""
+_ARMED_SEEN_S = 2.0
+"""After which a vehicle that has armed is known to have: two heartbeats. [s]"""
+_WITHDRAWN = "mavjoule: DO NOT ARM, go withdrawn"
 _MOST_PENDING = 16
 """Requests held at a time; a vehicle repeats one about three times."""
+
+
+class _Acceptance(Value):
+    """A request that was accepted."""
+
+    request: ArmRequest
+    until_s: float
+    """The latest at which the vehicle arms by it. [s]"""
+    mark: object
+    """What it rests on."""
 
 
 class Guard:
@@ -356,10 +381,13 @@ class Guard:
         self._is_checking = False
         self._is_asking = False
         self._wait_s = 1.0
+        self._holds_s = 1
         self._is_armed = False
         self._heard_s = now_s
         self._pending: list[tuple[ArmRequest, float]] = []
-        self._accepted: tuple[float, object] | None = None
+        self._accepted: _Acceptance | None = None
+        self._withdrawn: _Acceptance | None = None
+        self._insisted_s = -math.inf
         self._unknown_since_s = now_s
         self._reported_key: object = None
         self._announced: dict[object, float] = {}
@@ -383,8 +411,9 @@ class Guard:
             case ArmRequested(request=request):
                 actions += self._hear(now_s)
                 actions += self._hold(request, now_s)
-            case ArmingStatus(is_asking=is_asking, wait_s=wait_s, is_armed=is_armed):
-                self._is_asking, self._wait_s, self._is_armed = is_asking, wait_s, is_armed
+            case ArmingStatus():
+                self._is_asking, self._is_armed = event.is_asking, event.is_armed
+                self._wait_s, self._holds_s = event.wait_s, event.holds_s
             case TimePassed():
                 pass
         actions += self._decide(now_s)
@@ -448,6 +477,13 @@ class Guard:
                 waiting.append((request, asked_s))
                 continue
             actions += self._answered(request, answer, obstacle, now_s)
+            if answer.is_accepted:
+                # It reached the vehicle while it waited, or not at all.
+                until_s = asked_s + self._wait_s + answer.valid_for_s
+                self._accepted = _Acceptance(
+                    request=request, until_s=until_s, mark=self._readings.mark()
+                )
+                self._withdrawn = None
         self._pending = waiting
         return actions + self._withdrawal(obstacle, now_s)
 
@@ -460,7 +496,7 @@ class Guard:
                 return ArmAnswer(
                     result=ArmResult.ACCEPTED,
                     text=self._judged.judgement.text,
-                    valid_for_s=self._settings.valid_for_s,
+                    valid_for_s=self._settings.valid_for_s or self._holds_s,
                 )
             late = (
                 "the vehicle could not be read again before it stops waiting: arm once more; a slow "
@@ -489,7 +525,6 @@ class Guard:
             Decision(kind="answer", verdict=verdict, text=answer.text, details=details),
         ]
         if answer.is_accepted:
-            self._accepted = (now_s + answer.valid_for_s, self._readings.mark())
             return actions
         head = "mavjoule: arm once more" if obstacle is None else obstacle.judgement.headline
         severity = _ERROR if answer.result is ArmResult.DENIED else _WARNING
@@ -498,22 +533,44 @@ class Guard:
 
     def _withdrawal(self, obstacle: _Obstacle | None, now_s: float) -> list[Action]:
         """Withdraw an acceptance that still holds for the vehicle, but no longer for us."""
-        if self._accepted is None:
-            return []
-        until_s, mark = self._accepted
-        if now_s > until_s:
+        accepted = self._accepted
+        if accepted is None:
+            return self._insistence(now_s)
+        if now_s > accepted.until_s:
             self._accepted = None
             return []
         if self._is_armed:
             return []  # PX4 arms again by it after landing, as long as it holds
         is_no_go = obstacle is not None and obstacle.judgement.verdict is Verdict.NO_GO
-        if obstacle is None or not (is_no_go or mark != self._readings.mark()):
+        if obstacle is None or not (is_no_go or accepted.mark != self._readings.mark()):
             return []
-        self._accepted = None
+        self._accepted, self._withdrawn, self._insisted_s = None, accepted, now_s
         text = f"authorisation withdrawn: do not arm ({obstacle.judgement.text})"
-        decision = Decision(kind="withdrawn", verdict=obstacle.judgement.verdict, text=text)
-        head = "mavjoule: DO NOT ARM, go withdrawn"
-        return [decision, *self._announcement(_CRITICAL, head, now_s)]
+        return [
+            # PX4 is deaf to it while it holds the acceptance; whoever else asks may not be.
+            Withdraw(request=accepted.request, answer=_rejection(obstacle.judgement)),
+            Decision(kind="withdrawn", verdict=obstacle.judgement.verdict, text=text),
+            Announce(severity=_CRITICAL, text=_WITHDRAWN),
+        ]
+
+    def _insistence(self, now_s: float) -> list[Action]:
+        """Say again that an acceptance is withdrawn, and that the vehicle has armed by it."""
+        withdrawn = self._withdrawn
+        if withdrawn is None:
+            return []
+        if self._is_armed:
+            self._withdrawn = None
+            text = "the vehicle has armed by an authorisation that was withdrawn: disarm it"
+            return [
+                Decision(kind="withdrawn", verdict=Verdict.NO_GO, text=text),
+                Announce(severity=_ALERT, text="mavjoule: ARMED ON A WITHDRAWN GO, DISARM"),
+            ]
+        if now_s > withdrawn.until_s + _ARMED_SEEN_S:
+            self._withdrawn = None
+        if now_s > withdrawn.until_s or now_s - self._insisted_s < _INSIST_S:
+            return []
+        self._insisted_s = now_s
+        return [Announce(severity=_CRITICAL, text=_WITHDRAWN)]
 
     def _report(self, now_s: float) -> list[Action]:
         """Log a change of the verdict; announce it where the vehicle does not ask."""

@@ -37,6 +37,7 @@ from planner.guard.decision import (
     ReadParts,
     TimePassed,
     VehiclePart,
+    Withdraw,
 )
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
@@ -501,14 +502,19 @@ class GuardSession:
                 if self._authoriser is not None:
                     self._authoriser.answer(answer)
                 else:
-                    fields = acknowledgement_fields(request, answer)
-                    self._connection.send(message("COMMAND_ACK", **fields))
+                    self._acknowledge(request, answer)
+            case Withdraw(request=request, answer=answer):
+                if not self._settings.is_observing:
+                    self._acknowledge(request, answer)
             case Announce(severity=severity, text=text):
                 self._announce(severity, text)
             case Decision():
                 self._on_decision(action)
             case _:
                 self._work.append(action)
+
+    def _acknowledge(self, request: ArmRequest, answer: ArmAnswer) -> None:
+        self._connection.send(message("COMMAND_ACK", **acknowledgement_fields(request, answer)))
 
     def _do(self, action: ReadParts | CheckVehicle) -> None:
         if isinstance(action, CheckVehicle):
@@ -534,6 +540,7 @@ class GuardSession:
             status = ArmingStatus(
                 is_asking=self._arming.is_asking,
                 wait_s=self._arming.wait_s,
+                holds_s=self._arming.holds_s,
                 is_armed=self._watch.is_armed,
             )
             self._feed(status)

@@ -157,6 +157,18 @@ def test_a_file_that_sets_what_was_not_typed_is_refused(
     assert not vehicle.received
 
 
+@pytest.mark.parametrize(
+    "typed",
+    [("--select", "T"), ("--fail-on", "error"), ("--reserve", "0"), ("--ignore", "M,T,P,W,V")],
+)
+def test_a_mission_of_twice_the_battery_arms_nothing_whatever_is_typed(
+    vehicle: GuardedVehicle, typed: tuple[str, ...]
+) -> None:
+    small = (*VEHICLE, "--autopilot", "step", "--battery", "5Wh", "--lost-after", "5s")
+    assert main(["guard", URL, *small, *typed]) == 3
+    assert vehicle.results() == [2]  # denied
+
+
 def test_a_file_that_sets_only_how_reports_look_does_no_harm(
     vehicle: GuardedVehicle, tmp_path: Path
 ) -> None:

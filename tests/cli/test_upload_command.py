@@ -106,6 +106,8 @@ def test_without_vehicle_and_battery_nothing_is_sent_even_by_force(
         "risk = 1.0",
         "reserve = 0",
         'charge = "100%"',
+        'battery = "4000Wh"\nvehicle = "px4-sih-quad"\nignore = "M"',
+        'home_amsl_m = -400\npayload_kg = 0\nautopilot = "step"',
         '[per_file_ignores]\n"out.waypoints" = "M1"',
     ],
 )
@@ -121,6 +123,48 @@ def test_a_file_beside_the_mission_has_no_say_in_what_is_sent(
     assert "upload obeys only what is typed, and mavjoule.toml sets " in said
     assert said.count("\n") == 1
     assert not vehicle.received
+
+
+@pytest.mark.usefixtures("mission")
+def test_neither_a_project_nor_a_folder_above_has_a_say_in_what_is_sent(
+    on_line: list[VirtualLine], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = '[tool.mavjoule]\nignore = "M"\n'
+    (tmp_path / "pyproject.toml").write_text(project, encoding="utf-8")
+    below = tmp_path / "site" / "north"
+    below.mkdir(parents=True)
+    (tmp_path / "out.waypoints").rename(below / "out.waypoints")
+    vehicle = _vehicle()
+    on_line.append(VirtualLine(vehicle))
+    path = "site/north/out.waypoints"
+    assert main(["upload", path, URL, "--yes", *VEHICLE, "--battery", "77Wh"]) == 2
+    assert "and pyproject.toml sets ignore" in capsys.readouterr().err
+    assert not vehicle.received
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ("--select", "T"),
+        ("--fail-on", "error"),
+        ("--baseline", "known.json"),
+        ("--reserve", "0"),
+        ("--risk", "100%"),
+        ("--ignore", "M,T,P,W,V"),
+    ],
+)
+def test_a_mission_of_twice_the_battery_is_not_sent_whatever_is_typed(
+    on_line: list[VirtualLine], typed: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    battery = (*VEHICLE, "--battery", "3Wh")  # it needs about 6 Wh
+    main(["check", "out.waypoints", *battery, "--write-baseline", "known.json"])
+    vehicle = _vehicle()
+    on_line.append(VirtualLine(vehicle))
+    assert main([*CHECKED, *battery, *typed]) == 1
+    assert _flown(vehicle) == OLD
+    assert not {"MISSION_COUNT", "MISSION_ITEM_INT"} & {one.name for one in vehicle.received}
+    assert "a no-go is not sent" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("mission")

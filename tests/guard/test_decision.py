@@ -15,6 +15,7 @@ from planner.guard.authorisation import (
     DenialReason,
     Judgement,
     Verdict,
+    arming_settings,
     go_judgement,
     no_go_judgement,
     unknown_judgement,
@@ -39,6 +40,7 @@ from planner.guard.decision import (
     ReadParts,
     TimePassed,
     VehiclePart,
+    Withdraw,
 )
 
 TOLD_PARTS = (VehiclePart.HOME, VehiclePart.BATTERY)
@@ -501,3 +503,55 @@ def test_a_denial_has_the_reason_that_fits(
     finding = Finding(code=code, name="x", severity=Severity.ERROR, message="y", item=item)
     judgement = no_go_judgement([finding], fail_on=Severity.ERROR)
     assert (judgement.reason, judgement.extra_info) == (reason, extra)
+
+
+@pytest.mark.parametrize(("method", "holds_s"), [(0.0, 1), (1.0, 5)])
+def test_an_acceptance_holds_no_longer_than_arming_takes(method: float, holds_s: int) -> None:
+    asking = {"COM_ARM_AUTH_REQ": 1.0, "COM_ARM_AUTH_ID": 245.0, "COM_ARM_AUTH_MET": method}
+    arming = arming_settings(asking, authoriser=245)
+    bench = ready()
+    bench.feed(
+        ArmingStatus(is_asking=arming.is_asking, wait_s=arming.wait_s, holds_s=arming.holds_s)
+    )
+    bench.ask()
+    assert [one.answer.valid_for_s for one in bench.answers()] == [holds_s]
+
+
+def test_a_withdrawn_acceptance_is_answered_anew_and_said_until_it_is_over() -> None:
+    bench = ready(settings=GuardSettings(valid_for_s=3))
+    bench.ask()
+    bench.actions.clear()
+    bench.is_reading = False
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
+    (withdrawn,) = (one for one in bench.actions if isinstance(one, Withdraw))
+    assert withdrawn.request == REQUEST
+    assert withdrawn.answer.result is ArmResult.TEMPORARILY_REJECTED
+    bench.run(10.0)
+    # PX4 had it within the second it waits, and holds it for three: at 0, 1, 2, 3 and 4 s.
+    assert [one.text for one in bench.announcements()] == ["mavjoule: DO NOT ARM, go withdrawn"] * 5
+    assert len(bench.answers()) == 0
+
+
+def test_a_vehicle_that_arms_by_a_withdrawn_acceptance_is_told_of_at_once() -> None:
+    bench = ready()
+    bench.ask()
+    bench.judgement = NO_GO
+    bench.contents[VehiclePart.MISSION] = "another"
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
+    bench.run(1.0)
+    bench.actions.clear()
+    bench.feed(ArmingStatus(is_asking=True, wait_s=1.0, is_armed=True))
+    (said,) = bench.announcements()
+    assert (said.severity, said.text) == (1, "mavjoule: ARMED ON A WITHDRAWN GO, DISARM")
+    (decision,) = bench.decisions("withdrawn")
+    assert decision.verdict is Verdict.NO_GO
+
+
+def test_a_vehicle_that_arms_long_after_a_withdrawal_armed_by_something_else() -> None:
+    bench = ready()
+    bench.ask()
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
+    bench.run(5.0)  # it waited for 1 s, the go held for 1 s, heartbeats come within 2 s
+    bench.actions.clear()
+    bench.feed(ArmingStatus(is_asking=True, wait_s=1.0, is_armed=True))
+    assert not bench.announcements()
