@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import pytest
-from generate_catalogue import CASES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLENTY, PX4, STEP, found, vehicle_of
 
-from planner import catalogue
 from planner.findings import Severity
 from planner.service.preflight import check
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
-    from planner.findings import Finding
     from planner.mission.items import MissionItem
 
 FLYING = st.lists(
@@ -96,45 +92,3 @@ def test_what_ends_the_hover_is_a_failsafe_that_lands(parameters: str, until: st
     findings = found(mission(takeoff(20), waypoint(100, 20)), ARDUPILOT, parameters)
     [reported] = [one for one in findings if one.code == "M102"]
     assert until in reported.message
-
-
-GRAVE = re.compile(
-    r"\b(PX4|ArduPilot|vehicle) (refuses|does not (start|arm|continue)|will not|cannot)\b"
-    r"|\bnever (lands|continues|ends)\b|\bends in the air\b|\bover 100 %|\bcannot (hover|lift|fly)\b"
-    r"|\bthe battery is empty\b|\bcannot be (checked|flown|judged)\b"
-)
-EXCEPTIONS: dict[str, str] = {
-    "L211": "mavjoule split adds the return itself",
-    "A112": "says how ArduPilot follows the ground; whether it clears it is A104's and A116's",
-}
-
-
-def messages() -> list[tuple[str, Finding]]:
-    return [
-        (code, finding)
-        for code, cases in CASES.items()
-        for case in (cases.fires, cases.boundary, cases.silent, cases.shown)
-        if case is not None
-        for finding in case()
-    ]
-
-
-def test_a_message_of_what_cannot_work_is_an_error() -> None:
-    mild = {
-        (finding.code, finding.message)
-        for _, finding in messages()
-        if GRAVE.search(finding.message)
-        and finding.severity is not Severity.ERROR
-        and finding.code not in EXCEPTIONS
-    }
-    assert mild == set()
-
-
-def test_a_rule_whose_summary_says_that_it_cannot_work_is_an_error() -> None:
-    rules = [catalogue.rule(code) for code in catalogue.entries()]
-    mild = {
-        rule.code
-        for rule in rules
-        if GRAVE.search(rule.summary) and rule.severity is not Severity.ERROR
-    }
-    assert mild - set(EXCEPTIONS) == set()
