@@ -41,6 +41,11 @@ LINK_OPTIONS: dict[str, Callable[[Callable[..., Any]], Callable[..., Any]]] = {
         default=245,
         help="system id of this program; the vehicle's COM_ARM_AUTH_ID for a guard [default: 245]",
     ),
+    "signing_key": path_option(
+        "--signing-key",
+        help="sign all messages, and take none that is not signed, by the key in a file that only you may "
+        "read: 32 bytes or 64 hexadecimal digits; a passphrase's is its SHA-256 [default: unsigned]",
+    ),
     "heartbeat_timeout": kind_option(
         "--heartbeat-timeout",
         Number("s", 0.0, 3600.0, is_open=True),
@@ -108,6 +113,7 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
         ),
         system=options["system_id"],
         own_system=options["own_system_id"],
+        signing_key=options["signing_key"],
     )
 
 

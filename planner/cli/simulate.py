@@ -10,6 +10,7 @@ import click
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.cli.configuration import mission_settings
+from planner.cli.link import LINK_OPTIONS
 from planner.cli.options import (
     MISSION_PATH,
     given_settings,
@@ -81,6 +82,7 @@ _RETRY_S = 10.0
     multiple=True,
     help="a flight log that it has to be downloaded; repeatable [default: one of no use]",
 )
+@LINK_OPTIONS["signing_key"]
 @setting_options(Group.FLIGHT, Group.BATTERY, without={"autopilot"})
 def command(
     *,
@@ -91,6 +93,7 @@ def command(
     arm_after: float | None,
     faults: str,
     logs: tuple[Path, ...],
+    signing_key: Path | None,
     **options: Any,  # noqa: ANN401 - as click reads them
 ) -> None:
     """Speak as a vehicle that holds a mission and flies it as predicted.
@@ -126,6 +129,7 @@ def command(
         system=options["system_id"],
         authoriser=options["authoriser"],
         logs=logs,
+        signing_key=signing_key,
     )
     vehicle = make_simulated_vehicle(read_mission(mission), request)
     runner, wire = open_simulation(vehicle, request, address)

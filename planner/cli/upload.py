@@ -104,14 +104,7 @@ def command(
             on_progress=TransferProgress(),
         )
     except (KeyboardInterrupt, click.Abort):  # the first while it is sent reports what became of it
-        if sys.stderr is not None and sys.stderr.isatty():
-            click.echo(err=True)  # after the question, or the progress
-        if is_sending:
-            narrate(
-                "interrupted: compare what is on the vehicle by mavjoule diff before anyone arms"
-            )
-        else:
-            narrate("interrupted: nothing was sent")
+        _tell_interruption(is_sending=is_sending)
         raise
     if upload.result is None:
         narrate("nothing was sent")
@@ -145,6 +138,15 @@ def _is_confirmed(proposal: UploadProposal, what: str, *, is_sure: bool) -> bool
 
 def _can_ask() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
+
+
+def _tell_interruption(*, is_sending: bool) -> None:
+    if sys.stderr is not None and sys.stderr.isatty():
+        click.echo(err=True)  # after the question, or the progress
+    if is_sending:
+        narrate("interrupted: compare what is on the vehicle by mavjoule diff before anyone arms")
+    else:
+        narrate("interrupted: nothing was sent")
 
 
 def _tell(result: UploadResult) -> None:

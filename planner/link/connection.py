@@ -13,6 +13,7 @@ from planner.link.wire import Codec, frame_content, message
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping
 
+    from planner.link.signing import Signer
     from planner.link.transfers import LinkSettings, Transfer
     from planner.link.wire import Message, VehicleLine
 
@@ -263,11 +264,13 @@ class Connection:
         purpose: Purpose = Purpose.READ,
         system: int | None = None,
         own_system: int = OWN_SYSTEM,
+        signer: Signer | None = None,
     ) -> None:
         self._line = line
+        self._signer = signer
         self._settings = settings
         self.own_system = own_system
-        self._encoder = Codec(own_system, OWN_COMPONENT)
+        self._encoder = Codec(own_system, OWN_COMPONENT, signer)
         self._decoders: dict[Hashable, Codec] = {}
         self._next_heartbeat_s = line.now_s()
         self._watch = HeartbeatWatch(system)
@@ -304,6 +307,8 @@ class Connection:
     def close(self) -> None:
         """Close the line."""
         self._line.close()
+        if self._signer is not None:
+            self._signer.close()
 
     def wait_for_vehicle(self, on_wait: Callable[[], None] = lambda: None) -> VehicleIdentity:
         """Return the vehicle on the line, once it was heard and no other one was.
@@ -328,6 +333,11 @@ class Connection:
             ids = ", ".join(map(str, sorted(self._watch.others)))
             return (
                 f"{missing} of that system id: heard were {ids}; name one of them with --system-id"
+            )
+        if refused := sum(codec.refused for codec in self._decoders.values()):
+            return (
+                f"{missing} that is signed by the key: {refused} other messages were refused; does the "
+                "vehicle have this key (--signing-key), and is the clock of this computer right?"
             )
         if self._bytes and not self._messages:
             return (
@@ -411,7 +421,7 @@ class Connection:
     def _take(self, data: bytes, peer: Hashable) -> list[Message]:
         """Take bytes of a sender; return the vehicle's messages to us."""
         if peer not in self._decoders:  # frames of two senders may be interleaved
-            self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT)
+            self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT, self._signer)
         self._bytes += len(data)
         ours: list[Message] = []
         for received in self._decoders[peer].decode(data):

@@ -12,6 +12,7 @@ from planner.link.connection import OWN_SYSTEM, Connection, Purpose, uid_text
 from planner.link.files import FileNumbers
 from planner.link.mission import MissionDownload, MissionUpload
 from planner.link.parameters import ParameterDownload
+from planner.link.signing import open_signer
 from planner.link.telemetry import EventRequest, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest
 from planner.link.wire import open_line
@@ -19,10 +20,12 @@ from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from planner.link.address import LinkAddress
     from planner.link.mission import MissionKind, UploadOutcome, WireItem
     from planner.link.parameters import WireParameter
+    from planner.link.signing import Signer
     from planner.link.telemetry import StatusText, VehicleEvent, VehicleIdentity, VehicleState
     from planner.link.transfers import Transfer
     from planner.link.wire import VehicleLine
@@ -57,6 +60,8 @@ class LinkRequest(Value):
     """System id; ``None``: the only vehicle on the line."""
     own_system: int = OWN_SYSTEM
     """System id of this program; COM_ARM_AUTH_ID names that of a guard."""
+    signing_key: Path | None = None
+    """File with the key that all messages are signed by, both ways; ``None``: none is."""
 
 
 def silent(what: str, done: int, count: int | None) -> None:
@@ -78,6 +83,7 @@ class VehicleLink:
         purpose: Purpose = Purpose.READ,
         system: int | None = None,
         own_system: int = OWN_SYSTEM,
+        signer: Signer | None = None,
         on_progress: OnProgress = silent,
     ) -> None:
         self.settings = settings or LinkSettings()
@@ -94,6 +100,7 @@ class VehicleLink:
             purpose=purpose,
             system=system,
             own_system=own_system,
+            signer=signer,
         )
         try:
             self.connection.wait_for_vehicle(
@@ -177,7 +184,8 @@ class VehicleLink:
                 f"{identity.label} is heard on {self.connection.name} and answers nothing: does the "
                 "line carry both ways (a radio's power, the way back through a router), and may "
                 f"system {own} speak to it (ArduPilot's SYSID_ENFORCE and MAV_OPTIONS let the "
-                "pilot's station alone: give --own-system-id 255; signing)?"
+                "pilot's station alone: give --own-system-id 255; one that wants signed messages "
+                "needs --signing-key)?"
             )
             raise LinkError(msg)
         if version is None:
@@ -222,8 +230,9 @@ def open_link(
     """Return the vehicle of a request, once it was heard, to be closed.
 
     `LinkError` where the line cannot be opened, no vehicle is heard in time, or several are;
-    `UsageError` where a library is missing.
+    `UsageError` where a library is missing, or the key cannot be used.
     """
+    signer = open_signer(request.signing_key)
     return closing(
         VehicleLink(
             open_line(request.address),
@@ -232,6 +241,7 @@ def open_link(
             purpose=purpose,
             system=request.system,
             own_system=request.own_system,
+            signer=signer,
             on_progress=on_progress,
         )
     )

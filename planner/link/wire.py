@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.errors import LinkError, UsageError
 from planner.link.address import LinkKind
+from planner.link.signing import LINK_ID
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from planner.link.address import LinkAddress
+    from planner.link.signing import Signer
 
 
 _SOCKETS: Mapping[int, str] = {
@@ -413,11 +415,14 @@ def load_dialect() -> ModuleType:
 
 
 class Codec:
-    """Encodes for one sender, decodes one stream of bytes."""
+    """Encodes for one sender, decodes one stream of bytes; signed where there is a signer."""
 
-    def __init__(self, system: int, component: int) -> None:
+    def __init__(self, system: int, component: int, signer: Signer | None = None) -> None:
         self._dialect = load_dialect()
+        self._signer = signer
         self._encoder = self._dialect.MAVLink(None, srcSystem=system, srcComponent=component)
+        self.refused = 0
+        """Frames that were not signed, or not by the key, or not new."""
         self._decoder = self._new_decoder()
 
     def encode(self, sent: Message, *, target: tuple[int, int] = (0, 0)) -> bytes:
@@ -429,6 +434,10 @@ class Codec:
             kind = getattr(self._dialect, f"MAVLink_{sent.name.lower()}_message")
         values = [aimed.get(name, 0) for name in kind.fieldnames]
         encoded = kind(*[v.encode() if isinstance(v, str) else v for v in values])
+        if self._signer is not None:
+            signing = self._encoder.signing
+            signing.secret_key, signing.link_id = self._signer.key, LINK_ID
+            signing.timestamp, signing.sign_outgoing = self._signer.following(), True
         frame = bytes(encoded.pack(self._encoder))
         self._encoder.seq = (self._encoder.seq + 1) % 256
         return frame
@@ -446,8 +455,16 @@ class Codec:
         return [
             self._message(one)
             for one in found
-            if one.get_type() != "BAD_DATA" and not one.get_type().startswith("UNKNOWN")
+            if one.get_type() != "BAD_DATA"
+            and not one.get_type().startswith("UNKNOWN")
+            and self._is_proven(bytes(one.get_msgbuf()))
         ]
+
+    def _is_proven(self, frame: bytes) -> bool:
+        if self._signer is None or self._signer.accepts(frame):
+            return True
+        self.refused += 1
+        return False
 
     def _new_decoder(self) -> Any:  # noqa: ANN401 - pymavlink has no types
         decoder = self._dialect.MAVLink(None)

@@ -68,6 +68,9 @@ def guard_vehicle(
         If the vehicle model is unusable, vehicle or battery are not named, or a library is missing.
     """
     check.require_named("guard")
+    if guard.uses_mavsdk and request.signing_key is not None:
+        msg = "MAVSDK signs no messages: leave --authoriser mavsdk away, or --signing-key"
+        raise UsageError(msg)
     while True:
         try:
             with open_link(request, purpose=Purpose.GUARD) as link, ExitStack() as stack:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, MavjouleError
 from planner.flight.budget import battery_temperature_c
+from planner.link.signing import Signer, read_signing_key
 from planner.mission.items import Home
 from planner.service.preflight import check_mission
 from planner.simulator.faults import Faults
@@ -49,6 +50,8 @@ class SimulationRequest(Value):
     """System id of who is asked before it arms (PX4); ``None``: nobody."""
     logs: tuple[Path, ...] = ()
     """Flight logs that it is to have; none: one that holds nothing of use."""
+    signing_key: Path | None = None
+    """File with the key that it signs by, and hears nothing without; ``None``: it signs nothing."""
 
 
 def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> SimulatedVehicle:
@@ -96,8 +99,12 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
 
 def make_simulated_wire(vehicle: SimulatedVehicle, request: SimulationRequest) -> SimulatedWire:
     """Return a vehicle at the end of a line with the faults that are asked for, without files."""
+    key = request.signing_key
     return SimulatedWire(
-        vehicle, request.faults.line, predict=lambda held: predict_flown(held, request)
+        vehicle,
+        request.faults.line,
+        predict=lambda held: predict_flown(held, request),
+        signer=None if key is None else Signer(read_signing_key(key)),
     )
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
     from planner.link.address import LinkAddress
+    from planner.link.signing import Signer
     from planner.link.wire import Message, VehicleLine
     from planner.simulator.servers import FileServer
     from planner.simulator.setup import VehicleSetup
@@ -51,7 +52,9 @@ class SimulatedWire:
         faults: LineFaults | None = None,
         *,
         predict: Predict = lambda _: None,
+        signer: Signer | None = None,
     ) -> None:
+        self._signer = signer
         faults = faults or LineFaults()
         self.vehicle = vehicle
         self._vehicles = [vehicle]
@@ -61,7 +64,9 @@ class SimulatedWire:
         self._file_server: FileServer | None = None
         self._inwards = Direction(faults.to_vehicle, faults.seed)
         self._outwards = Direction(faults.from_vehicle, faults.seed + 1)
-        self._encoders = [Codec(one.setup.system, one.setup.component) for one in self._vehicles]
+        self._encoders = [
+            Codec(one.setup.system, one.setup.component, signer) for one in self._vehicles
+        ]
         self._decoders: dict[Hashable, Codec] = {}
         self._order = count()
         self._coming: list[tuple[float, int, Message]] = []
@@ -85,7 +90,7 @@ class SimulatedWire:
     def receive(self, data: bytes, now_s: float, peer: Hashable = None) -> None:
         """Take bytes of a ground station; what comes of them is sent when it is `due`."""
         if peer not in self._decoders:
-            self._decoders[peer] = Codec(0, 0)
+            self._decoders[peer] = Codec(0, 0, self._signer)
         for received in self._decoders[peer].decode(data):
             self._note(received, now_s, is_to_vehicle=True)
             if self._is_silent(received, now_s):
