@@ -175,7 +175,7 @@ NEED_WH = checked().totals.energy_wh
     warmer_c=st.floats(min_value=0.0, max_value=25.0),
     higher_m=st.floats(min_value=0.0, max_value=2500.0),
 )
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_load_heat_and_altitude_never_lower_the_need_nor_raise_the_margin(
     payload_kg: float, warmer_c: float, higher_m: float
 ) -> None:

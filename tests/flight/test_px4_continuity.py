@@ -52,7 +52,7 @@ def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return tuple(stages)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=80)
 @given(missions(), st.sampled_from([0, 4]), st.floats(0.0, 0.5))
 def test_pieces_follow_each_other_without_a_jump(
     stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
@@ -103,7 +103,7 @@ def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: i
     assert state.height_m.min() >= -0.05
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(missions(), st.floats(0.01, 1.0))
 def test_noise_never_saves_time_and_never_takes_more_than_it_may(
     stages: tuple[Stage, ...], noise_m: float

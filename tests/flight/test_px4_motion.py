@@ -243,7 +243,7 @@ def wide_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return tuple(stages)
 
 
-@settings(deadline=None, max_examples=120)
+@settings(deadline=None, max_examples=60)
 @given(wide_missions())
 def test_velocity_never_jumps_and_changes_within_the_limits(stages: tuple[Stage, ...]) -> None:
     motion = fly_px4(stages, PX4)

@@ -145,7 +145,7 @@ def missions(draw: st.DrawFn) -> Mission:
     st.sampled_from(sorted(FLOWN_BY)),
     st.builds(Wind, speed_m_s=st.sampled_from([0.0, 4.0, 8.0]), from_deg=st.floats(0.0, 360.0)),
 )
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_no_point_of_any_flight_is_tighter_than_the_one_found(
     flown: Mission, name: str, wind: Wind
 ) -> None:

@@ -41,7 +41,7 @@ def codes_of_errors(items: list[MissionItem], autopilot: Autopilot) -> set[str]:
 
 
 @pytest.mark.parametrize("autopilot", [STEP, PX4, ARDUPILOT])
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=12)
 @given(items=FLYING)
 def test_a_mission_that_nothing_lands_is_never_go_and_a_return_at_its_end_mends_that(
     autopilot: Autopilot, items: list[MissionItem]

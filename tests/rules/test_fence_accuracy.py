@@ -74,7 +74,7 @@ def straight_for_ardupilot_deg(
     st.floats(5.0, 2_000.0),
     st.booleans(),
 )
-@settings(max_examples=30, deadline=None, phases=[Phase.generate])
+@settings(max_examples=20, deadline=None, phases=[Phase.generate])
 def test_clearances_of_flown_legs_agree_with_geodesics(
     autopilot: Autopilot,
     latitude: float,
