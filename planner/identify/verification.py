@@ -10,8 +10,9 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
+from planner.flight.held_items import route_with_queue
 from planner.flight.motion.kinematics import STATES, FlightState
-from planner.flight.pilot import flight_parameters, make_pilot
+from planner.flight.pilot import continues_after_land, flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
     flown_home,
@@ -437,15 +438,21 @@ def verify_flight(
         raise UsageError(msg)
     setup, assumed = _setup(record, vehicle, given, known)
     flown_with, findings = flight_parameters(setup)
-    route = make_route(
+    pilot = make_pilot(setup, flown_with)
+    route = route_with_queue(
         mission,
-        dialect=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
-        home_amsl_m=setup.home_amsl_m,
+        lambda firings: make_route(
+            mission,
+            dialect=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
+            home_amsl_m=setup.home_amsl_m,
+            firings=firings,
+            continues_after_land=continues_after_land(flown_with),
+        ),
+        pilot,
     )
     if not route.stages:
         msg = f"{mission.source}: the mission holds no flight to compare with"
         raise UsageError(msg)
-    pilot = make_pilot(setup, flown_with)
     flight = predict_flight(route, setup, pilot)
     window = flown_window(record, mission, route)
     foreseen = predicted_record(flight, window.flown)

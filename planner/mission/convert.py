@@ -20,6 +20,7 @@ from planner.mission.formats.simple_item import is_complex
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import plan_text, wpl_text, written_items
 from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
+from planner.mission.route.queue import CONDITIONS
 from planner.mission.route.route import flown_order, make_route
 from planner.mission.route.stage import StageKind
 from planner.units import FASTEST_M_S
@@ -394,16 +395,27 @@ def _changed(item: MissionItem, speed_m_s: float, dialect: Autopilot | None) -> 
 
 
 def _first_ungoverned(mission: Mission, dialect: Autopilot | None) -> int | None:
-    """Return the item of the first level leg where no speed is commanded before; else ``None``."""
+    """Return before which item a speed has to be set for the first level leg; ``None``: one is.
+
+    That leg's own, or the first condition before it, which would hold the speed back; a speed behind
+    such a condition is set on the way at best.
+    """
     route = make_route(mission, dialect=dialect)
     first = next(_level_stages(route), None)
     if first is None:
         return None
-    item = route.stages[first].item
+    leg = route.stages[first].item
+    flown = {stage.item for stage in route.stages}
+    condition: int | None = None
     for number in flown_order(mission.items, dialect).visits:
-        if number == item:
-            return number
-        if _sets_level_speed(mission.items[number - 1], dialect):
+        item = mission.items[number - 1]
+        if number == leg:
+            return condition or number
+        if number in flown:
+            condition = None
+        elif item.command in CONDITIONS and dialect is not Autopilot.PX4:
+            condition = condition or number
+        elif condition is None and _sets_level_speed(item, dialect):
             return None
     return None
 

@@ -90,8 +90,9 @@ class BatteryCircuit(Value):
         is for a cut-off below :math:`\sqrt{R P}`, :math:`E = 2 \sqrt{R P}`.  0 where the cut-off is
         never reached, 1 where the full battery is below it.
         """
-        lowest_v = max(cutoff_voltage_v, float(np.sqrt(self.resistance_ohm * power_w)))
-        drop_v = self.resistance_ohm * power_w / lowest_v if power_w > 0.0 else 0.0
+        load_v2 = self.resistance_ohm * power_w
+        lowest_v = max(cutoff_voltage_v, float(np.sqrt(load_v2)))
+        drop_v = load_v2 / lowest_v if load_v2 > 0.0 else 0.0
         return float(np.interp(lowest_v + drop_v, self.ocv_v, self.ocv_soc))
 
     def delivered_wh(self, power_w: float, from_soc: float, to_soc: float) -> float:

@@ -58,8 +58,9 @@ FENCE_HEIGHT = Rule(
     "breaches the fence on every return.",
     how="The highest place of the flight above home, and the height returns climb to from the items, "
     "against GF_MAX_VER_DIST (PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay "
-    "below it); the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  An error for the mission, "
-    "a warning for a return the mission does not fly.",
+    "below it); the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  A flight at the limit itself "
+    "breaches it: ArduPilot counts that height as beyond, and no vehicle holds a height to the "
+    "centimetre.  An error for the mission, a warning for a return the mission does not fly.",
     fix="fly lower, or raise the limit",
     instead="a mission within the heights of the fence",
 )
@@ -78,12 +79,12 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
         ceiling = f"{limits.ceiling_name} is {quantity.height(limits.ceiling_m)}"
         under_m = np.where(schedule.limits, np.maximum(start_m, height_m), -np.inf)
         highest = int(np.argmax(under_m))
-        if under_m[highest] > limits.ceiling_m + _SLACK_M:
+        if under_m[highest] > limits.ceiling_m - _SLACK_M:
             height = quantity.beside(float(under_m[highest]), limits.ceiling_m, quantity.height)
             yield a.finding(
                 FENCE_HEIGHT, f"{height} above home; {ceiling}", item=stages[highest].item
             )
-        elif (return_m := _highest_return_m(a, schedule.limits)) > limits.ceiling_m + _SLACK_M:
+        elif (return_m := _highest_return_m(a, schedule.limits)) > limits.ceiling_m - _SLACK_M:
             returns = [
                 s.item
                 for s, is_on in zip(stages, schedule.limits, strict=True)
@@ -103,7 +104,7 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
         begins_m = np.where(np.concatenate(([False], flies[:-1])), start_m, np.inf)
         over_m = np.where(over, np.minimum(begins_m, height_m), np.inf)
         lowest = int(np.argmin(over_m))
-        if over_m[lowest] < limits.floor_m - _SLACK_M:
+        if over_m[lowest] < limits.floor_m + _SLACK_M:
             yield a.finding(
                 FENCE_HEIGHT,
                 f"{quantity.beside(float(over_m[lowest]), limits.floor_m, quantity.height)} above home; "

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Extremes
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
+    from planner.setup import Setup
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _HEIGHT_SLACK_M = 0.5
@@ -300,9 +301,14 @@ NO_VEHICLE = Rule(
 
 @judges(NO_VEHICLE)
 def _no_vehicle(a: Assessment) -> Iterator[Finding]:
-    if not a.setup.is_vehicle_named:
-        yield a.finding(
-            NO_VEHICLE, f"no vehicle named: predicted for {a.vehicle.name}, which is not your drone"
+    return unnamed_vehicle(a.setup)
+
+
+def unnamed_vehicle(setup: Setup) -> Iterator[Finding]:
+    """Yield that nobody has named what flies."""
+    if not setup.is_vehicle_named:
+        yield NO_VEHICLE.finding(
+            f"no vehicle named: predicted for {setup.vehicle.name}, which is not your drone"
         )
 
 

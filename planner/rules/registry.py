@@ -22,10 +22,10 @@ from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from planner.autopilot import Autopilot
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.selection import Selection
+    from planner.setup import Setup
     from planner.vehicle.parameters.resolve import FlightParameters
 
 SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
@@ -108,11 +108,13 @@ def _not_evaluated(a: Assessment, lack: NotEvaluated) -> Finding:
 
 
 def judge_unflown(
-    mission: Mission, autopilot: Autopilot, parameters: FlightParameters | None
-) -> tuple[Finding, ...]:
-    """Return what is found in a mission that flies nowhere: in its fence."""
-    if not mission.fence:
-        return ()
-    from planner.rules.fence import fence_alone
+    mission: Mission, setup: Setup, parameters: FlightParameters | None
+) -> Iterator[Finding]:
+    """Yield what is found in a mission that flies nowhere: that no vehicle is named, and in its fence."""
+    from planner.rules.model import unnamed_vehicle
 
-    return tuple(fence_alone(mission, autopilot, parameters))
+    yield from unnamed_vehicle(setup)
+    if mission.fence:
+        from planner.rules.fence import fence_alone
+
+        yield from fence_alone(mission, setup.flown_by, parameters)

@@ -161,10 +161,7 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
         findings = [*assessment.findings, *found]
     else:
         assessment, checked = None, ()
-        findings = [
-            *prepared.findings,
-            *judge_unflown(mission, setup.flown_by, prepared.fence_parameters),
-        ]
+        findings = [*prepared.findings, *judge_unflown(mission, setup, prepared.fence_parameters)]
     reported, suppressed = setup.selection.divide(findings, file=mission.source)
     temperature_c = setup.temperature_c
     if temperature_c is None:

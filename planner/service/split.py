@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner import quantity
+from planner import catalogue, quantity
 from planner.errors import SplitError, UsageError
 from planner.files import make_output_folder, write_output_files
 from planner.findings import Rule, Severity
@@ -431,10 +431,11 @@ def _refuse_not_mended(whole: CheckResult) -> None:
     for finding in whole.findings:
         if finding.severity >= whole.setup.fail_on and finding.code not in MENDED:
             item = "" if finding.item is None else f" (item {finding.item})"
-            msg = (
-                f"{whole.file}: splitting does not help against {finding.code} {finding.name}{item}: "
-                f"{finding.message}; correct that first"
-            )
+            what = f"{finding.code} {finding.name}{item}: {finding.message}"
+            if catalogue.entries()[finding.code].leaves_open:
+                msg = f"{whole.file}: cannot be split before it is checked: {what}; {finding.fix}"
+            else:
+                msg = f"{whole.file}: splitting does not help against {what}; correct that first"
             raise SplitError(msg)
 
 

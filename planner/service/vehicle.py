@@ -124,8 +124,8 @@ def go_objection(
     """Return why a result is no go to act on; empty where it is one.
 
     What is to arm a vehicle, or to be put on it, rests on more than the verdict: a vehicle and a battery
-    that are named, energy above the reserve, and no error that was asked not to be reported, but for
-    the codes whose consequence was consented to.
+    that are named, energy above the reserve at landing and on the way home, and no error that was asked
+    not to be reported, but for the codes whose consequence was consented to.
     """
     if not isinstance(result, CheckResult) or result.verdict != "go":
         return f"the verdict is {result.verdict_text}"
@@ -133,9 +133,13 @@ def go_objection(
         return "no vehicle is named"
     if result.battery is None:
         return "no battery is known"
-    margin_wh = result.battery.margin_wh
-    if not margin_wh >= 0.0:  # NaN too
-        return f"{quantity.energy(margin_wh)} above the reserve at landing is not enough"
+    plan = result.return_plan
+    for where, margin_wh in (
+        ("at landing", result.battery.margin_wh),
+        ("on the way home", 0.0 if plan is None or plan.margin_wh is None else plan.margin_wh),
+    ):
+        if not margin_wh >= 0.0:  # NaN too
+            return f"{quantity.energy(margin_wh)} above the reserve {where} is not enough"
     hidden = [
         one
         for one in result.suppressed

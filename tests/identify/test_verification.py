@@ -209,3 +209,27 @@ def test_a_stop_is_measured_from_the_speed_held_to_standstill() -> None:
     assert stop.speed_m_s == pytest.approx(10.0, abs=1e-9)
     assert stop.start_s == pytest.approx(30.1, abs=0.11)
     assert stop.measured_m == pytest.approx(23.95, abs=1.2)  # a sample at 10 m/s
+
+
+def test_an_item_that_a_condition_holds_back_is_carried_out_on_the_way() -> None:
+    """1 m/s from 60 s of the 556 m leg on: at 10 m/s it is flown in 63 s, so that a dozen metres are left."""
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    wait = replace(_item(2, 112, 0.0, 0.0), frame=2, param1=55.0)
+    slow = replace(_item(3, 178, 0.0, 0.0), frame=2, param1=1.0, param2=1.0)
+    there = replace(_item(4, 16, 0.005, 100.0), param1=0.0)
+    end = _item(5, 21, 0.005, 0.0)
+
+    def predicted(*items: LoggedItem) -> Verification:
+        numbered = tuple(replace(one, item=number) for number, one in enumerate(items, start=1))
+        record = replace(_blank(), mission_items=numbered, autopilot=Autopilot.ARDUPILOT)
+        return verify_flight(record, vehicle, CALM)
+
+    plain, held, early = (
+        predicted(_item(1, 22, 0.0, 100.0), *between, there, end)
+        for between in ((), (wait, slow), (slow,))
+    )
+    assert "T115" in {one.code for one in held.findings}
+    longer_s = held.predicted.time_s - plain.predicted.time_s
+    assert 5.0 < longer_s < 60.0
+    # From the beginning: 556 s for 63 s.
+    assert early.predicted.time_s - plain.predicted.time_s == pytest.approx(556.0 - 63.0, abs=15.0)

@@ -246,6 +246,17 @@ def test_a_speed_is_inserted_before_the_first_leg_and_jumps_lead_where_they_did(
     assert [one.jump_id for one in changed.items] == [1, 2, 3, 4, 5, 6]
 
 
+def test_a_speed_is_inserted_before_the_condition_that_would_hold_it_back() -> None:
+    """While it flies to item 4 ArduPilot waits 30 s before it runs what is behind the condition."""
+    wait = item(112, params=(30.0, 0.0, 0.0, 0.0), frame=2)
+    made = mission(takeoff(30.0), wait, speed(5.0), waypoint(100.0, 30.0), rtl())
+    changed = mission_at_speed(made, 7.0)
+    assert [one.command for one in changed.items] == [22, 178, 112, 178, 16, 20]
+    assert commanded(changed) == [(1.0, 7.0), (1.0, 7.0)]
+    px4 = mission_at_speed(replace(made, autopilot=Autopilot.PX4), 7.0)
+    assert [one.command for one in px4.items] == [22, 112, 178, 16, 20]
+
+
 def test_commanded_speeds_are_changed_in_place_and_others_left() -> None:
     made = mission(takeoff(30.0), speed(5.0), speed(2.0, kind=2.0), waypoint(100.0, 30.0), rtl())
     assert commanded(mission_at_speed(made, 7.0)) == [(1.0, 7.0), (2.0, 2.0)]
@@ -293,6 +304,11 @@ def items() -> st.SearchStrategy[list[MissionItem]]:
             st.sampled_from([1.0, 2.0]),
         ),
         st.builds(lambda target: jump(target, 1.0), st.integers(1, 6)),
+        st.builds(
+            lambda command, value: item(command, params=(value, 0.0, 0.0, 0.0), frame=2),
+            st.sampled_from([112, 114, 115]),  # conditions: a delay, a distance, a heading
+            st.sampled_from([1.0, 15.0]),
+        ),
     )
     return st.lists(one, min_size=1, max_size=7)
 

@@ -50,6 +50,8 @@ def test_without_a_cut_off_a_battery_ends_where_it_cannot_deliver() -> None:
 
 def test_without_a_load_or_a_cut_off_a_battery_ends_empty() -> None:
     assert replace(STRAIGHT, resistance_ohm=0.2).empty_state_of_charge(0.0, 0.0) == 0.0
+    # Without a resistance and without a cut-off it is used down to the end of its curve.
+    assert replace(STRAIGHT, resistance_ohm=0.0).empty_state_of_charge(250.0, 0.0) == 0.0
 
 
 def test_at_no_current_all_the_energy_of_the_curve_is_there() -> None:

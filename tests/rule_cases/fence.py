@@ -125,7 +125,10 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: reported(
             (takeoff(20), at(0, 100, 60.0), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
         ),
-        silent=lambda: reported((takeoff(20), at(0, 100, 60.1), rtl()), autopilot=PX4),
+        fires_at_boundary=True,
+        silent=lambda: reported(
+            (takeoff(20), at(0, 100, 59.9), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
+        ),
     ),
     "F111": RuleCases(
         fires=lambda: reported(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,0\n"),

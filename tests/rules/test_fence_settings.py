@@ -59,7 +59,7 @@ def test_ardupilots_circle_needs_its_bit_and_the_fence_on() -> None:
     assert "F101" in flown(parameters=off + "FENCE_AUTOENABLE,3\n")
 
 
-@pytest.mark.parametrize(("height_m", "fires"), [(60.0, False), (60.1, True)])
+@pytest.mark.parametrize(("height_m", "fires"), [(59.9, False), (60.0, True)])
 @pytest.mark.parametrize(
     ("autopilot", "parameters"),
     [
@@ -87,7 +87,7 @@ def test_a_return_above_the_ceiling_is_told() -> None:
         found = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(61))
         assert found["F110"].severity is severity
         assert "61 m above home" in found["F110"].message
-        told = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(60))
+        told = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(59))
         assert told == {}
 
 
@@ -121,7 +121,8 @@ def test_ardupilots_floor_holds_for_waypoints_and_not_for_landings() -> None:
     assert flown(SHORT) == {}
     low = (takeoff(20), at(0, 100, 14.9), rtl())
     assert set(flown(low)) == {"F110"}
-    assert flown((takeoff(20), at(0, 100, 15.0), rtl())) == {}
+    assert set(flown((takeoff(20), at(0, 100, 15.0), rtl()))) == {"F110"}
+    assert flown((takeoff(20), at(0, 100, 15.1), rtl())) == {}
 
 
 @pytest.mark.parametrize(

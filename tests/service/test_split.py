@@ -19,7 +19,8 @@ from planner.geo.fence import Fence, FenceCircle, RallyPoint
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.parts import flown_items, split_points
 from planner.physics.wind import Wind
-from planner.service.split import Split, split_mission, write_split
+from planner.service.split import Split, split_mission, split_under, write_split
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
@@ -214,8 +215,43 @@ def test_what_cannot_be_split_is_a_sentence(made: Mission, said: str) -> None:
 
 
 def test_what_is_wrong_besides_energy_is_not_mended_and_said() -> None:
-    with pytest.raises(SplitError, match="splitting does not help against E100"):
+    with pytest.raises(SplitError, match=r"cannot be split before .* E100 .* give --battery"):
         split_mission(survey(2, 300.0), ARTICLE)
+    far = mission(takeoff(40.0), waypoint(200_000.0, 40.0), rtl())
+    with pytest.raises(SplitError, match="splitting does not help against M124"):
+        split_mission(far, SURVEYOR, battery=Battery(capacity_wh=40.0))
+
+
+def test_a_mission_for_no_vehicle_is_not_split_but_asks_for_one() -> None:
+    nobody = replace(Setup(ARTICLE, battery=Battery(capacity_wh=40.0)), is_vehicle_named=False)
+    with pytest.raises(SplitError, match=r"cannot be split before .* X903 .* with --vehicle"):
+        split_under(survey(2, 300.0), nobody)
+
+
+def test_no_part_has_a_greater_chance_of_landing_below_the_reserve_than_asked_for() -> None:
+    """With 2 % more than the flight takes it mostly lands above the reserve: good for a risk of 40 %."""
+    whole = survey(6, 400.0)
+    need = planner.check(whole, SURVEYOR, battery=Battery(capacity_wh=170.0))
+    assert need.battery is not None
+    assert need.return_plan is not None
+    assert need.return_plan.margin_wh is not None
+    used_wh = 170.0 * 0.8 - min(need.battery.margin_wh, need.return_plan.margin_wh)
+    battery = Battery(capacity_wh=1.02 * used_wh / 0.8)
+
+    def chances(risk: float) -> list[float]:
+        split = split_mission(whole, SURVEYOR, battery=battery, risk=risk)
+        check_cover(whole, split)
+        found = [
+            one.below_reserve_probability
+            for part in split.parts
+            for one in (part.result.battery, part.result.return_plan)
+            if one is not None
+        ]
+        return [one for one in found if one is not None]
+
+    bold, careful = chances(0.4), chances(0.02)
+    assert len(careful) > len(bold) == 2
+    assert max(careful) <= 0.02 < max(bold) <= 0.4
 
 
 def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
