@@ -209,8 +209,8 @@ def test_type_5_without_a_rally_point_lands_where_it_is_and_says_so() -> None:
     assert [f.severity for f in result.findings if f.code == "T113"] == [Severity.WARNING]
     assert result.assessment is not None
     assert chosen(result.assessment, (0.0, 500.0, 40.0), 1) == HERE
-    # 30 m at 1.5 m/s, 13 s from 10 m, 6 s to disarmed.
-    assert way_s(result.assessment, (0.0, 500.0, 40.0), 1) == pytest.approx(39.0, abs=4.0)
+    # 30 m at 1.5 m/s, 13 s from 10 m, 6 s to disarmed; 4.9 s for the heading of home before.
+    assert way_s(result.assessment, (0.0, 500.0, 40.0), 1) == pytest.approx(43.9, abs=4.0)
     assert flown_for(result.assessment, 3)[-1, 1] == pytest.approx(500.0, abs=1.0)
 
 

@@ -128,6 +128,18 @@ def test_a_waypoint_counts_as_reached_within_its_own_radius() -> None:
     assert math.hypot(state.east_m[0], state.north_m[0] - 200.0) == pytest.approx(7.0, abs=0.01)
 
 
+def test_after_a_wide_radius_it_flies_straight_on_to_within_the_next() -> None:
+    # ``PositionSmoothing`` integrated numerically at 50 Hz: 10.50, 14.12, 18.30 s; on the vehicle 10.74,
+    # 14.41, 18.30 s.  A point of the next leg max(radius, 5 m) away is steered for once there is one.
+    places = ((100.0, 0.0, 20.0), (100.0, 100.0, 30.0), (0.0, 100.0, 15.0), (0.0, 0.0, 2.0))
+    legs = [
+        replace(go(east, north), acceptance_radius_m=radius, speed_m_s=8.0)
+        for east, north, radius in places
+    ]
+    reached = arrivals_s(takeoff(), go(0.0, hold=30.0), *legs)
+    assert np.diff(reached[2:]) == pytest.approx([10.50, 14.12, 18.30], abs=0.6)
+
+
 @pytest.mark.parametrize("kind", [StageKind.SPLINE, StageKind.CIRCLE, StageKind.SET_DOWN])
 def test_what_px4_refuses_is_flown_straight_to_its_place(kind: StageKind) -> None:
     straight = fly_px4((takeoff(), go(80.0, 60.0), go(0.0, 60.0)), PX4)

@@ -138,7 +138,8 @@ def test_many_ways_home_are_each_flown_alone() -> None:
 
 
 def test_a_way_home_from_home_is_a_landing() -> None:
-    motion = px4_returns(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
+    anyhow = replace(PX4, yaw_acceptance_rad=math.pi)
+    motion = px4_returns(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), anyhow)
     assert [STATES[state] for state in motion.segments.state] == ["land"]
 
 

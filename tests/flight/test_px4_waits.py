@@ -11,7 +11,7 @@ from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.braking import yaw_time_s
-from planner.flight.motion.px4.pilot import fly_px4
+from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -57,15 +57,65 @@ def test_a_delay_takes_its_time_and_is_not_seen_coming(seconds: float) -> None:
     assert with_it[2] == pytest.approx(seconds, abs=1e-6)
 
 
-def test_a_change_of_height_flies_level_first() -> None:
-    motion = fly_px4(
-        (takeoff(), stage(StageKind.CHANGE_HEIGHT, 0.0, 200.0, 90.0), go(0.0, 400.0, 90.0)), PX4
-    )
-    states = [STATES[state] for state in motion.segments.state]
-    assert states[:5] == ["takeoff", "accelerate", "cruise", "brake", "climb"]
-    arrived = motion.state_at_time(motion.segments.end_s[3:4])
-    assert arrived.height_m == pytest.approx(50.0, abs=0.05)
-    assert motion.done_segment[1] == 4
+@pytest.mark.parametrize(("radius_m", "reach_m"), [(5.0, 7.0), (-5.0, 7.0), (0.0, 82.0)])
+def test_a_change_of_height_begins_within_the_loiter_radius_and_ends_at_its_height(
+    radius_m: float, reach_m: float
+) -> None:
+    # NAV_ACC_RAD 2 m and the second parameter, or NAV_LOITER_RAD 80 m (``is_mission_item_reached``).
+    change = replace(stage(StageKind.CHANGE_HEIGHT, 0.0, 200.0, 90.0), radius_m=radius_m)
+    motion = fly_px4((takeoff(), change, go(0.0, 400.0, 90.0)), PX4)
+    ends = motion.segments.end_s
+    time = np.arange(ends[0], ends[motion.done_segment[1]], 0.01)
+    state = motion.state_at_time(time)
+    # The first 0.05 m are climbed in (6 · 0.05/4)^(1/3) s, in which it flies 2.1 m.
+    climbing = np.flatnonzero(state.height_m > 50.05)[0]
+    assert 200.0 - state.north_m[climbing] == pytest.approx(reach_m - 1.0, abs=1.2)
+    assert state.height_m[-1] == pytest.approx(90.0 - PX4.altitude_acceptance_m, abs=0.05)
+    # Both axes are flown at once, on the straight way to the place.
+    way_left = 200.0 - state.north_m[-1]
+    assert way_left == pytest.approx(reach_m * 0.8 / 40.0, abs=0.3)
+
+
+def test_a_loiter_wider_than_the_way_to_it_changes_height_from_the_start() -> None:
+    change = replace(stage(StageKind.CHANGE_HEIGHT, 0.0, 60.0, 90.0), radius_m=70.0)
+    motion = fly_px4((takeoff(), go(0.0, 0.0, hold=9.0), change), PX4)
+    begins = motion.segments.end_s[motion.done_segment[1]]
+    soon = motion.state_at_time(np.array([begins + 2.0]))
+    assert soon.height_m[0] > 51.0
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "change", "wait_s"),
+    [
+        (0.0, {}, 6.0 - math.sqrt(1.2)),  # half a turn: the heading at arming is not known
+        (0.0, {"yaw_timeout_s": 5.0}, 0.0),
+        (0.0, {"return_min_distance_m": 0.0}, 0.0),
+        (12.0, {}, 0.0),  # beyond RTL_MIN_DIST the heading of home is not asked for
+    ],
+)
+def test_a_return_begun_near_home_waits_for_the_heading_of_home(
+    distance_m: float, change: dict[str, float], wait_s: float
+) -> None:
+    def home_s(parameters: Px4Parameters) -> float:
+        stages = (
+            *(takeoff(), go(0.0, 200.0), go(0.0, distance_m, hold=20.0)),
+            stage(StageKind.RETURN, height_m=0.0),
+        )
+        motion = fly_px4(stages, parameters)
+        return float(motion.segments.end_s[-1] - motion.segments.end_s[motion.done_segment[2]])
+
+    anyhow = replace(PX4, **{**change, "yaw_acceptance_rad": math.pi})
+    assert home_s(replace(PX4, **change)) - home_s(anyhow) == pytest.approx(wait_s, abs=0.01)
+
+
+def test_many_returns_know_no_heading_of_each_other() -> None:
+    places = np.array([[0.0, 300.0, 40.0], [0.0, 5.0, 40.0], [0.0, 5.0, 40.0]])
+    motion = px4_returns(places, np.zeros(3), PX4)
+    of_each = np.bincount(motion.segments.item, motion.segments.duration_s)
+    assert of_each[1] == pytest.approx(of_each[2], abs=1e-9)
+    at_home = px4_returns(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
+    assert [STATES[state] for state in at_home.segments.state] == ["hover", "land"]
+    assert at_home.segments.duration_s[0] == pytest.approx(6.0 - math.sqrt(1.2))
 
 
 def test_half_a_turn_takes_six_seconds() -> None:

@@ -425,6 +425,7 @@ class _ReturnItems:
             east_m=float(east[0]),
             north_m=float(north[0]),
             height_m=self._ground_m(latitude_deg, longitude_deg) if lands else self._height_m(at),
+            radius_m=abs(item.param2 or 0.0) if kind is StageKind.CHANGE_HEIGHT else 0.0,
         )
 
     def _ground_m(self, latitude_deg: float, longitude_deg: float) -> float:

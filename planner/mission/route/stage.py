@@ -29,7 +29,7 @@ class StageKind(StrEnum):
     CIRCLE = "circle"
     """Fly to the edge of a circle about the place and follow it for a number of turns."""
     CHANGE_HEIGHT = "change-height"
-    """Fly to a place at the present height, then climb or descend there."""
+    """Fly to a place at the present height, then climb or descend there; PX4 within a radius of it."""
     SET_DOWN = "set-down"
     """Fly to a place at the present height, descend until the load is down, climb back."""
     LAND = "land"
@@ -63,7 +63,8 @@ class Stage(Value, kw_only=False):
     turns: float = 0.0
     """Turns of a circle. [-]"""
     radius_m: float = 0.0
-    """Radius of a circle; negative for counter-clockwise. [m]"""
+    """Radius of a circle, negative for counter-clockwise; of a change of height that within which PX4
+    begins it, 0 where not given. [m]"""
     followed_ground_m: tuple[float, ...] = ()
     """Heights of the ground on the way, evenly spaced from its beginning to its end, where the vehicle
     follows it. [m AMSL]"""

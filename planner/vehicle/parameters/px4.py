@@ -49,6 +49,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
 
     acceptance_radius_m: float = parameter("NAV_ACC_RAD m", 2.0, POSITIVE)
     altitude_acceptance_m: float = parameter("NAV_MC_ALT_RAD m", 0.8, POSITIVE)
+    loiter_radius_m: float = parameter("NAV_LOITER_RAD m", 80.0, POSITIVE)
     # heading: 0 along the way, 1 to home, 2 from it, 4 turns first, 5 fixed
     yaw_mode: int = parameter("MPC_YAW_MODE", 0)
     yaw_rate_rad_s: float = parameter("MPC_YAWRAUTO_MAX deg/s", 60.0, POSITIVE)

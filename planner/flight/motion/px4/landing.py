@@ -304,7 +304,7 @@ def settlings(legs: Px4Legs, parameters: Px4Parameters) -> Curves:
     (begin, velocity), target = arrivals(legs), legs.planned.target_m
     way = lengths(target - begin)
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
-    allowed = allowed_speed_m_s(way, 0.0, a, j)
+    allowed = np.minimum(allowed_speed_m_s(way, 0.0, a, j), legs.planned.speed_m_s)
     vertical_m_s, _ = vertical_limits(target[:, 2] > begin[:, 2], parameters)
     return Curves.between(
         begin,

@@ -47,13 +47,17 @@ def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArr
     along = np.where(turned, np.arctan2(looks[:, 0], looks[:, 1]), np.nan)
     own = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
     held = np.maximum.accumulate(np.where(np.isnan(own), -1, np.arange(len(own))))
-    return np.concatenate(([np.nan], np.where(held >= 0, own[held], np.nan)))
+    first = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(own)), 0))
+    after = np.where(held >= first, own[held], np.nan)
+    return np.where(np.append(moves.is_first, False), np.nan, np.append(np.nan, after))
 
 
 def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
-    """Return the angles between headings; half a turn where one is not known. [rad]"""
-    change = np.abs((after_rad - before_rad + np.pi) % (2.0 * np.pi) - np.pi)
-    return np.where(np.isnan(change), np.pi, change)
+    """Return the angles between headings; half a turn where one of them is not known. [rad]"""
+    known = np.isfinite(before_rad) & np.isfinite(after_rad)
+    turn = np.where(known, after_rad, 0.0) - np.where(known, before_rad, 0.0)
+    change = np.where(known, np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi), np.pi)
+    return np.where(before_rad == after_rad, 0.0, change)
 
 
 def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
@@ -185,20 +189,14 @@ class PlannedLegs(Moves, eq=False):
 def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
     begins, rows = moves.beginnings_m(), np.arange(len(moves.item))
-    way = moves.target_m - begins
-    way = np.where(np.abs(way) < STILL_M, 0.0, way)
-    direction, _ = directions(way)
-    # NAV_MC_ALT_RAD; half the height of a take-off lower than that (``is_mission_item_reached``).
-    band = np.full(len(rows), parameters.altitude_acceptance_m)
-    low = moves.is_takeoff & (way[:, 2] > 0.0) & (way[:, 2] < band)
-    band = np.where(low, 0.5 * way[:, 2], band)
-    tail = np.minimum(
-        quotient(moves.radius_m, horizontal(direction), np.inf),
-        quotient(band, np.abs(direction[:, 2]), np.inf),
-    )
-    tail = np.where(np.isfinite(tail), tail, moves.radius_m)
+    direction, tail = _aims(moves, begins, parameters)
     ends = moves.target_m - direction * tail[:, None]
     reached = _reached_at_once(moves, begins, ends, parameters)
+    if moves.goes_on.any():
+        before_m = np.where(reached[:, None], begins, ends)
+        begins = np.where(moves.goes_on[:, None], np.roll(before_m, 1, axis=0), begins)
+        direction, tail = _aims(moves, begins, parameters)
+        ends = moves.target_m - direction * tail[:, None]
     is_leg = ~reached & ~moves.is_landing
     is_wait = reached & (moves.hold_s > 0.0)
     last = np.maximum.accumulate(np.where(is_leg | is_wait | moves.is_landing, rows, -1))
@@ -223,13 +221,31 @@ def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
     )
 
 
+def _aims(
+    moves: Moves, begins_m: FloatArray, parameters: Px4Parameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return the directions to targets, and how far before them they count as reached. (n, 3), (n,)"""
+    way = moves.target_m - begins_m
+    way = np.where(np.abs(way) < STILL_M, 0.0, way)
+    direction, _ = directions(way)
+    # NAV_MC_ALT_RAD; half the height of a take-off lower than that (``is_mission_item_reached``).
+    band = np.full(len(way), parameters.altitude_acceptance_m)
+    low = moves.is_takeoff & (way[:, 2] > 0.0) & (way[:, 2] < band)
+    band = np.where(low, 0.5 * way[:, 2], band)
+    tail = np.minimum(
+        quotient(moves.reach_m, horizontal(direction), np.inf),
+        quotient(band, np.abs(direction[:, 2]), np.inf),
+    )
+    return direction, np.where(np.isfinite(tail), tail, moves.reach_m)
+
+
 def _reached_at_once(
     moves: Moves, begins_m: FloatArray, ends_m: FloatArray, parameters: Px4Parameters
 ) -> BoolArray:
     """Return which moves are reached where they begin. (n,)"""
     way = moves.target_m - begins_m
-    wide = np.concatenate(([0.0], moves.radius_m[:-1]))
-    near = (horizontal(way) <= moves.radius_m + wide) & (
+    wide = np.concatenate(([0.0], moves.reach_m[:-1]))
+    near = (horizontal(way) <= moves.reach_m + wide) & (
         np.abs(way[:, 2]) <= 2.0 * parameters.altitude_acceptance_m
     )
     reached = np.zeros(len(way), dtype=np.bool_)
@@ -243,7 +259,7 @@ def _reached_at_once(
                 place[row] = ends_m[row - 1]
         off = moves.target_m[row] - place[row]
         reached[row] = (
-            np.hypot(off[0], off[1]) <= moves.radius_m[row] + _ON_THE_EDGE_M
+            np.hypot(off[0], off[1]) <= moves.reach_m[row] + _ON_THE_EDGE_M
             and abs(off[2]) <= parameters.altitude_acceptance_m + _ON_THE_EDGE_M
         )
     return reached

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -95,10 +95,26 @@ def return_heights_m(
     return np.maximum(np.minimum(wanted, highest), height_m)
 
 
+def return_looks_home(
+    distance_m: FloatArray, leg: IntArray, parameters: Px4Parameters
+) -> BoolArray:
+    """Return which legs of returns wait for the heading of home, by the distance they begin at.
+
+    Notes
+    -----
+    ``RtlDirect::set_rtl_item``: the leg home asks for it where it begins within RTL_MIN_DIST; the descent
+    to where the vehicle waits always does, which RTL_LAND_DELAY other than 0 asks for.
+    """
+    near = distance_m < parameters.return_min_distance_m
+    return np.asarray(((leg == _HOMEWARD) & near) | (leg == _DOWN))
+
+
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this means NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
-_LANDING = 3
-"""The last of the four legs of a return."""
+_HOMEWARD, _DOWN, _LANDING = 1, 2, 3
+"""Legs of the four of a return: home, down to wait, to the ground."""
+HOME_YAW = math.inf
+"""The heading of home, which is that at arming, where it is not known."""
 
 
 class Move(NamedTuple):
@@ -112,11 +128,16 @@ class Move(NamedTuple):
     """Height of the place as the move before sees it. [m]"""
     speed_m_s: float
     radius_m: float
+    reach_m: float
+    """Distance on the map at which the place counts as reached; of a loiter more than the radius that
+    shapes the trajectory."""
     hold_s: float
     yaw_rad: float
-    """NaN where free."""
+    """NaN where free, ``HOME_YAW`` where that of home is asked for."""
     is_stop: bool
     """Ends standing still, whatever follows."""
+    goes_on: bool = False
+    """Takes up the flight to the same place wherever the move before ends."""
     is_delay: bool = False
     """A wait that the look-ahead of the move before looks past."""
     is_takeoff: bool = False
@@ -125,7 +146,8 @@ class Move(NamedTuple):
     """Belongs to a return, which the look-ahead of the move before does not see."""
 
 
-_COLUMN_TYPES = (*2 * (np.intp,), *6 * (np.float64,), *5 * (np.bool_,))
+_AT_HOME_M = 1e-9
+_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *6 * (np.bool_,))
 
 
 class Moves(Columns, eq=False):
@@ -138,9 +160,11 @@ class Moves(Columns, eq=False):
     seen_height_m: FloatArray
     speed_m_s: FloatArray
     radius_m: FloatArray
+    reach_m: FloatArray
     hold_s: FloatArray
     yaw_rad: FloatArray
     is_stop: BoolArray
+    goes_on: BoolArray
     is_delay: BoolArray
     is_takeoff: BoolArray
     is_landing: BoolArray
@@ -159,11 +183,12 @@ class Moves(Columns, eq=False):
     def of(cls, rows: Sequence[Move]) -> Moves:
         """Return the rows of one flight, which begins at home, as columns."""
         columns = zip(Move._fields, zip(*rows, strict=True), _COLUMN_TYPES, strict=True)
-        return cls(
-            **{name: np.array(column, dtype=dtype) for name, column, dtype in columns},
-            is_first=np.arange(len(rows)) == 0,
-            start_m=np.zeros((len(rows), 3)),
-        )
+        arrays: dict[str, Any] = {
+            name: np.array(column, dtype=dtype) for name, column, dtype in columns
+        }
+        # A place nearer than that is home: divisions by less overflow.
+        arrays["target_m"][np.abs(arrays["target_m"]) < _AT_HOME_M] = 0.0
+        return cls(**arrays, is_first=np.arange(len(rows)) == 0, start_m=np.zeros((len(rows), 3)))
 
 
 def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves:
@@ -192,16 +217,20 @@ def return_moves(
     flight, kind = np.nonzero(is_flown)
     targets = all_targets[flight, kind]
     false = np.zeros(len(flight), dtype=np.bool_)
+    radius = np.full(len(flight), parameters.acceptance_radius_m)
+    turns_home = return_looks_home(horizontal(home_m - places_m)[flight], kind, parameters)
     return Moves(
         stage=flight,
         item=flight,
         target_m=targets,
         seen_height_m=targets[:, 2],
         speed_m_s=np.full(len(flight), min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)),
-        radius_m=np.full(len(flight), parameters.acceptance_radius_m),
+        radius_m=radius,
+        reach_m=radius,
         hold_s=holds_s[kind],
-        yaw_rad=np.full(len(flight), np.nan),
+        yaw_rad=np.where(turns_home, HOME_YAW, np.nan),
         is_stop=~false,
+        goes_on=false,
         is_delay=false,
         is_takeoff=false,
         is_landing=kind == _LANDING,
@@ -257,12 +286,7 @@ class _Navigator:
             case StageKind.DELAY:
                 yield self._move(index, stage.item, hold_s=stage.hold_s, is_delay=True)
             case StageKind.CHANGE_HEIGHT:
-                # Level flight first; the height changes once the place is reached
-                # (``MissionBlock``, NAV_CMD_LOITER_TO_ALT).
-                self.east_m, self.north_m = stage.east_m, stage.north_m
-                yield self._go(index, stage, is_stop=True, hold_s=0.0)
-                self.height_m = stage.height_m
-                yield self._go(index, stage, is_stop=True)
+                yield from self._change_height(index, stage)
             case StageKind.LAND:
                 self.east_m, self.north_m = stage.east_m, stage.north_m
                 move = self._go(index, stage, is_stop=True, hold_s=0.0)
@@ -283,10 +307,13 @@ class _Navigator:
         targets, is_flown, holds_s = return_legs(
             place, home_m[None], self.parameters, rally_height_m
         )
+        distance = horizontal(home_m - place)
+        turns_home = return_looks_home(distance, np.arange(len(holds_s)), self.parameters)
         for leg in np.flatnonzero(is_flown[0]).tolist():
             self.east_m, self.north_m, self.height_m = targets[0, leg].tolist()
             stop = self._move(index, item, hold_s=float(holds_s[leg]), is_stop=True, is_return=True)
-            yield stop._replace(is_landing=leg == _LANDING)
+            yaw = HOME_YAW if turns_home[leg] else math.nan
+            yield stop._replace(is_landing=leg == _LANDING, yaw_rad=yaw)
         self.is_airborne = False
 
     def home_along(self, index: int, item: int, path: ReturnPath) -> Iterator[Move]:
@@ -321,6 +348,30 @@ class _Navigator:
         # Any heading is good enough for a take-off (``MissionBlock::is_mission_item_reached``).
         yield self._go(index, stage)._replace(yaw_rad=math.nan)
 
+    def _change_height(self, index: int, stage: Stage) -> Iterator[Move]:
+        """Yield level flight towards a place, and the change of height on the way to it.
+
+        Notes
+        -----
+        ``MissionBlock::is_mission_item_reached``, NAV_CMD_LOITER_TO_ALT: within the loiter radius and
+        NAV_ACC_RAD of the place the height changes, and where it is reached the item ends.
+        """
+        radius = abs(stage.radius_m) or self.parameters.loiter_radius_m
+        reach = radius + self.parameters.acceptance_radius_m
+        east, north, rise = self.east_m, self.north_m, abs(stage.height_m - self.height_m)
+        self.east_m, self.north_m = stage.east_m, stage.north_m
+        level = self._go(index, stage, is_stop=True, hold_s=0.0)
+        yield level._replace(reach_m=reach)
+        self.height_m = stage.height_m
+        changing = self._go(index, stage, is_stop=True, hold_s=0.0)
+        yield changing._replace(reach_m=reach, goes_on=True)
+        # A return from there begins where the vehicle is by then.
+        way = math.hypot(stage.east_m - east, stage.north_m - north)
+        left = min(way, reach) * min(self.parameters.altitude_acceptance_m / (rise or 1e-9), 1.0)
+        if left > self.parameters.acceptance_radius_m:
+            self.east_m += (east - stage.east_m) * left / way
+            self.north_m += (north - stage.north_m) * left / way
+
     def _place_at(self, stage: Stage) -> None:
         self.east_m, self.north_m, self.height_m = stage.east_m, stage.north_m, stage.height_m
 
@@ -328,7 +379,10 @@ class _Navigator:
         self, index: int, stage: Stage, *, is_stop: bool = False, hold_s: float | None = None
     ) -> Move:
         """Return the flight to where the vehicle is now meant to be, as its stage wants it."""
-        speed, radius, yaw = stage.speed_m_s, stage.acceptance_radius_m, stage.yaw_deg
+        speed, given, yaw = stage.speed_m_s, stage.acceptance_radius_m, stage.yaw_deg
+        radius = self.parameters.acceptance_radius_m
+        if given is not None and given >= _SMALLEST_RADIUS_M:
+            radius = given
         return self._move(
             index,
             stage.item,
@@ -338,9 +392,8 @@ class _Navigator:
             speed_m_s=self.speed_m_s
             if speed is None
             else min(speed, self.parameters.speed_max_m_s),
-            radius_m=self.parameters.acceptance_radius_m
-            if radius is None or radius < _SMALLEST_RADIUS_M
-            else radius,
+            radius_m=radius,
+            reach_m=radius,
             yaw_rad=math.nan if yaw is None else math.radians(yaw),
         )
 
@@ -358,6 +411,7 @@ class _Navigator:
             seen_height_m=self.height_m,
             speed_m_s=self.speed_m_s,
             radius_m=self.parameters.acceptance_radius_m,
+            reach_m=self.parameters.acceptance_radius_m,
             hold_s=hold_s,
             yaw_rad=math.nan,
             is_stop=is_stop,

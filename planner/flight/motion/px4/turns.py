@@ -78,8 +78,41 @@ def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
         acceleration_m_s2=np.zeros_like(speed),
     )
     if turning.any():
-        turns.put(turning, _swings(begun.select(turning), parameters))
+        some = begun.select(turning)
+        approached, before_s = _approached(some, parameters)
+        swung = _swings(approached, parameters)
+        turns.put(turning, replace(swung, duration_s=swung.duration_s + before_s))
     return turns
+
+
+def _approached(begun: LegStarts, parameters: Px4Parameters) -> tuple[LegStarts, FloatArray]:
+    """Return vehicles that all turn where they are l off their legs, and the times until then.
+
+    Farther off, ``PositionSmoothing::_getL1Point`` has no point of the leg in reach, and the one nearest
+    to the vehicle is steered for: straight at the leg, as after a waypoint that counts as reached from
+    farther away than the next.
+    """
+    frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
+    v, side = frame.speed_m_s, -np.sign(frame.y_m)
+    along, across = -v * frame.cos_turn, v * (side - frame.sin_turn)
+    change = along[:, None] * frame.along + across[:, None] * frame.across
+    swing_s = ramp_time_s(
+        np.abs(change).max(axis=1), parameters.acceleration_m_s2, parameters.jerk_m_s3
+    )
+    x = frame.x_m - 0.5 * along * swing_s
+    y = frame.y_m + 0.5 * swing_s * v * (side + frame.sin_turn)
+    left = -y * side - l1
+    # Aligned with the target already, it is flown to straight.
+    far = (left > 0.0) & (frame.length_m - x > _ALIGNED_SIN / ALIGNED_COS * (left + l1))
+    if not far.any():
+        return begun, np.zeros_like(v)
+    place, velocity = begun.place_m.copy(), begun.velocity_m_s.copy()
+    there = frame.place_m(begun.planned.begins_m, x, -side * l1)
+    place[:, :2] = np.where(far[:, None], there, place[:, :2])
+    straight = frame.across * (v * side)[:, None]
+    velocity[:, :2] = np.where(far[:, None], straight, velocity[:, :2])
+    before_s = np.where(far, swing_s + left / v, 0.0)
+    return replace(begun, place_m=place, velocity_m_s=velocity), before_s
 
 
 class _LegFrame(Value, eq=False):
@@ -173,22 +206,20 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     swung = np.hypot(v * cos_turn + along_change * part, v * sin_turn + across_change * part)
     last = np.where(swings_enough, swung, held)
 
-    # The rest of the way, where it takes longer, along the tractrix.
+    # The rest of the way, where it takes longer, as the point steered for leads.
     late = ~swings_enough & (steered > sin_aligned)
-    ratio = np.where(late, steered / np.where(late, sin_aligned, 1.0), 1.0)
-    decay_s = l1 / held * np.log(ratio)
-    half_angles = np.where(
-        late, np.tan(0.5 * np.arcsin(steered)) / np.tan(0.5 * np.where(late, aligned, 1.0)), 1.0
+    ahead, off = np.maximum(frame.length_m - x, l1), -y
+    led_s, led_x, led_y = _led(
+        np.where(late, steered, sin_aligned), l1, held, parameters, ahead_m=ahead, off_m=off
     )
-    x += np.where(late, l1 * (np.log(half_angles) + cos_steered - cos_aligned), 0.0)
-    y = np.where(late, y / ratio, y)
+    x, y = x + np.where(late, led_x, 0.0), y + np.where(late, led_y, 0.0)
     # Along and across the way to the target: what is across it takes full acceleration to die away.
     over_s = _ALIGNED_SIN * last / most_m_s2
     ahead, aside = np.maximum(frame.length_m - x, l1), -y
     ahead, aside = ahead / np.hypot(ahead, aside), aside / np.hypot(ahead, aside)
     x += 0.5 * over_s * (2.0 * ALIGNED_COS * last * ahead - _ALIGNED_SIN * last * aside)
     y += 0.5 * over_s * (2.0 * ALIGNED_COS * last * aside + _ALIGNED_SIN * last * ahead)
-    duration = until + decay_s + over_s
+    duration = until + np.where(late, led_s, 0.0) + over_s
 
     upward = np.sign(height)
     climbed = upward * np.minimum(
@@ -202,6 +233,40 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
         ),
         speed_m_s=np.maximum(ALIGNED_COS * last, 0.0),
         acceleration_m_s2=np.maximum(np.where(late, 0.0, along_change / change * gained_m_s2), 0.0),
+    )
+
+
+def _led(
+    sin_steered: FloatArray,
+    l1_m: FloatArray,
+    speed_m_s: FloatArray,
+    parameters: Px4Parameters,
+    *,
+    ahead_m: FloatArray,
+    off_m: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how vehicles headed for a point of the leg l away turn until aligned with the target.
+
+    Times, and ways along and across their legs, for the target ``ahead_m`` and ``off_m`` from them.  The
+    path is a tractrix, y = l sin β, to where the velocity, β off the leg, is 11.5° off the target; at
+    speeds too high for it the velocity swings there at limited jerk, and beyond the leg.
+    """
+    sin_aligned = np.ones_like(off_m)
+    for _ in range(3):
+        aside = np.clip(off_m, 0.0, l1_m * sin_aligned)
+        sin_aligned = np.sin(_ALIGNED_RAD + np.arctan2(aside, ahead_m))
+    first = np.arcsin(np.maximum(sin_steered, sin_aligned))
+    last = np.minimum(np.arcsin(sin_aligned), first)
+    cosines, sines = (np.cos(first), np.cos(last)), (np.sin(first), np.sin(last))
+    time_s = l1_m / speed_m_s * np.log(sines[0] / sines[1])
+    along = np.log(np.tan(0.5 * first) / np.tan(0.5 * last)) + cosines[0] - cosines[1]
+    change = speed_m_s * np.maximum(sines[0] - sines[1], cosines[1] - cosines[0])
+    swing_s = ramp_time_s(change, parameters.acceleration_m_s2, parameters.jerk_m_s3)
+    fast, swung_m = swing_s > time_s, 0.5 * swing_s * speed_m_s
+    return (
+        np.where(fast, swing_s, time_s),
+        np.where(fast, swung_m * (cosines[0] + cosines[1]), l1_m * along),
+        np.where(fast, swung_m * (sines[0] + sines[1]), off_m * (1.0 - sines[1] / sines[0])),
     )
 
 
@@ -349,7 +414,10 @@ def joined_turns(
     if not joins.any():
         return turns
     # The speed along the leg grows meanwhile, no further than half way to its limit.
-    limit = np.minimum(quotient(part.speed_m_s, level, np.inf), quotient(climb, upright, np.inf))
+    limit = np.minimum(
+        quotient(part.speed_m_s, level, np.inf, above=STILL_M),
+        quotient(climb, upright, np.inf, above=STILL_M),
+    )
     growing = np.minimum(time, acceleration / jerk)
     growing = np.minimum(growing, np.sqrt(np.maximum(limit - speed, 0.0) / jerk))
     # It must be allowed by the way left once the acceleration is taken back.
