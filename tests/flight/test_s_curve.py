@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.s_curve import SCurves, SpeedLimits, s_curves, speed_ramps
+from planner.flight.motion.s_curve import PlannedCurves, SCurves, SpeedLimits, s_curves, speed_ramps
 
 RISES = st.sampled_from([0.0, 0.2, 0.3, 0.6])
 SPEEDS = st.floats(0.2, 20.0)
@@ -24,6 +24,7 @@ def curve(
     start: float = 0.0,
     end: float = 0.0,
     first: float = np.inf,
+    changed: float = 0.0,
 ) -> SCurves:
     return s_curves(
         np.array([length]),
@@ -31,7 +32,7 @@ def curve(
         speed_m_s=np.array([speed]),
         start_m_s=np.array([start]),
         end_m_s=np.array([end]),
-        first_m_s=np.array([first]),
+        planned=PlannedCurves(np.array([first]), np.array([changed]), np.isfinite([first])),
     )
 
 
@@ -117,13 +118,37 @@ def test_a_short_leg_between_moving_ends_peaks_where_its_ramps_fill_it() -> None
     assert some.cruise_s[0] == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize(("end", "braking_m"), [(0.0, 5.3 * 3.5), (4.0, 2.0 * 3.0**0.5 * 5.5)])
-def test_a_second_speed_is_the_highest_whose_ramps_fit(end: float, braking_m: float) -> None:
-    # 0 to 5 m/s in 2 sqrt(5) s, 5 to 7 m/s in 2 sqrt(2) s; 7 m/s are braked in 7/2.5 + 2.5 s.
-    length = 2.0 * 5.0**0.5 * 2.5 + 2.0 * 2.0**0.5 * 6.0 + braking_m
-    some = curve(length, first=5.0, end=end)
-    assert some.peak_m_s[0] == pytest.approx(7.0, rel=1e-9)
-    assert some.cruise_s[0] == pytest.approx(0.0, abs=1e-9)
+@pytest.mark.parametrize(("end", "braking_m"), [(0.0, 2.0 * 5.0**0.5 * 2.5), (4.0, 2.0 * 4.5)])
+@pytest.mark.parametrize(("speed", "mean", "reached"), [(9.0, 6.0, 7.0), (1.0, 2.0, 3.0)])
+def test_a_speed_is_changed_within_half_of_what_was_to_be_the_cruise(
+    speed: float, mean: float, reached: float, end: float, braking_m: float
+) -> None:
+    # 0 to 5 m/s in 2 sqrt(5) s; by 2 m/s more or less in 2 sqrt(2) s.  The source plans slowing down
+    # as speeding up from the lower speed, so at 1 + 2/2 m/s in the mean.
+    length = 2.0 * 5.0**0.5 * 2.5 + 2.0 * (2.0 * 2.0**0.5 * mean) + braking_m
+    some = curve(length, speed=speed, first=5.0, end=end)
+    assert some.first_m_s[0] == pytest.approx(5.0, rel=1e-9)
+    assert some.peak_m_s[0] == pytest.approx(reached, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changed", "first"),
+    # 2.8 s of jerk (two rises and 2.2 s), then 0.4 s at 2.5 m/s².
+    [(0.0, 7.0), (2.8, 7.0), (3.0, 7.5), (3.1, 7.75), (3.2, 8.0), (5.0, 8.0)],
+)
+def test_only_what_is_left_of_the_steady_acceleration_is_cut_short(
+    changed: float, first: float
+) -> None:
+    some = curve(60.0, speed=2.0, rise=0.3, first=8.0, changed=changed)
+    assert some.first_m_s[0] == pytest.approx(first, abs=1e-9)
+
+
+def test_a_short_line_keeps_the_speed_it_was_planned_with() -> None:
+    # 8 m/s take 8/2.5 + 2.5 + 0.3 = 6 s and 24 m twice: 12 m are left, 1.5 s of the 3.6 s asked for.
+    some = curve(60.0, speed=2.0, rise=0.3, first=8.0, changed=5.0)
+    assert some.peak_m_s[0] == some.first_m_s[0] == 8.0
+    assert curve(77.0, speed=2.0, rise=0.3, first=8.0, changed=5.0).peak_m_s[0] < 8.0
+    assert curve(76.0, speed=2.0, rise=0.3, first=8.0, changed=5.0).peak_m_s[0] == 8.0
 
 
 @given(

@@ -137,10 +137,22 @@ def _shortened(fitting_s: FloatArray, limits: SpeedLimits) -> tuple[FloatArray, 
 
 _BISECTIONS = 40
 _ROOM_RISES = 12.0
+"""``SCurve::set_speed_max`` changes the speed where the cruise is longer than so many jerk rises. [-]"""
+
+
+class PlannedCurves(NamedTuple):
+    """What S-curves were planned with before the speed along them was changed under way."""
+
+    speed_m_s: FloatArray
+    """Speed limit they were planned with. (n,) [m s⁻¹]"""
+    changed_s: FloatArray
+    """Time from their beginning at which it was changed. (n,) [s]"""
+    is_changed: BoolArray
+    """Whether it was. (n,)"""
 
 
 class SCurves(Value, eq=False):
-    """Motion along lines, one per row: wait, speed up, perhaps speed up again, cruise, slow down."""
+    """Motion along lines, one per row: wait, speed up, perhaps change speed, cruise, slow down."""
 
     length_m: FloatArray
     start_m_s: FloatArray
@@ -148,10 +160,13 @@ class SCurves(Value, eq=False):
     end_m_s: FloatArray
     """Speed at the end. (n,) [m s⁻¹]"""
     peak_m_s: FloatArray
+    """Speed of the cruise. (n,) [m s⁻¹]"""
+    first_m_s: FloatArray
+    """Speed reached from the beginning: the peak, unless the speed is changed under way. (n,) [m s⁻¹]"""
     up: SpeedRamps
-    """From the speed at the beginning to the peak, or to a first lower speed."""
-    again: SpeedRamps | None
-    """From that first speed to the peak; ``None`` where no row has one."""
+    """From the speed at the beginning to the first speed."""
+    change: SpeedRamps | None
+    """From the first speed to the peak, up or down; ``None`` where no row has one."""
     down: SpeedRamps
     """From the peak to the last speed, backwards in time a ramp as well."""
     wait_s: FloatArray
@@ -162,8 +177,8 @@ class SCurves(Value, eq=False):
     def duration_s(self) -> FloatArray:
         """Duration of each curve. (n,) [s]"""
         up_s = self.up.duration_s
-        if self.again is not None:
-            up_s = up_s + self.again.duration_s
+        if self.change is not None:
+            up_s = up_s + self.change.duration_s
         return self.wait_s + up_s + self.cruise_s + self.down.duration_s
 
     def phases(self) -> Phases:
@@ -174,11 +189,12 @@ class SCurves(Value, eq=False):
         """
         zero = np.zeros_like(self.length_m)
         durations, jerks = [self.wait_s], [zero]
-        for ramps in (self.up, self.again):
+        sign = np.where(self.peak_m_s < self.first_m_s, -1.0, 1.0)
+        for ramps, way in ((self.up, 1.0), (self.change, sign)):
             if ramps is not None:
                 durations[-1] = durations[-1] + ramps.rest_s
                 durations += [ramps.jerk_s, ramps.steady_s, ramps.jerk_s, ramps.rest_s]
-                jerks += [ramps.jerk_m_s3, zero, -ramps.jerk_m_s3, zero]
+                jerks += [way * ramps.jerk_m_s3, zero, -way * ramps.jerk_m_s3, zero]
         down = self.down
         durations[-1] = durations[-1] + self.cruise_s + down.rest_s
         durations += [down.jerk_s, down.steady_s, down.jerk_s, down.rest_s]
@@ -228,19 +244,20 @@ def s_curves(
     speed_m_s: FloatArray,
     start_m_s: FloatArray | None = None,
     end_m_s: FloatArray | None = None,
-    first_m_s: FloatArray | None = None,
+    planned: PlannedCurves | None = None,
     wait_s: FloatArray | None = None,
 ) -> SCurves:
     """Return the fastest motion along lines within limits.
 
-    By default they begin and end at rest; speeds at the ends are never above the limit.  Lines from rest
-    are planned with ``first_m_s`` first; where it is below the limit they speed up to it and then once
-    more, as ``SCurve::set_speed_max`` has it.  ``wait_s`` is the time before anything moves.
+    By default they begin and end at rest; speeds at the ends are never above the limit.  ``planned`` is
+    what lines from rest were planned with before the limit became what it is (:func:`_changed`).
+    ``wait_s`` is the time before anything moves.
     """
     zero = np.zeros_like(length_m)
     start = zero if start_m_s is None else np.minimum(start_m_s, speed_m_s)
     end = zero if end_m_s is None else np.minimum(end_m_s, speed_m_s)
-    peak = np.minimum(speed_m_s, peak_speed_from_rest_m_s(length_m, limits))
+    peak_from_rest = peak_speed_from_rest_m_s(length_m, limits)
+    peak = np.minimum(speed_m_s, peak_from_rest)
     moving = np.flatnonzero((start > 0.0) | (end > 0.0))
     if len(moving):
         peak[moving] = _peak_between(
@@ -248,58 +265,83 @@ def s_curves(
         )
         # A speed that the length cannot take away or build up is left out at the end.
         start, end = np.minimum(start, peak), np.minimum(end, peak)
-    again = None
-    first = peak
-    if first_m_s is not None and (first_m_s < peak).any():
-        first, peak = _peak_again(length_m, first_m_s, peak, end, limits)
+    first, change = peak, None
+    if planned is not None and planned.is_changed.any():
+        rows = np.flatnonzero(planned.is_changed)
+        first, peak = peak.copy(), peak.copy()
+        first[rows], peak[rows] = _changed(
+            length_m[rows],
+            np.minimum(planned.speed_m_s, peak_from_rest)[rows],
+            speed_m_s[rows],
+            changed_s=planned.changed_s[rows],
+            end_m_s=(zero if end_m_s is None else end_m_s)[rows],
+            limits=limits.select(rows),
+        )
         end = np.minimum(end, peak)
-        again = speed_ramps(peak - first, limits)
+        change = speed_ramps(np.abs(peak - first), limits)
     up = speed_ramps(first - start, limits)
-    down = up if again is None and start is end else speed_ramps(peak - end, limits)
+    down = up if change is None and start is end else speed_ramps(peak - end, limits)
     ramps_m = 0.5 * ((start + first) * up.duration_s + (end + peak) * down.duration_s)
-    if again is not None:
-        ramps_m += 0.5 * (first + peak) * again.duration_s
+    if change is not None:
+        ramps_m += 0.5 * (first + peak) * change.duration_s
     left_m = np.maximum(length_m - ramps_m, 0.0)
     return SCurves(
         length_m=length_m,
         start_m_s=start,
         end_m_s=end,
         peak_m_s=peak,
+        first_m_s=first,
         up=up,
-        again=again,
+        change=change,
         down=down,
         wait_s=zero if wait_s is None else wait_s,
         cruise_s=quotient(left_m, peak),
     )
 
 
-def _peak_again(
+def _changed(
     length_m: FloatArray,
-    first_m_s: FloatArray,
-    peak_m_s: FloatArray,
+    planned_m_s: FloatArray,
+    speed_m_s: FloatArray,
+    *,
+    changed_s: FloatArray,
     end_m_s: FloatArray,
     limits: SpeedLimits,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return first speed and peak where lines from rest speed up twice.
+    """Return first speeds and peaks of lines from rest whose speed is changed while they speed up.
 
-    The second time needs 12 jerk rises at the first speed between speeding up and slowing down
-    (``SCurve::set_speed_max``); where they are not there, the first speed stays.
+    Notes
+    -----
+    ``SCurve::set_speed_max``.  Only what is left of the steady acceleration (``SEG_ACCEL_MAX``) can be
+    cut short, so a lower speed is not lower than what the jerks alone come to.  Any further change is
+    made in what is a cruise then, if it takes longer than 12 jerk rises, and within half its length; up
+    to no more than the speed at which it takes that long.
     """
-    first = np.minimum(first_m_s, peak_m_s)
-    ramp_s = speed_ramps(first, limits).duration_s
-    room = length_m - first * ramp_s
-    twice = (first < peak_m_s) & (room > _ROOM_RISES * limits.jerk_rise_s * first)
-    rows = limits.select(twice)
-    begun, last = first[twice], end_m_s[twice]
-    length = length_m[twice] - 0.5 * (first * ramp_s)[twice]
-
-    def fits(peak: FloatArray) -> BoolArray:
-        more = 0.5 * (begun + peak) * speed_ramps(peak - begun, rows).duration_s
-        end = np.minimum(last, peak)
-        return more + 0.5 * (end + peak) * speed_ramps(peak - end, rows).duration_s <= length
-
-    peak = first.copy()
-    peak[twice] = _highest(fits, begun, peak_m_s[twice])
+    ramps = speed_ramps(planned_m_s, limits)
+    rise = 2.0 * ramps.rest_s
+    # The jerk falls for a whole rise before and after the steady acceleration proper.
+    steady_begins = ramps.jerk_s + rise
+    steady_s = np.maximum(ramps.steady_s - rise, 0.0)
+    left_s = np.clip(steady_begins + steady_s - changed_s, 0.0, steady_s)
+    first = np.minimum(
+        planned_m_s, np.maximum(speed_m_s, planned_m_s - ramps.acceleration_m_s2 * left_s)
+    )
+    ramps_m = 0.5 * first * speed_ramps(first, limits).duration_s
+    end = np.minimum(end_m_s, first)
+    ramps_m += 0.5 * (first + end) * speed_ramps(first - end, limits).duration_s
+    cruise_m = np.maximum(length_m - ramps_m, 0.0)
+    fitting_s = np.cbrt(np.abs(speed_m_s - first) * limits.jerk_rise_s / (2.0 * limits.jerk_m_s3))
+    room_s = _ROOM_RISES * np.minimum(fitting_s, limits.jerk_rise_s)
+    slower = (speed_m_s < first) & (first * room_s < cruise_m)
+    faster = (speed_m_s > first) & (first * room_s < cruise_m)
+    goal = np.where(faster, np.minimum(speed_m_s, quotient(cruise_m, room_s, np.inf)), speed_m_s)
+    low, most = np.minimum(first, goal), np.abs(goal - first)
+    change = _highest(
+        lambda by: (low + 0.5 * by) * speed_ramps(by, limits).duration_s <= 0.5 * cruise_m,
+        np.zeros_like(most),
+        most,
+    )
+    peak = np.where(slower, first - change, np.where(faster, first + change, first))
     return first, peak
 
 

@@ -10,7 +10,14 @@ import numpy as np
 from planner.flight.motion.ardupilot.stages import is_kind, over_home_m
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import horizontal, lengths, quotient
-from planner.flight.motion.s_curve import SpeedLimits, bisected, s_curves, speed_ramps
+from planner.flight.motion.s_curve import (
+    PlannedCurves,
+    SpeedLimits,
+    bisected,
+    peak_speed_from_rest_m_s,
+    s_curves,
+    speed_ramps,
+)
 from planner.mission.route.stage import StageKind
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
@@ -318,15 +325,20 @@ def plan_legs(
     leads = length > shortest
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS
-    held, findings = held_speeds_m_s(
-        stages.speed_m_s[stage],
-        direction[:, :2],
-        stages.item[stage],
-        height_m=np.stack((start[:, 2], start[:, 2] + way[:, 2]), axis=1),
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
-    speed = _speed_along(stages, stage, held, direction)
+    ends_m = np.stack((start[:, 2], start[:, 2] + way[:, 2]), axis=1)
+
+    def speeds_along(commanded: IntArray) -> tuple[FloatArray, tuple[Finding, ...]]:
+        held, slowed = held_speeds_m_s(
+            stages.speed_m_s[commanded],
+            direction[:, :2],
+            stages.item[stage],
+            height_m=ends_m,
+            wind=wind,
+            airspeed_limit_m_s=airspeed_limit_m_s,
+        )
+        return _speed_along(stages, commanded, held, direction), slowed
+
+    speed, findings = speeds_along(stage)
     acceleration = limits_along(
         direction, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
@@ -341,29 +353,48 @@ def plan_legs(
     from_rest = ~leaves
     from_rest[entered] = ~leads[rows]
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
-    first = np.full(len(key), np.inf)
-    first[entered] = _speed_along(stages, stage[rows], held[entered], direction[entered])
+    commanded = stage.copy()
+    commanded[entered] = stage[rows]
+    is_changed = _is_another_speed(stages, stage, commanded)
+    planned = speeds_along(commanded)[0] if is_changed.any() else speed
     delay = _start_delay_s(direction, speed, acceleration, parameters, airspeed_limit_m_s)
-    curves = s_curves(
-        np.maximum(length, shortest),
-        _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration),
-        speed_m_s=speed,
-        start_m_s=np.where(leaves, splines.speed_at_end_m_s[before], 0.0),
-        end_m_s=np.where(joins, splines.speed_at_start_m_s[after], 0.0),
-        first_m_s=first,
-        wait_s=np.where(from_rest & (leads | (shortest != _HEIGHT_STEP_M)), delay, 0.0),
-    )
-    half, corner_speed = np.zeros(len(key)), np.where(joins, curves.end_m_s, 0.0)
-    if len(rows):
+    limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
+
+    def flown_curves(changed_s: FloatArray) -> SCurves:
+        return s_curves(
+            np.maximum(length, shortest),
+            limits,
+            speed_m_s=speed,
+            start_m_s=np.where(leaves, splines.speed_at_end_m_s[before], 0.0),
+            end_m_s=np.where(joins, splines.speed_at_start_m_s[after], 0.0),
+            planned=PlannedCurves(planned, changed_s, is_changed),
+            wait_s=np.where(from_rest & (leads | (shortest != _HEIGHT_STEP_M)), delay, 0.0),
+        )
+
+    half, changed_s = np.zeros(len(key)), np.zeros(len(key))
+    curves = flown_curves(changed_s)
+    corner_speed = np.where(joins, curves.end_m_s, 0.0)
+    # What is left of speeding up at the middle of a corner decides how fast the leg ends.
+    for last in (False, True) if is_changed.any() else (True,):
+        if not len(rows):
+            break
+        speeding = curves.up.select(entered)
+        if is_changed.any():
+            peak = np.minimum(planned, peak_speed_from_rest_m_s(length, limits))
+            first = speed_ramps(np.where(is_changed, peak, curves.first_m_s), limits)
+            speeding = first.select(entered)
         corners = Corners.of(
             direction[rows],
             direction[entered],
             slowing=curves.down.select(rows),
-            speeding=curves.up.select(entered),
-            speed_limit_m_s=np.minimum(speed[rows], np.minimum(speed, first)[entered]),
+            speeding=speeding,
+            speed_limit_m_s=np.minimum(speed[rows], planned[entered]),
         )
         half[rows] = half_overlap_s(corners, parameters)
         corner_speed[rows] = corners.speed_m_s(half[rows])
+        if not last:
+            changed_s[entered] = half[rows]
+            curves = flown_curves(changed_s)
     return ArduPilotLegs(
         key=key,
         start_m=start,
@@ -425,8 +456,13 @@ def _speed_along(
 ) -> FloatArray:
     """Return the speed along legs by the speeds commanded for stages and held in wind. (n,) [m s⁻¹]"""
     vertical = np.where(direction[:, 2] > 0.0, stages.climb_m_s[stage], stages.descent_m_s[stage])
-    horizontal = np.minimum(stages.speed_m_s[stage], held_m_s)
-    return limits_along(direction, horizontal, vertical)
+    return limits_along(direction, held_m_s, vertical)
+
+
+def _is_another_speed(stages: StageColumns, one: IntArray, other: IntArray) -> BoolArray:
+    """Return whether another speed is commanded for one stage than for the other. (n,)"""
+    speeds = (stages.speed_m_s, stages.climb_m_s, stages.descent_m_s)
+    return np.asarray(np.logical_or.reduce([speed[one] != speed[other] for speed in speeds]))
 
 
 def _flown_peak_m_s(curves: SCurves, parameters: ArduPilotParameters) -> FloatArray:
