@@ -188,7 +188,7 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
         return StepPilot(vehicle=vehicle)
     from planner.vehicle.parameters.px4 import Px4Parameters
 
-    limit_m_s = vehicle.airspeed_limit_m_s
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters)
     if isinstance(parameters, Px4Parameters):
         given_m = setup.position_noise_m
         noise_m = vehicle.position_noise_m if given_m is None else given_m
@@ -210,6 +210,11 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
         airspeed_limit_m_s=limit_m_s,
         responses=vehicle.responses,
     )
+
+
+def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
+    """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]"""
+    return vehicle.airspeed_limit_at(getattr(parameters, "lean_angle_max_rad", None))
 
 
 class StepPilot(Value):

@@ -474,11 +474,7 @@ def steady_flight(
     airspeed = speed_through_air_m_s(record)
     climb = climb_rate_m_s(record)
     columns = np.stack([record.power_w, airspeed, climb, air_density_kg_m3])
-    steady = (
-        np.isfinite(columns).all(axis=0)
-        & _is_clear_of_ground(record)
-        & (_acceleration_m_s2(record, climb) < _STEADY_M_S2)
-    )
+    steady = np.isfinite(columns).all(axis=0) & is_steady(record)
     found = []
     settling, longest = round(_FLIGHT_SETTLING_S / record.step_s), round(_LONGEST_S / record.step_s)
     for start, end in zip(*run_bounds(steady), strict=True):
@@ -504,6 +500,12 @@ def steady_flight(
                 )
             )
     return tuple(found)
+
+
+def is_steady(record: FlightRecord) -> BoolArray:
+    """Return where a record is in flight, clear of the ground, without acceleration. (n,)"""
+    acceleration = _acceleration_m_s2(record, climb_rate_m_s(record))
+    return np.asarray(_is_clear_of_ground(record) & (acceleration < _STEADY_M_S2))
 
 
 def _mean_climb_m_s(record: FlightRecord, climb_m_s: FloatArray, part: slice) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
+from planner.flight.pilot import airspeed_limit_m_s
 from planner.rules.declaration import PX4, NotEvaluated, judges
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ WIND_BEYOND_MODEL = Rule(
 @judges(NO_HEADWAY, WIND_BEYOND_MODEL)
 def _no_headway(a: Assessment) -> Iterator[Found]:
     stated_m_s, identified, wind = (
-        a.vehicle.airspeed_limit_m_s,
+        airspeed_limit_m_s(a.vehicle, a.parameters),
         a.vehicle.valid_for.speed_m_s,
         a.setup.wind,
     )

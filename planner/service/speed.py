@@ -11,6 +11,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
+from planner.flight.pilot import airspeed_limit_m_s
 from planner.flight.prediction import predict_flight
 from planner.mission.convert import level_speeds, route_at_speed
 from planner.service.preflight import check_mission
@@ -334,7 +335,7 @@ def _range(
 def _highest_m_s(assessment: Assessment) -> float:
     """Return the fastest the model was identified at or the vehicle can fly, whichever is less."""
     vehicle, parameters = assessment.vehicle, assessment.parameters
-    limits = [vehicle.airspeed_limit_m_s, getattr(parameters, "speed_max_m_s", None)]
+    limits = [airspeed_limit_m_s(vehicle, parameters), getattr(parameters, "speed_max_m_s", None)]
     if vehicle.valid_for.speed_m_s is not None:
         limits.append(vehicle.valid_for.speed_m_s.high)
     return min((limit for limit in limits if limit is not None), default=_FASTEST_UNKNOWN_M_S)

@@ -1,6 +1,7 @@
 """A vehicle model: what was identified about one vehicle, as a value that declares its own file."""
 
 import datetime as dt
+import math
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -364,9 +365,18 @@ class VehicleModel(Part):
     airspeed_limit_m_s: Annotated[
         float | None,
         Key(
-            "highest airspeed the vehicle can hold, at its lean limit; never inferred",
+            "highest airspeed the vehicle can hold, at its lean limit; only as it was held",
             "m/s",
             POSITIVE,
+        ),
+    ] = None
+    airspeed_limit_lean_deg: Annotated[
+        float | None,
+        Key(
+            "lean angle at which that airspeed was held; with another limit of the lean angle "
+            "the airspeed is as its tangent",
+            "°",
+            Range(1.0, 80.0),
         ),
     ] = None
     position_noise_m: Annotated[
@@ -436,6 +446,16 @@ class VehicleModel(Part):
     def default_speed_m_s(self) -> float | None:
         """Speed where a mission commands none; ``None`` where it is an autopilot parameter. [m/s]"""
         return None if self.speed is None else self.speed.default_m_s
+
+    def airspeed_limit_at(self, lean_rad: float | None) -> float | None:
+        """Return the highest airspeed at a greatest lean angle; as it was held, where that is not known.
+
+        Drag as the airspeed: what leans by θ holds g tan(θ) against it.
+        """
+        held_deg = self.airspeed_limit_lean_deg
+        if self.airspeed_limit_m_s is None or held_deg is None or lean_rad is None:
+            return self.airspeed_limit_m_s
+        return self.airspeed_limit_m_s * math.tan(lean_rad) / math.tan(math.radians(held_deg))
 
     @property
     def is_power_known(self) -> bool:
