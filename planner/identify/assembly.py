@@ -17,7 +17,7 @@ from planner.findings import Rule, Severity
 from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
-from planner.identify.lean import identified_lean_limit
+from planner.identify.lean import identified_lean
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread
@@ -321,11 +321,7 @@ def assemble_model(
     else:
         parameters, differing = flown_parameters(records, reference)
         findings += differing
-    lean, limit_m_s, lean_deg = identified_lean_limit(records), None, None
-    if lean is not None:
-        limit_m_s, lean_deg = rounded(lean.airspeed_m_s, 4), rounded(lean.lean_deg, 4)
-    elif base is not None:
-        limit_m_s, lean_deg = base.airspeed_limit_m_s, base.airspeed_limit_lean_deg
+    lean = identified_lean(records, base)
     mass_kg = settings.own_mass_kg
     findings += [*_reported(outcomes, settings, mass_kg), *_vehicles(records)]
     readings = [
@@ -341,8 +337,9 @@ def assemble_model(
         reference=reference,
         description=settings.description or made_description(records, reference),
         mass_kg=mass_kg,
-        airspeed_limit_m_s=limit_m_s,
-        airspeed_limit_lean_deg=lean_deg,
+        airspeed_limit_m_s=lean.airspeed_limit_m_s,
+        airspeed_limit_lean_deg=lean.limit_lean_deg,
+        drag_exponent=lean.drag_exponent,
         position_noise_m=settings.position_noise_m,
         hover=power.hover,
         cruise=power.cruise,

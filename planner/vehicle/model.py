@@ -373,11 +373,14 @@ class VehicleModel(Part):
     airspeed_limit_lean_deg: Annotated[
         float | None,
         Key(
-            "lean angle at which that airspeed was held; with another limit of the lean angle "
-            "the airspeed is as its tangent",
+            "lean angle at which that airspeed was held: with another limit of the lean angle "
+            "it is another",
             "°",
             Range(1.0, 80.0),
         ),
+    ] = None
+    drag_exponent: Annotated[
+        float | None, Key("power of the airspeed that the drag goes by", "-", Range(1.0, 2.0))
     ] = None
     position_noise_m: Annotated[
         float,
@@ -450,12 +453,15 @@ class VehicleModel(Part):
     def airspeed_limit_at(self, lean_rad: float | None) -> float | None:
         """Return the highest airspeed at a greatest lean angle; as it was held, where that is not known.
 
-        Drag as the airspeed: what leans by θ holds g tan(θ) against it.
+        What leans by θ holds g tan(θ) against its drag.  Of the exponents that are possible, 1 to 2,
+        the one that gives less airspeed counts where none is known.
         """
         held_deg = self.airspeed_limit_lean_deg
         if self.airspeed_limit_m_s is None or held_deg is None or lean_rad is None:
             return self.airspeed_limit_m_s
-        return self.airspeed_limit_m_s * math.tan(lean_rad) / math.tan(math.radians(held_deg))
+        drag = math.tan(lean_rad) / math.tan(math.radians(held_deg))
+        exponent = self.drag_exponent or (2.0 if drag > 1.0 else 1.0)
+        return float(self.airspeed_limit_m_s * drag ** (1.0 / exponent))
 
     @property
     def is_power_known(self) -> bool:

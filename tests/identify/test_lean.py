@@ -1,0 +1,111 @@
+"""The airspeed at the greatest lean angle and the exponent of the drag, from made flights."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_record import make_record
+
+from planner.identify.lean import identified_lean
+from planner.values import replace
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.logs.record import FlightRecord
+
+SPAN = 200
+"""Samples of each steady flight: 20 s."""
+
+
+def flight(*flown: tuple[float, float, float], limit_cdeg: float | None = 3000.0) -> FlightRecord:
+    """Return steady level flights: airspeed, lean in degrees, speed commanded."""
+    airspeed, lean, commanded = (
+        np.concatenate([np.full(SPAN, one[k]) for one in flown]) for k in range(3)
+    )
+    zero = np.zeros(airspeed.size)
+    record = make_record(
+        is_landed=np.zeros(airspeed.size, np.bool_),
+        ground_speed_m_s=airspeed,
+        velocity_north_m_s=airspeed,
+        velocity_east_m_s=zero,
+        climb_m_s=zero,
+        height_above_home_m=zero + 50.0,
+        roll_deg=zero,
+        pitch_deg=-lean,
+        reference_speed_m_s=commanded,
+    )
+    return replace(record, parameters={} if limit_cdeg is None else {"ANGLE_MAX": limit_cdeg})
+
+
+def lean_deg(airspeed: float, limit: float = 10.0, exponent: float = 1.4) -> float:
+    drag = math.tan(math.radians(30.0)) * (airspeed / limit) ** exponent
+    return math.degrees(math.atan(drag))
+
+
+def test_the_airspeed_at_the_greatest_lean_angle_is_that_of_the_vehicle() -> None:
+    record = flight((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0), (10.0, 30.0, 12.0))
+    found = identified_lean([record])
+    assert found.airspeed_limit_m_s == 10.0
+    assert found.limit_lean_deg == 30.0
+    assert found.drag_exponent == pytest.approx(1.4, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    "last",
+    [
+        (10.0, 30.0, 10.0),  # as fast as it was to be
+        (10.0, 29.0, 12.0),  # something else holds it back
+    ],
+)
+def test_a_vehicle_that_was_not_at_its_limit_has_none(last: tuple[float, float, float]) -> None:
+    found = identified_lean([flight((5.0, 10.0, 5.0), last)])
+    assert found.airspeed_limit_m_s is None
+    assert found.drag_exponent is None
+
+
+def test_without_the_parameter_nobody_knows_the_limit() -> None:
+    assert identified_lean([flight((10.0, 30.0, 12.0), limit_cdeg=None)]).limit_lean_deg is None
+
+
+def test_of_flights_with_and_against_an_unknown_wind_the_slower_counts() -> None:
+    found = identified_lean([flight((12.0, 30.0, 14.0), (8.0, 30.0, 14.0))])
+    assert found.airspeed_limit_m_s == 8.0
+
+
+@pytest.mark.parametrize(("exponent", "found"), [(0.5, 1.0), (2.5, 2.0)])
+def test_drag_is_between_that_of_rotors_and_of_a_body(exponent: float, found: float) -> None:
+    record = flight((5.0, lean_deg(5.0, exponent=exponent), 5.0), (10.0, 30.0, 12.0))
+    assert identified_lean([record]).drag_exponent == found
+
+
+def test_what_the_flights_do_not_show_is_of_the_base_model() -> None:
+    base = replace(
+        load_vehicle("arducopter-sitl-quad"), airspeed_limit_m_s=18.0, airspeed_limit_lean_deg=30.0
+    )
+    found = identified_lean([flight((5.0, 10.0, 5.0))], base)
+    assert (found.airspeed_limit_m_s, found.limit_lean_deg) == (18.0, 30.0)
+
+
+@pytest.mark.parametrize(
+    ("exponent", "lean", "expected"),
+    [
+        (1.4, 45.0, 10.0 * math.sqrt(3.0) ** (1 / 1.4)),
+        (None, 45.0, 10.0 * math.sqrt(3.0) ** 0.5),  # the slower of what is possible
+        (None, 20.0, 10.0 * math.sqrt(3.0) * math.tan(math.radians(20.0))),
+        (1.4, 30.0, 10.0),
+    ],
+)
+def test_with_another_lean_angle_the_airspeed_is_another(
+    exponent: float | None, lean: float, expected: float
+) -> None:
+    model = replace(
+        load_vehicle("arducopter-sitl-quad"),
+        airspeed_limit_m_s=10.0,
+        airspeed_limit_lean_deg=30.0,
+        drag_exponent=exponent,
+    )
+    assert model.airspeed_limit_at(math.radians(lean)) == pytest.approx(expected)
+    assert replace(model, airspeed_limit_lean_deg=None).airspeed_limit_at(1.0) == 10.0
