@@ -445,7 +445,7 @@ class Setting(Value, kw_only=False):
     is_none_unset: bool = False
     """Whether a script may give ``None`` for the default."""
     in_file: bool = True
-    """Whether it may stand in a configuration."""
+    """Whether it may stand in a configuration; nothing may there that names what is written."""
     rows: tuple[Row, ...] = ()
     phrase: Callable[[Any], str] | None = None
     """A value in the one line about the conditions of a flight."""

@@ -749,7 +749,10 @@ class Together(Declared):
 
 
 class Output(Declared):
-    """Where the report of a call goes, and how."""
+    """Where the report of a call goes, and how.
+
+    Files are named by whoever calls: a settings file comes with the missions, from anybody.
+    """
 
     format: str = setting(
         Choice({name: name for name in FORMATS}),
@@ -764,6 +767,7 @@ class Output(Declared):
         Group.REPORT,
         "write the report to a file instead of standard output",
         default=None,
+        in_file=False,
         load=lambda path: None if path == Path("-") else path,
     )
 
@@ -773,6 +777,7 @@ class Output(Declared):
         "write the flight of a single mission, sampled over time, to a file",
         default=None,
         metavar="FILE.csv",
+        in_file=False,
     )
 
     report: Path | None = setting(
@@ -782,6 +787,7 @@ class Output(Declared):
         "(needs mavjoule[report])",
         default=None,
         metavar="FILE.html",
+        in_file=False,
     )
 
     plots: Path | None = setting(
@@ -791,6 +797,7 @@ class Output(Declared):
         "SVG and PNG (needs mavjoule[report])",
         default=None,
         metavar="DIR",
+        in_file=False,
     )
 
     statistics: bool = setting(

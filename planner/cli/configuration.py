@@ -82,6 +82,9 @@ def read_configuration(path: Path) -> Configuration | None:
     for name, raw in document.items():
         key = name.replace("-", "_")
         setting = known.get(key)
+        if setting is None and (typed := settings().get(key)) is not None:
+            msg = f"{path}: {prefix}{name} may not be set by a file: give {typed.option}"
+            raise ConfigurationError(msg)
         if setting is None:
             shown = name if name.isprintable() else repr(name)
             msg = f"{path}: {prefix}{shown} is not a setting{nearest_hint(key, known)}"

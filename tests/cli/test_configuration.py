@@ -14,11 +14,13 @@ from planner.cli.configuration import (
     mission_settings,
     read_configuration,
 )
+from planner.cli.main import main
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.selection import Selection
+from planner.setting import Group, Setting
 from planner.setup import SETTINGS_FILE, Output, Setup, Together, settings
 
 
@@ -49,7 +51,7 @@ def test_what_is_not_known_exactly_is_text_with_its_standard_deviation(tmp_path:
 
 
 def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
-    path = _own(
+    _own(
         tmp_path,
         """
         vehicle = "models/mine.toml"
@@ -84,10 +86,6 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         min_nav_alt_m = 3
         start_error_s = 2
         format = "json"
-        output = "out/report.json"
-        trace = "out/trace.csv"
-        plots = "out/pictures"
-        report = "out/report.html"
         statistics = true
         exit_zero = true
         [per_file_ignores]
@@ -144,18 +142,10 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         select=("E", "F"), extend_select=("A1",), ignore=("E107", "T")
     )
     assert setup.fail_on is Severity.WARNING
-    assert setup.with_trace
     together = Together.of(common_settings([values, values], Together))
     assert together == Together(separation_m=5.0, min_nav_alt_m=3.0, start_error_s=2.0)
-    folder = path.parent / "out"
     assert Output.of(common_settings([values], Output)) == Output(
-        format="json",
-        output=folder / "report.json",
-        trace=folder / "trace.csv",
-        plots=folder / "pictures",
-        report=folder / "report.html",
-        statistics=True,
-        exit_zero=True,
+        format="json", statistics=True, exit_zero=True
     )
 
 
@@ -292,7 +282,7 @@ def test_configurations_that_disagree_about_the_whole_call_are_refused() -> None
     assert common_settings(same, Output) == {"format": "json"}
 
 
-@pytest.mark.parametrize("key", ["vehicle", "params", "profile", "terrain", "output"])
+@pytest.mark.parametrize("key", ["vehicle", "params", "profile", "terrain", "baseline"])
 def test_an_empty_path_or_name_is_refused_by_its_key(tmp_path: Path, key: str) -> None:
     path = _own(tmp_path, f'{key} = ""')
     with pytest.raises(ConfigurationError, match=rf"mavjoule.toml: {key}: .* got an empty text"):
@@ -315,3 +305,35 @@ def test_a_folder_by_the_shared_name_belongs_to_somebody_else(tmp_path: Path) ->
     (tmp_path / "a" / "pyproject.toml").mkdir(parents=True)
     _own(tmp_path, "payload_kg = 0.5")
     assert find_configuration(tmp_path / "a").values == {"payload_kg": 0.5}
+
+
+WRITING = [
+    setting
+    for setting in settings().values()
+    if setting.group is Group.REPORT and setting.kind.is_file
+]
+
+
+@pytest.mark.parametrize("setting", WRITING, ids=lambda setting: setting.key)
+@pytest.mark.parametrize("file", [OWN_FILE, "pyproject.toml"])
+def test_a_file_beside_a_mission_names_nothing_to_write(
+    tmp_path: Path, setting: Setting, file: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    victim = tmp_path / "profile"
+    victim.write_text("mine", encoding="utf-8")
+    (tmp_path / "cloned").mkdir()
+    Path(mission).rename(tmp_path / "cloned" / mission)
+    table = "[tool.mavjoule]\n" if file == "pyproject.toml" else ""
+    (tmp_path / "cloned" / file).write_text(
+        f'{table}{setting.key} = "../profile"', encoding="utf-8"
+    )
+    for command in ("check", "segments", "speed", "split"):
+        assert main([command, f"cloned/{mission}"]) == 2
+        assert f"may not be set by a file: give {setting.option}" in capsys.readouterr().err
+    assert victim.read_text(encoding="utf-8") == "mine"
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["cloned", "profile"]
+
+
+def test_the_settings_that_write_are_all_of_the_report() -> None:
+    assert {setting.key for setting in WRITING} == {"output", "trace", "report", "plots"}
+    assert not any(setting.in_file for setting in WRITING)
