@@ -9,20 +9,20 @@ import re
 import zlib
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
 import numpy as np
 
 from planner import quantity
 from planner.errors import LogFileError, described, nearest_hint
 from planner.files import read_bounded, toml_document
-from planner.logs.messages import MessageColumns, electrical_series, modes_entered
+from planner.logs.messages import LONGEST_LINE, MessageColumns, electrical_series, modes_entered
 from planner.logs.record import ABSENCE_COSTS, LOG_DAMAGED, Recording
 from planner.logs.series import Clock, Series, euler_angles_deg, wind_north_east_m_s
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
     from mmap import mmap
 
     from planner.arrays import FloatArray, IntArray
@@ -252,10 +252,10 @@ KNOWN_MAPPINGS = (AIRDATA, MATRICE_100)
 
 
 GZIP_MAGIC = b"\x1f\x8b"
-_MOST_CHARACTERS = 1 << 30
+_MOST_CHARACTERS = 1 << 28
+"""A day at ten rows of 250 characters a second is less."""
 _MOST_BYTES = 1 << 20
 """Of a mapping."""
-"""A day at ten rows a second is a fifth of that."""
 _HEADER_CHARACTERS = 1 << 16
 _MARKS = (",", ";", "\t")
 """What may separate columns."""
@@ -366,7 +366,9 @@ def _read(source: str, mapping: CsvMapping | None) -> _Table:
     opened = gzip.open if is_zipped else open
     table: _Table | None = None
     try:
-        with opened(path, "rt", encoding="utf-8-sig", errors="replace", newline="") as text:
+        with cast(
+            "TextIO", opened(path, "rt", encoding="utf-8-sig", errors="replace", newline="")
+        ) as text:
             header = text.readline(_HEADER_CHARACTERS)
             mark = max(_MARKS, key=header.count)
             if mark not in header:
@@ -386,10 +388,13 @@ def _read(source: str, mapping: CsvMapping | None) -> _Table:
     return table
 
 
-def _limited(lines: Iterable[str], source: str) -> Iterator[str]:
+def _limited(text: TextIO, source: str) -> Iterator[str]:
     characters = 0
-    for line in lines:
+    while line := text.readline(LONGEST_LINE):
         characters += len(line)
+        if len(line) == LONGEST_LINE:
+            msg = f"a line has more than {LONGEST_LINE} characters"
+            raise csv.Error(msg)
         if characters > _MOST_CHARACTERS:
             msg = f"is larger than {_MOST_CHARACTERS >> 20} MiB of text: this is no flight log"
             raise LogFileError(msg, source=source)

@@ -11,7 +11,16 @@ import numpy as np
 
 from planner.errors import LogFileError
 from planner.logs.dataflash_quantities import WANTED, dataflash_recording
-from planner.logs.messages import Damage, MessageColumns, MessageTable, table_clock, table_runs
+from planner.logs.messages import (
+    GIVE_UP_BYTES,
+    LONGEST_LINE,
+    Damage,
+    MessageColumns,
+    MessageTable,
+    is_unwritten,
+    table_clock,
+    table_runs,
+)
 from planner.logs.record import carried_over
 from planner.values import Value, replace
 
@@ -134,14 +143,16 @@ def _walk(data: mmap, damage: Damage) -> _Walk:
 
 def _after_damage(data: mmap, at: int, walk: _Walk) -> int:
     """Return where the next message may begin, and count what lies before it."""
-    after = data.find(HEADER, at + 1)
+    stop = min(len(data), at + GIVE_UP_BYTES)
+    after = data.find(HEADER, at + 1, stop)
     while after >= 0 and after + 3 <= len(data) and not walk.lengths[data[after + 2]]:
-        after = data.find(HEADER, after + 1)
+        after = data.find(HEADER, after + 1, stop)
     if after < 0:
         after = len(data)
-        rest = data[at:]
-        if len(rest) < _LONGEST or not rest.strip(b"\x00\xff"):
+        if after - at < _LONGEST or is_unwritten(data, at):
             return after  # the last message, cut off, or memory that was never written
+        if after > stop:
+            walk.damage.stopped_by = f"no message within {GIVE_UP_BYTES >> 20} MiB"
     walk.damage.add(at, after - at)
     return after
 
@@ -239,18 +250,29 @@ def read_text(data: mmap, damage: Damage) -> tuple[Tables, int]:
     """Return the wanted messages of a DataFlash log in text, and the number of its lines."""
     rows: dict[bytes, _TextRows] = {}
     number = 0
-    while line := data.readline():
+    while line := _line(data):
         number += 1
         name = line[: line.find(b",")].strip()
         if name == b"FMT":
             _define_text(line.decode("latin-1"), rows)
-        elif name in rows and not rows[name].add(line.decode("latin-1"), number):
+        elif name in rows:
+            if not rows[name].add(line.decode("latin-1"), number):
+                damage.add(number, 1)
+        elif len(line) == LONGEST_LINE and line.strip(b"\x00\xff"):
             damage.add(number, 1)
     return {
         text.message.name: _timed(text.table(text.message.name), text.message)
         for text in rows.values()
         if len(text.places)
     }, number
+
+
+def _line(data: mmap) -> bytes:
+    """Return the next line; of what is far too long for one the beginning, as the last."""
+    begin = data.tell()
+    end = data.find(b"\n", begin, begin + GIVE_UP_BYTES) + 1 or len(data)
+    data.seek(end)
+    return data[begin : min(end, begin + LONGEST_LINE)]
 
 
 def _define_text(line: str, rows: dict[bytes, _TextRows]) -> None:

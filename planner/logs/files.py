@@ -16,8 +16,8 @@ from planner.logs.dataflash import MAGIC as DATAFLASH_TEXT
 from planner.logs.flights import flight_record, flight_spans, plausible
 from planner.logs.record import LogFile, LogFormat
 from planner.logs.tlog import is_tlog, tlog_recordings
-from planner.logs.ulog import MAGIC as ULOG_MAGIC
 from planner.logs.ulog import ulog_recordings
+from planner.logs.ulog_messages import MAGIC as ULOG_MAGIC
 
 if TYPE_CHECKING:
     from planner.logs.csv import CsvMapping
@@ -80,7 +80,7 @@ def _recordings(
         return LogFile(source=source, sha256=sha256, log_format=log_format)
 
     if data[: len(ULOG_MAGIC)] == ULOG_MAGIC:
-        return ulog_recordings(file(LogFormat.ULOG))
+        return ulog_recordings(data, file(LogFormat.ULOG))
     if is_tlog(data):
         return tlog_recordings(data, file(LogFormat.TLOG))
     is_binary = data[: len(HEADER)] == HEADER

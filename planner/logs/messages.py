@@ -14,6 +14,7 @@ from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from mmap import mmap
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
@@ -106,6 +107,21 @@ class MessageColumns:
             numbers={name: np.array(values, np.float64) for name, values in self.numbers.items()},
             texts={name: tuple(texts) for name, texts in self.texts.items()},
         )
+
+
+GIVE_UP_BYTES = 16 << 20
+"""After so much that is no message the rest of a log is not looked at: a bad sector or a lost cluster of a
+card is far smaller, and a sparse file of 1 GB ends at once. [B]"""
+LONGEST_LINE = 1 << 16
+"""Of a log in text: ArduPilot's lines have 200 characters."""
+
+
+def is_unwritten(data: mmap | bytes, at: int) -> bool:
+    """Return whether all from a place on is memory that was never written: zeros, or ones.
+
+    Of more than what is searched for a message nobody knows.
+    """
+    return len(data) - at <= GIVE_UP_BYTES and not data[at:].strip(b"\x00\xff")
 
 
 @dataclass(slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,6 +11,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.logs.messages import (
+    GIVE_UP_BYTES,
     Damage,
     MessageColumns,
     MessageTable,
@@ -87,6 +89,9 @@ def frames(data: mmap, wanted: frozenset[int], damage: Damage) -> Iterator[Telem
             if len(data) - at < _STAMP + 280:
                 return  # the last frame, cut off
             after = _next_frame(data, at + 1)
+            if after is None:
+                damage.stopped_by = f"no frame within {GIVE_UP_BYTES >> 20} MiB"
+                after = len(data)
             damage.add(at, after - at)
             at = after
             continue
@@ -117,22 +122,18 @@ def _frame_end(data: mmap, at: int) -> int | None:
     return end if end <= len(data) else None
 
 
-def _next_frame(data: mmap, at: int) -> int:
-    """Return the next place where two frames follow each other, else the end."""
-    while at < len(data):
-        markers = [
-            place
-            for marker in (_V1, _V2)
-            if (place := data.find(bytes([marker]), at + _STAMP)) >= 0
-        ]
-        if not markers:
-            return len(data)
-        at = min(markers) - _STAMP
-        end = _frame_end(data, at)
+_MARKERS = re.compile(rb"[\xfe\xfd]")
+
+
+def _next_frame(data: mmap, at: int) -> int | None:
+    """Return the next place where two frames follow each other; ``None``: not near."""
+    stop = min(len(data), at + GIVE_UP_BYTES)
+    for marker in _MARKERS.finditer(data, at + _STAMP, stop):
+        place = marker.start() - _STAMP
+        end = _frame_end(data, place)
         if end is not None and (end == len(data) or _frame_end(data, end) is not None):
-            return at
-        at += 1
-    return len(data)
+            return place
+    return None
 
 
 def _stamp_s(data: mmap, at: int) -> float:

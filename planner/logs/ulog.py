@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +11,7 @@ from planner.errors import LogFileError
 from planner.geo.geodesy import LocalFrame
 from planner.logs.messages import (
     NO_CURRENT_A,
+    Damage,
     MessageTable,
     battery_series,
     begin_and_end_s,
@@ -21,31 +19,29 @@ from planner.logs.messages import (
     logged_homes,
     modes_entered,
     quantity_series,
+    source_fields,
     sources,
 )
-from planner.logs.record import (
-    AUTO_MISSION,
-    BATTERIES_LEFT_OUT,
-    LOG_DAMAGED,
-    LoggedItem,
-    Recording,
-    px4_mode,
-)
+from planner.logs.record import AUTO_MISSION, BATTERIES_LEFT_OUT, LoggedItem, Recording, px4_mode
 from planner.logs.series import Series, euler_angles_deg
+from planner.logs.ulog_messages import read_ulog
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+    from mmap import mmap
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.logs.messages import Source, Tables
     from planner.logs.record import LogFile
+    from planner.logs.ulog_messages import UlogContent
 
 
 _RELATIVE_FRAME, _AMSL_FRAME, _MISSION_FRAME = 3, 0, 2
 _CHANGE_SPEED = 178
 """MAV_CMD_DO_CHANGE_SPEED."""
 _SPEED = "current.cruising_speed"
+_ITEM = ("sequence_current", "nav_cmd", "latitude", "longitude", "altitude")
 _SETTLED_S = 0.5
 """A setpoint follows its item within this time. [s]"""
 
@@ -58,8 +54,7 @@ def missions_flown(
     PX4 logs an item with a place when it begins it, and the speed it then flies by: a number left
     out before an item from which on another speed is flown was a change of speed.
     """
-    needed = ("sequence_current", "nav_cmd", "latitude", "longitude", "altitude")
-    if items is None or not items.has(*needed):
+    if items is None or not items.has(*_ITEM):
         return ()
     found: dict[int, LoggedItem] = {}
     begun_s: dict[int, float] = {}
@@ -215,17 +210,6 @@ def _upwards(values: FloatArray, axis: str) -> FloatArray:
     return -values if axis == "height_m" else values
 
 
-TOPICS = (
-    *("actuator_armed", "airspeed", "airspeed_validated", "battery_status"),
-    *("estimator_wind", "home_position", "mission_result", "navigator_mission_item"),
-    *("position_setpoint_triplet", "sensor_gps", "trajectory_setpoint"),
-    *("vehicle_attitude", "vehicle_global_position", "vehicle_gps_position"),
-    *("vehicle_land_detected", "vehicle_local_position"),
-    *("vehicle_local_position_setpoint", "vehicle_status", "wind", "wind_estimate"),
-)
-"""What is read of a log; the rest stays on the disk."""
-
-
 _DEG_E7 = 1e-7
 _MM = 1e-3
 _GPS = "vehicle_gps_position", "sensor_gps"
@@ -289,6 +273,44 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
 References are the path as it is shaped (trajectory_setpoint); the local setpoint has the
 correction of the position error on top, and is taken only where the other is not logged.
 """
+_XYZ = ("x", "y", "z")
+_FURTHER_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "actuator_armed": ("armed",),
+    "battery_status": ("voltage_v", "current_a"),
+    "home_position": ("lat", "lon", "alt"),
+    "mission_result": ("seq_current",),
+    "navigator_mission_item": (*_ITEM, "altitude_is_relative", "time_inside"),
+    "position_setpoint_triplet": (_SPEED,),
+    "trajectory_setpoint": (*_XYZ, *(f"position[{axis}]" for axis in range(3))),
+    "vehicle_attitude": tuple(f"q[{index}]" for index in range(4)),
+    "vehicle_land_detected": ("landed",),
+    _POSITIONS: (
+        *_XYZ,
+        *_ORIGIN,
+        *("xy_valid", "z_valid", "xy_global"),
+        *("xy_reset_counter", "delta_xy[0]", "delta_xy[1]", "z_reset_counter", "delta_z"),
+    ),
+    "vehicle_local_position_setpoint": _XYZ,
+    "vehicle_status": ("arming_state", "armed_time", "nav_state"),
+}
+_VALID = {
+    (place.message, place.valid)
+    for places in _QUANTITIES.values()
+    for place in places
+    if place.valid
+}
+_OF_QUANTITIES = source_fields(_QUANTITIES)
+WANTED: Mapping[str, frozenset[str]] = {
+    topic: frozenset(
+        (
+            *_OF_QUANTITIES.get(topic, ()),
+            *_FURTHER_FIELDS.get(topic, ()),
+            *(name for message, name in _VALID if message == topic),
+        )
+    )
+    for topic in {*_OF_QUANTITIES, *_FURTHER_FIELDS}
+}
+"""The fields read, by topic; the rest stays on the disk."""
 
 
 def _attitude(topic: MessageTable | None) -> dict[str, Series]:
@@ -304,23 +326,20 @@ def _attitude(topic: MessageTable | None) -> dict[str, Series]:
     }
 
 
-MAGIC = b"ULog\x01\x12\x35"
-"""The first bytes of a ULog."""
-
 _ARMED = 2
 """ARMING_STATE_ARMED of vehicle_status, the same in every version."""
 _BACK_S = 1.0
 
 
-def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
+def ulog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
     """Return the one recording that a ULog holds: PX4 begins a new log when it restarts."""
-    log = _parsed(file.source)
-    instances = list(_topics(log))
+    damage = Damage()
+    log = read_ulog(data, WANTED, damage, source=file.source)
     topics: Tables = {}
-    for _, topic in sorted(instances, key=lambda row: row[0]):
+    for _, topic in sorted(log.topics, key=lambda row: row[0]):
         topics.setdefault(topic.name, topic)
     if not topics:
-        program = log.msg_info_dict.get("sys_name") or log.msg_info_dict.get("Application")
+        program = log.info.get("sys_name") or log.info.get("Application")
         whose = f" of {program}" if isinstance(program, str) else ""
         msg = f"is a ULog{whose} without any of PX4's topics: nothing of a flight is in it"
         raise LogFileError(msg, source=file.source)
@@ -354,50 +373,18 @@ def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
             missions=missions_flown(
                 topics.get("navigator_mission_item"), topics.get("position_setpoint_triplet")
             ),
-            parameters=_parameters(log),
+            parameters=log.parameters,
             autopilot=Autopilot.PX4,
             firmware=_firmware(log),
             vehicle=_vehicle(log),
             position_jumps=position_jumps(topics.get(_POSITIONS)),
             remarks=remarks,
-            findings=tuple(_findings(log, instances, file.source)),
+            findings=(
+                *damage.findings(file.source, len(data), "bytes"),
+                *_other_batteries(log.topics, file.source),
+            ),
         ),
     )
-
-
-def _parsed(source: str) -> Any:  # noqa: ANN401 - pyulog has no types
-    try:
-        from pyulog import ULog
-    except ImportError as error:
-        msg = "a ULog needs pyulog; install it with: pip install 'mavjoule[identify]'"
-        raise LogFileError(msg, source=source) from error
-    try:
-        # What it prints of broken logs is for its own developers.
-        with Path(source).open("rb") as file, contextlib.redirect_stdout(io.StringIO()):
-            return ULog(file, list(TOPICS), disable_str_exceptions=True)
-    except Exception as error:  # pyulog lets through whatever garbage causes
-        msg = f"is broken: {type(error).__name__} while reading it as a ULog"
-        raise LogFileError(msg, source=source) from error
-
-
-def _topics(log: Any) -> Iterator[tuple[int, MessageTable]]:  # noqa: ANN401 - as above
-    for data in log.data_list:
-        columns = {
-            name: values.astype(np.float64)
-            for name, values in data.data.items()
-            if isinstance(values, np.ndarray) and values.dtype.kind in "iufb"
-        }
-        time_us = columns.pop("timestamp", np.empty(0))
-        if data.name in TOPICS and time_us.size:
-            yield (
-                int(data.multi_id),
-                MessageTable(
-                    name=data.name,
-                    places=np.arange(time_us.size),
-                    time_s=time_us * 1e-6,
-                    numbers=columns,
-                ),
-            )
 
 
 def _state(topic: MessageTable | None, field: str) -> Series | None:
@@ -419,44 +406,28 @@ def _armed(topics: Tables) -> Series | None:
     return Series.of(times, is_armed, "vehicle_status.arming_state", is_event=True)
 
 
-def _parameters(log: Any) -> tuple[tuple[float, str, float], ...]:  # noqa: ANN401 - as above
-    rows = [(-np.inf, name, value) for name, value in log.initial_parameters.items()]
-    rows += [(time_us * 1e-6, name, value) for time_us, name, value in log.changed_parameters]
-    return tuple(
-        (float(time_s), str(name), float(value))
-        for time_s, name, value in rows
-        if isinstance(value, int | float) and np.isfinite(value)
-    )
-
-
-def _firmware(log: Any) -> str:  # noqa: ANN401 - as above
+def _firmware(log: UlogContent) -> str:
     """Return the name and the version that ``ver_sw_release`` packs into its bytes."""
-    name = log.msg_info_dict.get("sys_name", "PX4")
-    release = log.msg_info_dict.get("ver_sw_release")
+    name = log.info.get("sys_name", "PX4")
+    release = log.info.get("ver_sw_release")
     if not isinstance(release, int):
         return str(name)
-    major, minor, patch, kind = release.to_bytes(4, "big", signed=release < 0)
+    major, minor, patch, kind = (release & 0xFFFF_FFFF).to_bytes(4, "big")
     stages = ((255, ""), (192, "-rc"), (128, "-beta"), (64, "-alpha"), (0, "-dev"))
     stage = next(text for least, text in stages if kind >= least)
     return f"{name} {major}.{minor}.{patch}{stage}"
 
 
-def _vehicle(log: Any) -> str:  # noqa: ANN401 - as above
-    airframe = log.initial_parameters.get("SYS_AUTOSTART")
-    hardware = log.msg_info_dict.get("ver_hw")
-    parts = [f"airframe {airframe}" if airframe else "", str(hardware or "")]
+def _vehicle(log: UlogContent) -> str:
+    first = {name: value for time_s, name, value in log.parameters if time_s == -np.inf}
+    airframe, hardware = first.get("SYS_AUTOSTART"), log.info.get("ver_hw")
+    parts = [f"airframe {airframe:.0f}" if airframe else "", str(hardware or "")]
     return ", ".join(part for part in parts if part)
 
 
-def _findings(
-    log: Any,  # noqa: ANN401 - as above
-    topics: list[tuple[int, MessageTable]],
-    source: str,
+def _other_batteries(
+    topics: tuple[tuple[int, MessageTable], ...], source: str
 ) -> Iterator[Finding]:
-    if log.file_corruption:
-        yield LOG_DAMAGED.finding(
-            f"{source}: parts of the log are not messages of a ULog: left out"
-        )
     currents_a = {
         instance: topic.numbers["current_a"]
         for instance, topic in topics
