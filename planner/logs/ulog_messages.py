@@ -106,7 +106,7 @@ def read_ulog(
     LogFileError
         If it is too short, or written in a way that no reader of today knows.
     """
-    walk = _Walk(data, wanted, damage, source)
+    walk = _UlogWalk(data, wanted, damage, source)
     walk.run()
     content = np.frombuffer(data, np.uint8)
     subscriptions = sorted(
@@ -119,7 +119,7 @@ def read_ulog(
     )
 
 
-class _Walk:
+class _UlogWalk:
     """One pass over the bytes, and what it brings."""
 
     def __init__(
@@ -344,7 +344,7 @@ def _table(content: np.ndarray[tuple[int], np.dtype[np.uint8]], one: _Subscripti
     return MessageTable(name=one.topic, places=places, time_s=time_s, numbers=numbers)
 
 
-def _timed(walk: _Walk, tables: list[MessageTable]) -> tuple[tuple[float, str, float], ...]:
+def _timed(walk: _UlogWalk, tables: list[MessageTable]) -> tuple[tuple[float, str, float], ...]:
     """Return parameters with the latest time before each; those at the start without one."""
     (begin_us,) = struct.unpack_from("<Q", walk.data, len(MAGIC) + 1)
     places = np.concatenate([np.empty(0, np.int64), *(table.places for table in tables)])
