@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import filecmp
 import os
 import re
-from contextlib import suppress
+import sqlite3
+from contextlib import ExitStack, closing, contextmanager, suppress
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -202,8 +204,9 @@ def _download_log(
 ) -> DownloadedLog:
     target = folder / log.name
     crc32 = _checksum(link, log)
-    try:
+    with ExitStack() as stack, _told_if_unwritable(target):
         folder.mkdir(parents=True, exist_ok=True)
+        stack.enter_context(_alone(target))
         if crc32 is not None:
             for path in _existing(target, log):
                 if crc32_of(path) == crc32:
@@ -224,10 +227,41 @@ def _download_log(
         if not is_replacing:
             target = next(path for path in _names(target) if not os.path.lexists(path))
         part.replace(target)
+    return DownloadedLog(log=log, path=target, is_new=True, is_confirmed=is_confirmed)
+
+
+@contextmanager
+def _told_if_unwritable(target: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         msg = f"{error.filename or target}: cannot be written: {error.strerror or error}"
         raise OutputError(msg) from error
-    return DownloadedLog(log=log, path=target, is_new=True, is_confirmed=is_confirmed)
+
+
+@contextmanager
+def _alone(target: Path) -> Iterator[None]:
+    """Keep other calls from a log's files, by a lock of SQLite's: it ends with the process, on any system.
+
+    Two calls would write one part, and one of them into the file that it has become.
+    """
+    lock = target.with_name(f".{target.name}.lock")
+    with closing(sqlite3.connect(lock, timeout=0.0, isolation_level=None)) as connection:
+        try:
+            connection.execute("BEGIN EXCLUSIVE")
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY:
+                raise OSError(errno.EACCES, str(error), str(lock)) from error
+            msg = f"{target}: another call downloads this log: wait for its end, then call again"
+            raise OutputError(msg) from error
+        if not lock.exists():  # its last holder has just taken it away
+            msg = f"{target}: another call has just downloaded this log: call again"
+            raise OutputError(msg)
+        try:
+            yield
+        finally:
+            with suppress(OSError):  # Windows keeps what is open
+                lock.unlink()
 
 
 def _checksum(link: VehicleLink, log: VehicleLog) -> int | None:
