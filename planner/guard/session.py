@@ -271,6 +271,8 @@ class PartReader:
         self._ids: dict[MissionKind, int] = {}
         self._hash: bytes | None = None
         self._has_hash = link.identity.autopilot is Autopilot.PX4
+        self._has_echo: bool | None = None
+        """Whether the vehicle answers TIMESYNC; ``None`` before it was tried."""
         self._round_trip_s: float | None = None
 
     def read(self, asked: ReadParts) -> Iterator[PartRead | PartUnread]:
@@ -305,14 +307,16 @@ class PartReader:
     ) -> set[MissionKind]:
         """Return the lists that one message confirms to be as they were read."""
         kinds = {KINDS[part] for part in parts if part in KINDS and self._ids.get(KINDS[part])}
-        if not kinds:
-            return set()
-        question = MessageRequest(*_CURRENT, settings, retries=_RETRIES)
-        self._connection.run(question)
-        current = question.answer
+        current = self._current(settings) if kinds and self._has_echo else None
         if current is None:
             return set()
         return {kind for kind in kinds if current[LIST_IDS[kind]] == self._ids[kind]}
+
+    def _current(self, settings: LinkSettings) -> Message | None:
+        """Return a MISSION_CURRENT that was sent after it was asked for; ``None`` where none comes."""
+        question = MessageRequest(*_CURRENT, settings, retries=_RETRIES, is_fresh=True)
+        self._connection.run(question)
+        return question.answer
 
     def _read_list(self, kind: MissionKind, settings: LinkSettings) -> PartRead:
         if kind in self._lists:
@@ -324,6 +328,8 @@ class PartReader:
         round_trip_s = took_s / (1 + len(download.items))
         self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
         self._ids[kind] = download.list_id
+        if self._has_echo is None and download.list_id:
+            self._has_echo = self._current(self._settings) is not None
         return self._watch.take_list(kind, download.items if download.is_supported else None)
 
     def _read_parameters(self, settings: LinkSettings) -> PartRead:
@@ -333,7 +339,9 @@ class PartReader:
         content: bytes | None = None
         if self._has_hash:
             # The hash comes first: what is set while the parameters are read makes it differ.
-            question = ParameterHashRequest(settings, retries=_RETRIES)
+            question = ParameterHashRequest(
+                settings, retries=_RETRIES, is_fresh=bool(self._has_echo)
+            )
             self._connection.run(question)
             content = question.content
             self._has_hash = content is not None or self._hash is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import secrets
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
@@ -148,20 +149,33 @@ _MAY_COME = frozenset({_ACCEPTED, _TEMPORARILY_REJECTED, _IN_PROGRESS})
 HASH_NAME = "_HASH_CHECK"
 """PX4's hash over all parameters: one message shows whether any has changed."""
 _BY_NAME = -1
+_TOKEN_BITS = 62
+_HALF = 0x7F
+"""Of two messages of a sender, the one that is at most so many numbers after the other is later."""
 
 
 class Question(Transfer):
     """One request, and the message that answers it: ``None`` where it does not come.
 
     Stray replies may still come to an earlier question, repeated, by the same command: a COMMAND_ACK
-    does not name the question.
+    does not name the question.  Where it has to be fresh, a message that may have been under way before
+    is no answer: it has to be sent after the echo of a TIMESYNC that goes out with the question.
     """
 
     def __init__(
-        self, request: Message, settings: LinkSettings, *, retries: int, stray: int = 0
+        self,
+        request: Message,
+        settings: LinkSettings,
+        *,
+        retries: int,
+        stray: int = 0,
+        is_fresh: bool = False,
     ) -> None:
         super().__init__(settings, retries=retries)
         self._request = request
+        self._token = secrets.randbits(_TOKEN_BITS) if is_fresh else None
+        self._echo: int | None = None
+        """Number of the message that echoed the token."""
         self._stray = stray
         self._asked = 0
         self.answer: Message | None = None
@@ -176,7 +190,11 @@ class Question(Transfer):
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle."""
-        if self._is_answer(received):
+        if received.name == "TIMESYNC" and received["tc1"] and received["ts1"] == self._token:
+            self._echo = received.number
+        elif self._is_answer(received):
+            if self._is_old(received):
+                return ()
             self._timer.answered(now_s)
             self.answer = received
             self.is_done = self.is_heard = True
@@ -189,7 +207,15 @@ class Question(Transfer):
 
     def _requests(self) -> tuple[Message, ...]:
         self._asked += 1
-        return (self._request,)
+        if self._token is None:
+            return (self._request,)
+        return (message("TIMESYNC", tc1=0, ts1=self._token), self._request)
+
+    def _is_old(self, answer: Message) -> bool:
+        """Return whether an answer may have been sent before the question came."""
+        if self._token is None:
+            return False
+        return self._echo is None or (answer.number - self._echo) & 0xFF > _HALF
 
     def _is_answer(self, received: Message) -> bool:
         raise NotImplementedError
@@ -203,10 +229,17 @@ class MessageRequest(Question):
     """A message that the vehicle is asked to send once (MAV_CMD_REQUEST_MESSAGE)."""
 
     def __init__(
-        self, name: str, number: int, settings: LinkSettings, *, retries: int, stray: int = 0
+        self,
+        name: str,
+        number: int,
+        settings: LinkSettings,
+        *,
+        retries: int,
+        stray: int = 0,
+        is_fresh: bool = False,
     ) -> None:
         request = message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))
-        super().__init__(request, settings, retries=retries, stray=stray)
+        super().__init__(request, settings, retries=retries, stray=stray, is_fresh=is_fresh)
         self._name = name
 
     def _is_answer(self, received: Message) -> bool:
@@ -216,9 +249,9 @@ class MessageRequest(Question):
 class ParameterHashRequest(Question):
     """PX4's hash over the parameters."""
 
-    def __init__(self, settings: LinkSettings, *, retries: int) -> None:
+    def __init__(self, settings: LinkSettings, *, retries: int, is_fresh: bool = False) -> None:
         request = message("PARAM_REQUEST_READ", param_id=HASH_NAME, param_index=_BY_NAME)
-        super().__init__(request, settings, retries=retries)
+        super().__init__(request, settings, retries=retries, is_fresh=is_fresh)
 
     @property
     def content(self) -> bytes | None:

@@ -3,17 +3,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from simulated_vehicles import memory_line
+from simulated_vehicles import MemoryLine, memory_line, wire
 
 from planner.autopilot import Autopilot
 from planner.guard.decision import PartRead, PartUnread, ReadParts, VehiclePart
 from planner.guard.session import PartReader, VehicleWatch
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
-from planner.link.transfers import LinkSettings
+from planner.link.transfers import LinkSettings, Question
+from planner.link.upload import is_same
 from planner.link.vehicle import VehicleLink
+from planner.values import replace
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable
+
     from planner.simulator.wire import PassedMessage
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
@@ -50,17 +55,63 @@ def test_what_was_read_just_now_is_not_read_again_at_once(autopilot: Autopilot) 
     assert _names(sent).count("MISSION_REQUEST_LIST") == 3
 
 
-def test_px4_is_read_once_and_then_confirmed_by_two_messages() -> None:
+def test_px4_is_read_once_and_then_confirmed_by_two_questions() -> None:
     reader, watch, sent = _reader(PX4)
     first = {one.part: one for one in reader.read(ALL)}
     sent.clear()
     again = {one.part: one for one in reader.read(ALL)}
     assert again == first
     assert [name for name in _names(sent) if name != "HEARTBEAT"] == [
-        "COMMAND_LONG",
-        "PARAM_REQUEST_READ",
+        *("TIMESYNC", "COMMAND_LONG"),
+        *("TIMESYNC", "PARAM_REQUEST_READ"),
     ]
     assert watch.fingerprints.keys() == set(ALL.parts)
+
+
+class _LateLine(MemoryLine):
+    """Somebody changes the mission while a MISSION_CURRENT is under way, and then it is asked for."""
+
+    stale: bytes = b""
+    is_asked = False
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        found = super().receive(timeout_s)
+        current = [data for _, data in found if data[7:10] == b"\x2a\0\0"]
+        if not self.is_asked:
+            self.stale = current[-1] if current else self.stale
+            return found
+        self.is_asked = False
+        return [(peer, self.stale) for peer, _ in found[:1]] + found
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:
+        self.is_asked = self.is_asked or data[7] == 76  # COMMAND_LONG
+        super().send(data, peer)
+
+
+def test_a_list_is_not_confirmed_by_what_was_under_way_before_it_was_asked_for() -> None:
+    made = wire(PX4)
+    line = _LateLine(made)
+    link = VehicleLink(line, name="simulated")
+    watch = VehicleWatch(link.identity, own_system=245)
+    reader = PartReader(link, watch, LinkSettings())
+    list(reader.read(ALL))
+    link.connection.listen(2.0)  # it sends MISSION_CURRENT by itself
+    assert line.stale
+    other = tuple(replace(one, z=one.z + 5.0) for one in watch.lists[MissionKind.MISSION] or ())
+    VehicleLink(MemoryLine(made), name="other", purpose=Purpose.UPLOAD).upload_items(
+        MissionKind.MISSION, other
+    )
+    line.is_asked = False
+    list(reader.read(ReadParts(parts=(VehiclePart.MISSION,), is_urgent=True)))
+    assert is_same(watch.lists[MissionKind.MISSION] or (), other)
+
+
+def test_a_vehicle_that_echoes_no_time_is_read_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    reader, _, sent = _reader(PX4)
+    monkeypatch.setattr(Question, "_is_old", lambda *_: True)
+    for _ in range(2):
+        list(reader.read(ALL))
+    assert _names(sent).count("MISSION_REQUEST_LIST") == 6
 
 
 def test_ardupilot_tells_its_lists_by_no_number_and_is_read_again() -> None:

@@ -35,8 +35,9 @@ READING = {
     *("HEARTBEAT", "COMMAND_LONG", "PARAM_REQUEST_LIST", "PARAM_REQUEST_READ"),
     *("MISSION_REQUEST_LIST", "MISSION_REQUEST_INT", "MISSION_ACK", "REQUEST_EVENT"),
     *("FILE_TRANSFER_PROTOCOL", "LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_REQUEST_END"),
+    "TIMESYNC",
 }
-"""What asks, and the word that a list has come."""
+"""What asks, and the word that a list has come; a TIMESYNC asks for its own number back."""
 MORE = {"upload": {"MISSION_COUNT", "MISSION_ITEM_INT"}, "guard": {"COMMAND_ACK", "STATUSTEXT"}}
 ASKING = {"MAV_CMD_SET_MESSAGE_INTERVAL", "MAV_CMD_REQUEST_MESSAGE"}
 READING_FILES = {1, 2, 3, 4, 5, 14, 15}
@@ -97,6 +98,7 @@ def _refuse_acts(recorded: _Recorded, allowed: set[str]) -> None:
             assert commands[one["command"]].name == "MAV_CMD_ARM_AUTHORIZATION_REQUEST"
         if one.name == "FILE_TRANSFER_PROTOCOL":
             assert bytes(one["payload"])[3] in READING_FILES, one
+        assert one.name != "TIMESYNC" or one["tc1"] == 0, one
     assert not recorded._line._wire.vehicle.acts
 
 
