@@ -207,6 +207,7 @@ def test_nothing_that_a_guard_sends_would_move_set_or_arm_a_vehicle() -> None:
         "PARAM_REQUEST_LIST",
         "PARAM_REQUEST_READ",
         "STATUSTEXT",
+        "TIMESYNC",  # whose number comes back
     }
 
 
