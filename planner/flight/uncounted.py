@@ -21,6 +21,7 @@ blades that turn faster profile power too.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,6 +56,8 @@ def uncounted_wh(flight: Flight, reach: Situations, plan: ReturnPlan | None) -> 
     Both at most, both at least 0; infinite where the vehicle may not come forward at all. [Wh]
     """
     more = power_ratio(flight.power, reach) - 1.0
+    if not np.isfinite(more).all():
+        return math.inf, math.inf
     of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
     motion = flight.motion
     pieces_j = (
@@ -115,7 +118,8 @@ def _airspeed_ratio(power: SteadyPower, reach: Situations) -> FloatArray:
             airspeed_limit_m_s=held_m_s,
         )
         longer = np.full(len(late), np.inf)
-        longer[slower_m_s > SLOWEST_M_S] = (ground_m_s[late] / slower_m_s)[slower_m_s > SLOWEST_M_S]
+        comes = slower_m_s > SLOWEST_M_S
+        longer[comes] = ground_m_s[late][comes] / slower_m_s[comes]
         more[late] = np.maximum(more[late], at(np.minimum(air_m_s, held_m_s))[late] * longer)
     return more
 

@@ -314,6 +314,7 @@ INVALID_POLYGON = Rule(
     "back, an area thinner than 2 cm, a radius that is not positive.  Vertices given twice in a row "
     "are a warning.  The direction of turning does not matter.",
     fix="draw the fence area again",
+    instead="a fence that encloses an area",
 )
 
 
@@ -415,6 +416,7 @@ INCLUSION_SEMANTICS = Rule(
     how="The intersection of all inclusion polygons and circles is empty, or thinner than 2 cm.  "
     "ArduPilot takes their union where FENCE_OPTIONS has bit 1; then the rule does not apply.",
     fix="keep one inclusion area, make them overlap, or set bit 1 of FENCE_OPTIONS (ArduPilot)",
+    instead="a fence that holds the mission",
 )
 
 

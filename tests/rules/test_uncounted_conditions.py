@@ -196,6 +196,14 @@ def test_an_ordinary_breeze_is_a_go_with_room_and_an_error_where_it_takes_the_ro
     assert ("E105", Severity.ERROR) in {(f.code, f.severity) for f in tight.findings}
 
 
+def test_a_wind_nobody_has_seen_it_fly_against_may_take_everything() -> None:
+    """12 m/s against 10 identified: it is carried along, in every direction but one."""
+    for vehicle in (ARTICLE, identified_up_to(10.0)):
+        codes = {(f.code, f.severity) for f in judged(vehicle, 12.0, from_deg=34.0).findings}
+        counted = "E105" if vehicle.knows_airspeed else "E108"
+        assert {("W103", Severity.ERROR), (counted, Severity.ERROR)} <= codes
+
+
 def test_wind_is_not_checked_with_a_model_that_names_no_airspeed() -> None:
     box = replace(QUAD.valid_for, speed_m_s=None)
     for limit_m_s, wind_m_s, is_open in ((None, 3.0, True), (None, 0.0, False), (12.0, 3.0, False)):

@@ -101,6 +101,7 @@ FRAME_NOT_RESOLVED = Rule(
     why="Every ground station has lost a frame once; crashes followed (QGroundControl #10596).",
     how="The item's frame is none of those resolved to a height above home.",
     fix="use altitudes relative to home or AMSL",
+    instead="altitudes above home or AMSL",
 )
 
 AMSL_SUSPECT = Rule(
@@ -114,6 +115,7 @@ AMSL_SUSPECT = Rule(
     "grid at its place: an error.  A warning where one in frame 3 or 6 is more than 500 m above home, "
     "or more than 150 m and up to 300 m above home's own altitude, home being more than 30 m AMSL.",
     fix="write the altitude relative to home (frame 3), or give the terrain with --terrain",
+    instead="--terrain, or altitudes above home",
 )
 
 TERRAIN_ASSUMED_LEVEL = Rule(
@@ -133,6 +135,7 @@ ALTITUDE_UNKNOWN = Rule(
     "item cannot be flown as it is.",
     how="The seventh parameter of an item the vehicle flies to is null or NaN.",
     fix="open the mission in the program that wrote it, wait for the terrain, and save it again",
+    instead="a mission with its altitudes",
 )
 
 ALTITUDE_FROM_TERRAIN = Rule(
