@@ -1,7 +1,8 @@
 """Reach: every situation a vehicle may be in, on its mission, holding anywhere, returning from anywhere.
 
-Rules about wind, airspeed, climb rates and air iterate over these situations, never over legs: what is
-not flown by the mission, a hover, a stop, a return, is judged like what is.
+Rules about wind, airspeed, climb rates and air iterate over these situations, never over legs: what is not
+flown by the mission, a hover, a stop, a return, is judged like what is.  Rules about fence and ground do so
+over lines: those of the flight (`planner.flight.path`) and the fan of its returns.
 """
 
 from __future__ import annotations

@@ -9,8 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
-from planner.flight.returns.path import thinned
-from planner.geo.barrier import make_fence_frame, swept_areas
+from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.route.stage import FenceAction, StageKind
 from planner.rules.declaration import FENCE, NotEvaluated, judges
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding, Place
-    from planner.geo.barrier import Barrier, SweptAreas
+    from planner.geo.barrier import Barrier
     from planner.geo.fence import Fence, RallyPoint
     from planner.geo.geodesy import LocalFrame
     from planner.mission.items import Mission
@@ -46,8 +45,6 @@ _ARDUPILOT_VERTICES = 255
 """ArduPilot counts the vertices of a polygon in one byte."""
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
-_MOST_RETURNS = 200
-"""Places looked at, spread over the flight."""
 _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
 
 FENCE_HEIGHT = Rule(
@@ -60,7 +57,7 @@ FENCE_HEIGHT = Rule(
     "against GF_MAX_VER_DIST (PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay "
     "below it); the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  A flight at the limit itself "
     "breaches it: ArduPilot counts that height as beyond, and no vehicle holds a height to the "
-    "centimetre.  An error for the mission, a warning for a return the mission does not fly.",
+    "centimetre.",
     fix="fly lower, or raise the limit",
     instead="a mission within the heights of the fence",
 )
@@ -94,7 +91,6 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
                 FENCE_HEIGHT,
                 f"a return climbs to {quantity.beside(return_m, limits.ceiling_m, quantity.height)} above "
                 f"home; {ceiling}",
-                severity=Severity.ERROR if returns else Severity.WARNING,
                 item=returns[0] if returns else None,
                 fix="lower the return altitude, or raise the limit",
             )
@@ -122,10 +118,14 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
     returns = a.returns
-    ends = returns.stage_ends
-    ends = ends[is_on[returns.segment_stage[ends]]]
-    paths = returns.corners_m(returns.end_points(thinned(ends, _MOST_RETURNS)))
-    return max((float(corners[:, 2].max()) for corners in paths), default=0.0)
+    points = [returns.end_points(returns.stage_ends)]
+    if returns.sample is not None:
+        points.append(returns.sample.points)
+    heights_m = [
+        returns.straight_corners_m(own, returns.chosen(own))[0][is_on[own.stage], 2, 2]
+        for own in points
+    ]
+    return float(np.concatenate(heights_m).max(initial=0.0))
 
 
 FENCE_TOO_LARGE = Rule(
@@ -208,14 +208,16 @@ LOITER_CROSSES = Rule(
 
 RTL_PATH_CROSSES = Rule(
     "F108 rtl-path-crosses",
-    Severity.WARNING,
-    summary="A straight return crosses the fence.",
+    Severity.ERROR,
+    summary="A return that the vehicle would fly by itself crosses the fence.",
     why="A return flies straight: from a bay of the fence, or past an exclusion, it breaches the "
-    "fence in the middle of another emergency.",
-    how="The straight line from every place of the flight to where the vehicle itself would return "
-    "(home, a rally point or the mission's landing): the triangle between each piece of the path and "
-    "the target, so that no place is left out; within --position-error of the fence it crosses, as "
-    "the flight does (F102).  The return a mission flies itself is part of its path: F101.",
+    "fence in the middle of another emergency, with nobody to stop it: what is kept out of is flown "
+    "over as surely as on a leg of the mission (F101).",
+    how="The straight line from every place of the flight, and from where a stop begun there ends, to "
+    "where the vehicle itself would return (home, a rally point or the mission's landing), and what it "
+    "follows of the mission from there: the triangle between each piece of the path and the target, so "
+    "that no place is left out; within --position-error of the fence it crosses, as the flight does "
+    "(F102).  The return a mission flies itself is part of its path: F101.",
     fix="add a rally point with a clear return, or move the waypoint",
     instead="a rally point with a clear return",
 )
@@ -429,76 +431,95 @@ def _joined(pieces_m: Iterable[tuple[float, float]]) -> list[tuple[float, float]
 
 
 def _returns(flown: FencedFlight, barriers: list[Barrier], crossing: set[int]) -> Iterator[Finding]:
-    """Yield a finding where the straight return crosses the fence.
+    """Yield a finding where a return crosses the fence.
 
     Groups of legs that are outside themselves are left out: they have findings already.
     """
-    target = flown.return_ends_m
+    returns, path = flown.returns, flown.path
     judged = ~np.isin(flown.group, list(crossing))
     # The mission's own return is checked as its path already.
-    judged &= ~np.isin(flown.path.item, _own_returns(flown.assessment))
+    judged &= ~np.isin(path.item, _own_returns(flown.assessment))
     for barrier in barriers:
-        # A path or a place of return that is too near itself is reported once, not for each return.
-        too_near = flown.is_end_judged & (
-            barrier.signed_distance_m(target) < flown.position_error_m
-        )
-        free = judged & flown.is_on(barrier) & ~(too_near[:-1] | too_near[1:])
-        free &= ~flown.is_path_near(barrier)
-        legs = _legs_cut_off(flown, barrier, target, free)
-        if len(legs):
-            yield _cut_off(flown, barrier, target, legs)
+        is_near = flown.is_path_near(barrier)
+        on = flown.is_on(barrier)
+        rows = np.flatnonzero((judged & on & ~is_near)[returns.leg])
+        # Home or a rally point outside, home near to the fence, are reported once, not for each return.
+        away_m = barrier.signed_distance_m(returns.end_m[rows, 0])
+        ends = returns.is_end_judged[rows]
+        is_reported = ends & (away_m < flown.position_error_m) & bool(is_near.any())
+        margin_m = np.where(is_reported, 0.0, flown.position_error_m)
+        open_ends = ~ends | (away_m >= 0.0)
+        cut = _cut_off(flown, barrier, rows[open_ends], margin_m[open_ends])
+        if len(cut):
+            yield _return_crosses(flown, barrier, cut)
+            return
+        along_m = barrier.leg_clearance(returns.along).clearance_m
+        is_free = not (is_near.any() or crossing)
+        if is_free and on.any() and along_m.min(initial=np.inf) < flown.position_error_m:
+            yield _along_crosses(flown, barrier, int(along_m.argmin()), float(along_m.min()))
             return
 
 
-def _legs_cut_off(
-    flown: FencedFlight, barrier: Barrier, target_m: FloatArray, judged: BoolArray
-) -> IntArray:
-    """Return the legs from somewhere on which the return crosses a barrier."""
-    chosen = np.flatnonzero(judged)
-    if not len(chosen):
-        return chosen
-    _, group = np.unique(flown.group[chosen], return_inverse=True)
-    margin_m = flown.position_error_m
-    chosen = chosen[_triangles(flown, target_m, chosen, group).near(barrier, margin_m)[group]]
-    if not len(chosen):
-        return chosen
-    own = _triangles(flown, target_m, chosen, np.arange(len(chosen)))
-    return chosen[own.near(barrier, margin_m)]
-
-
-def _triangles(
-    flown: FencedFlight, target_m: FloatArray, legs: IntArray, owner: IntArray
-) -> SweptAreas:
-    """Return what returns from legs pass over, by owner."""
-    return swept_areas(
-        np.concatenate([p[rows] for p in (flown.points_m, target_m) for rows in (legs, legs + 1)]),
-        np.tile(owner, 4),
-    )
-
-
 def _cut_off(
-    flown: FencedFlight, barrier: Barrier, target_m: FloatArray, legs: IntArray
-) -> Finding:
+    flown: FencedFlight, barrier: Barrier, rows: IntArray, margin_m: FloatArray
+) -> IntArray:
+    """Return the rows whose returns pass a barrier within a margin of each, or cross it from a stop."""
+    returns = flown.returns
+    if not len(rows):
+        return rows
+    most_m = float(margin_m.max())
+    _, group = np.unique(flown.group[returns.leg[rows]], return_inverse=True)
+    near = returns.areas(rows, group, with_stops=True).near(barrier, most_m)[group]
+    rows, margin_m = rows[near], margin_m[near]
+    if not len(rows):
+        return rows
+    own = np.arange(len(rows))
+    straight = returns.areas(rows, own)
+    cut = straight.near(barrier, 0.0)
+    if most_m > 0.0:
+        cut |= straight.near(barrier, most_m) & (margin_m > 0.0)
+    # A stop that crosses the fence is F102's.
+    stops = straight_legs(returns.place_m[rows].reshape(-1, 2), returns.stop_m[rows].reshape(-1, 2))
+    stands = (barrier.leg_clearance(stops).clearance_m >= 0.0).reshape(-1, 2).all(axis=1)
+    cut |= returns.areas(rows, own, with_stops=True).near(barrier, 0.0) & stands
+    return rows[cut]
+
+
+def _return_crosses(flown: FencedFlight, barrier: Barrier, rows: IntArray) -> Finding:
     """Return the finding on the first item from whose legs a barrier is in the way, at its worst."""
-    first = legs[flown.group[legs] == flown.group[legs[0]]]
-    ends = np.unique(np.concatenate((first, first + 1)))
-    ways = straight_legs(flown.points_m[ends], target_m[ends])
-    clearance_m = barrier.leg_clearance(ways).clearance_m
-    point = ends[int(np.argmin(clearance_m))]
-    least_m = float(clearance_m.min())
-    passes = (
-        f"crosses {barrier.label}"
-        if least_m < 0.0
-        else f"passes {barrier.label} at {quantity.decimals(least_m, 1)} m; the position may be wrong by "
-        f"{quantity.decimals(flown.position_error_m, 1)} m"
-    )
-    items = len(np.unique(flown.path.item[legs]))
-    start, end = flown.points_m[point], target_m[point]
+    returns, leg = flown.returns, flown.returns.leg
+    first = rows[flown.group[leg[rows]] == flown.group[leg[rows[0]]]]
+    starts = np.concatenate((returns.place_m[first], returns.stop_m[first])).reshape(-1, 2)
+    ends = np.tile(returns.end_m[first], (2, 1, 1)).reshape(-1, 2)
+    clearance_m = barrier.leg_clearance(straight_legs(starts, ends)).clearance_m
+    worst = int(np.argmin(clearance_m))
+    items = len(np.unique(flown.path.item[leg[rows]]))
     others = f", and from {quantity.count(items - 1, 'more item')}" if items > 1 else ""
-    goal = destination_name(int(flown.destination[point]))
+    start, end = starts[worst], ends[worst]
+    goal = destination_name(int(returns.destination[first[0]]))
     return flown.assessment.finding(
         RTL_PATH_CROSSES,
-        f"straight return {goal} from here {passes}{others}",
-        item=int(flown.path.item[first[0]]),
+        f"straight return {goal} from here "
+        f"{_passes(flown, barrier, float(clearance_m[worst]))}{others}",
+        item=int(flown.path.item[leg[first[0]]]),
         stretch=flown.stretch(start, end, float(np.hypot(*(end - start)))),
+    )
+
+
+def _along_crosses(flown: FencedFlight, barrier: Barrier, line: int, least_m: float) -> Finding:
+    """Return the finding on returns that cross a barrier farther on along the mission."""
+    along = flown.returns.along
+    return flown.assessment.finding(
+        RTL_PATH_CROSSES,
+        f"the return along the mission {_passes(flown, barrier, least_m)}",
+        stretch=flown.stretch(along.start_m[line], along.end_m[line], float(along.length_m[line])),
+    )
+
+
+def _passes(flown: FencedFlight, barrier: Barrier, least_m: float) -> str:
+    if least_m < 0.0:
+        return f"crosses {barrier.label}"
+    return (
+        f"passes {barrier.label} at {quantity.decimals(least_m, 1)} m; the position may be wrong by "
+        f"{quantity.decimals(flown.position_error_m, 1)} m"
     )

@@ -12,6 +12,7 @@ from planner.findings import FlightStretch
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.flight.pilot import StopRoom
 from planner.flight.returns.destination import HOME
+from planner.flight.returns.fan import return_fan
 from planner.geo.barrier import CircleBarrier, PathLegs, make_fence_frame, swept_areas
 from planner.geo.fence import Fence, make_fence_area
 from planner.geo.geodesy import bow_m, straight_length_m
@@ -129,7 +130,7 @@ class FencedFlight(Value, eq=False, dict=True):
     def _whole_area(self) -> SweptAreas:
         """What the flight passes over as a whole, and would while stopping or returning."""
         points = np.concatenate(
-            (self.points_m, self.stopped_m, self.return_ends_m, self._targets_m)
+            (self.points_m, self.stopped_m, *self.returns.ends_m, self._targets_m)
         )
         return swept_areas(points, np.zeros(len(points), np.intp))
 
@@ -180,31 +181,35 @@ class FencedFlight(Value, eq=False, dict=True):
         )
 
     @cached_property
-    def destination(self) -> IntArray:
-        """Where the vehicle itself would return to from each point of the path. (n + 1,)"""
-        return self.assessment.returns.destinations.chosen(self._places_m, self._stage)
+    def returns(self) -> FencedReturns:
+        """Where the vehicle itself would fly home from every leg of the path."""
+        a = self.assessment
+        segment, time_s = self.path.segment, self.path.time_s
+        begin_s = a.returns.start_s[segment]
+        duration_s = np.maximum(a.flight.motion.segments.duration_s[segment], 1e-9)
+        ends_s = np.stack((time_s[:-1], time_s[1:]), axis=1) - begin_s[:, None]
+        fraction = np.clip(ends_s / duration_s[:, None], 0.0, 1.0)
+        fan, along = return_fan(a.returns, segment, fraction)
+        first_home = a.returns.destinations.home_of(a.returns.segment_stage[fan.segment]) == 0
+        return FencedReturns(
+            leg=fan.stretch,
+            place_m=self._in_frame(fan.corners_m[:, :, 0, :2]),
+            stop_m=self._in_frame(fan.corners_m[:, :, 1, :2]),
+            end_m=self._in_frame(fan.corners_m[:, :, 3, :2]),
+            destination=fan.destination,
+            is_end_judged=(fan.destination > HOME) | ((fan.destination == HOME) & first_home),
+            along=straight_legs(
+                self._in_frame(along.start_m[:, :2]), self._in_frame(along.end_m[:, :2])
+            ),
+        )
 
-    @cached_property
-    def is_end_judged(self) -> BoolArray:
-        """Whether a return leads to the first home or a rally point, judged themselves. (n + 1,)"""
-        first_home = self.assessment.returns.destinations.home_of(self._stage) == 0
-        judged: BoolArray = (self.destination > HOME) | ((self.destination == HOME) & first_home)
-        return judged
-
-    @cached_property
-    def return_ends_m(self) -> FloatArray:
-        """Where a return from each point is straight to: its first place. (n + 1, 2) [m]"""
-        destinations = self.assessment.returns.destinations
-        targets = destinations.targets(self._stage, self.destination, self._places_m)
-        end_m = targets.ground_m[:, :2].copy()
-        for row, way in enumerate(targets.paths):
-            if way is not None:
-                end_m[row] = (way.stages[0].east_m, way.stages[0].north_m)
+    def _in_frame(self, places_m: FloatArray) -> FloatArray:
+        """Return places of the frame of home, east and north, in the fence's. (…, 2) [m]"""
         home = self.assessment.route.frame
         if self.frame == home:
-            return end_m
-        there = home.latitude_longitude_deg(end_m[:, 0], end_m[:, 1])
-        return np.column_stack(self.frame.east_north_m(*there))
+            return places_m
+        there = home.latitude_longitude_deg(places_m[..., 0], places_m[..., 1])
+        return np.stack(self.frame.east_north_m(*there), axis=-1)
 
     @cached_property
     def _stage(self) -> IntArray:
@@ -212,15 +217,6 @@ class FencedFlight(Value, eq=False, dict=True):
         segment = np.append(self.path.segment, self.path.segment[-1])
         stage: IntArray = self.assessment.returns.segment_stage[segment]
         return stage
-
-    @cached_property
-    def _places_m(self) -> FloatArray:
-        """Points of the path in the frame of home; choices look at no height. (n + 1, 3) [m]"""
-        east, north = self.points_m.T
-        home = self.assessment.route.frame
-        if self.frame != home:
-            east, north = home.east_north_m(*self.frame.latitude_longitude_deg(east, north))
-        return np.column_stack((east, north, np.zeros(len(east))))
 
     def position_deg(self, point_m: FloatArray) -> tuple[float, float]:
         """Return latitude and longitude of a place of the frame. [°]"""
@@ -264,6 +260,36 @@ class FencedFlight(Value, eq=False, dict=True):
                 kept.append(corner)
                 ahead = course[corner]
         return tuple(self.position_deg(line[row]) for row in (*kept, len(line) - 1))
+
+
+class FencedReturns(Value, eq=False):
+    """The returns from n parts of a path, in the frame of the fence, east and north. [m]"""
+
+    leg: IntArray
+    """Leg of the path each part is of, rising. (n,)"""
+    place_m: FloatArray
+    """Where the returns from both ends begin, stand still, and are straight to. (n, 2, 2) [m]"""
+    stop_m: FloatArray
+    end_m: FloatArray
+    destination: IntArray
+    """As in `planner.flight.returns.destination`. (n,)"""
+    is_end_judged: BoolArray
+    """Whether they lead to the first home or a rally point, judged themselves. (n,)"""
+    along: PathLegs
+    """What returns follow along the mission from there on."""
+
+    @property
+    def ends_m(self) -> tuple[FloatArray, ...]:
+        """Every place returns lead to or stop at. (…, 2) each [m]"""
+        along = self.along
+        straight = (self.stop_m.reshape(-1, 2), self.end_m.reshape(-1, 2))
+        return (*straight, along.start_m, along.end_m)
+
+    def areas(self, rows: IntArray, owner: IntArray, *, with_stops: bool = False) -> SweptAreas:
+        """Return what returns from parts pass over, by owner; from where they stop too."""
+        points = (self.place_m, self.end_m, *((self.stop_m,) if with_stops else ()))
+        every = np.concatenate([own[rows, end] for own in points for end in (0, 1)])
+        return swept_areas(every, np.tile(owner, 2 * len(points)))
 
 
 def straight_legs(start_m: FloatArray, end_m: FloatArray) -> PathLegs:

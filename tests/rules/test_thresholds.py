@@ -215,7 +215,7 @@ CASES: tuple[
     ("M124", "", far_away, 99_999.0, [WARNING], 100_001.0, [ERROR]),
     ("M125", "", lambda n: counted_jumps(int(n)), 100, [WARNING], 101, [ERROR]),
     ("F110", "", below_a_ceiling, 59.9898, [], 59.9902, [ERROR]),
-    ("F110", "a return climbs", returning_below_a_ceiling, 59.9898, [], 59.9902, [WARNING]),
+    ("F110", "a return climbs", returning_below_a_ceiling, 59.9898, [], 59.9902, [ERROR]),
     ("F110", "", above_a_floor, 15.0102, [], 15.0098, [ERROR]),
     (
         "F112",

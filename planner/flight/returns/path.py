@@ -309,19 +309,30 @@ class Returns(Value, eq=False, dict=True):
         of the arrival. (n times (5 or more, 3)) [m]
         """
         chosen = self.chosen(points) if destination is None else destination
-        targets = self.destinations.targets(points.stage, chosen, points.stop_m)
+        corners, paths = self.straight_corners_m(points, chosen)
+        return tuple(
+            own if path is None else np.vstack((own[:3], along_m(path, own[2])))
+            for own, path in zip(corners, paths, strict=True)
+        )
+
+    def straight_corners_m(
+        self, points: ReturnPoints, destination: IntArray
+    ) -> tuple[FloatArray, tuple[ReturnPath | None, ...]]:
+        """Return the corners of returns as far as they are straight, and what some follow from there.
+
+        Where one decides, stops, sets out, arrives over its target or at its first place along the mission,
+        and lands. (n, 5, 3) [m]
+        """
+        targets = self.destinations.targets(points.stage, destination, points.stop_m)
         height_m = self.pilot.return_heights_m(points.stop_m, targets)
         turn_m, over_m = points.stop_m.copy(), targets.ground_m.copy()
         turn_m[:, 2] = over_m[:, 2] = height_m
-        corners = np.stack(
-            (points.place_m, points.stop_m, turn_m, over_m, targets.ground_m), axis=1
-        )
-        if not targets.paths:
-            return tuple(corners)
-        return tuple(
-            own if path is None else np.vstack((own[:3], _along_m(path, own[2])))
-            for own, path in zip(corners, targets.paths, strict=True)
-        )
+        paths = targets.paths or (None,) * len(height_m)
+        for row, path in enumerate(paths):
+            if path is not None:
+                over_m[row] = along_m(path, turn_m[row], most=1)[0]
+        corners = (points.place_m, points.stop_m, turn_m, over_m, targets.ground_m)
+        return np.stack(corners, axis=1), paths
 
 
 def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Destinations) -> Returns:
@@ -350,11 +361,11 @@ def thinned(segments: IntArray, most: int) -> IntArray:
     return segments[np.linspace(0, len(segments) - 1, most).astype(np.intp)]
 
 
-def _along_m(path: ReturnPath, start_m: FloatArray) -> FloatArray:
-    """Return the corners of a return along the mission, from a place on. (m, 3) [m]"""
+def along_m(path: ReturnPath, start_m: FloatArray, *, most: int | None = None) -> FloatArray:
+    """Return the corners of a return along the mission, from a place on, of its first stages. (m, 3) [m]"""
     corners: list[tuple[float, float, float]] = []
     height_m = float(start_m[2])
-    for stage in path.stages:
+    for stage in path.stages[:most]:
         if stage.kind is not StageKind.GO:  # level to the place first
             corners.append((stage.east_m, stage.north_m, height_m))
         height_m = stage.height_m
