@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from planner.tui.widgets.row_list import Table
 LEAST_TEXT, LEAST_TEXT_HIGH, LEAST_DRAWING = 4.5, 7.0, 3.0
 """WCAG 2.2: 1.4.3, 1.4.6 and 1.4.11."""
-SIZES = [(80, 24), (100, 30), (142, 42)]
+SIZES = [(80, 24), (142, 42)]
 CELL = 12.2, 24.4
 """Width and height of a character in a screenshot."""
 BRAILLE = range(0x2800, 0x2900)
