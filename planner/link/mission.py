@@ -290,6 +290,8 @@ class MissionUpload(Transfer):
         self._last_asked: int | None = None
         self._busy = 0
         self._closing = 0
+        self._doubt: int | None = None
+        """What the vehicle answered last that it may not answer again."""
         self.outcome: UploadOutcome | None = None
         self.rejection = ""
         """In a rejection: what the vehicle answered, and to which item."""
@@ -311,6 +313,9 @@ class MissionUpload(Transfer):
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
         """Send the last thing again; give up unless the vehicle asked for everything."""
+        if self._doubt is not None and self._timer.is_used_up:
+            self._reject(self._doubt)
+            return ()
         if self._has_sent_all:
             self._closing += 1
             if self._closing > _CLOSING_RETRIES or self._timer.is_used_up:
@@ -348,6 +353,7 @@ class MissionUpload(Transfer):
             raise LinkError(msg)
         if seq not in self._asked:
             self._timer.answered(now_s)
+            self._busy, self._doubt = 0, None
         self._asked.add(seq)
         self._last_asked = seq
         self._timer.sent(now_s)
@@ -366,10 +372,15 @@ class MissionUpload(Transfer):
             if self._closing or result == MissionResult.ERROR:
                 self._finish(UploadOutcome.UNCONFIRMED)
                 return
-        elif self._last_asked is None and result in BUSY and not self._timer.is_used_up:
+        elif result in BUSY and not self._timer.is_used_up:
+            # It may be about an earlier request that the line repeats: sent again when the time has come.
             self._busy += 1
+            self._doubt = result
             if self._busy <= _CLOSING_RETRIES:
-                return  # announced again when the time has come
+                return
+        self._reject(result)
+
+    def _reject(self, result: int) -> None:
         asked = self._last_asked
         where = "" if asked is None else f" to item {asked + 1} of {len(self._sent)}"
         self.rejection = f"{result_name(result)}{where}"

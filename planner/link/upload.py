@@ -273,7 +273,14 @@ def _after_break(
     if not sent:
         return _break_error(error, "nothing was sent, the vehicle has what it had")
     try:
-        why = _put_back(link, before, tuple(sent))
+        try:
+            why = _put_back(link, before, tuple(sent))
+        except KeyboardInterrupt:
+            if isinstance(error, KeyboardInterrupt):
+                raise
+            # The first: whoever stops it wants what the vehicle had, as before.
+            error = KeyboardInterrupt()
+            why = _put_back(link, before, tuple(sent))
         if not why:
             left = "the old mission is on the vehicle, it was read back whole"
             return _break_error(error, left)
