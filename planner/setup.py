@@ -61,6 +61,8 @@ if TYPE_CHECKING:
 
 FORMATS = ("text", "json", "json-lines", "sarif", "junit", "github", "gitlab")
 """Formats of a report."""
+ASSUMED_POSITION_ERROR_M = 2.5
+"""How wrong a position may be where nobody states it, for fences."""
 MOST_NOISE_M = 1.5
 """PX4 stands still at an error of MPC_XY_ERR_MAX, 2 m by default; this is short of it. [m]"""
 _MOST_CHARGE_AH = 1000.0
@@ -530,7 +532,7 @@ class Setup(_Vehicle):
         Number("m", 0.0, 100.0),
         Group.JUDGEMENT,
         "how wrong the position may be, for fences",
-        default=2.5,
+        default=ASSUMED_POSITION_ERROR_M,
         unset="2.5",
         rows=(Row("position_error_m", "Position error", quantity.height),),
     )

@@ -13,7 +13,8 @@ from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, POWER, judges
-from planner.vehicle.pack import chemistry_of, fits_voltage
+from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage
+from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -267,9 +268,10 @@ DISCHARGE_RATE_HIGH = Rule(
     "beyond what any battery gives the vehicle falls down.",
     how="Highest predicted current over the charge of the new battery (of a battery of which only the "
     "energy is known, power over energy), above its max_c_rate: a warning.  Where no rate is known, an "
-    "error where it is above the most that any battery of its kind of cell was tested at (36 C for "
-    "lithium-polymer) or its mean above what one bears until it is empty (20 C): limits and sources in "
-    "models/chemistries.",
+    "error where it is above the most that any battery of its kind of cell gives (36 C for "
+    "lithium-polymer, 20 C for lithium-ion) or its mean above what one bears until it is empty (20 C and "
+    "12 C): limits and sources in models/chemistries.  Of an unknown kind the limits of lithium-polymer "
+    "are an error, those of lithium-ion a warning.",
     fix="use a battery of more charge or a higher rate, or fly slower and lighter",
     instead="--battery",
 )
@@ -295,20 +297,29 @@ def _discharge_rate_high(a: Assessment, budget: BatteryBudget, pack: Battery) ->
                 item=item,
             )
         return
-    kind = chemistry_of(pack)
-    for rate, most, where, gives in (
-        (peak, kind.peak_c_rate, current, "gives"),
-        (mean, kind.sustained_c_rate, " in the mean", "bears"),
-    ):
-        if most is not None and rate > most:
-            yield a.finding(
-                DISCHARGE_RATE_HIGH,
-                f"{quantity.beside(rate, most, _c_rate)}{where}; no battery of its kind {gives} more "
-                f"than {_c_rate(most)}",
-                severity=Severity.ERROR,
-                item=item,
+    kinds = [(chemistry_of(pack), Severity.ERROR, "no battery of its kind {} more than {}")]
+    if pack.chemistry is None:
+        kinds.append(
+            (
+                load_chemistry(LITHIUM_ION),
+                Severity.WARNING,
+                "its kind is unknown, and one of lithium-ion cells {} at most {}",
             )
-            return
+        )
+    for kind, severity, than in kinds:
+        for rate, most, where, gives in (
+            (peak, kind.peak_c_rate, current, "gives"),
+            (mean, kind.sustained_c_rate, " in the mean", "bears"),
+        ):
+            if most is not None and rate > most:
+                yield a.finding(
+                    DISCHARGE_RATE_HIGH,
+                    f"{quantity.beside(rate, most, _c_rate)}{where}; "
+                    + than.format(gives, _c_rate(most)),
+                    severity=severity,
+                    item=item,
+                )
+                return
 
 
 def _c_rate(rate: float) -> str:
@@ -495,7 +506,8 @@ BATTERY_ASSUMED = Rule(
     "battery has to be lifted.",
     how="A battery given as --battery 8Ah@22.2V or 177Wh has the cells of the model's own, its curve "
     "scaled to the voltage and its resistance to the charge, where the voltage fits; without such a "
-    "battery lithium-polymer cells in series as its voltage means.  What it holds more than the model's "
+    "battery the cells in series that its voltage means, lithium-ion up to 3.65 V a cell and "
+    "lithium-polymer above.  What it holds more than the model's "
     "own it weighs more, by the typical energy over mass of its kind of cell (175 Wh/kg, "
     "models/chemistries); a smaller one is taken to weigh as much.",
     fix="put the battery that flies into the [battery] of the vehicle model, its mass into mass_kg",

@@ -11,6 +11,7 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
 from planner.flight.pilot import airspeed_limit_m_s
 from planner.rules.declaration import PX4, NotEvaluated, judges
+from planner.setup import ASSUMED_POSITION_ERROR_M
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 _LEAST_ACTION = 2
 """COM_WIND_MAX_ACT and COM_POS_LOW_ACT from which on PX4 breaks the mission off; 1 warns."""
 _ACTIONS = {2: "holds its position", 3: "returns", 4: "cuts its motors", 5: "lands where it is"}
+_JUDGED_ACTIONS = frozenset({1, 3})
+"""To warn changes nothing, and a return from any point is judged by its own rules."""
 _RATED_WIND = 0.7
 """The most wind over the highest recorded speed: makers rate their vehicles for 0.50 to 0.67. [-]"""
 
@@ -169,21 +172,41 @@ POSITION_ACCURACY_LOW = Rule(
     "worse than COM_POS_LOW_EPH.",
     how="The greater of --position-error and the position noise against COM_POS_LOW_EPH, where that "
     "is positive.  An error where COM_POS_LOW_ACT is 2 (hold), 3 (return), 4 (terminate) or 5 (land), "
-    "a warning where PX4 only warns.",
+    "a warning where PX4 only warns.  The 2.5 m assumed of fences are no statement about the vehicle: "
+    "where none is made, a limit below that is a warning with 3, a return like those that are judged, "
+    "and not checked (X904) with 2, 4 and 5.",
     fix="fly with a better position, or raise COM_POS_LOW_EPH",
     instead="--position-error, or the parameters of --params",
 )
 
 
 @judges(POSITION_ACCURACY_LOW, needs=(PX4,))
-def _position_accuracy_low(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    limit_m = parameters.position_error_limit_m
-    error_m = max(a.setup.position_error_m, a.setup.position_noise_m or 0.0)
-    if 0.0 < limit_m < error_m and parameters.position_error_action > 0:
-        does, severity = _reaction(parameters.position_error_action)
+def _position_accuracy_low(a: Assessment, parameters: Px4Parameters) -> Iterator[Found]:
+    limit_m, action = parameters.position_error_limit_m, parameters.position_error_action
+    if not limit_m > 0.0 or action <= 0:
+        return
+    assumed_m, noise_m = ASSUMED_POSITION_ERROR_M, a.setup.position_noise_m or 0.0
+    is_stated = a.setup.position_error_m != assumed_m
+    error_m = max(a.setup.position_error_m if is_stated else 0.0, noise_m)
+    does, severity = _reaction(action)
+    limit = quantity.height(limit_m)
+    if limit_m < error_m:
         yield a.finding(
             POSITION_ACCURACY_LOW,
             f"position error of {quantity.beside(error_m, limit_m, quantity.height)}; COM_POS_LOW_EPH "
-            f"is {quantity.height(limit_m)}{does}",
+            f"is {limit}{does}",
             severity=severity,
         )
+    elif not is_stated and limit_m < assumed_m:
+        if action in _JUDGED_ACTIONS:
+            yield a.finding(
+                POSITION_ACCURACY_LOW,
+                f"position error not stated; COM_POS_LOW_EPH is {limit}{does} where it is worse",
+                fix="state it with --position-error",
+            )
+        else:
+            yield NotEvaluated(
+                rule=POSITION_ACCURACY_LOW,
+                needs="the accuracy of the position: --position-error",
+                asked_by=f"COM_POS_LOW_EPH of {limit}",
+            )

@@ -3,7 +3,8 @@
 A label, ``8Ah@22.2V`` or ``177Wh``, says how much a battery holds and not what it is made of.  What it
 leaves open is that of the model's own battery where the voltage fits: its cells, its curve scaled to
 the voltage, its resistance over as many more cells in parallel, its C-rate.  Without such a battery the
-cells are those its voltage means.
+cells are those its voltage means: labels say 3.6 V for a cylindrical lithium-ion cell, 3.7 to 3.85 V for
+lithium-polymer.  What nothing tells the kind of is judged by the kind that bears most.
 """
 
 from __future__ import annotations
@@ -16,8 +17,11 @@ from planner.values import Value, field_values, replace
 from planner.vehicle.battery import Battery, Chemistry
 from planner.vehicle.reader import load_chemistry
 
-ASSUMED_CHEMISTRY = "lipo"
-"""What multicopters fly with, where nobody says otherwise."""
+ASSUMED_CHEMISTRY, LITHIUM_ION = "lipo", "li-ion"
+"""What most multicopters fly with, and bears most; and what those of long endurance fly with."""
+_KINDS = {ASSUMED_CHEMISTRY: "lithium-polymer", LITHIUM_ION: "lithium-ion"}
+_MOST_LITHIUM_ION_V = 3.65
+"""Nominal voltage of a cell up to which its label means lithium-ion: halfway from 3.6 to 3.7 V. [V]"""
 LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
 """Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
 _CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
@@ -117,11 +121,12 @@ def _like(given: Battery, own: Battery) -> FlownPack:
 
 
 def _by_voltage(given: Battery) -> FlownPack:
-    """Return a labelled battery of the lithium-polymer cells that its voltage means, if it means any."""
+    """Return a labelled battery of the cells that its voltage means, if it means any."""
     cells = _cells(given.voltage_v)
     if cells is None or given.voltage_v is None:
         return FlownPack(battery=given)
-    chemistry = load_chemistry(ASSUMED_CHEMISTRY)
+    is_lithium_ion = given.voltage_v / cells <= _MOST_LITHIUM_ION_V
+    chemistry = load_chemistry(LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
     curve = Battery(
         capacity_ah=1.0,
         ocv_soc=chemistry.ocv_soc,
@@ -136,13 +141,13 @@ def _by_voltage(given: Battery) -> FlownPack:
         ocv_soc=chemistry.ocv_soc,
         ocv_v=tuple(volts * cells * one for one in chemistry.cell_ocv_v),
     )
-    number = quantity.count(cells, "lithium-polymer cell")
+    number = quantity.count(cells, f"{_KINDS[chemistry.name]} cell")
     assumed = f"{number} in series, as {quantity.decimals(given.voltage_v, 1)} V mean"
     return FlownPack(battery=battery, assumed=assumed)
 
 
 def _cells(voltage_v: float | None) -> int | None:
-    """Return the number of lithium-polymer cells in series that a voltage means; ``None``: none."""
+    """Return the number of lithium cells in series that a voltage means; ``None``: none."""
     if voltage_v is None:
         return None
     cells = max(round(voltage_v / 3.7), 1)

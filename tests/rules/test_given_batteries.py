@@ -104,6 +104,49 @@ def test_without_an_own_battery_the_voltage_means_the_cells(
     assert bool(pack.assumed) is (cells is not None)
 
 
+@pytest.mark.parametrize(
+    ("label", "kind"),
+    [
+        ("5Ah@14.4V", "li-ion"),
+        ("5Ah@21.6V", "li-ion"),
+        ("5Ah@14.8V", "lipo"),
+        ("5Ah@15.4V", "lipo"),
+    ],
+)
+def test_a_cell_of_3_6_volts_is_a_lithium_ion_cell(label: str, kind: str) -> None:
+    pack = flown_pack(read_battery(label), None)
+    assert pack.battery is not None
+    assert pack.battery.chemistry == kind
+    assert ("lithium-ion" in pack.assumed) is (kind == "li-ion")
+    # A tenth of the charge left: 3.32 V of 3.70 in the mean there, 3.57 of 3.78 here.
+    circuit = pack.battery.circuit(20.0)
+    if circuit is not None:
+        assert circuit.open_circuit_v(0.1) / circuit.open_circuit_v(0.5) < 0.97
+
+
+@pytest.mark.parametrize(
+    ("cells_v", "mean", "expected"),
+    [
+        (None, 11.9, []),
+        (None, 12.1, [Severity.WARNING]),
+        (14.4, 11.9, []),  # lithium-ion
+        (14.4, 12.1, [Severity.ERROR]),
+        (14.8, 12.1, []),  # lithium-polymer
+    ],
+)
+def test_a_battery_is_judged_by_its_kind_and_by_what_bears_most_where_that_is_unknown(
+    cells_v: float | None, mean: float, expected: list[Severity]
+) -> None:
+    one = mission(takeoff(20), waypoint(20, 20, hold_s=300.0), rtl())
+    mean_w = check(one, ARTICLE, battery=Battery(capacity_wh=77.0)).totals.mean_power_w
+    energy_wh = mean_w / mean
+    battery = Battery(capacity_wh=energy_wh)
+    if cells_v is not None:
+        battery = Battery(capacity_ah=energy_wh / cells_v, nominal_voltage_v=cells_v)
+    found = told(check(one, ARTICLE, battery=battery), "E110")
+    assert [f.severity for f in found] == expected
+
+
 @pytest.mark.parametrize("label", [None, "8Ah@22.2V", "178Wh"])
 @pytest.mark.parametrize(
     ("parameters", "code"),

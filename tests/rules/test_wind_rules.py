@@ -141,6 +141,29 @@ def test_what_px4_does_of_itself_in_the_wind_and_off_its_position_decides(
     assert [f.severity for f in wrong] == expected * (action > 0)
 
 
+@pytest.mark.parametrize(
+    ("action", "error_m", "expected", "is_open"),
+    [
+        (3, None, [WARNING], False),  # a return from anywhere is judged by itself
+        (1, None, [WARNING], False),
+        (0, None, [], False),
+        (5, None, [], True),
+        (2, None, [], True),
+        (5, 0.9, [], False),
+        (5, 1.1, [ERROR], False),
+        (3, 1.1, [ERROR], False),
+    ],
+)
+def test_a_tight_limit_of_the_position_is_judged_by_what_is_stated_not_by_what_is_assumed(
+    action: int, error_m: float | None, expected: list[Severity], *, is_open: bool
+) -> None:
+    given = f"COM_POS_LOW_EPH,1\nCOM_POS_LOW_ACT,{action}\n"
+    more: dict[str, Any] = {} if error_m is None else {"position_error_m": error_m}
+    reported = found(PLAIN, PX4, given, vehicle=QUAD, **more)
+    assert [f.severity for f in reported if f.code == "T114"] == expected
+    assert any(f.code == "X904" and "COM_POS_LOW_EPH" in f.message for f in reported) is is_open
+
+
 def test_gusts_count_against_the_wind_px4_accepts() -> None:
     given = "COM_WIND_MAX,8\nCOM_WIND_MAX_ACT,3\n"
     for sd_m_s, fires in ((0.9, False), (1.1, True)):
