@@ -30,7 +30,7 @@ _ESTIMATE_STEP_S = 2.0
 _MOST_ESTIMATES = 20_000
 WARNS, RETURNS, LANDS, TERMINATES = "warns", "returns", "lands where it is", "cuts its motors"
 _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
-"""COM_FLTT_LOW_ACT."""
+"""COM_FLTT_LOW_ACT (PX4, ``commander_params.c``: 0 none, 1 warning, 3 return)."""
 _ARDUPILOT_ACTIONS = {
     0: WARNS,
     1: LANDS,
@@ -41,7 +41,7 @@ _ARDUPILOT_ACTIONS = {
     6: "flies to the mission's landing, or returns",
     7: "brakes, or lands",
 }
-"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT."""
+"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT (``AP_BattMonitor_Params.cpp``, values of Copter)."""
 
 
 class FailsafeEvent(Value):

@@ -46,8 +46,9 @@ _MOST_ALONG = 50
 """So many returns where they lead along the mission, whose legs are judged as they are flown."""
 _OVER_TERRAIN = 1
 """RTL_ALT_TYPE for heights above terrain."""
-_STEEP_DEG, _TOO_STEEP_DEG = 10.0, 20.0
-"""Slopes to warn of, and to refuse, at a landing. [°]"""
+_STEEP_DEG, _TOO_STEEP_DEG = 7.0, 15.0
+"""Slopes to warn of, and to refuse, at a landing: of helicopters the US Army lands all on up to 7°, those
+on wheels with an advisory on up to 15°, none beyond (FM 3-21.38, landing sites). [°]"""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
 _ALIKE_M = 0.01
 """Places that differ by less are as low as each other: the first is named. [m]"""
@@ -357,8 +358,8 @@ LANDING_SLOPE = Rule(
     why="A multicopter that sets down on a slope slides, or tips and strikes the ground with its "
     "rotors: the motors stop only when the autopilot takes it to have landed.",
     how="The steepest slope of --terrain within half a cell of each landing and of the end of a return.  "
-    "An error above 20°: feet slide from there on (the friction of plastic on wet grass is about 0.35); "
-    "a warning above 10°, the most that handbooks of helicopters allow.",
+    "A warning above 7° and an error above 15°: of helicopters the US Army lands all on the first, none "
+    "on more than the second (FM 3-21.38).",
     fix="land on flatter ground, or give a finer grid where the place itself is flat",
     instead="--terrain with a finer grid",
 )

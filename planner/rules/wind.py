@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 _LEAST_ACTION = 2
-"""COM_WIND_MAX_ACT and COM_POS_LOW_ACT from which on PX4 breaks the mission off; 1 warns."""
+"""COM_WIND_MAX_ACT and COM_POS_LOW_ACT from which on PX4 breaks the mission off; 1 warns
+(``commander_params.c``; the second in missions and loiters alone, ``failsafe.cpp``)."""
 _ACTIONS = {2: "holds its position", 3: "returns", 4: "cuts its motors", 5: "lands where it is"}
 _JUDGED_ACTIONS = frozenset({1, 3})
 """To warn changes nothing, and a return from any point is judged by its own rules."""

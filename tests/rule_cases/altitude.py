@@ -139,8 +139,8 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: found(PLAIN),
     ),
     "A117": RuleCases(  # up to what single precision makes of it
-        fires=lambda: found(landing_at(100), terrain=slope(20.1)),
-        boundary=lambda: found(landing_at(100), terrain=slope(9.999)),
+        fires=lambda: found(landing_at(100), terrain=slope(15.1)),
+        boundary=lambda: found(landing_at(100), terrain=slope(6.999)),
         silent=lambda: found(landing_at(100), terrain=slope(5.0)),
     ),
 }

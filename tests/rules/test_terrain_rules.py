@@ -373,10 +373,10 @@ def test_an_ordinary_flight_over_level_ground_is_high_enough(autopilot: Autopilo
 @pytest.mark.parametrize(
     ("angle_deg", "severity"),
     [
-        (9.9, None),
-        (10.1, Severity.WARNING),
-        (19.9, Severity.WARNING),
-        (20.1, Severity.ERROR),
+        (6.9, None),
+        (7.1, Severity.WARNING),
+        (14.9, Severity.WARNING),
+        (15.1, Severity.ERROR),
         (50.0, Severity.ERROR),
     ],
 )

@@ -21,7 +21,8 @@ CONDITIONS = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE, Com
 HELD = frozenset({Command.DO_CHANGE_SPEED, Command.DO_SET_HOME, Command.DO_FENCE_ENABLE})
 """Commands that change the flight or how it is judged; of any other it does not matter when."""
 _TURN_DEG_S = 60.0
-"""Rate of a turn whose item gives none. [° s⁻¹]"""
+"""Rate of a turn whose item gives none: the default of ATC_SLEW_YAW, as of AUTO_YAW_SLEW_RATE before it
+(ArduCopter, ``Mode::AutoYaw::set_fixed_yaw``). [° s⁻¹]"""
 _HALF_TURN_DEG = 180.0
 
 HELD_BACK = Rule(
