@@ -298,7 +298,7 @@ class Px4Pilot(Value):
             points_m,
             targets.ground_m,
             self.parameters,
-            rally_height_m=targets.rally_height_m,
+            above_ground_m=targets.above_ground_m,
             return_paths=targets.paths,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
@@ -311,7 +311,7 @@ class Px4Pilot(Value):
         from planner.flight.motion.px4.moves import return_heights_m, return_path_height_m
 
         way = targets.ground_m - points_m
-        datum = targets.ground_m[:, 2] + targets.rally_height_m
+        datum = targets.ground_m[:, 2] + targets.above_ground_m
         distance = np.hypot(way[:, 0], way[:, 1])
         height_m = datum + return_heights_m(distance, points_m[:, 2] - datum, self.parameters)
         for row, along in enumerate(targets.paths):
@@ -360,7 +360,8 @@ class ArduPilotPilot(Value):
             points_m,
             targets.ground_m,
             self.parameters,
-            rally_height_m=targets.rally_height_m,
+            above_ground_m=targets.above_ground_m,
+            datum_m=targets.datum_m,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             home_latitude_deg=route.frame.latitude_deg,
@@ -372,7 +373,9 @@ class ArduPilotPilot(Value):
         """Return the heights of RTL_ALT, RTL_CLIMB_MIN and the cone of RTL_CONE_SLOPE."""
         from planner.flight.motion.ardupilot.stages import return_height_m
 
-        return return_height_m(points_m, targets.ground_m, self.parameters, targets.rally_height_m)
+        place_m = targets.ground_m.copy()
+        place_m[:, 2] += targets.above_ground_m
+        return return_height_m(points_m, place_m, targets.datum_m, self.parameters)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance an S-curve brakes by, and its time."""

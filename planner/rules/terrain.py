@@ -109,8 +109,8 @@ RETURN_BELOW_TERRAIN = Rule(
     how="From places along the flight, 100 m or a cell apart, to where the vehicle itself would return "
     "(home, a rally point or along the mission), at the height of its return: PX4 the higher of its own "
     "and RTL_RETURN_ALT over that place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and "
-    "RTL_ALT, in its cone; against --terrain plus --clearance, judged as A102.  Not checked where "
-    "RTL_ALT_TYPE follows terrain.",
+    "RTL_ALT over home, whatever the ground of a rally point, in its cone; against --terrain plus "
+    "--clearance, judged as A102.  Not checked where RTL_ALT_TYPE follows terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )

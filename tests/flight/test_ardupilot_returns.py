@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, takeoff, time_s, took_s
 from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import ardupilot_returns
+from planner.flight.motion.ardupilot.stages import return_height_m
 from planner.mission.route.stage import Stage, StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -67,6 +70,69 @@ def test_the_ceiling_of_the_fence_keeps_returns_below_it() -> None:
     )
     off = ArduPilotParameters(return_altitude_m=90.0, fence_height_max_m=72.0)
     assert return_s(off) > return_s(fenced)
+
+
+METRES = st.integers(-100, 300).map(float)
+
+
+def target_cm(
+    own: ArduPilotParameters, alt_amsl: float, goal_amsl: float, home_amsl: float, way: float
+) -> float:
+    """Return the altitude above home of ``ModeRTL::compute_return_target``, line by line [cm]."""
+    curr_alt = alt_amsl - home_amsl
+    target_alt = max(goal_amsl - home_amsl, 0.0)
+    min_rtl_alt = max(30.0, curr_alt + max(0.0, 100.0 * own.return_climb_min_m))
+    target_alt = max(target_alt, 100.0 * own.return_altitude_m, min_rtl_alt)
+    if own.return_cone_slope >= 0.5:
+        target_alt = min(target_alt, max(way * own.return_cone_slope, min_rtl_alt))
+    if own.fence_enable:
+        target_alt = min(target_alt, 100.0 * (own.fence_height_max_m - own.fence_margin_m))
+    return max(target_alt, curr_alt)
+
+
+@settings(max_examples=100)
+@given(
+    alt=METRES,
+    goal=METRES,
+    home=METRES,
+    way=st.integers(0, 400).map(float),
+    slope=st.sampled_from([0.0, 0.4, 0.5, 3.0]),
+    climb=st.sampled_from([0.0, 7.0]),
+    fence=st.booleans(),
+)
+def test_return_heights_are_those_of_the_source_whatever_home_and_goal(
+    *, alt: float, goal: float, home: float, way: float, slope: float, climb: float, fence: bool
+) -> None:
+    own = ArduPilotParameters(
+        return_altitude_m=40.0,
+        return_climb_min_m=climb,
+        return_cone_slope=slope,
+        fence_enable=int(fence),
+        fence_height_max_m=90.0,
+    )
+    found = return_height_m(
+        np.array([[0.0, 0.0, alt]]), np.array([[way, 0.0, goal]]), np.array([home]), own
+    )
+    above_cm = target_cm(own, 100.0 * alt, 100.0 * goal, 100.0 * home, 100.0 * way)
+    assert found == pytest.approx(home + above_cm / 100.0, abs=1e-9)
+
+
+def test_a_final_altitude_counts_from_home_not_from_the_ground_of_a_rally_point() -> None:
+    parameters = ArduPilotParameters(return_final_altitude_m=20.0, return_altitude_m=60.0)
+    start_m, hill_m = np.array([[100.0, 0.0, 50.0]]), np.array([0.0, 0.0, 15.0])
+    motion = ardupilot_returns(start_m, hill_m, parameters)
+    assert motion.segments.climb_m[-1] == pytest.approx(-40.0)
+    moved = ardupilot_returns(start_m, hill_m, parameters, datum_m=np.array([15.0]))
+    assert moved.segments.climb_m[-1] == pytest.approx(-40.0)
+    assert moved.segments.climb_m.sum() == pytest.approx(15.0 + 20.0 - 50.0)
+
+
+def test_ground_above_the_height_of_a_return_is_stood_on_at_that_height() -> None:
+    start_m = np.array([[100.0, 0.0, 50.0]])
+    hill_m, under_m = np.array([0.0, 0.0, 80.0]), np.array([-80.0])  # its altitude given as home's
+    motion = ardupilot_returns(start_m, hill_m, DEFAULTS, above_ground_m=under_m)
+    assert motion.segments.climb_m.sum() == pytest.approx(0.0)
+    assert (motion.segments.duration_s >= 0.0).all()
 
 
 def test_rtl_speed_sets_the_way_back() -> None:

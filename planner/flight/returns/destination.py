@@ -68,8 +68,11 @@ class ReturnTargets(Value, eq=False):
 
     ground_m: FloatArray
     """East, north, height of the ground above the first home. (n, 3) [m]"""
-    rally_height_m: FloatArray
-    """Height of a rally point above that ground; 0 for home. (n,) [m]"""
+    above_ground_m: FloatArray
+    """Height of the place above that ground as the autopilot has it: a rally point's, a moved home's.
+    (n,) [m]"""
+    datum_m: FloatArray
+    """Height above the first home of the home that counts then. (n,) [m]"""
     paths: tuple[ReturnPath | None, ...] = ()
     """Of those that lead along the mission; empty where none does. (n,)"""
 
@@ -81,10 +84,12 @@ class Destinations(Value, eq=False):
     """Stage from which each home counts, rising from 0. (h,)"""
     home_ground_m: FloatArray
     """East, north, height of the ground there. (h, 3) [m]"""
+    home_datum_m: FloatArray
+    """Height of each home's own altitude above the first: heights above home count from it. (h,) [m]"""
     rally_ground_m: FloatArray
     """(r, 3) [m]"""
     rally_height_m: FloatArray
-    """Height of each rally point above its ground. (r,) [m]"""
+    """Height of each rally point above whichever home counts. (r,) [m]"""
     parameters: FlightParameters | None
     """Of the autopilot that chooses; ``None`` for reference steps."""
     landing: ReturnPath | None = None
@@ -115,14 +120,17 @@ class Destinations(Value, eq=False):
             East, north, height above home where they begin. (n, 3) [m]
         """
         destination = np.broadcast_to(np.asarray(destination, dtype=np.intp), stage.shape)
-        ground_m = self.home_ground_m[self.home_of(stage)]
-        height_m = np.zeros(len(stage))
+        home = self.home_of(stage)
+        ground_m, datum_m = self.home_ground_m[home], self.home_datum_m[home]
+        above_m = datum_m - ground_m[:, 2]
         rally = destination > HOME
         if rally.any():
-            ground_m[rally] = self.rally_ground_m[destination[rally] - 1]
-            height_m[rally] = self.rally_height_m[destination[rally] - 1]
+            number = destination[rally] - 1
+            ground_m[rally] = self.rally_ground_m[number]
+            above_m[rally] = datum_m[rally] + self.rally_height_m[number] - ground_m[rally, 2]
         if not (destination < HOME).any():
-            return ReturnTargets(ground_m=ground_m, rally_height_m=height_m)
+            return ReturnTargets(ground_m=ground_m, above_ground_m=above_m, datum_m=datum_m)
+        above_m[destination < HOME] = 0.0
         ground_m[destination == HERE, :2] = place_m[destination == HERE, :2]
         paths: list[ReturnPath | None] = [None] * len(stage)
         for row in np.flatnonzero((destination == LANDING) | (destination == ALONG)).tolist():
@@ -130,7 +138,9 @@ class Destinations(Value, eq=False):
             if path is not None:
                 paths[row], landing = path, path.stages[-1]
                 ground_m[row] = (landing.east_m, landing.north_m, landing.height_m)
-        return ReturnTargets(ground_m=ground_m, rally_height_m=height_m, paths=tuple(paths))
+        return ReturnTargets(
+            ground_m=ground_m, above_ground_m=above_m, datum_m=datum_m, paths=tuple(paths)
+        )
 
     def chosen(self, point_m: FloatArray, stage: IntArray) -> IntArray:
         """Return the destination the vehicle itself chooses from places (n, 3) [m] in stages. (n,)
@@ -220,8 +230,9 @@ def make_destinations(
         home_ground_m=np.array(
             [(0.0, 0.0, 0.0), *((home.east_m, home.north_m, home.ground_m) for home in homes)]
         ),
+        home_datum_m=np.array([0.0, *(home.datum_m for home in homes)]),
         rally_ground_m=np.column_stack((east, north, ground)),
-        rally_height_m=height - ground,
+        rally_height_m=height,
         parameters=parameters,
     )
     if parameters is None:
@@ -254,7 +265,7 @@ def with_own_return(route: Route, destinations: Destinations) -> Route:
         east_m=east_m,
         north_m=north_m,
         height_m=ground_m,
-        rally_height_m=float(targets.rally_height_m[0]),
+        above_ground_m=float(targets.above_ground_m[0]),
         return_path=targets.paths[0] if targets.paths else None,
     )
     return replace(route, stages=(*route.stages[:number], returning))

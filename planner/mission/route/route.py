@@ -19,7 +19,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.items import MissionFormat, VehicleKind
-from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
+from planner.mission.route.stage import Lap, Route, Stage, StageKind
 from planner.mission.route.walk import TAKEOFFS, MissionState, ground_amsl_m, is_on_earth
 from planner.values import Value, replace
 
@@ -517,10 +517,15 @@ def _laid_out(
     frame = LocalFrame(latitude_deg=state.start_deg[0], longitude_deg=state.start_deg[1])
     east, north = frame.east_north_m(*np.array(state.places_deg).reshape(-1, 2).T)
     homes = state.moved_homes
-    home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
+    home_east, home_north = frame.east_north_m(*np.array(state.homes_deg).reshape(-1, 2).T)
     return Route(
         moved_homes=tuple(
-            HomePlace(home[0] + assumed if home[0] else 0, east_m, north_m, home[3])
+            replace(
+                home,
+                first_stage=home.first_stage + assumed if home.first_stage else 0,
+                east_m=east_m,
+                north_m=north_m,
+            )
             for home, east_m, north_m in zip(
                 homes, home_east.tolist(), home_north.tolist(), strict=True
             )

@@ -70,8 +70,11 @@ class Stage(Value, kw_only=False):
     follows it. [m AMSL]"""
     is_underway: bool = False
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
-    rally_height_m: float = 0.0
-    """Height above its ground of the rally point a return leads to; 0 for home. [m]"""
+    above_ground_m: float = 0.0
+    """Height above its ground of the place a return leads to, as the autopilot has it: of a rally point,
+    or of a home that DO_SET_HOME put elsewhere than on the ground. [m]"""
+    datum_m: float = 0.0
+    """Height above the first home of the home that counts during a return. [m]"""
     return_path: ReturnPath | None = None
     """The items a return flies along; ``None``: straight."""
 
@@ -114,6 +117,8 @@ class HomePlace(Value, kw_only=False):
     north_m: float
     ground_m: float
     """Height of the ground there above the home the flight started from. [m]"""
+    datum_m: float
+    """Its own altitude, as the item gave it, above that home: relative heights count from it. [m]"""
 
 
 class FenceSwitch(Value):

@@ -29,7 +29,7 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of
-from planner.mission.route.stage import FenceAction, FenceSwitch, Stage, StageKind
+from planner.mission.route.stage import FenceAction, FenceSwitch, HomePlace, Stage, StageKind
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -296,8 +296,10 @@ class MissionState:
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
     is_over: bool = False
-    moved_homes: list[tuple[int, float, float, float]] = field(default_factory=list)
-    """Stages before DO_SET_HOME, latitude and longitude [°], height of the ground there [m]."""
+    moved_homes: list[HomePlace] = field(default_factory=list)
+    """Set by DO_SET_HOME, still without east and north."""
+    homes_deg: list[tuple[float, float]] = field(default_factory=list)
+    """Latitude and longitude of each. [°]"""
     fence_switches: list[FenceSwitch] = field(default_factory=list)
     firings: Mapping[int, float] = field(default_factory=dict)
     """Of items held back, by their position among the reached, how far along its leg each is carried
@@ -466,10 +468,16 @@ class MissionState:
     def return_home(self, _item: MissionItem) -> None:
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
-        has_moved = self.home_deg != self.start_deg
-        self.height_m = self.ground_m() if has_moved else self.ground_level_m
+        self.height_m = self._home_ground_m()
         # The speed of a return is set in the vehicle: what the mission commanded ends here.
-        self._add(replace(self._stage(StageKind.RETURN), speed_m_s=None))
+        self._add(
+            replace(
+                self._stage(StageKind.RETURN),
+                speed_m_s=None,
+                above_ground_m=self.datum_m - self.height_m,
+                datum_m=self.datum_m,
+            )
+        )
         self.is_over = True
 
     def _stage(self, kind: StageKind) -> Stage:
@@ -656,9 +664,23 @@ class MissionState:
     def set_home(self, item: MissionItem) -> None:
         """Move the place a return leads to."""
         self._move_home(item)
+        self.moved_homes.append(
+            HomePlace(
+                first_stage=len(self.stages),
+                east_m=0.0,
+                north_m=0.0,
+                ground_m=self._home_ground_m(),
+                datum_m=self.datum_m,
+            )
+        )
+        self.homes_deg.append(self.home_deg)
+
+    def _home_ground_m(self) -> float:
+        """Return the height of the ground at the present home above the first. [m]"""
+        if self.home_deg == self.start_deg:
+            return 0.0
         ground_m = self._known_ground_m(self.home_deg)
-        level_m = self.ground_level_m if ground_m is None else ground_m
-        self.moved_homes.append((len(self.stages), *self.home_deg, level_m))
+        return self.ground_level_m if ground_m is None else ground_m
 
     def _move_home(self, item: MissionItem) -> None:
         if item.param1 == 1.0 or not self.has_place(item):

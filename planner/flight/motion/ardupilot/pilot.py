@@ -86,7 +86,8 @@ def ardupilot_returns(
     home_m: FloatArray,
     parameters: ArduPilotParameters,
     *,
-    rally_height_m: FloatArray | None = None,
+    above_ground_m: FloatArray | None = None,
+    datum_m: FloatArray | None = None,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
     home_latitude_deg: float | None = None,
@@ -95,15 +96,23 @@ def ardupilot_returns(
     """Return the return to launch (RTL) from each of many points as one motion.
 
     The vehicle starts from standing at the points (n, 3), and returns to homes (n, 3), or (3,) where it
-    is one for all; ``rally_height_m`` is that of rally points above the ground there, 0 for home (n,).
-    The rest is as in :func:`fly_ardupilot`.  The returns follow one another; the item of a segment is the
+    is one for all.  ``above_ground_m`` is the altitude of those places above the ground there as the
+    autopilot has it (a rally point's), ``datum_m`` that of the home that counts above the first (n,).  The
+    rest is as in :func:`fly_ardupilot`.  The returns follow one another; the item of a segment is the
     position of its point.
     """
     scale = metres_of_autopilot(home_latitude_deg)
     home = np.broadcast_to(np.asarray(home_m, np.float64), points_m.shape)
-    rally = np.zeros(len(points_m)) if rally_height_m is None else rally_height_m
+    zero = np.zeros(len(points_m))
     return _flown(
-        return_columns(points_m, home, rally, parameters, scale=scale),
+        return_columns(
+            points_m,
+            home,
+            zero if above_ground_m is None else above_ground_m,
+            zero if datum_m is None else datum_m,
+            parameters,
+            scale=scale,
+        ),
         parameters,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
@@ -217,7 +226,7 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
                 wait_s=stages.hold_s[land],
             )
         )
-    if len(home) and parameters.return_final_altitude_m == 0.0:
+    if len(home) and parameters.return_final_altitude_m <= 0.0:
         ground = stages.place_m[home, 2]
         manoeuvres.append(landing(home * SLOTS + 3, over, ground, parameters))
     elif len(home):

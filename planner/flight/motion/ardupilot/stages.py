@@ -70,8 +70,10 @@ class StageColumns(Value, eq=False):
     """Whether the stage before was a take-off, whose end no file's coordinates meet exactly. (n,)"""
     from_ground: BoolArray
     """Whether a take-off leaves the ground. (n,)"""
-    return_floor_m: FloatArray
-    """Lowest height above its place that a return is flown at: a rally point's own. (n,) [m]"""
+    above_ground_m: FloatArray
+    """Height above its ground of the place a return leads to, as the autopilot has it. (n,) [m]"""
+    datum_m: FloatArray
+    """Height above the first home of the home that counts during a return. (n,) [m]"""
 
     def where(self, *kinds: StageKind) -> IntArray:
         """Return the rows of some kinds."""
@@ -160,14 +162,16 @@ def stage_columns(
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
-        return_floor_m=column("rally_height_m"),
+        above_ground_m=column("above_ground_m"),
+        datum_m=column("datum_m"),
     )
 
 
 def return_columns(
     points_m: FloatArray,
     home_m: FloatArray,
-    rally_height_m: FloatArray,
+    above_ground_m: FloatArray,
+    datum_m: FloatArray,
     parameters: ArduPilotParameters,
     *,
     scale: tuple[float, float],
@@ -181,7 +185,7 @@ def return_columns(
         item=np.arange(count),
         start_m=start,
         place_m=home,
-        end_m=_return_end_m(home, parameters),
+        end_m=_return_end_m(home, datum_m, parameters),
         edge_m=home,
         speed_m_s=np.full(count, parameters.return_speed_m_s),
         climb_m_s=np.full(count, parameters.climb_speed_m_s),
@@ -192,7 +196,8 @@ def return_columns(
         is_passed=never,
         is_first_leg=never,
         from_ground=never,
-        return_floor_m=np.asarray(rally_height_m, np.float64),
+        above_ground_m=np.asarray(above_ground_m, np.float64),
+        datum_m=np.asarray(datum_m, np.float64),
     )
 
 
@@ -225,7 +230,8 @@ def _chained(
             case StageKind.SET_DOWN:
                 end[row, 2] = before[2]
             case StageKind.RETURN:
-                end[row] = _return_end_m(place_m[row : row + 1], parameters)[0]
+                datum_m = np.array([stages[row].datum_m])
+                end[row] = _return_end_m(place_m[row : row + 1], datum_m, parameters)[0]
             case StageKind.CIRCLE:
                 edge[row], end[row] = _circle_ends_m(
                     before,
@@ -299,10 +305,13 @@ def _circle_ends_m(
     return edge, np.array([*(place_m[:2] + size * out + stop_m * ahead), edge[2]])
 
 
-def _return_end_m(home_m: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
-    """Return where a return ends: on the ground, or at RTL_ALT_FINAL over it. (n, 3) [m]"""
-    end = home_m.copy()
-    end[:, 2] += parameters.return_final_altitude_m
+def _return_end_m(
+    ground_m: FloatArray, datum_m: FloatArray, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return where a return ends: on the ground, or at RTL_ALT_FINAL above home. (n, 3) [m]"""
+    end = ground_m.copy()
+    if parameters.return_final_altitude_m > 0.0:
+        end[:, 2] = datum_m + parameters.return_final_altitude_m
     return end
 
 
@@ -319,30 +328,29 @@ _HEADING_HELD = 0
 
 
 def return_height_m(
-    start_m: FloatArray,
-    home_m: FloatArray,
-    parameters: ArduPilotParameters,
-    rally_height_m: FloatArray | float = 0.0,
+    start_m: FloatArray, place_m: FloatArray, datum_m: FloatArray, parameters: ArduPilotParameters
 ) -> FloatArray:
-    """Return the height above home at which returns are flown. (n,) [m]
+    """Return the height above the first home at which returns are flown. (n,) [m]
 
-    ``rally_height_m`` is that of a rally point above its ground; 0 for home.
+    ``place_m`` is where they lead to, at its altitude as the autopilot has it (n, 3); ``datum_m`` the
+    height of the home that counts above the first (n,).
 
     Notes
     -----
-    ``ModeRTL::compute_return_target``: RTL_ALT or the rally point's altitude, at least RTL_CLIMB_MIN
-    above the present height; with a RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; no
-    higher than FENCE_ALT_MAX less FENCE_MARGIN while that fence is on; never down.
+    ``ModeRTL::compute_return_target``: all heights count from home, whatever the ground where the return
+    leads to.  RTL_ALT or the rally point's altitude, at least RTL_CLIMB_MIN above the present height; with
+    a RTL_CONE_SLOPE of 0.5 or more no higher than that over the way to go; no higher than FENCE_ALT_MAX
+    less FENCE_MARGIN while that fence is on; never down.
     """
-    present = start_m[:, 2] - home_m[:, 2]
+    present = start_m[:, 2] - datum_m
     least = np.maximum(present + parameters.return_climb_min_m, _LEAST_RETURN_M)
-    height = np.maximum(np.maximum(parameters.return_altitude_m, rally_height_m), least)
+    height = np.maximum(np.maximum(parameters.return_altitude_m, place_m[:, 2] - datum_m), least)
     if parameters.return_cone_slope >= _SHALLOWEST_CONE:
-        cone = horizontal(start_m - home_m) * parameters.return_cone_slope
+        cone = horizontal(start_m - place_m) * parameters.return_cone_slope
         height = np.minimum(height, np.maximum(cone, least))
     if parameters.fence_enable and parameters.fence_type & _CEILING:
         height = np.minimum(height, parameters.fence_height_max_m - parameters.fence_margin_m)
-    return np.asarray(home_m[:, 2] + np.maximum(height, present))
+    return np.asarray(datum_m + np.maximum(height, present))
 
 
 def over_home_m(
@@ -350,8 +358,8 @@ def over_home_m(
 ) -> FloatArray:
     """Return where returns arrive over home. (n, 3) [m]"""
     over_m = stages.place_m[home].copy()
-    floor_m = stages.return_floor_m[home]
-    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters, floor_m)
+    over_m[:, 2] += stages.above_ground_m[home]
+    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, stages.datum_m[home], parameters)
     return over_m
 
 

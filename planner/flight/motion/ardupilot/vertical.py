@@ -131,7 +131,8 @@ def landing(
     detected and MOT_SPOOL_TIME until the motors stand still.
     """
     slow = parameters.land_speed_m_s
-    height = np.maximum(start_m[:, 2] - ground_m, 0.0)
+    ground_m = np.minimum(ground_m, start_m[:, 2])  # on higher ground it stands already
+    height = start_m[:, 2] - ground_m
     above = np.maximum(height - max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M), 0.0)
     durations, ways, speeds = _approach(
         above,

@@ -33,12 +33,12 @@ def return_legs(
     places_m: FloatArray,
     home_m: FloatArray,
     parameters: Px4Parameters,
-    rally_height_m: FloatArray | float = 0.0,
+    above_ground_m: FloatArray | float = 0.0,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Return targets, whether they are flown to, and holds of the four legs of k returns.
 
     Up, home, down to wait, to the ground: (k, 4, 3) [m], (k, 4), (4,) [s].  The heights of a return
-    count from the rally point, ``rally_height_m`` above the ground; 0 for home.
+    count from the rally point, ``above_ground_m`` above the ground; 0 for home.
 
     Notes
     -----
@@ -46,8 +46,8 @@ def return_legs(
     if there is one; where it is below zero the vehicle stays there, and the motion ends.
     """
     way = home_m - places_m
-    height = return_heights_m(horizontal(way), -way[:, 2] - rally_height_m, parameters)
-    datum = home_m[:, 2] + rally_height_m
+    height = return_heights_m(horizontal(way), -way[:, 2] - above_ground_m, parameters)
+    datum = home_m[:, 2] + above_ground_m
     targets = np.stack((places_m, home_m, home_m, home_m), axis=1)
     targets[:, :2, 2] = (datum + height)[:, None]
     targets[:, 2, 2] = datum + np.minimum(parameters.return_descend_altitude_m, height)
@@ -204,7 +204,7 @@ def return_moves(
     places_m: FloatArray,
     home_m: FloatArray,
     parameters: Px4Parameters,
-    rally_height_m: FloatArray | float = 0.0,
+    above_ground_m: FloatArray | float = 0.0,
     return_paths: Sequence[ReturnPath | None] = (),
 ) -> Moves:
     """Return the moves of returns from places, flights of their own, numbered as stages and items.
@@ -212,8 +212,8 @@ def return_moves(
     ``return_paths`` are of those that lead along the mission; empty where none does.
     """
     if any(path is not None for path in return_paths):
-        return _moves_along(places_m, home_m, parameters, rally_height_m, return_paths)
-    all_targets, is_flown, holds_s = return_legs(places_m, home_m, parameters, rally_height_m)
+        return _moves_along(places_m, home_m, parameters, above_ground_m, return_paths)
+    all_targets, is_flown, holds_s = return_legs(places_m, home_m, parameters, above_ground_m)
     flight, kind = np.nonzero(is_flown)
     targets = all_targets[flight, kind]
     false = np.zeros(len(flight), dtype=np.bool_)
@@ -244,11 +244,11 @@ def _moves_along(
     places_m: FloatArray,
     home_m: FloatArray,
     parameters: Px4Parameters,
-    rally_height_m: FloatArray | float,
+    above_ground_m: FloatArray | float,
     return_paths: Sequence[ReturnPath | None],
 ) -> Moves:
     """Return the moves of returns of which some lead along the mission."""
-    rally_m = np.broadcast_to(rally_height_m, len(places_m)).tolist()
+    rally_m = np.broadcast_to(above_ground_m, len(places_m)).tolist()
     rows: list[Move] = []
     for k, path in enumerate(return_paths):
         navigator = _Navigator(parameters, places_m[k].tolist())
@@ -297,15 +297,15 @@ class _Navigator:
                 yield from self.home_along(index, stage.item, stage.return_path)
             case StageKind.RETURN:
                 home = np.array((stage.east_m, stage.north_m, stage.height_m))
-                yield from self.straight_home(index, stage.item, home, stage.rally_height_m)
+                yield from self.straight_home(index, stage.item, home, stage.above_ground_m)
 
     def straight_home(
-        self, index: int, item: int, home_m: FloatArray, rally_height_m: float
+        self, index: int, item: int, home_m: FloatArray, above_ground_m: float
     ) -> Iterator[Move]:
         """Yield the moves of a return straight home, or to a rally point (``RtlDirect``)."""
         place = np.array([self._place_m], dtype=np.float64)
         targets, is_flown, holds_s = return_legs(
-            place, home_m[None], self.parameters, rally_height_m
+            place, home_m[None], self.parameters, above_ground_m
         )
         distance = horizontal(home_m - place)
         turns_home = return_looks_home(distance, np.arange(len(holds_s)), self.parameters)

@@ -98,7 +98,7 @@ def px4_returns(
     home_m: FloatArray,
     parameters: Px4Parameters,
     *,
-    rally_height_m: FloatArray | float = 0.0,
+    above_ground_m: FloatArray | float = 0.0,
     return_paths: Sequence[ReturnPath | None] = (),
     hover_noise_m: float = 0.0,
     wind: Wind | None = None,
@@ -107,14 +107,14 @@ def px4_returns(
     """Return how PX4 returns from places, each from standing there, as one motion.
 
     Places are (k, 3), and so are the homes they lead to, or (3,) where it is one for all;
-    ``rally_height_m`` is that of rally points above the ground there, 0 for home (k,).  ``return_paths``
+    ``above_ground_m`` is that of rally points above the ground there, 0 for home (k,).  ``return_paths``
     are of the returns that lead along the mission (k,), empty where none does.  The rest is as in
     :func:`fly_px4`.  The returns follow one another; the item of a segment is the position of its place.
     """
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
     return _fly(
-        return_moves(places, homes, parameters, rally_height_m, return_paths),
+        return_moves(places, homes, parameters, above_ground_m, return_paths),
         len(places),
         parameters,
         time_scale=TimeScale.of(hover_noise_m, parameters),

@@ -1,0 +1,122 @@
+"""What heights count from: the home that counts, wherever a return leads and whatever the ground there.
+
+Ground drawn by hand: a plateau 60 m high from 300 m north of home on, all else level with home, 400 m AMSL.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
+from made_terrain import CELL_M, ROWS, SOUTH_M, ground, of_heights
+
+from planner.autopilot import Autopilot
+from planner.geo.fence import RallyPoint
+from planner.service.preflight import check
+from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.geo.terrain import TerrainGrid
+    from planner.mission.items import Mission, MissionItem
+
+ARDUPILOT, PX4 = Autopilot.ARDUPILOT, Autopilot.PX4
+OF = {ARDUPILOT: load_vehicle("arducopter-sitl-quad"), PX4: load_vehicle("px4-sih-quad")}
+TO_RALLY = {ARDUPILOT: "RALLY_INCL_HOME,0\nRALLY_LIMIT_KM,0\n", PX4: "RTL_TYPE,5\n"}
+RETURN_ALTITUDE = {ARDUPILOT: "RTL_ALT,{:.0f}00\n", PX4: "RTL_RETURN_ALT,{}\n"}
+
+
+def plateau(height_m: float = 60.0, *, from_m: float = 300.0) -> TerrainGrid:
+    level = ground(0.0).tiles[0]
+    north_m = np.arange(ROWS)[::-1, None] * CELL_M + SOUTH_M
+    heights = np.where(north_m >= from_m, 400.0 + height_m, 400.0)
+    return of_heights(np.repeat(heights, level.heights_amsl_m.shape[1], axis=1), level)
+
+
+def findings(
+    made: Mission, code: str, autopilot: Autopilot, parameters: str = "", **given: object
+) -> list[Finding]:
+    read = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
+    result = check(
+        made,
+        OF[autopilot],
+        battery=Battery(capacity_wh=170.0),
+        parameters=read,
+        **given,  # type: ignore[arg-type]
+    )
+    return [finding for finding in result.findings if finding.code == code]
+
+
+def rally(north_m: float, height_m: float) -> RallyPoint:
+    return RallyPoint(
+        latitude_deg=north(north_m), longitude_deg=HOME.longitude_deg, height_above_home_m=height_m
+    )
+
+
+def set_home(north_m: float, altitude_m: float, *, frame: int = 3) -> MissionItem:
+    return item(179, north(north_m), altitude_m, frame=frame)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "altitude_m", "rally_m", "fires"),
+    [
+        # RTL_ALT counts from home: 66 m clears the plateau of 60 m by the 5 m of --clearance, 64 m not.
+        (ARDUPILOT, 64, 5.0, True),
+        (ARDUPILOT, 66, 5.0, False),
+        # A rally point at 66 m above home is flown to at that height.
+        (ARDUPILOT, 15, 64.0, True),
+        (ARDUPILOT, 15, 66.0, False),
+        # RTL_RETURN_ALT counts from the rally point: 6 m over one at 60 m, 35 m over one at 31 m.
+        (PX4, 6, 60.0, False),
+        (PX4, 4, 60.0, True),
+        (PX4, 30, 31.0, True),
+    ],
+)
+def test_a_return_to_a_rally_point_on_a_plateau_is_judged_at_the_height_it_is_flown(
+    autopilot: Autopilot, altitude_m: int, rally_m: float, *, fires: bool
+) -> None:
+    up = replace(
+        mission(takeoff(20), waypoint(150, 20), item(21, north(150), 0.0)),
+        rally=(rally(500.0, rally_m),),
+    )
+    parameters = TO_RALLY[autopilot] + RETURN_ALTITUDE[autopilot].format(altitude_m)
+    found = findings(up, "A104", autopilot, parameters, terrain=plateau())
+    assert bool(found) == fires
+
+
+@pytest.mark.parametrize(("altitude_m", "fires"), [(64, True), (66, False)])
+def test_a_missions_own_return_to_a_plateau_is_flown_at_rtl_alt_above_home(
+    altitude_m: int, *, fires: bool
+) -> None:
+    up = replace(mission(takeoff(20), waypoint(150, 20), rtl()), rally=(rally(500.0, 5.0),))
+    parameters = TO_RALLY[ARDUPILOT] + RETURN_ALTITUDE[ARDUPILOT].format(altitude_m)
+    assert bool(findings(up, "A102", ARDUPILOT, parameters, terrain=plateau())) == fires
+
+
+@pytest.mark.parametrize("frame", [0, 3])
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+@pytest.mark.parametrize(("home_m", "fires"), [(19.0, True), (21.0, False)])
+def test_returns_to_a_moved_home_count_from_the_altitude_its_item_gives(
+    autopilot: Autopilot, home_m: float, frame: int, *, fires: bool
+) -> None:
+    """45 m above a home that is put 19 m above the first is 64 m: 4 m over the plateau."""
+    altitude_m = home_m + (400.0 if frame == 0 else 0.0)
+    # Back down to 30 m above the moved home, a little above the first.
+    flown = waypoint(150, 30.0 - home_m)
+    moved = mission(takeoff(20), waypoint(150, 20), set_home(500, altitude_m, frame=frame), flown)
+    up = replace(moved, items=(*moved.items, rtl()))
+    parameters = RETURN_ALTITUDE[autopilot].format(45)
+    assert bool(findings(up, "A102", autopilot, parameters, terrain=plateau())) == fires
+
+
+def test_a_home_moved_on_its_own_place_is_landed_at_on_the_ground() -> None:
+    for vehicle in OF.values():
+        up = mission(takeoff(20), set_home(0, 10.0), waypoint(100, 20), rtl())
+        result = check(up, vehicle, battery=Battery(capacity_wh=170.0))
+        assert result.assessment is not None
+        assert result.assessment.route.stages[-1].height_m == 0.0
