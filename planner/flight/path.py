@@ -15,6 +15,7 @@ import numpy as np
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     CircleLaw,
+    Columns,
     FlightState,
     PolynomialLaw,
     horizontal,
@@ -24,8 +25,6 @@ from planner.flight.motion.steps import SpeedPulseLaw, VerticalStepLaw
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Motion
 
@@ -186,7 +185,7 @@ def _parts_and_jumps(control_m: FloatArray, straight_m: float) -> tuple[IntArray
     return np.clip(wanted, 1, _MOST_PARTS).astype(np.intp), jumps
 
 
-class FlightLines(Value, eq=False):
+class FlightLines(Columns, eq=False):
     """Straight lines the vehicle may fly: n of them, by what they are part of."""
 
     start_m: FloatArray
@@ -220,12 +219,3 @@ def flown_lines(path: FlownPath, legs: IntArray) -> FlightLines:
     """Return some legs of a path as lines, each its own."""
     points = np.column_stack((path.east_m, path.north_m, path.height_m))
     return FlightLines(start_m=points[legs], end_m=points[legs + 1], owner=legs)
-
-
-def return_lines(corners_m: Sequence[FloatArray]) -> FlightLines:
-    """Return returns, by the corners of each, (2 or more, 3) [m], as lines."""
-    return FlightLines(
-        start_m=np.concatenate([own[:-1] for own in corners_m]),
-        end_m=np.concatenate([own[1:] for own in corners_m]),
-        owner=np.repeat(np.arange(len(corners_m)), [len(own) - 1 for own in corners_m]),
-    )

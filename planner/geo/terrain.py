@@ -91,6 +91,27 @@ class TerrainTile(Value, eq=False):
         row = (a * (y - f) - d * (x - c)) / determinant - 0.5
         return row, column
 
+    def centres_above(
+        self, height_amsl_m: float, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the centres of the cells higher than a height, among those around places. (k,), (k,) [°]"""
+        row, column = self.row_column(latitude_deg, longitude_deg)
+        window = []
+        for own, size in zip((row, column), self.heights_amsl_m.shape, strict=True):
+            is_known = bool(np.isfinite(own).all())
+            low, high = (own.min(), own.max()) if is_known else (0.0, size)
+            window.append(slice(max(int(low), 0), max(int(high) + 2, 0)))
+        rows, columns = np.nonzero(self.heights_amsl_m[tuple(window)] > height_amsl_m)
+        down, right = rows + window[0].start + 0.5, columns + window[1].start + 0.5
+        a, b, c, d, e, f = self.transform
+        x, y = a * right + b * down + c, d * right + e * down + f
+        if self.projection_wkt is None or not len(x):
+            return y, x
+        from rasterio.warp import transform
+
+        longitude, latitude = transform(self.projection_wkt, _WGS84, x, y)
+        return np.asarray(latitude), np.asarray(longitude)
+
     def _x_y(self, latitude: FloatArray, longitude: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coordinates in the tile's own system, NaN for places that are not near it."""
         south, west, north, east = self.bounds_deg
@@ -154,6 +175,20 @@ class TerrainGrid(Value):
             height[missing] = tile.height_amsl_m(latitude[missing], longitude[missing])
         masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
         return masked
+
+    def peaks_above(
+        self, height_amsl_m: float, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the places and heights where the ground between places may rise above a height. (k,)
+
+        Between four centres of cells the ground is bilinear, nowhere higher than the highest of them: over
+        any area it is highest at a centre inside or on the area's edge.  [°], [°], [m]
+        """
+        found = [
+            tile.centres_above(height_amsl_m, latitude_deg, longitude_deg) for tile in self.tiles
+        ]
+        latitude, longitude = (np.concatenate(own) for own in zip(*found, strict=True))
+        return latitude, longitude, self.height_amsl_m(latitude, longitude).filled(np.nan)
 
     def under(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> GroundProfile:
         """Return the ground under lines, cut wherever they pass from one cell's centre to the next's.

@@ -184,13 +184,9 @@ class FencedFlight(Value, eq=False, dict=True):
     def returns(self) -> FencedReturns:
         """Where the vehicle itself would fly home from every leg of the path."""
         a = self.assessment
-        segment, time_s = self.path.segment, self.path.time_s
-        begin_s = a.returns.start_s[segment]
-        duration_s = np.maximum(a.flight.motion.segments.duration_s[segment], 1e-9)
-        ends_s = np.stack((time_s[:-1], time_s[1:]), axis=1) - begin_s[:, None]
-        fraction = np.clip(ends_s / duration_s[:, None], 0.0, 1.0)
-        fan, along = return_fan(a.returns, segment, fraction)
-        first_home = a.returns.destinations.home_of(a.returns.segment_stage[fan.segment]) == 0
+        time_s, stage = self.path.time_s, self._stage[:-1]
+        fan, along = return_fan(a.returns, np.stack((time_s[:-1], time_s[1:]), axis=1), stage)
+        first_home = a.returns.destinations.home_of(fan.stage) == 0
         return FencedReturns(
             leg=fan.stretch,
             place_m=self._in_frame(fan.corners_m[:, :, 0, :2]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,13 +10,12 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.returns.destination import HOME
+from planner.flight.returns.destination import HERE, HOME
 from planner.mission.commands import TERRAIN_FRAMES
-from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.declaration import ARDUPILOT, TERRAIN, NotEvaluated, judges
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,8 +23,10 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.path import FlightLines, FlownPath
+    from planner.flight.returns.fan import ReturnFan
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
     Found = Finding | NotEvaluated
 
@@ -39,13 +40,17 @@ _STRAIGHT_M = 1000.0
 """Lines so long are straight in degrees too, to 2 cm at 47°. [m]"""
 _MOST_RETURNS = 2_000
 _RETURN_SPACING_M = 100.0
-"""Returns begin no farther apart, nor than a cell, unless there would be more than can be judged. [m]"""
+"""Returns begin no farther apart, nor than a cell, unless there would be more than can be judged; the
+ground between them is judged as well. [m]"""
 _MOST_CELLS = 500_000
 """Cells that returns pass over, at most: beyond, they begin farther apart."""
-_MOST_ALONG = 50
-"""So many returns where they lead along the mission, whose legs are judged as they are flown."""
+_NARROW_M2 = 1e-6
+"""Returns from a stretch that pass over less are one line. [m²]"""
+_BOX_PLACES = 5
+"""Along each side of a box, and in it: enough for the box in a projection."""
 _OVER_TERRAIN = 1
 """RTL_ALT_TYPE for heights above terrain."""
+_WHOLE_GRID = "--terrain with the grids of the whole mission and of its returns"
 _STEEP_DEG, _TOO_STEEP_DEG = 7.0, 15.0
 """Slopes to warn of, and to refuse, at a landing: of helicopters the US Army lands all on up to 7°, those
 on wheels with an advisory on up to 15°, none beyond (FM 3-21.38, landing sites). [°]"""
@@ -106,11 +111,13 @@ RETURN_BELOW_TERRAIN = Rule(
     summary="The vehicle's own return would meet the ground.",
     why="The height of a return counts from home and ignores hills: vehicles flew into them "
     "(QGroundControl #5524, ArduPilot #12170, PX4 #20003).",
-    how="From places along the flight, 100 m or a cell apart, to where the vehicle itself would return "
-    "(home, a rally point or along the mission), at the height of its return: PX4 the higher of its own "
-    "and RTL_RETURN_ALT over that place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and "
-    "RTL_ALT over home, whatever the ground of a rally point, in its cone; against --terrain plus "
-    "--clearance, judged as A102.  Not checked where RTL_ALT_TYPE follows terrain.",
+    how="From all over the flight to where the vehicle itself would return (home, a rally point or along "
+    "the mission), at the height of its return: PX4 the higher of its own and RTL_RETURN_ALT over that "
+    "place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT over home, whatever "
+    "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from places 100 m or a cell apart as in A102, and over "
+    "every centre of a cell between two lines.  Where RTL_ALT_TYPE follows terrain, RTL_ALT against "
+    "--clearance.  Not evaluated (X904) where the grid ends, and without --terrain where returns follow "
+    "terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )
@@ -121,7 +128,7 @@ GROUND_CLEARANCE = Rule(
     Severity.INFO,
     summary="Least and greatest height above the ground.",
     why="Legal limits count from the ground, not from home (MissionPlanner #706).",
-    how="As for A102; X902 reports any part of the flight outside the grid.",
+    how="As for A102; X904 reports any part of the flight outside the grid.",
     fix="",
 )
 
@@ -202,7 +209,7 @@ def _clearance(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> _Clea
     )
 
 
-@judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, NO_TERRAIN_DATA, needs=(TERRAIN,))
+@judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, needs=(TERRAIN,))
 def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     from planner.flight.path import flown_lines, flown_path
 
@@ -222,13 +229,11 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     if not is_known.all():
         whole = not is_known.any()
         outside = quantity.distance(float(clearance.length_m[~is_known].sum()))
-        yield a.finding(
-            NO_TERRAIN_DATA,
-            f"{'the whole flight' if whole else outside} outside the terrain grid: clearance not "
-            f"checked{'' if whole else ' there'}",
+        yield NotEvaluated(
+            rule=BELOW_TERRAIN,
+            asked_by=f"{'the whole flight' if whole else outside} outside the terrain grid",
+            needs=_WHOLE_GRID,
             item=int(item[is_known.argmin()]),
-            severity=Severity.WARNING,
-            fix="give --terrain the grids of the whole mission",
         )
         if whole:
             return
@@ -299,90 +304,218 @@ def _follows_too_low(a: Assessment) -> Iterator[Finding]:
             return
 
 
+def _returns_follow_terrain(a: Assessment) -> bool:
+    """Return whether returns keep a height above the ground.
+
+    ``ModeRTL::compute_return_target``: with terrain data or a rangefinder, else above home as ever.
+    """
+    own = ARDUPILOT.of(a)
+    if own is None or own.return_altitude_type != _OVER_TERRAIN:
+        return False
+    return bool(own.terrain_enable or own.rangefinder_type)
+
+
+@judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))
+def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Found]:
+    if not _returns_follow_terrain(a):
+        return
+    height_m = parameters.return_altitude_m
+    if a.setup.terrain is None:
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by="a return above terrain (RTL_ALT_TYPE 1)",
+            needs=TERRAIN.what,
+        )
+    elif 0.0 < height_m < a.setup.clearance_m:  # at 0 it keeps the height it is at
+        yield a.finding(
+            RETURN_BELOW_TERRAIN,
+            f"returns follow the ground {_above(height_m)}{_asked(a, height_m)}",
+        )
+
+
 def _returns(
     a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray, cell_m: float
-) -> Iterator[Finding]:
+) -> Iterator[Found]:
     """Yield a finding where a return of the vehicle meets the ground."""
-    from planner.flight.path import return_lines
+    from planner.flight.path import FlightLines
+    from planner.flight.returns.fan import return_fan
 
-    ardupilot, returns = ARDUPILOT.of(a), a.returns
-    if ardupilot is not None and ardupilot.return_altitude_type == _OVER_TERRAIN:
+    if _returns_follow_terrain(a):
         return
     # The mission's own return is judged as it is flown.
     own = [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]
     legs = legs[~np.isin(path.item[legs], own)]
     if not len(legs):
         return
+    stage = a.returns.segment_stage[path.segment[legs]]
     along_m = np.cumsum(path.length_m[legs])
-    most = _MOST_ALONG if returns.destinations.along else _MOST_RETURNS
-    spacing_m = max(min(_RETURN_SPACING_M, cell_m), float(along_m[-1]) / most)
-    # One place for each spacing along the way, the last of each item besides.
-    first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
-    first |= np.diff(path.item[legs], append=0) != 0
-    begun = legs[first]
-    points = returns.points(*returns.at(path.time_s[begun + 1]))
-    chosen = returns.chosen(points)
-    # From where it stops to over where it lands; the landing itself is not judged.
-    corners = [own[1:-1] for own in returns.corners_m(points, chosen)]
-    lines = return_lines(corners)
+    spacing_m = max(min(_RETURN_SPACING_M, cell_m), float(along_m[-1]) / _MOST_RETURNS)
+    # Legs that follow each other on a stage, no longer than the spacing, are one stretch.
+    number = np.floor((along_m - path.length_m[legs]) / spacing_m)
+    new = (np.diff(number, prepend=-1.0) != 0.0) | (np.diff(stage, prepend=-1) != 0)
+    new |= np.diff(legs, prepend=-2) != 1
+    first = np.flatnonzero(new)
+    last = np.append(first[1:], len(legs)) - 1
+    time_s = np.stack((path.time_s[legs[first]], path.time_s[legs[last] + 1]), axis=1)
+    fan, along = return_fan(a.returns, time_s, stage[first])
+    item = path.item[legs[first]][fan.stretch]
+    # From where it decides to over where it lands; the landing itself is not judged.
+    corners = fan.corners_m[:, :, :4].reshape(-1, 4, 3)
+    lines = FlightLines(
+        start_m=corners[:, :-1].reshape(-1, 3),
+        end_m=corners[:, 1:].reshape(-1, 3),
+        owner=np.repeat(np.arange(len(corners)) // 2, 3),
+    )
+    # Between lines the ground is highest at centres of cells, all of which are judged.
     every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS)))
-    if every > 1:
-        kept = np.arange(0, len(begun), every)
-        begun, chosen, corners = begun[kept], chosen[kept], [corners[row] for row in kept]
-        lines = return_lines(corners)
-    lines = lines.cut(_STRAIGHT_M)
-    clearance = _clearance(a, terrain, lines)
+    lines = lines.select(lines.owner % every == 0)
+    count = len(fan.stretch)
+    both = FlightLines.joined([lines, replace(along, owner=along.owner + count)])
+    both = both.cut(_STRAIGHT_M)
+    clearance = _clearance(a, terrain, both)
     least_m, _, where = clearance.extremes_m()
+    if not clearance.is_known.all():
+        owner = int(both.owner[clearance.line[clearance.is_known.argmin()]])
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by="a return outside the terrain grid",
+            needs=_WHOLE_GRID,
+            item=int(item[owner]) if owner < count else None,
+        )
     least_m = np.where(clearance.is_known, least_m, np.inf)
     worst = int(least_m.argmin())
-    lowest_m = float(least_m[worst])
-    if lowest_m >= a.setup.clearance_m - _ROUNDING_M:
-        return
     line = int(clearance.line[worst])
-    begin = int(lines.owner[line])
-    place_m = lines.start_m[line] + where[worst] * (lines.end_m[line] - lines.start_m[line])
-    to_go_m = float(np.hypot(*(corners[begin][-1, :2] - place_m[:2])))
+    place_m = both.start_m[line] + where[worst] * (both.end_m[line] - both.start_m[line])
+    low = _Low(float(least_m[worst]), int(both.owner[line]), place_m)
+    peak = _lowest_over_peaks(a, terrain, fan)
+    if peak is not None and peak.clearance_m < low.clearance_m:
+        low = peak
+    if low.clearance_m >= a.setup.clearance_m - _ROUNDING_M:
+        return
+    above = f"{_above(low.clearance_m)}{_asked(a, low.clearance_m)}"
+    if low.row >= count:
+        yield a.finding(RETURN_BELOW_TERRAIN, f"the return along the mission is {above}")
+        return
+    to_go_m = float(np.hypot(*(fan.corners_m[low.row, 0, 3] - low.place_m)[:2]))
+    goal = "home" if fan.destination[low.row] == HOME else "its landing"
     yield a.finding(
         RETURN_BELOW_TERRAIN,
-        f"a return from here, {quantity.height(float(place_m[2]))} above home, is "
-        f"{_above(lowest_m)}{_asked(a, lowest_m)}, {quantity.distance(to_go_m)} from "
-        f"{'home' if chosen[begin] == HOME else 'its landing'}",
-        item=int(path.item[begun[begin]]),
+        f"a return from here, {quantity.height(float(low.place_m[2]))} above home, is {above}, "
+        f"{quantity.distance(to_go_m)} from {goal}",
+        item=int(item[low.row]),
     )
+
+
+class _Low(NamedTuple):
+    """The place where a return is nearest to the ground."""
+
+    clearance_m: float
+    row: int
+    """Of the fan; beyond it, on what returns follow along the mission."""
+    place_m: FloatArray
+    """East, north, height above home. (3,) [m]"""
+
+
+def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> _Low | None:
+    """Return where a return between the two ends of a stretch passes lowest over the centre of a cell."""
+    import shapely
+
+    turn_m, over_m = fan.corners_m[:, :, 2], fan.corners_m[:, 0, 3]
+    lowest_m = min(float(turn_m[..., 2].min()), float(over_m[:, 2].min()))
+    every_m = np.concatenate((turn_m.reshape(-1, 3), over_m))
+    frame = a.route.frame
+    latitude, longitude, ground_amsl_m = terrain.peaks_above(
+        a.route.home_amsl_m + lowest_m - a.setup.clearance_m,
+        *frame.latitude_longitude_deg(*_box_m(every_m)),
+    )
+    if not len(latitude):
+        return None
+    peaks_m = np.column_stack(frame.east_north_m(latitude, longitude))
+    corners_m = np.stack((over_m[:, :2], turn_m[:, 0, :2], turn_m[:, 1, :2]), axis=1)
+    tree = shapely.STRtree(shapely.convex_hull(shapely.linestrings(corners_m)))
+    peak, row = tree.query(shapely.points(peaks_m), predicate="intersects")
+    # A place is over + u (turn_0 − over) + v (turn_1 − over); its height as straight lines have it.
+    sides_m = corners_m[row, 1:] - corners_m[row, :1]
+    away_m = peaks_m[peak] - corners_m[row, 0]
+    area = sides_m[:, 0, 0] * sides_m[:, 1, 1] - sides_m[:, 0, 1] * sides_m[:, 1, 0]
+    is_wide = np.abs(area) > _NARROW_M2
+    peak, row, sides_m, away_m, area = (one[is_wide] for one in (peak, row, sides_m, away_m, area))
+    if not len(row):
+        return None
+    u = (away_m[:, 0] * sides_m[:, 1, 1] - away_m[:, 1] * sides_m[:, 1, 0]) / area
+    v = (away_m[:, 1] * sides_m[:, 0, 0] - away_m[:, 0] * sides_m[:, 0, 1]) / area
+    base_m = over_m[row, 2]
+    height_m = base_m + u * (turn_m[row, 0, 2] - base_m) + v * (turn_m[row, 1, 2] - base_m)
+    clearance_m = height_m - (ground_amsl_m[peak] - a.route.home_amsl_m)
+    clearance_m = np.where(np.isnan(clearance_m), np.inf, clearance_m)
+    worst = int(clearance_m.argmin())
+    place_m = np.append(peaks_m[peak[worst]], height_m[worst])
+    return _Low(float(clearance_m[worst]), int(row[worst]), place_m)
+
+
+def _box_m(places_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return east and north of places all around others, on the edge of their box. [m]"""
+    low, high = places_m[:, :2].min(axis=0), places_m[:, :2].max(axis=0)
+    shares = np.linspace(0.0, 1.0, _BOX_PLACES)
+    east, north = np.meshgrid(*(low[:, None] + (high - low)[:, None] * shares))
+    return east.ravel(), north.ravel()
 
 
 LANDING_SLOPE = Rule(
     "A117 landing-slope",
     Severity.ERROR,
-    summary="The ground slopes where the mission lands.",
+    summary="The ground slopes where the mission or a return lands.",
     why="A multicopter that sets down on a slope slides, or tips and strikes the ground with its "
     "rotors: the motors stop only when the autopilot takes it to have landed.",
-    how="The steepest slope of --terrain within half a cell of each landing and of the end of a return.  "
-    "A warning above 7° and an error above 15°: of helicopters the US Army lands all on the first, none "
-    "on more than the second (FM 3-21.38).",
+    how="The steepest slope of --terrain within half a cell of each landing, and of where the vehicle "
+    "itself would return to from anywhere: home, a rally point, the mission's landing.  A warning above "
+    "7° and an error above 15°: of helicopters the US Army lands all on the first, none on more than the "
+    "second (FM 3-21.38).",
     fix="land on flatter ground, or give a finer grid where the place itself is flat",
     instead="--terrain with a finer grid",
 )
 
 
 @judges(LANDING_SLOPE, needs=(TERRAIN,))
-def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
-    landings = [stage for stage in a.route.stages if stage.kind in _LANDS]
-    if not landings:
+def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
+    """Judge where the mission lands, and where the vehicle itself would return to."""
+    places: dict[tuple[float, float], tuple[str, int | None]] = {
+        (stage.east_m, stage.north_m): ("lands", stage.item)
+        for stage in a.route.stages
+        if stage.kind in _LANDS
+    }
+    sample = a.returns.sample
+    if sample is not None:
+        home = np.flatnonzero(sample.destination != HERE)
+        points = sample.points
+        targets = a.returns.destinations.targets(points.stage, sample.destination, points.stop_m)
+        for east_m, north_m in np.unique(targets.ground_m[home, :2], axis=0).tolist():
+            places.setdefault((east_m, north_m), ("a return lands", None))
+    if not places:
         return
     half_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
     around = half_m * np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-    place_m = np.array([(stage.east_m, stage.north_m) for stage in landings])[:, None] + around
-    places = a.route.frame.latitude_longitude_deg(place_m[..., 0], place_m[..., 1])
-    height_m = terrain.height_amsl_m(*places).filled(np.nan)
-    rise = np.nan_to_num(np.abs(height_m[:, 1:] - height_m[:, :1]) / half_m)
+    place_m = np.array(list(places))[:, None] + around
+    where = a.route.frame.latitude_longitude_deg(place_m[..., 0], place_m[..., 1])
+    height_m = terrain.height_amsl_m(*where).filled(np.nan)
+    rise = np.abs(height_m[:, 1:] - height_m[:, :1]) / half_m
     slope_deg = np.degrees(np.arctan(np.hypot(rise[:, :2].max(axis=1), rise[:, 2:].max(axis=1))))
-    worst = int(slope_deg.argmax())
-    steepest_deg = float(slope_deg[worst])
-    if steepest_deg > _STEEP_DEG:
+    named = list(places.values())
+    unknown = np.isnan(slope_deg)
+    if unknown.any():
+        _, item = named[int(unknown.argmax())]
+        yield NotEvaluated(
+            rule=LANDING_SLOPE,
+            asked_by=f"the place where {'it' if item else 'a return'} lands, outside the terrain grid",
+            needs=_WHOLE_GRID,
+            item=item,
+        )
+    worst = int(np.where(unknown, -1.0, slope_deg).argmax())
+    if slope_deg[worst] > _STEEP_DEG:
+        lands, item = named[worst]
         yield a.finding(
             LANDING_SLOPE,
-            f"lands on ground that slopes by {quantity.decimals(steepest_deg, 0)}°",
-            item=landings[worst].item,
-            severity=None if steepest_deg > _TOO_STEEP_DEG else Severity.WARNING,
+            f"{lands} on ground that slopes by {quantity.decimals(float(slope_deg[worst]), 0)}°",
+            item=item,
+            severity=None if slope_deg[worst] > _TOO_STEEP_DEG else Severity.WARNING,
         )

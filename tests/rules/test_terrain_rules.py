@@ -6,13 +6,14 @@ The rest of the ground is level with home, 400 m AMSL.
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from fenced_missions import at
-from hypothesis import given, settings
+from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 from made_missions import (
     HOME,
@@ -123,21 +124,93 @@ def test_the_least_and_greatest_height_over_the_ground_are_told() -> None:
     assert finding.message.startswith("20 m (item 2) to 60 m (item 3)")
 
 
-def test_a_way_that_leaves_the_grid_is_warned_of() -> None:
+def unjudged(found: list[Finding], rule: str) -> list[Finding]:
+    """Return what says that a rule could not be judged."""
+    return [one for one in of("X904", found) if f"({rule} " in one.message]
+
+
+def test_a_way_that_leaves_the_grid_is_not_taken_for_clear() -> None:
     far = mission(takeoff(20), waypoint(500, 20), waypoint(4000, 20), rtl())
-    [finding] = of("X902", findings(far, ground(0.0)))
-    assert finding.severity is Severity.WARNING
+    [finding] = unjudged(findings(far, ground(0.0)), "A102")
+    assert finding.severity is Severity.ERROR
     assert finding.item == 3  # which leads there
     # The grid ends 3 km north: 1 km out and 1 km back, to a cell.
     assert finding.message.startswith("2.0")
-    assert of("X902", findings(LOW, ground(0.0))) == []
+    assert of("X904", findings(LOW, ground(0.0))) == []
 
 
 def test_a_flight_all_outside_of_the_grid_is_said_to_be() -> None:
     # 20 rows of 10 m from 1 km south of home end 800 m south of it.
-    [finding] = of("X902", findings(LOW, ground(0.0, at_m=-900.0, rows=20)))
-    assert finding.severity is Severity.WARNING
+    [finding] = unjudged(findings(LOW, ground(0.0, at_m=-900.0, rows=20)), "A102")
+    assert finding.severity is Severity.ERROR
     assert finding.message.startswith("the whole flight outside")
+
+
+AROUND = mission(takeoff(30), at(110, 0, 30), at(110, 1000, 30), at(110, 0, 30), rtl())
+"""Round the corner of a triangle, out and back; only returns pass over its inside."""
+_EAST_M = CELL_M * math.cos(math.radians(HOME.latitude_deg))
+"""From one column of the grid to the next."""
+
+
+def with_cell(east: int, north: int, height_m: float) -> TerrainGrid:
+    """Return level ground with one cell of another height, so many cells from home's south-west one."""
+    level = ground(0.0).tiles[0]
+    heights = level.heights_amsl_m.astype(np.float64)
+    heights[ROWS - 1 - round(1000.0 / CELL_M) - north, COLUMNS // 2 - 1 + east] = 400.0 + height_m
+    return of_heights(heights, level)
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+@settings(max_examples=6, deadline=None, phases=(Phase.generate,))
+@given(east=st.integers(3, 13), north=st.integers(4, 95))
+def test_a_peak_of_one_cell_between_two_places_to_return_from_is_found(
+    autopilot: Autopilot, east: int, north: int
+) -> None:
+    # Returns are 30 m high.  A cell of 26 m is nearer than 5 m only to the one right over its centre: a line
+    # 1 m beside it is 5 m above the ground already.
+    place_m = np.array([(east - 0.5) * _EAST_M, north * CELL_M])
+    from_way_m = float(place_m @ (1000.0, -110.0)) / math.hypot(1000.0, 110.0)  # inside to the east
+    assume(abs(from_way_m) > 1.5 * CELL_M)
+    found = findings(AROUND, with_cell(east, north, 26.0), autopilot, clearance_m=5.0)
+    assert bool(of("A104", found)) is (from_way_m > 0.0)
+    assert of("A102", found) == []
+
+
+def test_a_return_over_ground_that_is_not_known_is_not_taken_for_clear() -> None:
+    hole = with_cell(8, 40, float("nan"))
+    assert of("X904", findings(AROUND, with_cell(8, 40, 0.0))) == []
+    [finding] = of("X904", findings(AROUND, hole))
+    assert "a return outside the terrain grid cannot be checked (A104 " in finding.message
+    assert finding.item == 3
+
+
+@pytest.mark.parametrize(
+    ("parameters", "asks"),
+    [
+        ("RTL_ALT_TYPE,0\n", False),
+        ("RTL_ALT_TYPE,1\n", True),
+        ("RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", False),  # then ArduPilot counts from home
+        ("RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\nRNGFND1_TYPE,8\n", True),
+    ],
+)
+def test_a_return_above_terrain_without_terrain_asks_for_it(
+    parameters: str,
+    asks: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    given = parameters_from_text(parameters.encode(), source="p.param")
+    quad = OF[Autopilot.ARDUPILOT]
+    result = check(LOW, quad, battery=Battery(capacity_wh=170.0), parameters=given)
+    assert bool(unjudged(list(result.findings), "A104")) is asks
+
+
+@pytest.mark.parametrize(("height_cm", "fires"), [(499, True), (500, False), (0, False)])
+def test_a_return_above_terrain_keeps_the_clearance_too(
+    height_cm: int,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    given = f"RTL_ALT_TYPE,1\nRTL_ALT,{height_cm}\n"
+    found = findings(LOW, ground(0.0), Autopilot.ARDUPILOT, given, clearance_m=5.0)
+    assert len(of("A104", found)) == fires
 
 
 @pytest.mark.parametrize(

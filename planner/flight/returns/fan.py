@@ -7,20 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, lengths
 from planner.flight.path import FlightLines
 from planner.flight.returns.path import along_m
 from planner.mission.route.stage import StageKind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.returns.path import Returns
+    from planner.flight.returns.path import ReturnPoints, Returns
     from planner.mission.route.stage import ReturnPath
 
-_SWITCH_SHARE = 2.0**-20
-"""Of a stretch: so near the place is found from which on returns lead elsewhere. [-]"""
+_HALVINGS = 20
+"""The place from which on returns lead elsewhere is found to a millionth of a stretch."""
 _MOST_SWITCHES = 8
 """Places of such a kind on one stretch of `_ONE_CHOICE_M`."""
 _ONE_CHOICE_M = 100.0
@@ -32,9 +33,8 @@ class ReturnFan(Columns, eq=False):
 
     stretch: IntArray
     """Stretch asked for that each is, or is part of, rising. (n,)"""
-    segment: IntArray
-    fraction: FloatArray
-    """Of the segment's time at its ends. (n, 2) [-]"""
+    stage: IntArray
+    """Position in the route's stages. (n,)"""
     destination: IntArray
     """Where the vehicle itself would return to, as in `planner.flight.returns.destination`. (n,)"""
     corners_m: FloatArray
@@ -42,7 +42,7 @@ class ReturnFan(Columns, eq=False):
 
 
 def return_fan(
-    returns: Returns, segment: IntArray, fraction: FloatArray
+    returns: Returns, time_s: FloatArray, stage: IntArray
 ) -> tuple[ReturnFan, FlightLines]:
     """Return the returns from stretches of the flight, and the lines they follow along the mission.
 
@@ -50,63 +50,63 @@ def return_fan(
     ----------
     returns : Returns
         The flight and the rules by which it can be broken off.
-    segment : ndarray of int
-        Segment of each stretch, at least one. (n,)
-    fraction : ndarray
-        Of the time of the segment, at both ends of the stretch. (n, 2) [-]
+    time_s : ndarray
+        Of the flight, at both ends of each stretch, at least one. (n, 2) [s]
+    stage : ndarray of int
+        Stage each stretch is of. (n,)
     """
-    stretch = np.arange(len(segment))
+    stretch = np.arange(len(stage))
     places = returns.destinations
     if not places.along and (len(places.rally_ground_m) or places.landing is not None):
-        length_m = returns.flight.motion.segments.distance_m[segment] * np.ptp(fraction, axis=1)
-        parts = np.maximum(np.ceil(length_m / _ONE_CHOICE_M), 1.0).astype(np.intp)
+        ends = [_points(returns, own_s, stage).place_m for own_s in time_s.T]
+        parts = np.ceil(lengths((ends[1] - ends[0])[:, :2]) / _ONE_CHOICE_M).astype(np.intp)
+        parts = np.maximum(parts, 1)
         stretch = np.repeat(stretch, parts)
         number = np.arange(len(stretch)) - np.repeat(np.cumsum(parts) - parts, parts)
         shares = np.stack((number, number + 1), axis=1) / parts[stretch, None]
-        begin, way = fraction[stretch, :1], np.diff(fraction[stretch], axis=1)
-        stretch, fraction = _switched(returns, segment, stretch, begin + shares * way)
-    segment = segment[stretch]
-    ends = [returns.points(segment, fraction[:, end]) for end in (0, 1)]
-    destination = returns.chosen(ends[0])
+        begin_s, spent_s = time_s[stretch, :1], np.diff(time_s[stretch], axis=1)
+        stretch, time_s = _switched(returns, stage, stretch, begin_s + shares * spent_s)
+    stage = stage[stretch]
+    points = [_points(returns, own_s, stage) for own_s in time_s.T]
+    destination = returns.chosen(points[0])
     corners, paths = zip(
-        *(returns.straight_corners_m(one, destination) for one in ends), strict=True
+        *(returns.straight_corners_m(one, destination) for one in points), strict=True
     )
     fan = ReturnFan(
-        stretch=stretch,
-        segment=segment,
-        fraction=fraction,
-        destination=destination,
-        corners_m=np.stack(corners, axis=1),
+        stretch=stretch, stage=stage, destination=destination, corners_m=np.stack(corners, axis=1)
     )
-    return fan, _lines_along(dict(zip(map(id, paths[0]), paths[0], strict=True)).values())
+    return fan, _lines_along({id(path): path for path in paths[0]}.values())
+
+
+def _points(returns: Returns, time_s: FloatArray, stage: IntArray) -> ReturnPoints:
+    return replace(returns.points(*returns.at(time_s)), stage=stage)
 
 
 def _switched(
-    returns: Returns, segment: IntArray, stretch: IntArray, fraction: FloatArray
+    returns: Returns, stage: IntArray, stretch: IntArray, time_s: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Return parts of stretches, divided where returns begin to lead elsewhere."""
 
-    def chosen(rows: IntArray, at: FloatArray) -> IntArray:
-        return returns.chosen(returns.points(segment[stretch[rows]], at))
+    def chosen(rows: IntArray, at_s: FloatArray) -> IntArray:
+        return returns.chosen(_points(returns, at_s, stage[stretch[rows]]))
 
     for _ in range(_MOST_SWITCHES):
         every = np.arange(len(stretch))
-        first = chosen(every, fraction[:, 0])
-        rows = np.flatnonzero(first != chosen(every, fraction[:, 1]))
+        first = chosen(every, time_s[:, 0])
+        rows = np.flatnonzero(first != chosen(every, time_s[:, 1]))
         if not len(rows):
             break
-        low, high = fraction[rows].T.copy()
-        step = 1.0
-        while step > _SWITCH_SHARE:
-            step, middle = 0.5 * step, 0.5 * (low + high)
-            is_same = chosen(rows, middle) == first[rows]
-            low, high = np.where(is_same, middle, low), np.where(is_same, high, middle)
-        after = np.stack((high, fraction[rows, 1]), axis=1)
-        fraction[rows, 1] = low
-        stretch, fraction = np.concatenate((stretch, stretch[rows])), np.vstack((fraction, after))
-        order = np.lexsort((fraction[:, 0], stretch))
-        stretch, fraction = stretch[order], fraction[order]
-    return stretch, fraction
+        low_s, high_s = time_s[rows].T.copy()
+        for _ in range(_HALVINGS):
+            middle_s = 0.5 * (low_s + high_s)
+            is_same = chosen(rows, middle_s) == first[rows]
+            low_s, high_s = np.where(is_same, middle_s, low_s), np.where(is_same, high_s, middle_s)
+        after_s = np.stack((high_s, time_s[rows, 1]), axis=1)
+        time_s[rows, 1] = low_s
+        stretch, time_s = np.concatenate((stretch, stretch[rows])), np.vstack((time_s, after_s))
+        order = np.lexsort((time_s[:, 0], stretch))
+        stretch, time_s = stretch[order], time_s[order]
+    return stretch, time_s
 
 
 def _lines_along(paths: Iterable[ReturnPath | None]) -> FlightLines:
