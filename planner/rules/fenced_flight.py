@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch
+from planner.flight.motion.kinematics import lengths
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.flight.pilot import StopRoom
 from planner.flight.returns.destination import HOME
@@ -99,6 +100,11 @@ class FencedFlight(Value, eq=False, dict=True):
         return self.ahead_m(self.room.needed_m(self.path.speed_m_s, self.tail_wind_m_s))
 
     @cached_property
+    def at_once_m(self) -> FloatArray:
+        """Where the vehicle has stopped if it brakes at once. (n + 1, 2) [m]"""
+        return self.ahead_m(self.room.stopping_distance_m(self.path.speed_m_s))
+
+    @cached_property
     def tail_wind_m_s(self) -> FloatArray:
         """Part of the wind that blows in the direction of motion. (n + 1,) [m s⁻¹]"""
         wind, path = self.assessment.setup.wind, self.path
@@ -187,10 +193,16 @@ class FencedFlight(Value, eq=False, dict=True):
         time_s, stage = self.path.time_s, self._stage[:-1]
         fan, along = return_fan(a.returns, np.stack((time_s[:-1], time_s[1:]), axis=1), stage)
         first_home = a.returns.destinations.home_of(fan.stage) == 0
+        place_m, leg = self._in_frame(fan.corners_m[:, :, 0, :2]), fan.stretch
+        # A stop begun at once, as it is judged for the flight (F102), between those from the leg's ends.
+        ahead_m = self.at_once_m - self.points_m
+        passed_m = lengths(place_m - self.points_m[leg, None])
+        share = passed_m / np.maximum(self.path.length_m[leg, None], _NO_WAY_M)
+        share = np.clip(share, 0.0, 1.0)[..., None]
         return FencedReturns(
-            leg=fan.stretch,
-            place_m=self._in_frame(fan.corners_m[:, :, 0, :2]),
-            stop_m=self._in_frame(fan.corners_m[:, :, 1, :2]),
+            leg=leg,
+            place_m=place_m,
+            stop_m=place_m + ahead_m[leg, None] * (1.0 - share) + ahead_m[leg + 1, None] * share,
             end_m=self._in_frame(fan.corners_m[:, :, 3, :2]),
             destination=fan.destination,
             is_end_judged=(fan.destination > HOME) | ((fan.destination == HOME) & first_home),

@@ -63,7 +63,6 @@ def stop_buffer(
     """
     found: list[tuple[Severity, _Narrow]] = []
     items: set[int] = set()
-    at_once_m: FloatArray | None = None
     for barrier in barriers:
         legs = flown.legs_near(barrier)
         legs = legs[~np.isin(flown.group[legs], list(crossing))]
@@ -74,11 +73,9 @@ def stop_buffer(
             continue
         items.update(flown.path.item[legs].tolist())
         narrow = _narrowest(flown, barrier, legs)
-        if at_once_m is None:
-            at_once_m = flown.ahead_m(flown.room.stopping_distance_m(flown.path.speed_m_s))
         is_beyond = (
             narrow.path_m < flown.position_error_m
-            or _areas(flown, legs, at_once_m).near(barrier, 0.0).any()
+            or _areas(flown, legs, flown.at_once_m).near(barrier, 0.0).any()
         )
         found.append((Severity.ERROR if is_beyond else Severity.WARNING, narrow))
     if found:
