@@ -114,10 +114,10 @@ RETURN_BELOW_TERRAIN = Rule(
     how="From all over the flight to where the vehicle itself would return (home, a rally point or along "
     "the mission), at the height of its return: PX4 the higher of its own and RTL_RETURN_ALT over that "
     "place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT over home, whatever "
-    "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from places 100 m or a cell apart as in A102, and over "
-    "every centre of a cell between two lines.  Where RTL_ALT_TYPE follows terrain, RTL_ALT against "
-    "--clearance.  Not evaluated (X904) where the grid ends, and without --terrain where returns follow "
-    "terrain.",
+    "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
+    "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines.  Where "
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Not evaluated (X904) where the grid "
+    "ends, and without --terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )
