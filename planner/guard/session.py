@@ -41,10 +41,10 @@ from planner.guard.decision import (
 )
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
-from planner.link.mission import MissionDownload, MissionKind
+from planner.link.mission import ListIdRequest, MissionDownload, MissionKind
 from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot
 from planner.link.telemetry import BatteryState
-from planner.link.transfers import REQUEST_MESSAGE, MessageRequest, ParameterHashRequest
+from planner.link.transfers import REQUEST_MESSAGE, EchoRequest, ParameterHashRequest
 from planner.link.wire import message
 from planner.mission.items import Home
 from planner.values import Value, replace
@@ -245,7 +245,6 @@ _RETRIES = 5
 """Of what a vehicle may not have."""
 _LATE = 3.0
 """An answer so many round trips old is lost. [-]"""
-_CURRENT = ("MISSION_CURRENT", 42)
 
 
 class PartReader:
@@ -282,18 +281,11 @@ class PartReader:
             # Someone waits: what is lost is asked for again as soon as it is late.
             late_s = max(_LATE * self._round_trip_s, settings.shortest_timeout_s)
             settings = replace(settings, reply_timeout_s=min(late_s, settings.reply_timeout_s))
-        try:
-            confirmed = self._confirmed(asked.parts, settings)
-        except TwoVehiclesError:
-            raise
-        except LinkError as error:
-            yield from (PartUnread(part=part, why=str(error)) for part in asked.parts)
-            return
         for part in asked.parts:
             try:
                 if part not in KINDS:
                     yield self._read_parameters(settings)
-                elif KINDS[part] in confirmed:
+                elif self._is_confirmed(KINDS[part], settings):
                     yield self._watch.take_list(KINDS[part], self._watch.lists[KINDS[part]])
                 else:
                     yield self._read_list(KINDS[part], settings)
@@ -302,21 +294,15 @@ class PartReader:
             except LinkError as error:
                 yield PartUnread(part=part, why=str(error))
 
-    def _confirmed(
-        self, parts: tuple[VehiclePart, ...], settings: LinkSettings
-    ) -> set[MissionKind]:
-        """Return the lists that one message confirms to be as they were read."""
-        kinds = {KINDS[part] for part in parts if part in KINDS and self._ids.get(KINDS[part])}
-        current = self._current(settings) if kinds and self._has_echo else None
-        if current is None:
-            return set()
-        return {kind for kind in kinds if current[LIST_IDS[kind]] == self._ids[kind]}
-
-    def _current(self, settings: LinkSettings) -> Message | None:
-        """Return a MISSION_CURRENT that was sent after it was asked for; ``None`` where none comes."""
-        question = MessageRequest(*_CURRENT, settings, retries=_RETRIES, is_fresh=True)
+    def _is_confirmed(self, kind: MissionKind, settings: LinkSettings) -> bool:
+        """Return whether a list is as it was read, by the number that the vehicle has for it."""
+        known = self._ids.get(kind)
+        if not (known and self._has_echo):
+            return False
+        question = ListIdRequest(kind, settings, retries=_RETRIES)
         self._connection.run(question)
-        return question.answer
+        self._connection.send(question.ended)
+        return question.list_id == known
 
     def _read_list(self, kind: MissionKind, settings: LinkSettings) -> PartRead:
         if kind in self._lists:
@@ -329,7 +315,9 @@ class PartReader:
         self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
         self._ids[kind] = download.list_id
         if self._has_echo is None and download.list_id:
-            self._has_echo = self._current(self._settings) is not None
+            echo = EchoRequest(self._settings, retries=_RETRIES)
+            self._connection.run(echo)
+            self._has_echo = echo.answer is not None
         return self._watch.take_list(kind, download.items if download.is_supported else None)
 
     def _read_parameters(self, settings: LinkSettings) -> PartRead:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
-from planner.link.transfers import Transfer
+from planner.link.transfers import Question, Transfer
 from planner.link.wire import message
 from planner.mission.commands import UNSET_YAW, Command, Frame, command_name, load_command_table
 from planner.mission.formats.fence_items import (
@@ -264,6 +264,28 @@ class MissionDownload(Transfer):
             f"requests and {waited_s:.0f} s{refused}; bring the radio closer, "
             "or give a longer --reply-timeout or more --retries"
         )
+
+
+class ListIdRequest(Question):
+    """A vehicle's own number of a list, which it sends before the items of it (PX4).
+
+    Whoever asks ends the transfer by `ended`.
+    """
+
+    def __init__(self, kind: MissionKind, settings: LinkSettings, *, retries: int) -> None:
+        request = message("MISSION_REQUEST_LIST", mission_type=int(kind))
+        super().__init__(request, settings, retries=retries, is_fresh=True)
+        self._kind = kind
+        cancelled = int(MissionResult.OPERATION_CANCELLED)
+        self.ended = message("MISSION_ACK", type=cancelled, mission_type=int(kind))
+
+    @property
+    def list_id(self) -> int:
+        """The number; 0 where none came."""
+        return 0 if self.answer is None else self.answer.fields.get("opaque_id", 0)
+
+    def _is_answer(self, received: Message) -> bool:
+        return received.name == "MISSION_COUNT" and received["mission_type"] == self._kind
 
 
 class UploadOutcome(Enum):

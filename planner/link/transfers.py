@@ -150,8 +150,6 @@ HASH_NAME = "_HASH_CHECK"
 """PX4's hash over all parameters: one message shows whether any has changed."""
 _BY_NAME = -1
 _TOKEN_BITS = 62
-_HALF = 0x7F
-"""Of two messages of a sender, the one that is at most so many numbers after the other is later."""
 
 
 class Question(Transfer):
@@ -174,8 +172,7 @@ class Question(Transfer):
         super().__init__(settings, retries=retries)
         self._request = request
         self._token = secrets.randbits(_TOKEN_BITS) if is_fresh else None
-        self._echo: int | None = None
-        """Number of the message that echoed the token."""
+        self._is_echoed = not is_fresh
         self._stray = stray
         self._asked = 0
         self.answer: Message | None = None
@@ -191,10 +188,10 @@ class Question(Transfer):
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle."""
         if received.name == "TIMESYNC" and received["tc1"] and received["ts1"] == self._token:
-            self._echo = received.number
+            self._is_echoed = True
         elif self._is_answer(received):
-            if self._is_old(received):
-                return ()
+            if not self._is_echoed:
+                return ()  # it may have been under way before
             self._timer.answered(now_s)
             self.answer = received
             self.is_done = self.is_heard = True
@@ -211,12 +208,6 @@ class Question(Transfer):
             return (self._request,)
         return (message("TIMESYNC", tc1=0, ts1=self._token), self._request)
 
-    def _is_old(self, answer: Message) -> bool:
-        """Return whether an answer may have been sent before the question came."""
-        if self._token is None:
-            return False
-        return self._echo is None or (answer.number - self._echo) & 0xFF > _HALF
-
     def _is_answer(self, received: Message) -> bool:
         raise NotImplementedError
 
@@ -229,21 +220,27 @@ class MessageRequest(Question):
     """A message that the vehicle is asked to send once (MAV_CMD_REQUEST_MESSAGE)."""
 
     def __init__(
-        self,
-        name: str,
-        number: int,
-        settings: LinkSettings,
-        *,
-        retries: int,
-        stray: int = 0,
-        is_fresh: bool = False,
+        self, name: str, number: int, settings: LinkSettings, *, retries: int, stray: int = 0
     ) -> None:
         request = message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))
-        super().__init__(request, settings, retries=retries, stray=stray, is_fresh=is_fresh)
+        super().__init__(request, settings, retries=retries, stray=stray)
         self._name = name
 
     def _is_answer(self, received: Message) -> bool:
         return received.name == self._name
+
+
+class EchoRequest(Question):
+    """A number that comes back: whether questions can be told apart from what was under way."""
+
+    def __init__(self, settings: LinkSettings, *, retries: int) -> None:
+        self._number = secrets.randbits(_TOKEN_BITS)
+        request = message("TIMESYNC", tc1=0, ts1=self._number)
+        super().__init__(request, settings, retries=retries)
+
+    def _is_answer(self, received: Message) -> bool:
+        is_echo = received.name == "TIMESYNC" and received["tc1"] != 0
+        return is_echo and received["ts1"] == self._number
 
 
 class ParameterHashRequest(Question):

@@ -296,8 +296,6 @@ class Message(Value):
     system: int = 0
     """Who sent it; 0 for our own."""
     component: int = 0
-    number: int = 0
-    """Which of its sender's it is, modulo 256."""
 
     def __getitem__(self, field: str) -> Any:  # noqa: ANN401 - numbers, texts and arrays
         return self.fields[field]
@@ -487,5 +485,4 @@ class Codec:
             fields=fields,
             system=received.get_srcSystem(),
             component=received.get_srcComponent(),
-            number=received.get_seq(),
         )

@@ -11,9 +11,10 @@ from planner.guard.session import PartReader, VehicleWatch
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
-from planner.link.transfers import LinkSettings, Question
+from planner.link.transfers import LinkSettings
 from planner.link.upload import is_same
 from planner.link.vehicle import VehicleLink
+from planner.simulator.telemetry import TelemetryServer
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -55,37 +56,31 @@ def test_what_was_read_just_now_is_not_read_again_at_once(autopilot: Autopilot) 
     assert _names(sent).count("MISSION_REQUEST_LIST") == 3
 
 
-def test_px4_is_read_once_and_then_confirmed_by_two_questions() -> None:
+def test_px4_is_read_once_and_then_confirmed_by_a_question_for_each_list() -> None:
     reader, watch, sent = _reader(PX4)
     first = {one.part: one for one in reader.read(ALL)}
     sent.clear()
     again = {one.part: one for one in reader.read(ALL)}
     assert again == first
     assert [name for name in _names(sent) if name != "HEARTBEAT"] == [
-        *("TIMESYNC", "COMMAND_LONG"),
+        *(("TIMESYNC", "MISSION_REQUEST_LIST", "MISSION_ACK") * 3),
         *("TIMESYNC", "PARAM_REQUEST_READ"),
     ]
     assert watch.fingerprints.keys() == set(ALL.parts)
 
 
 class _LateLine(MemoryLine):
-    """Somebody changes the mission while a MISSION_CURRENT is under way, and then it is asked for."""
+    """What PX4 answered once comes again when it is asked again: it was under way for long."""
 
     stale: bytes = b""
-    is_asked = False
+    is_late = False
 
     def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
         found = super().receive(timeout_s)
-        current = [data for _, data in found if data[7:10] == b"\x2a\0\0"]
-        if not self.is_asked:
-            self.stale = current[-1] if current else self.stale
-            return found
-        self.is_asked = False
-        return [(peer, self.stale) for peer, _ in found[:1]] + found
-
-    def send(self, data: bytes, peer: Hashable | None = None) -> None:
-        self.is_asked = self.is_asked or data[7] == 76  # COMMAND_LONG
-        super().send(data, peer)
+        if not self.stale:
+            counts = [one for one in found if one[1][7:10] == b"\x2c\0\0"]  # MISSION_COUNT
+            self.stale = counts[0][1] if counts else b""
+        return [(peer, self.stale) for peer, _ in found[:1]] + found if self.is_late else found
 
 
 def test_a_list_is_not_confirmed_by_what_was_under_way_before_it_was_asked_for() -> None:
@@ -95,23 +90,23 @@ def test_a_list_is_not_confirmed_by_what_was_under_way_before_it_was_asked_for()
     watch = VehicleWatch(link.identity, own_system=245)
     reader = PartReader(link, watch, LinkSettings())
     list(reader.read(ALL))
-    link.connection.listen(2.0)  # it sends MISSION_CURRENT by itself
     assert line.stale
     other = tuple(replace(one, z=one.z + 5.0) for one in watch.lists[MissionKind.MISSION] or ())
     VehicleLink(MemoryLine(made), name="other", purpose=Purpose.UPLOAD).upload_items(
         MissionKind.MISSION, other
     )
-    line.is_asked = False
+    line.is_late = True
     list(reader.read(ReadParts(parts=(VehiclePart.MISSION,), is_urgent=True)))
     assert is_same(watch.lists[MissionKind.MISSION] or (), other)
 
 
 def test_a_vehicle_that_echoes_no_time_is_read_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     reader, _, sent = _reader(PX4)
-    monkeypatch.setattr(Question, "_is_old", lambda *_: True)
+    monkeypatch.setattr(TelemetryServer, "feed", lambda *_: ())
     for _ in range(2):
         list(reader.read(ALL))
-    assert _names(sent).count("MISSION_REQUEST_LIST") == 6
+    assert _names(sent).count("PARAM_REQUEST_LIST") == 1  # its hash is of no list
+    assert _names(sent).count("MISSION_REQUEST_INT") == 2 * (4 + 4 + 1)
 
 
 def test_ardupilot_tells_its_lists_by_no_number_and_is_read_again() -> None:

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
+from planner.link.mission import ListIdRequest, MissionKind
 from planner.link.transfers import LinkSettings, MessageRequest, ParameterHashRequest
 from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message
-from planner.values import replace
 
 ACCEPTED, FOR_NOW, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = 0, 1, 2, 3, 4, 5
 HOME = Message(name="HOME_POSITION", fields={"latitude": 1}, system=1, component=1)
@@ -67,27 +67,27 @@ def test_who_says_nothing_is_asked_as_often_as_may_be_and_was_not_heard() -> Non
     assert question.stray == 4  # each may still be answered
 
 
-def _fresh() -> tuple[MessageRequest, int]:
-    made = MessageRequest("HOME_POSITION", 242, LinkSettings(), retries=3, is_fresh=True)
-    echoed, asked = made.begin(0.0)
-    assert (echoed.name, echoed["tc1"], asked.name) == ("TIMESYNC", 0, "COMMAND_LONG")
-    return made, echoed["ts1"]
-
-
-def _echo(token: int, number: int) -> Message:
-    return Message(name="TIMESYNC", fields={"tc1": 5, "ts1": token}, system=1, number=number)
-
-
 def test_a_fresh_answer_was_sent_after_the_echo_of_its_question() -> None:
-    question, token = _fresh()
-    question.feed(replace(HOME, number=9), 0.1)  # under way before
-    question.feed(_echo(token + 1, 10), 0.2)  # of another station
-    question.feed(replace(HOME, number=11), 0.2)
-    question.feed(_echo(token, 254), 0.3)
-    question.feed(replace(HOME, number=253), 0.4)  # overtaken by the echo
+    question = ListIdRequest(MissionKind.FENCE, LinkSettings(), retries=3)
+    echoed, asked = question.begin(0.0)
+    assert (echoed.name, echoed["tc1"], asked.name) == ("TIMESYNC", 0, "MISSION_REQUEST_LIST")
+
+    def count(number: int, kind: MissionKind = MissionKind.FENCE) -> Message:
+        fields = {"count": 3, "mission_type": kind, "opaque_id": number}
+        return Message(name="MISSION_COUNT", fields=fields, system=1)
+
+    def echo(token: int) -> Message:
+        return Message(name="TIMESYNC", fields={"tc1": 5, "ts1": token}, system=1)
+
+    question.feed(count(1), 0.1)  # under way before
+    question.feed(echo(echoed["ts1"] + 1), 0.2)  # of another station
+    question.feed(count(1), 0.2)
     assert not question.is_done
-    question.feed(replace(HOME, number=1), 0.5)  # numbers begin again after 255
-    assert question.answer == replace(HOME, number=1)
+    question.feed(echo(echoed["ts1"]), 0.3)
+    question.feed(count(7, MissionKind.MISSION), 0.3)
+    assert not question.is_done
+    question.feed(count(2), 0.3)
+    assert question.list_id == 2
 
 
 def test_a_hash_is_the_four_bytes_of_its_value() -> None:
