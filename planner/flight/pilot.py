@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Target
     from planner.findings import Finding
     from planner.flight.motion.kinematics import Motion
+    from planner.flight.motion.px4.lag import Tracking
     from planner.flight.power import Transients
     from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Route
@@ -186,6 +187,7 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
     vehicle = setup.vehicle
     if parameters is None:
         return StepPilot(vehicle=vehicle)
+    from planner.flight.motion.px4.lag import Tracking
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     limit_m_s = airspeed_limit_m_s(vehicle, parameters)
@@ -202,7 +204,7 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
             parameters=parameters,
             wind=setup.wind,
             airspeed_limit_m_s=limit_m_s,
-            position_noise_m=noise_m,
+            tracking=Tracking(noise_m=noise_m, drag_per_s=vehicle.drag_per_s),
         )
     return ArduPilotPilot(
         parameters=parameters,
@@ -272,8 +274,7 @@ class Px4Pilot(Value):
     wind: Wind
     airspeed_limit_m_s: float | None
     """Airspeed at the greatest tilt; ``None``: not known. [m s⁻¹]"""
-    position_noise_m: float
-    """Mean horizontal error of the position in a hover. [m]"""
+    tracking: Tracking
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; PX4 shapes its references, so nothing rings."""
@@ -284,7 +285,7 @@ class Px4Pilot(Value):
             self.parameters,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
-            hover_noise_m=self.position_noise_m,
+            tracking=self.tracking,
         )
         return motion, NO_TRANSIENTS
 
@@ -302,7 +303,7 @@ class Px4Pilot(Value):
             return_paths=targets.paths,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
-            hover_noise_m=self.position_noise_m,
+            tracking=self.tracking,
         )
         return motion, NO_TRANSIENTS
 

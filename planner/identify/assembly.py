@@ -18,6 +18,7 @@ from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
 from planner.identify.lean import identified_lean
+from planner.identify.lag import identify_drag
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread
@@ -322,6 +323,7 @@ def assemble_model(
         parameters, differing = flown_parameters(records, reference)
         findings += differing
     lean = identified_lean(records, base)
+    drag = identify_drag(records) if reference is Autopilot.PX4 else None
     mass_kg = settings.own_mass_kg
     findings += [*_reported(outcomes, settings, mass_kg), *_vehicles(records)]
     readings = [
@@ -330,6 +332,11 @@ def assemble_model(
         *pack.readings,
         *_air_readings(records, settings, parts),
     ]
+    if drag is not None:
+        readings.append(
+            f"drag_per_s is {drag.value:.3f} ± {drag.error:.3f} 1/s, from how far the vehicle lags "
+            "behind its trajectory"
+        )
     model = VehicleModel(
         name=settings.name,
         source=f"{settings.name}.toml",
@@ -341,6 +348,7 @@ def assemble_model(
         airspeed_limit_lean_deg=lean.limit_lean_deg,
         drag_exponent=lean.drag_exponent,
         position_noise_m=settings.position_noise_m,
+        drag_per_s=None if drag is None else float(f"{drag.value:.4g}"),
         hover=power.hover,
         cruise=power.cruise,
         vertical=power.vertical,

@@ -390,6 +390,15 @@ class VehicleModel(Part):
             Range(0.0, 1.5),
         ),
     ] = 0.0
+    drag_per_s: Annotated[
+        float | None,
+        Key(
+            "deceleration by the air over airspeed, for PX4, whose trajectory waits for a vehicle that "
+            "lags by it",
+            "1/s",
+            Range(0.0, 5.0),
+        ),
+    ] = None
     speed: Annotated[Speed | None, TABLE] = None
     hover: Annotated[
         AltitudeLaw | DensityLaw | None,

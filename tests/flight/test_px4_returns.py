@@ -9,6 +9,7 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 
 from planner.flight.motion.kinematics import STATES
+from planner.flight.motion.px4.lag import Tracking
 from planner.flight.motion.px4.moves import return_heights_m
 from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.flight.pilot import make_pilot
@@ -67,7 +68,9 @@ def test_a_return_from_above_its_height_does_not_climb() -> None:
 def test_a_return_takes_what_was_recorded() -> None:
     # 200 m away at 12 m: back, down and disarmed 86.9 s after the return began, with position noise.
     motion = fly_px4(
-        (takeoff(12.0), go(0.0, 200.0, 12.0, hold=5.0), RETURN), PX4, hover_noise_m=0.32
+        (takeoff(12.0), go(0.0, 200.0, 12.0, hold=5.0), RETURN),
+        PX4,
+        tracking=Tracking(noise_m=0.32),
     )
     end = motion.segments.end_s[motion.done_segment]
     assert end[2] - end[1] == pytest.approx(86.9, rel=0.03)

@@ -14,6 +14,7 @@ from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.flight.motion.px4.lag import Tracking
 from planner.flight.motion.px4.pilot import fly_px4
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -29,7 +30,7 @@ STANDING = (takeoff(), go(0.0, hold=30.0))
 
 def leg_s(leg: Stage, *after: Stage, noise_m: float = 0.0) -> float:
     """Return the time of a leg from standing until it is reported as reached. [s]"""
-    motion = fly_px4((*STANDING, leg, *after), PX4, hover_noise_m=noise_m)
+    motion = fly_px4((*STANDING, leg, *after), PX4, tracking=Tracking(noise_m=noise_m))
     begun, reached = motion.segments.end_s[motion.arrival_segment[[1, 2]]]
     return float(reached - begun)
 

@@ -31,6 +31,7 @@ SI_PER_UNIT: Mapping[str, float] = {
     "cm/s²": 1e-2,
     "m/s³": 1.0,
     "1/s": 1.0,
+    "1/s²": 1.0,
     "s": 1.0,
     "ms": 1e-3,
     "deg": math.radians(1.0),

@@ -316,12 +316,48 @@ class Ordered(Value, eq=False):
     row: IntArray
     duration_s: FloatArray
     is_grounded: BoolArray
+    piece_slot: IntArray
     segment_move: IntArray
     """Move each segment belongs to. (n,)"""
     segment_slot: IntArray
     segment_s: FloatArray
     segment_distance_m: FloatArray
     segment_climb_m: FloatArray
+
+    def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
+        """Return the velocities to east and north at fractions of the time of each piece. (p, k, 2)"""
+        velocity = np.empty((len(self.law), len(fractions), 2))
+        for index, law in enumerate(self.laws):
+            pieces = np.flatnonzero(self.law == index)
+            if len(pieces):
+                time = self.duration_s[pieces, None] * fractions
+                state = law.state_at(self.row[pieces][:, None], time)
+                velocity[pieces, :, 0], velocity[pieces, :, 1] = state.east_m_s, state.north_m_s
+        return velocity
+
+    def slowed(self, scale: FloatArray) -> Ordered:
+        """Return the pieces flown in more time, each at its share of the speed. (p,)"""
+        laws = []
+        for index, law in enumerate(self.laws):
+            pieces = self.law == index
+            factor = np.ones(int(pieces.sum()))
+            factor[self.row[pieces]] = scale[pieces]
+            laws.append(_slowed(law, factor))
+        duration = self.duration_s / scale
+        segment_s = np.bincount(self.segment, duration).astype(np.float64)
+        return replace(self, laws=tuple(laws), duration_s=duration, segment_s=segment_s)
+
+
+def _slowed(law: MotionLaw, factor: FloatArray) -> MotionLaw:
+    """Return the rows of a law, each in a time of its own."""
+    if isinstance(law, BrakeLaw):
+        return replace(law, rate=law.rate * factor)
+    powers = factor[:, None, None] ** np.arange(4.0)
+    if isinstance(law, SettlingLaw):
+        rate = law.rate_per_s * factor[:, None, None]
+        return replace(law, coefficients=law.coefficients * powers, rate_per_s=rate)
+    assert isinstance(law, PolynomialLaw)
+    return replace(law, coefficients=law.coefficients * powers)
 
 
 def in_flown_order(pieces: Px4Pieces) -> Ordered:
@@ -362,6 +398,7 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         row=row[flown],
         duration_s=duration,
         is_grounded=np.repeat([part.is_grounded for part in parts], counts)[flown],
+        piece_slot=key % SLOTS,
         segment_move=key[begins] // SLOTS,
         segment_slot=key[begins] % SLOTS,
         segment_s=segment_s,

@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import (
     horizontal,
 )
 from planner.flight.motion.px4.braking import stopping_distance_m
+from planner.flight.motion.px4.lag import Tracking, TrackingLag
 from planner.flight.motion.px4.landing import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import fly_legs, yaw_waits_s
@@ -45,6 +46,12 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
+FOLLOWS = Tracking()
+"""A vehicle that is where it should be."""
+_LEAST_REACH = 0.25
+"""Of the distance at which a place counts as reached, what is left of it by a lag. [-]"""
+
+
 def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:
     """Return a finding for each setting that the motion of these stages does not follow."""
     returning = next((stage for stage in stages if stage.kind is StageKind.RETURN), None)
@@ -65,16 +72,16 @@ def fly_px4(
     stages: Sequence[Stage],
     parameters: Px4Parameters,
     *,
-    hover_noise_m: float = 0.0,
+    tracking: Tracking = FOLLOWS,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
 ) -> Motion:
     """Return how PX4 flies the stages of a route.
 
     The first of at least one stage begins at home, disarmed on the ground.  Ground speed is held against
-    the wind until the tilt reaches its limit, at that airspeed.  ``hover_noise_m`` is the mean horizontal
-    distance between where the vehicle should be and its own estimate in a hover; it slows PX4's time
-    down, 0.3 m measured in simulation, and is refused (ValueError) where it stops it.
+    the wind until the tilt reaches its limit, at that airspeed.  Noise of the position slows PX4's time
+    down, 0.3 m measured in simulation, and is refused (ValueError) where it stops it; so does the lag
+    that drag causes.
 
     Notes
     -----
@@ -86,7 +93,7 @@ def fly_px4(
         moves_of_stages(stages, parameters),
         len(stages),
         parameters,
-        time_scale=TimeScale.of(hover_noise_m, parameters),
+        tracking=tracking,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
@@ -100,7 +107,7 @@ def px4_returns(
     *,
     above_ground_m: FloatArray | float = 0.0,
     return_paths: Sequence[ReturnPath | None] = (),
-    hover_noise_m: float = 0.0,
+    tracking: Tracking = FOLLOWS,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
 ) -> Motion:
@@ -117,7 +124,7 @@ def px4_returns(
         return_moves(places, homes, parameters, above_ground_m, return_paths),
         len(places),
         parameters,
-        time_scale=TimeScale.of(hover_noise_m, parameters),
+        tracking=tracking,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
@@ -128,11 +135,12 @@ def _fly(
     stages: int,
     parameters: Px4Parameters,
     *,
-    time_scale: TimeScale,
+    tracking: Tracking,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
 ) -> Motion:
     """Return the motion of moves that serve a number of stages."""
+    time_scale = TimeScale.of(tracking.noise_m, parameters)
     begins = moves.beginnings_m()
     speed, findings = held_speeds_m_s(
         moves.speed_m_s,
@@ -143,16 +151,14 @@ def _fly(
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
     moves = replace(moves, speed_m_s=speed)
-    legs = fly_legs(moves, parameters)
-    waits = yaw_waits_s(legs, parameters)
-    if (waits > moves.hold_s).any():
-        legs = fly_legs(replace(moves, hold_s=np.maximum(waits, moves.hold_s)), parameters)
-    pieces = Px4Pieces()
-    add_takeoffs(pieces, legs, parameters)
-    add_legs(pieces, legs, parameters, time_scale=time_scale)
-    add_holds(pieces, legs, parameters)
-    add_landings(pieces, legs, parameters, time_scale=time_scale)
-    ordered = in_flown_order(pieces)
+    legs, ordered = _flown(moves, parameters, time_scale)
+    if tracking.drag_per_s:
+        lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
+        # The place of the vehicle, not that of its trajectory, decides what counts as reached.
+        reach = moves.reach_m + lag.ahead_m(ordered, moves.is_first)
+        moves = replace(moves, reach_m=np.maximum(reach, _LEAST_REACH * moves.reach_m))
+        legs, ordered = _flown(moves, parameters, time_scale)
+        ordered = lag.waited_for(ordered, moves.is_first)
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
@@ -171,6 +177,22 @@ def _fly(
         wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
         findings=findings,
     )
+
+
+def _flown(
+    moves: Moves, parameters: Px4Parameters, time_scale: TimeScale
+) -> tuple[Px4Legs, Ordered]:
+    """Return how moves are flown, and the pieces of that, as a vehicle does that does not lag."""
+    legs = fly_legs(moves, parameters)
+    waits = yaw_waits_s(legs, parameters)
+    if (waits > moves.hold_s).any():
+        legs = fly_legs(replace(moves, hold_s=np.maximum(waits, moves.hold_s)), parameters)
+    pieces = Px4Pieces()
+    add_takeoffs(pieces, legs, parameters)
+    add_legs(pieces, legs, parameters, time_scale=time_scale)
+    add_holds(pieces, legs, parameters)
+    add_landings(pieces, legs, parameters, time_scale=time_scale)
+    return legs, in_flown_order(pieces)
 
 
 def _segments(ordered: Ordered, legs: Px4Legs, parameters: Px4Parameters) -> SegmentColumns:

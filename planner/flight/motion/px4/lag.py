@@ -1,0 +1,157 @@
+"""How far air drag lets a vehicle fall behind its trajectory, and what PX4's trajectory waits for it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import horizontal, quotient
+from planner.flight.motion.px4.pieces import HOLD, PAUSE, Ordered
+from planner.units import GRAVITY_M_S2
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_PARTS = 4
+"""Parts of a piece over which its velocity counts as constant."""
+_ROUNDS = 3
+"""What is waited for makes a vehicle slower, and that the drag less: by a tenth in the second round."""
+_LEAST_SCALE = 0.1
+"""Of the trajectory's time. [-]"""
+_STILL_M_S = 1e-3
+_WINDOW = 300.0
+"""Time constants summed up at once: e³⁰⁰ and its inverse are numbers. [-]"""
+_BETWEEN_FLIGHTS = 30.0
+"""Time constants between flights of their own: nothing is left of the one before. [-]"""
+
+
+class Tracking(Value):
+    """How a vehicle follows its trajectory."""
+
+    noise_m: float = 0.0
+    """Mean horizontal distance between where it should be and its own estimate in a hover. [m]"""
+    drag_per_s: float | None = None
+    """Deceleration by the air over airspeed; ``None``: it does not lag. [s⁻¹]"""
+
+
+class TrackingLag(Value):
+    """The error of the position that drag causes, by PX4's controller.
+
+    Notes
+    -----
+    With the acceleration D v of the air, the controllers of position (MPC_XY_P = P) and velocity
+    (MPC_XY_VEL_P_ACC = k, MPC_XY_VEL_I_ACC = i) and the integral z,
+
+        k q + z = D v,  ż = i q,  q = P e + v_t − v,  v = s v_t,
+
+    v_t the velocity of the trajectory, e the vehicle behind it, s = 1 − |e|/E its time
+    (MPC_XY_ERR_MAX = E; ``PositionSmoothing::_generateTrajectory``) where e points along v_t and 1 where
+    the vehicle is ahead.  So z follows D v with the time constant k/i, and
+
+        e = |D v_t − z|/(k (P + v_t/E) + D v_t/E) behind, |D v_t − z|/(k P) ahead.
+
+    MPC_TILTMAX_AIR bounds the acceleration by A, the speed by A/D; there the integral stops at A − k q/2
+    (anti-windup, ``PositionControl::_velocityControl``).
+
+    The fast modes, 1 s, are left out.  Against the whole of it integrated numerically (D = 1/s, corners
+    and about turns at 5 to 10 m/s) legs are 1 % off, 3 % where the greatest tilt is near.
+    """
+
+    drag_per_s: float
+    """Deceleration by the air over airspeed. [s⁻¹]"""
+    parameters: Px4Parameters
+
+    def ahead_m(self, ordered: Ordered, is_first: BoolArray) -> FloatArray:
+        """Return how far ahead of their trajectory vehicles are as each move ends, below 0 behind. (n,)
+
+        ``is_first``: which moves begin a flight of their own. (n,)
+        """
+        _, force, velocity = self._followed(ordered, is_first)
+        flies = (ordered.piece_slot != HOLD) & (ordered.piece_slot != PAUSE)
+        last = np.full(len(is_first), -1)
+        pieces = np.flatnonzero(flies)
+        last[ordered.segment_move[ordered.segment[pieces]]] = pieces
+        rows = np.maximum(last, 0)
+        speed = horizontal(velocity[rows])
+        along = quotient((force[rows] * velocity[rows]).sum(axis=1), speed, above=_STILL_M_S)
+        return np.where(last >= 0, -along / self._stiffness(speed, along > 0.0), 0.0)
+
+    def waited_for(self, ordered: Ordered, is_first: BoolArray) -> Ordered:
+        """Return pieces with the time the trajectory waits for the vehicle."""
+        scale, _, _ = self._followed(ordered, is_first)
+        return ordered.slowed(scale)
+
+    def _stiffness(self, speed_m_s: FloatArray, is_behind: BoolArray) -> FloatArray:
+        """Return the acceleration that goes with an error of 1 m. [s⁻²]"""
+        p = self.parameters
+        stretched = speed_m_s / p.position_error_max_m * (p.velocity_gain_per_s + self.drag_per_s)
+        return p.velocity_gain_per_s * p.position_gain_per_s + np.where(is_behind, stretched, 0.0)
+
+    def _followed(
+        self, ordered: Ordered, is_first: BoolArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return time scales, and D v_t − z and velocities as pieces end. (p,), (p, 2), (p, 2)"""
+        p, count = self.parameters, len(ordered.duration_s)
+        settling_s = p.velocity_gain_per_s / p.velocity_integral_gain_per_s2
+        fractions = (np.arange(_PARTS) + 0.5) / _PARTS
+        velocity = ordered.velocities_m_s(fractions).reshape(-1, 2)
+        speed = horizontal(velocity)
+        time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
+        gap = np.zeros(len(time_s))
+        flight = np.cumsum(is_first)[ordered.segment_move[ordered.segment]]
+        gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
+        drag = self.drag_per_s * velocity
+        most_m_s2 = GRAVITY_M_S2 * math.tan(p.tilt_max_rad)
+        tilted = np.minimum(1.0, quotient(most_m_s2, self.drag_per_s * speed, 1.0))
+        # What the integral settles at where the tilt is at its limit.
+        error_m_s = (1.0 - tilted) * (p.position_gain_per_s * p.position_error_max_m + speed)
+        wound = np.maximum(most_m_s2 - 0.5 * p.velocity_gain_per_s * error_m_s, 0.0)
+        share = np.where(tilted < 1.0, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
+        scale, constants, built = tilted, time_s, drag
+        for _ in range(_ROUNDS):
+            constants = time_s / scale / settling_s
+            built = _smoothed(drag * np.minimum(scale, share)[:, None], constants, gap)
+            force = drag - built
+            mean = -np.expm1(-constants) / np.maximum(constants, 1e-12)
+            behind = ((force * velocity).sum(axis=1) > 0.0) & (speed > _STILL_M_S)
+            error_m = horizontal(force) * mean / self._stiffness(speed, behind)
+            slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
+            scale = np.minimum(np.where(behind, slowed, 1.0), tilted)
+        flown_s = (time_s / scale).reshape(count, _PARTS).sum(axis=1)
+        left = np.exp(-constants[_PARTS - 1 :: _PARTS])[:, None]
+        at_end = ordered.velocities_m_s(np.ones(1))[:, 0]
+        before = slice(_PARTS - 1, None, _PARTS)
+        built_at_end = drag[before] + (built[before] - drag[before]) * left
+        whole = quotient(ordered.duration_s, flown_s, 1.0)
+        return whole, self.drag_per_s * at_end - built_at_end, at_end
+
+
+def _smoothed(values: FloatArray, constants: FloatArray, gap: FloatArray) -> FloatArray:
+    """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n, 2)
+
+    With a gap before it, in time constants, in which z dies away.
+    """
+    ends = np.cumsum(constants + gap)
+    begins = ends - constants
+    result, kept = np.empty_like(values), np.zeros(2)
+    first, start = 0, 0.0
+    while first < len(values):
+        last = max(int(np.searchsorted(ends, start + _WINDOW)), first + 1)
+        some = slice(first, last)
+        if last == first + 1:
+            result[first] = kept * np.exp(-min(begins[first] - start, _WINDOW))
+            fades = np.exp(-min(constants[first], _WINDOW))
+            kept = result[first] * fades + values[first] * (1.0 - fades)
+        else:
+            growth = np.exp(ends[some] - start)[:, None]
+            added = -np.expm1(-constants[some])[:, None] * values[some] * growth
+            total = kept + np.cumsum(added, axis=0)
+            before = np.vstack((kept, total[:-1]))
+            result[some] = before * np.exp(start - begins[some])[:, None]
+            kept = total[-1] / growth[-1]
+        first, start = last, float(ends[last - 1])
+    return result

@@ -1,0 +1,82 @@
+"""The air drag that makes a vehicle lag behind the trajectory of PX4, from logs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.identify.uncertainty import Estimate, fit_noise, least_squares_covariance
+from planner.vehicle.parameters.px4 import Px4Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import FloatArray
+    from planner.logs.record import FlightRecord
+
+_LEAST_MOTION_M_S = 0.3
+"""Root mean square of what changes of the velocity: below, in hovers and climbs, nothing tells the drag."""
+_LEAST_ERRORS = 3.0
+"""Standard errors a drag must be from zero to be told from none. [-]"""
+
+
+def identify_drag(records: Sequence[FlightRecord]) -> Estimate | None:
+    """Return the deceleration by the air over airspeed, in 1/s; ``None`` where the logs do not tell it.
+
+    Notes
+    -----
+    The velocity controller asks for k q + i ∫ q, q = P e + v_t − v with the error e of the position and the
+    velocity v_t of the trajectory; that is D v where the flight is steady (``TrackingLag``).  The integral
+    follows D v with the time constant k/i, so that what is left is k q = D x, x the velocity less itself
+    smoothed with k/i: a line through zero, for east and north alike.  A steady wind leaves both alone.
+    """
+    spans = [span for record in records for span in _spans(record)]
+    if not spans:
+        return None
+    motion, asked = (np.concatenate(column) for column in zip(*spans, strict=True))
+    if np.sqrt((motion**2).mean()) < _LEAST_MOTION_M_S:
+        return None
+    drag = float(motion @ asked / (motion @ motion))
+    noise = fit_noise([y - drag * x for x, y in spans], parameters=1)
+    covariance = least_squares_covariance([(1.0, x[:, None], noise) for x, _ in spans])
+    error = float(np.sqrt(covariance[0, 0]))
+    return (
+        Estimate(name="drag_per_s", value=drag, error=error)
+        if drag > _LEAST_ERRORS * error
+        else None
+    )
+
+
+def _spans(record: FlightRecord) -> list[tuple[FloatArray, FloatArray]]:
+    """Return x and k q of the longest flight without a gap, to north and to east. (n,) each [m s⁻¹, m s⁻²]"""
+    defaults, given = Px4Parameters(), record.parameters
+    position = given.get("MPC_XY_P", defaults.position_gain_per_s)
+    gain = given.get("MPC_XY_VEL_P_ACC", defaults.velocity_gain_per_s)
+    integral = given.get("MPC_XY_VEL_I_ACC", defaults.velocity_integral_gain_per_s2)
+    axes = (
+        *((record.velocity_north_m_s, record.reference_velocity_north_m_s),),
+        *((record.velocity_east_m_s, record.reference_velocity_east_m_s),),
+    )
+    errors = (record.reference_north_m - record.north_m, record.reference_east_m - record.east_m)
+    known = ~record.is_landed & np.isfinite(np.array([*axes[0], *axes[1], *errors])).all(axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], known, [False]))))
+    if not len(edges) or integral <= 0.0:
+        return []
+    begins, ends = edges[::2], edges[1::2]
+    longest = int(np.argmax(ends - begins))
+    flown = slice(begins[longest], ends[longest])
+    fading = np.exp(-record.step_s * integral / gain)
+    result = []
+    for (velocity, reference), error in zip(axes, errors, strict=True):
+        v = velocity[flown]
+        asked = gain * (position * error[flown] + reference[flown] - v)
+        result.append((v - _smoothed(v, fading), asked))
+    return result
+
+
+def _smoothed(values: FloatArray, fading: float) -> FloatArray:
+    from scipy.signal import lfilter
+
+    smooth: FloatArray = lfilter([1.0 - fading], [1.0, -fading], values)
+    return smooth

@@ -1,0 +1,120 @@
+"""PX4's trajectory waits for a vehicle that drag makes lag."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, stage, takeoff
+
+from planner.flight.motion.px4.lag import Tracking
+from planner.flight.motion.px4.pilot import fly_px4, px4_returns
+from planner.mission.route.stage import Stage, StageKind
+from planner.values import replace
+from planner.vehicle.parameters.px4 import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import Motion
+
+PX4 = Px4Parameters()
+BOX = ((60.0, 0.0), (60.0, 60.0), (0.0, 60.0), (0.0, 0.0))
+ABOUT = ((80.0, 0.0), (0.0, 0.0), (80.0, 0.0), (0.0, 3.0), (80.0, 3.0))
+SURVEY = ((0.0, 60.0), (0.0, -60.0), (12.0, -60.0), (12.0, 60.0), (24.0, 60.0), (24.0, -60.0))
+
+
+def fly(places: tuple[tuple[float, float], ...], drag_per_s: float | None, speed: float) -> Motion:
+    legs: list[Stage] = [replace(go(east, north), speed_m_s=speed) for east, north in places]
+    home = stage(StageKind.RETURN, height_m=0.0)
+    return fly_px4((takeoff(15.0), *legs, home), PX4, tracking=Tracking(drag_per_s=drag_per_s))
+
+
+def legs_s(motion: Motion, count: int) -> list[float]:
+    ends = motion.segments.end_s[motion.arrival_segment[1 : count + 1]]
+    return [float(leg) for leg in np.diff(ends)]
+
+
+@pytest.mark.parametrize(
+    ("places", "speed_m_s", "recorded_s"),
+    [
+        (BOX, 5.0, [16.23, 16.33, 16.38]),
+        (ABOUT, 8.0, [17.08, 17.20, 17.22, 17.25]),
+        (SURVEY, 8.0, [21.62, 5.18, 21.52, 5.19, 21.58]),
+    ],
+    ids=["box", "about", "survey"],
+)
+def test_legs_take_the_time_recorded_of_a_vehicle_with_drag(
+    places: tuple[tuple[float, float], ...], speed_m_s: float, recorded_s: list[float]
+) -> None:
+    # Flown by PX4 with a drag of 1/s; the motion without it is 8 to 25 % short.  The last leg leads to
+    # another item there.
+    found = legs_s(fly(places, 1.0, speed_m_s), len(places) - 1)
+    recorded_s = recorded_s[: len(found)]
+    assert found == pytest.approx(recorded_s, rel=0.055)
+    assert sum(found) == pytest.approx(sum(recorded_s), rel=0.03)
+    without = legs_s(fly(places, None, speed_m_s), len(places) - 1)
+    assert sum(without) < 0.92 * sum(recorded_s)
+
+
+def test_a_lap_of_a_vehicle_with_little_drag_takes_what_was_recorded() -> None:
+    # 0.15/s: 14.31, 14.41 and 14.58 s, the last to where a return begins.
+    assert legs_s(fly(BOX, 0.15, 5.0), 3) == pytest.approx([14.31, 14.41], rel=0.015)
+
+
+def test_more_drag_takes_more_time_and_none_changes_nothing() -> None:
+    times = [fly(SURVEY, drag, 8.0).segments.end_s[-1] for drag in (None, 0.0, 0.2, 0.5, 1.0, 2.0)]
+    assert times[0] == times[1]
+    assert (np.diff(times[1:]) > 0.0).all()
+
+
+def test_the_greatest_tilt_bounds_the_speed() -> None:
+    # 45° is g tan 45° = 9.81 m/s², at 2/s 4.9 m/s.
+    far = ((400.0, 0.0), (400.0, 400.0))
+    motion = fly(far, 2.0, 8.0)
+    time = np.arange(40.0, motion.segments.end_s[motion.arrival_segment[1]] - 10.0, 0.5)
+    speed = motion.state_at_time(time).ground_speed_m_s
+    assert speed.max() == pytest.approx(9.80665 / 2.0, rel=0.01)
+    lower = fly_px4(
+        (takeoff(15.0), *(replace(go(*place), speed_m_s=8.0) for place in far)),
+        replace(PX4, tilt_max_rad=math.radians(30.0)),
+        tracking=Tracking(drag_per_s=2.0),
+    )
+    speed = lower.state_at_time(np.arange(40.0, 80.0, 0.5)).ground_speed_m_s
+    assert speed.max() == pytest.approx(9.80665 * math.tan(math.radians(30.0)) / 2.0, rel=0.01)
+
+
+def test_a_lagging_flight_is_one_motion() -> None:
+    motion = fly(SURVEY, 1.0, 8.0)
+    lasted = np.bincount(motion.piece_segment, motion.piece_duration_s)
+    assert lasted == pytest.approx(motion.segments.duration_s)
+    count = len(motion.piece_duration_s)
+    ends = np.column_stack((np.zeros(count), motion.piece_duration_s))
+    place = motion.state_at(np.arange(count)[:, None], ends).place_m
+    assert np.abs(place[1:, 0] - place[:-1, 1]).max() < 0.05
+
+
+def test_returns_lag_each_on_their_own() -> None:
+    places = np.array([[300.0, 0.0, 40.0], [0.0, 200.0, 40.0], [120.0, 0.0, 40.0]])
+    tracking = Tracking(drag_per_s=1.0)
+    together = px4_returns(places, np.zeros(3), PX4, tracking=tracking).segments
+    together_s = np.bincount(together.item, together.duration_s)
+    for row, place in enumerate(places):
+        alone = px4_returns(place[None], np.zeros(3), PX4, tracking=tracking).segments
+        assert together_s[row] == pytest.approx(alone.end_s[-1], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"velocity_gain_per_s": 3.0},
+        {"velocity_integral_gain_per_s2": 1.0},
+        {"position_gain_per_s": 1.5},
+        {"position_error_max_m": 4.0},
+    ],
+)
+def test_each_gain_of_the_controller_makes_it_lag_less(change: dict[str, float]) -> None:
+    places = [replace(go(east, north), speed_m_s=8.0) for east, north in SURVEY]
+    stages, tracking = (takeoff(15.0), *places), Tracking(drag_per_s=1.0)
+    stiffer = fly_px4(stages, replace(PX4, **change), tracking=tracking)
+    assert stiffer.segments.end_s[-1] < fly_px4(stages, PX4, tracking=tracking).segments.end_s[-1]
