@@ -17,8 +17,8 @@ from planner.findings import Rule, Severity
 from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
-from planner.identify.lean import identified_lean
 from planner.identify.lag import identify_drag
+from planner.identify.lean import identified_lean
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread
