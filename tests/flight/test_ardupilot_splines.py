@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from ardupilot_missions import fly, go, stage, takeoff, time_s
-from ardupilot_times import leg_s
+from ardupilot_times import START_S, leg_s
 
 from planner.mission.route.stage import StageKind
 
@@ -32,3 +32,69 @@ def test_straight_legs_join_splines_at_speed() -> None:
     motion = fly(takeoff(), go(300.0), stage(StageKind.SPLINE, 600.0), go(900.0, hold=1.0))
     stopped = 3 * leg_s(300.0)
     assert motion.segments.duration_s[1:].sum() < stopped - 2 * 5.0
+
+
+def stepped_s(*points: tuple[float, float], step_s: float = 0.01) -> float:
+    """Time over splines from rest to rest, stepped as ``SplineCurve::advance_target_along_track``."""
+    places = [np.array(point) for point in ((0.0, 0.0), *points)]
+    legs, leaving = [], np.zeros(2)
+    for k in range(1, len(places)):
+        start, end = places[k - 1], places[k]
+        after = places[k + 1] if k + 1 < len(places) else None
+        arriving = np.zeros(2) if after is None else after - start
+        scale = min(
+            1.0,
+            4.0
+            * float(np.linalg.norm(end - start))
+            / float(np.linalg.norm(leaving) + np.linalg.norm(arriving)),
+        )
+        a, b = leaving * scale, arriving * scale
+        legs.append((start, a, 3 * (end - start) - 2 * a - b, 2 * (start - end) + a + b, end))
+        leaving = arriving
+
+    def bend(leg: tuple[np.ndarray, ...], u: float) -> tuple[np.ndarray, np.ndarray, float]:
+        c0, c1, c2, c3, _ = leg
+        slope, curve = c1 + u * (2 * c2 + 3 * u * c3), 2 * c2 + 6 * u * c3
+        size = float(np.linalg.norm(slope))
+        if size < 1e-9:
+            return c0 + u * (c1 + u * (c2 + u * c3)), slope, 10.0
+        across = curve - slope * float(curve @ slope) / size**2
+        most = size * np.sqrt(1.25 / max(float(np.linalg.norm(across)), 1e-12))
+        return c0 + u * (c1 + u * (c2 + u * c3)), slope, min(10.0, float(most))
+
+    ends: list[float] = [0.0]  # speeds that the ends are braked to, from the last
+    for leg, before in zip(legs[::-1], legs[-2::-1], strict=False):
+        chord = float(np.linalg.norm(leg[4] - leg[0]))
+        most = float(np.sqrt(ends[0] ** 2 + 2 * 1.25 * chord))
+        ends.insert(0, min(bend(before, 1.0)[2], bend(leg, 0.0)[2], most))
+    time = speed = 0.0
+    for leg, destination in zip(legs, ends, strict=True):
+        last = leg is legs[-1]
+        u = 0.0
+        while u < 1.0:
+            place, slope, limit = bend(leg, u)
+            away = float(np.linalg.norm(leg[4] - place))
+            limit = min(limit, float(np.sqrt(destination**2 + 2 * 1.25 * away)))
+            size = float(np.linalg.norm(slope))
+            way = speed * step_s
+            u += way / size if size > 1e-6 else np.sqrt(way / float(np.linalg.norm(leg[2])))
+            speed = min(max(limit, speed - 1.25 * step_s), speed + 1.25 * step_s)
+            time += step_s
+            if last and away < 0.05:
+                break
+    return time
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        ((80.0, 0.0), (100.0, 40.0), (160.0, 60.0)),
+        ((60.0, 0.0), (60.0, 20.0), (0.0, 20.0), (0.0, 60.0)),  # bends that are come to too fast
+        ((100.0, 0.0), (110.0, 3.0), (100.0, 20.0), (20.0, 20.0)),
+    ],
+)
+def test_bends_are_not_braked_for(points: tuple[tuple[float, float], ...]) -> None:
+    motion = fly(takeoff(), *(stage(StageKind.SPLINE, *point) for point in points))
+    flown = time_s(motion) - time_s(fly(takeoff())) - START_S
+    # 24 pieces a spline against steps of a hundredth of a second, which are long in a cusp.
+    assert flown == pytest.approx(stepped_s(*points), rel=0.02)

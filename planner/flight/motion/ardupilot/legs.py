@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -305,6 +305,61 @@ class ArduPilotLegs(Value, eq=False):
     flown_peak_m_s: FloatArray
     """Highest speed of the vehicle itself: a pointed peak is rounded by its lag. (n,) [m s⁻¹]"""
     findings: tuple[Finding, ...]
+
+
+_CORRECTED_S = 2.0
+"""After so long the velocity controller has taken in what drag has become: its mean residence time,
+(k_v k_p + k_I)/(k_I k_p) − 1/k_p with the gains at their defaults, see :class:`TrackLag`. [s]"""
+
+
+Vector = tuple[float, float, float]
+
+
+class TrackLag(NamedTuple):
+    r"""How the time along a track slows down where the vehicle falls behind.
+
+    Notes
+    -----
+    ``advance_wp_target_along_track`` lets time pass by 1.05 − E/v, at most 1, v being the target's speed
+    and E = v − v_vehicle + k_p e; filtered by A/J.  E is the very input of the velocity controller, whose
+    integral holds the drag c v: E = G(s) c a with
+
+    .. math:: G = \frac{s + k_p}{s^3 + (k_v + c) s^2 + (k_v k_p + k_I) s + k_I k_p},
+
+    here a lag of first order with its gain and its mean residence time.
+    """
+
+    drag_per_s: float
+    filter_s: float
+    start_s: float
+    """What a start from rest loses by the lag of the attitude. [s]"""
+
+    @classmethod
+    def of(cls, parameters: ArduPilotParameters, airspeed_limit_m_s: float | None) -> TrackLag:
+        """Return the lag of a vehicle; without an airspeed limit its drag is not known, and left out."""
+        limit_m_s = math.inf if airspeed_limit_m_s is None else airspeed_limit_m_s
+        return cls(
+            drag_per_s=drag_per_s(parameters, limit_m_s),
+            filter_s=parameters.acceleration_m_s2 / parameters.jerk_m_s3,
+            start_s=_ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s,
+        )
+
+    def after(
+        self, time_s: float, change_m_s: Vector, track: Vector, error_m_s: Vector, pace: float
+    ) -> tuple[Vector, float]:
+        """Return error and pace after a time of the target's in which its velocity changes.
+
+        ``track`` is the velocity it has then.
+        """
+        real_s = time_s / pace
+        kept = math.exp(-real_s / _CORRECTED_S)
+        gained = self.drag_per_s / _VELOCITY_INTEGRAL_PER_S2 * (1.0 - kept) / time_s
+        (e, n, u), (x, y, z) = error_m_s, change_m_s
+        error = (kept * e + gained * x, kept * n + gained * y, kept * u + gained * z)
+        squared = track[0] ** 2 + track[1] ** 2 + track[2] ** 2
+        behind = (error[0] * track[0] + error[1] * track[1] + error[2] * track[2]) / squared
+        asked = min(max(1.0 + _TIME_BUFFER - behind, 0.0), 1.0)
+        return error, asked + (pace - asked) * math.exp(-real_s / self.filter_s)
 
 
 def plan_legs(

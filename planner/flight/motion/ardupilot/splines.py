@@ -1,18 +1,19 @@
 """Splines as ArduPilot flies them: Hermite curves, slow where they bend.
 
 After ``AP_Math/SplineCurve.cpp`` and ``AC_WPNav::set_spline_destination_NED_m``.  Along the curve the
-vehicle speeds up and slows down with half its acceleration, and where the curve bends it is as fast as
-half its acceleration allows across.  The curve is cut into short pieces of constant acceleration along
-it, and flown as cubics between their ends.
+vehicle speeds up and slows down with half its acceleration, towards the speed that half its acceleration
+allows across a bend; it looks ahead to the end of the curve alone, so it comes to bends too fast.  The
+curve is cut into short pieces of constant acceleration along it, and flown as cubics between their ends.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.legs import limits_along
+from planner.flight.motion.ardupilot.legs import TrackLag, limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.kinematics import FlightState, lengths, make_manoeuvres, quotient
@@ -20,8 +21,11 @@ from planner.mission.route.stage import StageKind
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+    from planner.flight.motion.ardupilot.legs import Vector
     from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.kinematics import Manoeuvres
     from planner.physics.wind import Wind
@@ -33,8 +37,7 @@ _LONGEST_TANGENTS = 4.0
 """``SPLINE_FACTOR``: both tangents together are at most so many times the way between the ends."""
 _ACCELERATION_PART = 0.5
 """``TANGENTIAL_ACCEL_SCALER`` and ``LATERAL_ACCEL_SCALER``."""
-_APART_M2_S2 = 1e4
-"""More than any squared speed: puts splines that do not join out of each other's reach. [m² s⁻²]"""
+_NOWHERE = (0.0, 0.0, 0.0)
 
 
 class Splines(Value, eq=False):
@@ -52,8 +55,13 @@ class Splines(Value, eq=False):
     """Speed limit at the nodes. (n, k + 1) [m s⁻¹]"""
     acceleration_m_s2: FloatArray
     """Acceleration along each piece. (n, k) [m s⁻²]"""
+    destination_m_s: FloatArray
+    """Speed that the end of each is braked to. (n,) [m s⁻¹]"""
+    to_end_m: FloatArray
+    """Straight distance of the nodes to the end of their spline. (n, k + 1) [m]"""
     joins_before: BoolArray
     """Whether a spline continues the one in the row before. (n,)"""
+    lag: TrackLag
     speed_at_start_m_s: FloatArray
     """For each stage of the route the highest speed its spline can begin with. (stages,) [m s⁻¹]"""
     speed_at_end_m_s: FloatArray
@@ -62,39 +70,71 @@ class Splines(Value, eq=False):
 
     def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
         """Return the splines flown from speeds at their beginnings to speeds at their ends."""
-        limit = self.limit_m_s.copy()
-        limit[:, 0] = np.minimum(limit[:, 0], start_m_s)
-        limit[:, -1] = np.minimum(limit[:, -1], end_m_s)
-        speed = _reachable_m_s(limit, self.acceleration_m_s2, self.piece_m, self.joins_before)
-        both = speed[:, 1:] + speed[:, :-1]
+        destination = np.minimum(self.destination_m_s, end_m_s)
+        speed, pace = _advanced(self, start_m_s, destination)
+        both = speed[:, 1:] * pace[:, 1:] + speed[:, :-1] * pace[:, :-1]
+        duration = quotient(2.0 * self.piece_m, both)
+        duration[:, 0] += np.where(speed[:, 0] == 0.0, self.lag.start_s, 0.0)
         return make_manoeuvres(
             key,
             FlightState.CRUISE,
             position_m=self.position_m,
-            velocity_m_s=speed[..., None] * self.tangent,
-            duration_s=quotient(2.0 * self.piece_m, both),
+            velocity_m_s=(speed * pace)[..., None] * self.tangent,
+            duration_s=duration,
         )
 
 
-def _reachable_m_s(
-    limit_m_s: FloatArray,
-    acceleration_m_s2: FloatArray,
-    piece_m: FloatArray,
-    joins_before: BoolArray,
-) -> FloatArray:
-    """Return the highest speeds at nodes that keep limits and accelerations. (n, k + 1) [m s⁻¹]
+def _advanced(
+    splines: Splines, start_m_s: FloatArray, destination_m_s: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the speeds of the target at the nodes, and the pace of its time there. (n, k + 1) each
 
-    v² may not change by more than 2 a s between any two nodes: seen from the running sum of 2 a s it may
-    only fall behind, forwards and backwards.
+    Notes
+    -----
+    ``SplineCurve::advance_target_along_track`` changes the speed by at most ±a dt towards the limit
+    where the target is: that of the bend there, and sqrt(v_d² + 2 a d) for the straight distance d to
+    the end, passed with v_d.  Nothing brakes ahead of a bend.
     """
-    squared = limit_m_s**2
-    gain = np.zeros(squared.shape)
-    gain[:, 1:] = 2.0 * acceleration_m_s2 * piece_m
-    gain[:, 0] = np.where(joins_before, 0.0, _APART_M2_S2)
-    reach = np.cumsum(gain).reshape(gain.shape)
-    flat = np.minimum.accumulate((squared - reach).ravel()) + reach.ravel()
-    back = np.minimum.accumulate((flat + reach.ravel())[::-1])[::-1] - reach.ravel()
-    return np.asarray(np.sqrt(np.maximum(back, 0.0)).reshape(squared.shape))
+    room = 2.0 * splines.acceleration_m_s2 * splines.piece_m
+    last = np.concatenate((splines.acceleration_m_s2, splines.acceleration_m_s2[:, -1:]), axis=1)
+    braked = destination_m_s[:, None] ** 2 + 2.0 * last * splines.to_end_m
+    limit = np.minimum(splines.limit_m_s**2, braked)
+    limit[:, -1] = np.minimum(limit[:, -1], destination_m_s**2)
+    rows = zip(
+        limit.tolist(),
+        room.tolist(),
+        splines.piece_m.tolist(),
+        splines.tangent.tolist(),
+        splines.joins_before.tolist(),
+        start_m_s.tolist(),
+        strict=True,
+    )
+    squares, paces = [], []
+    now, error, pace = 0.0, _NOWHERE, 1.0
+    for limits, rooms, pieces, tangents, joins, start in rows:
+        if not joins:
+            now, error, pace = start * start, _NOWHERE, 1.0
+        speed = math.sqrt(now)
+        velocity = _scaled(tangents[0], speed)
+        squares.append([now])
+        paces.append([pace])
+        for most, by, piece, tangent in zip(limits[1:], rooms, pieces, tangents[1:], strict=True):
+            now = min(max(most, now - by), now + by)
+            before, speed = speed, math.sqrt(now)
+            if speed > 0.0:
+                (x, y, z), velocity = velocity, _scaled(tangent, speed)
+                change = (velocity[0] - x, velocity[1] - y, velocity[2] - z)
+                time = 2.0 * piece / (before + speed)
+                error, pace = splines.lag.after(time, change, velocity, error, pace)
+            squares[-1].append(now)
+            paces[-1].append(pace)
+    shape = splines.limit_m_s.shape
+    return np.sqrt(np.reshape(squares, shape)), np.reshape(paces, shape)
+
+
+def _scaled(direction: Sequence[float], size: float) -> Vector:
+    east, north, up = direction
+    return east * size, north * size, up * size
 
 
 def plan_splines(
@@ -136,9 +176,9 @@ def plan_splines(
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
     climb, descent = stages.climb_m_s[row, None], stages.descent_m_s[row, None]
+    across = _bend_limit_m_s(tangent, bend, slope_size, parameters)
     limit = np.minimum(
-        limits_along(tangent, held, np.where(tangent[..., 2] > 0.0, climb, descent)),
-        _bend_limit_m_s(tangent, bend, slope_size, parameters),
+        limits_along(tangent, held, np.where(tangent[..., 2] > 0.0, climb, descent)), across
     )
     limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
     acceleration = _ACCELERATION_PART * limits_along(
@@ -147,25 +187,35 @@ def plan_splines(
     joins = np.zeros(len(row), np.bool_)
     joins[1:] = (row[1:] == row[:-1] + 1) & stages.is_passed[row[:-1]]
     acceleration = np.minimum(acceleration[:, 1:], acceleration[:, :-1])
-    # What a spline can still brake from, or have sped up to, a leg need not be faster than.
-    ends = limit.copy()
-    ends[~stages.is_passed[np.maximum(row - 1, 0)] | (row == 0), 0] = 0.0
-    ends[~stages.is_passed[row], -1] = 0.0
-    ends = _reachable_m_s(ends, acceleration, piece, joins)
-    at_start, at_end = np.zeros(len(stages.kind)), np.zeros(len(stages.kind))
-    at_start[row], at_end[row] = ends[:, 0], ends[:, -1]
-    return Splines(
+    # The speed of DO_CHANGE_SPEED at a waypoint is not known when the end before it is planned.
+    destination = np.where(stages.is_passed[row], limit[:, -1], 0.0)
+    entry = np.where(joins, across[:, 0], np.inf)
+    destination[:-1] = np.minimum(destination[:-1], entry[1:])
+    splines = Splines(
         stage=row,
         position_m=position,
         tangent=tangent,
         piece_m=piece,
         limit_m_s=limit,
         acceleration_m_s2=acceleration,
+        destination_m_s=destination,
+        to_end_m=lengths(position[:, -1:] - position),
         joins_before=joins,
-        speed_at_start_m_s=at_start,
-        speed_at_end_m_s=at_end,
+        lag=TrackLag.of(parameters, airspeed_limit_m_s),
+        speed_at_start_m_s=np.zeros(len(stages.kind)),
+        speed_at_end_m_s=np.zeros(len(stages.kind)),
         findings=findings,
     )
+    begins = (row > 0) & stages.is_passed[np.maximum(row - 1, 0)]
+    start = np.minimum(
+        limit[:, 0], np.sqrt(destination**2 + 2.0 * acceleration[:, 0] * splines.to_end_m[:, 0])
+    )
+    start = np.where(begins, start, 0.0)
+    splines.speed_at_start_m_s[row] = start
+    splines.speed_at_end_m_s[row] = np.where(
+        stages.is_passed[row], _advanced(splines, start, destination)[0][:, -1], 0.0
+    )
+    return splines
 
 
 def _held_speeds_m_s(
