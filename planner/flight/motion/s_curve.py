@@ -83,6 +83,14 @@ class SpeedRamps(Columns, eq=False):
         rising = since < self.jerk_s + self.rest_s
         return way, speed, np.where(rising, acceleration * _ALMOST, acceleration)
 
+    def speed_after(self, time_s: FloatArray) -> FloatArray:
+        """Return the speed gained a time after the beginning, at any time."""
+        duration = self.duration_s
+        time = np.clip(time_s, 0.0, duration)
+        is_late = time > 0.5 * duration
+        _, speed, _ = self.begun(np.where(is_late, duration - time, time))
+        return np.where(is_late, self.change_m_s - speed, speed)
+
 
 def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
     """Return the fastest changes of speed within limits.
@@ -268,15 +276,17 @@ def s_curves(
     first, change = peak, None
     if planned is not None and planned.is_changed.any():
         rows = np.flatnonzero(planned.is_changed)
-        first, peak = peak.copy(), peak.copy()
+        start, first, peak = start.copy(), peak.copy(), peak.copy()
         first[rows], peak[rows] = _changed(
             length_m[rows],
             np.minimum(planned.speed_m_s, peak_from_rest)[rows],
             speed_m_s[rows],
+            start_m_s=(zero if start_m_s is None else start_m_s)[rows],
             changed_s=planned.changed_s[rows],
             end_m_s=(zero if end_m_s is None else end_m_s)[rows],
             limits=limits.select(rows),
         )
+        start[rows] = np.minimum((zero if start_m_s is None else start_m_s)[rows], first[rows])
         end = np.minimum(end, peak)
         change = speed_ramps(np.abs(peak - first), limits)
     up = speed_ramps(first - start, limits)
@@ -305,10 +315,13 @@ def _changed(
     speed_m_s: FloatArray,
     *,
     changed_s: FloatArray,
+    start_m_s: FloatArray,
     end_m_s: FloatArray,
     limits: SpeedLimits,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return first speeds and peaks of lines from rest whose speed is changed while they speed up.
+    """Return first speeds and peaks of lines whose speed is changed under way.
+
+    Lines from rest speed up then; the others are at the speed they were planned with, ``start_m_s``.
 
     Notes
     -----
@@ -326,7 +339,8 @@ def _changed(
     first = np.minimum(
         planned_m_s, np.maximum(speed_m_s, planned_m_s - ramps.acceleration_m_s2 * left_s)
     )
-    ramps_m = 0.5 * first * speed_ramps(first, limits).duration_s
+    first = np.where(start_m_s > 0.0, start_m_s, first)
+    ramps_m = 0.5 * first * speed_ramps(first - start_m_s, limits).duration_s
     end = np.minimum(end_m_s, first)
     ramps_m += 0.5 * (first + end) * speed_ramps(first - end, limits).duration_s
     cruise_m = np.maximum(length_m - ramps_m, 0.0)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.ardupilot.stages import is_kind, over_home_m
+from planner.flight.motion.ardupilot.track_lag import ATTITUDE_LAG_FACTOR, CORRECTED_S, TrackLag
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import horizontal, lengths, quotient
 from planner.flight.motion.s_curve import (
@@ -20,7 +21,7 @@ from planner.flight.motion.s_curve import (
 )
 from planner.mission.route.stage import StageKind
 from planner.units import GRAVITY_M_S2
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -272,16 +273,8 @@ def _waits_s(
 SLOTS = 8
 """A stage's manoeuvres are numbered from SLOTS times its position."""
 
-_ATTITUDE_LAG_FACTOR = 2.0
-"""Time lost at a start from rest in time constants of the attitude, see :func:`_start_delay_s`. [-]"""
 _VERTICAL_LAG_S = 0.37
 """Hover throttle over gravity and PSC_D_ACC_I, both at their defaults: 0.36 / (9.81 · 0.1). [s]"""
-_VELOCITY_GAIN_PER_S = 2.0
-"""PSC_NE_VEL_P, its default. [s⁻¹]"""
-_VELOCITY_INTEGRAL_PER_S2 = 1.0
-"""PSC_NE_VEL_I, its default. [s⁻²]"""
-_TIME_BUFFER = 0.05
-"""``advance_wp_target_along_track`` forgives so much of the speed. [-]"""
 _COORDINATE_M = 1e-7 * math.radians(6_378_100.0)
 """Coordinates are whole 1e-7 degrees: 1.1 cm. [m]"""
 _HEIGHT_STEP_M = 0.01
@@ -307,61 +300,6 @@ class ArduPilotLegs(Value, eq=False):
     findings: tuple[Finding, ...]
 
 
-_CORRECTED_S = 2.0
-"""After so long the velocity controller has taken in what drag has become: its mean residence time,
-(k_v k_p + k_I)/(k_I k_p) − 1/k_p with the gains at their defaults, see :class:`TrackLag`. [s]"""
-
-
-Vector = tuple[float, float, float]
-
-
-class TrackLag(NamedTuple):
-    r"""How the time along a track slows down where the vehicle falls behind.
-
-    Notes
-    -----
-    ``advance_wp_target_along_track`` lets time pass by 1.05 − E/v, at most 1, v being the target's speed
-    and E = v − v_vehicle + k_p e; filtered by A/J.  E is the very input of the velocity controller, whose
-    integral holds the drag c v: E = G(s) c a with
-
-    .. math:: G = \frac{s + k_p}{s^3 + (k_v + c) s^2 + (k_v k_p + k_I) s + k_I k_p},
-
-    here a lag of first order with its gain and its mean residence time.
-    """
-
-    drag_per_s: float
-    filter_s: float
-    start_s: float
-    """What a start from rest loses by the lag of the attitude. [s]"""
-
-    @classmethod
-    def of(cls, parameters: ArduPilotParameters, airspeed_limit_m_s: float | None) -> TrackLag:
-        """Return the lag of a vehicle; without an airspeed limit its drag is not known, and left out."""
-        limit_m_s = math.inf if airspeed_limit_m_s is None else airspeed_limit_m_s
-        return cls(
-            drag_per_s=drag_per_s(parameters, limit_m_s),
-            filter_s=parameters.acceleration_m_s2 / parameters.jerk_m_s3,
-            start_s=_ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s,
-        )
-
-    def after(
-        self, time_s: float, change_m_s: Vector, track: Vector, error_m_s: Vector, pace: float
-    ) -> tuple[Vector, float]:
-        """Return error and pace after a time of the target's in which its velocity changes.
-
-        ``track`` is the velocity it has then.
-        """
-        real_s = time_s / pace
-        kept = math.exp(-real_s / _CORRECTED_S)
-        gained = self.drag_per_s / _VELOCITY_INTEGRAL_PER_S2 * (1.0 - kept) / time_s
-        (e, n, u), (x, y, z) = error_m_s, change_m_s
-        error = (kept * e + gained * x, kept * n + gained * y, kept * u + gained * z)
-        squared = track[0] ** 2 + track[1] ** 2 + track[2] ** 2
-        behind = (error[0] * track[0] + error[1] * track[1] + error[2] * track[2]) / squared
-        asked = min(max(1.0 + _TIME_BUFFER - behind, 0.0), 1.0)
-        return error, asked + (pace - asked) * math.exp(-real_s / self.filter_s)
-
-
 def plan_legs(
     stages: StageColumns,
     splines: Splines,
@@ -371,12 +309,9 @@ def plan_legs(
     airspeed_limit_m_s: float | None,
 ) -> ArduPilotLegs:
     """Return the legs of stages, with their corners; legs join splines at speed."""
-    key, start, way = _ways(stages, parameters)
+    lag = TrackLag.of(parameters, airspeed_limit_m_s)
+    key, start, way, shortest = _flown_ways(stages, parameters, lag)
     length = lengths(way)
-    shortest = _shortest_m(stages, key)
-    flown = (length > 0.0) | (shortest > 0.0)
-    key = key[flown]
-    start, way, length, shortest = (column[flown] for column in (start, way, length, shortest))
     leads = length > shortest
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS
@@ -398,37 +333,39 @@ def plan_legs(
         direction, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
     rows = _corner_rows(stages, key, leads)
-    # A spline ends where a leg begins, and the other way round; both at speed.
-    is_spline = is_kind(stages.kind, StageKind.SPLINE)
-    is_first = (key % SLOTS == 0) & leads
-    before, after = np.maximum(stage - 1, 0), np.minimum(stage + 1, len(stages.kind) - 1)
-    leaves = is_first & (stage > 0) & is_spline[before] & stages.is_passed[before]
-    joins = is_first & (after > stage) & is_spline[after] & stages.is_passed[stage]
+    limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
+    start_m_s, end_m_s = _speeds_of_splines(stages, splines, key, leads)
+    is_under = stages.is_underway[stage[rows]]
+    under, rows = rows[is_under], rows[~is_under]
+    if len(under):
+        joined = _speeds_under_way(speed, length, limits, under)
+        start_m_s[under + 1] = end_m_s[under] = joined
     entered = rows + 1
-    from_rest = ~leaves
+    from_rest = start_m_s == 0.0
     from_rest[entered] = ~leads[rows]
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
     commanded = stage.copy()
-    commanded[entered] = stage[rows]
+    commanded[entered], commanded[under + 1] = stage[rows], stage[under]
     is_changed = _is_another_speed(stages, stage, commanded)
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
-    delay = _start_delay_s(direction, speed, acceleration, parameters, airspeed_limit_m_s)
-    limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
+    delay = _start_delay_s(direction, parameters)
+
+    wait_s = np.where(from_rest & (leads | (shortest != _HEIGHT_STEP_M)), delay, 0.0)
 
     def flown_curves(changed_s: FloatArray) -> SCurves:
         return s_curves(
             np.maximum(length, shortest),
             limits,
             speed_m_s=speed,
-            start_m_s=np.where(leaves, splines.speed_at_end_m_s[before], 0.0),
-            end_m_s=np.where(joins, splines.speed_at_start_m_s[after], 0.0),
+            start_m_s=start_m_s,
+            end_m_s=end_m_s,
             planned=PlannedCurves(planned, changed_s, is_changed),
-            wait_s=np.where(from_rest & (leads | (shortest != _HEIGHT_STEP_M)), delay, 0.0),
+            wait_s=wait_s,
         )
 
-    half, changed_s = np.zeros(len(key)), np.zeros(len(key))
+    half, changed_s, lost_s = np.zeros((3, len(key)))
     curves = flown_curves(changed_s)
-    corner_speed = np.where(joins, curves.end_m_s, 0.0)
+    corner_speed = curves.end_m_s.copy()
     # What is left of speeding up at the middle of a corner decides how fast the leg ends.
     for last in (False, True) if is_changed.any() else (True,):
         if not len(rows):
@@ -447,9 +384,15 @@ def plan_legs(
         )
         half[rows] = half_overlap_s(corners, parameters)
         corner_speed[rows] = corners.speed_m_s(half[rows])
+        lost_s[entered] = lag.lost_in_corners_s(
+            corners.ramps, half[rows], before=direction[rows], after=direction[entered]
+        )
         if not last:
             changed_s[entered] = half[rows]
             curves = flown_curves(changed_s)
+    starts = np.flatnonzero(from_rest & leads)
+    lost_s[starts] = lag.lost_at_starts_s(curves.up.select(starts), direction[starts])
+    curves = replace(curves, wait_s=wait_s + lost_s)
     return ArduPilotLegs(
         key=key,
         start_m=start,
@@ -460,6 +403,16 @@ def plan_legs(
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
         findings=findings,
     )
+
+
+def _flown_ways(
+    stages: StageColumns, parameters: ArduPilotParameters, lag: TrackLag
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """Return key, start, way and shortest length of every leg that takes time, in flown order."""
+    key, start, way = _ways(stages, parameters)
+    shortest = _shortest_m(stages, key, parameters, lag)
+    flown = way.any(axis=1) | (shortest > 0.0)
+    return key[flown], start[flown], way[flown], shortest[flown]
 
 
 def _ways(
@@ -485,17 +438,29 @@ def _ways(
     return key[order], start[order], way[order]
 
 
-def _shortest_m(stages: StageColumns, key: IntArray) -> FloatArray:
+def _shortest_m(
+    stages: StageColumns, key: IntArray, parameters: ArduPilotParameters, lag: TrackLag
+) -> FloatArray:
     """Return the length that even legs to where the vehicle stands have. (n,) [m]
 
     After a take-off the vehicle stands up to a step of the coordinates beside what a file can name; the
     altitude that a landing or a return begins with is rounded to the centimetre.  Both cost the S-curve
-    of that step, a good second.
+    of that step, a good second.  A return flies home from the stopping point, which is beyond the place
+    that the vehicle has come to (``ModeRTL::build_path``).
     """
     stage = key // SLOTS
     rounded = is_kind(stages.kind[stage], StageKind.LAND, StageKind.RETURN)
     step = np.where(stages.is_first_leg[stage], _COORDINATE_M, 0.0)
-    return np.where(key % SLOTS == 0, np.where(rounded, _HEIGHT_STEP_M, step), 0.0)
+    shortest = np.where(key % SLOTS == 0, np.where(rounded, _HEIGHT_STEP_M, step), 0.0)
+    home = np.flatnonzero((key % SLOTS == 1) & (stage > 0))
+    came = stage[home] - 1
+    way = lengths(stages.end_m[came] - stages.start_m[came])
+    speed = np.minimum(
+        stages.speed_m_s[came], peak_speed_from_rest_m_s(way, _level_limits(way.shape, parameters))
+    )
+    beyond = lag.beyond_stops_m(speed_ramps(speed, _level_limits(way.shape, parameters)))
+    shortest[home] = beyond * np.exp(-stages.hold_s[came] / CORRECTED_S)
+    return shortest
 
 
 def _corner_rows(stages: StageColumns, key: IntArray, leads: BoolArray) -> IntArray:
@@ -514,6 +479,33 @@ def _speed_along(
     return limits_along(direction, held_m_s, vertical)
 
 
+def _speeds_under_way(
+    speed: FloatArray, length: FloatArray, limits: SpeedLimits, under: IntArray
+) -> FloatArray:
+    """Return the speeds at the ends of legs that are one leg with the next to the autopilot. (under,)
+
+    As fast as the first allows, and as is reached along it and can be braked along the next.
+    """
+    ways = np.minimum(length[under], length[under + 1])
+    reached = peak_speed_from_rest_m_s(2.0 * ways, limits.select(under))
+    return np.minimum(speed[under], reached)
+
+
+def _speeds_of_splines(
+    stages: StageColumns, splines: Splines, key: IntArray, leads: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the speeds at which legs begin behind splines and end before them; else zero. (n,) each"""
+    stage, is_spline = key // SLOTS, is_kind(stages.kind, StageKind.SPLINE)
+    is_first = (key % SLOTS == 0) & leads
+    before, after = np.maximum(stage - 1, 0), np.minimum(stage + 1, len(stages.kind) - 1)
+    leaves = is_first & (stage > 0) & is_spline[before] & stages.is_passed[before]
+    joins = is_first & (after > stage) & is_spline[after] & stages.is_passed[stage]
+    return (
+        np.where(leaves, splines.speed_at_end_m_s[before], 0.0),
+        np.where(joins, splines.speed_at_start_m_s[after], 0.0),
+    )
+
+
 def _is_another_speed(stages: StageColumns, one: IntArray, other: IntArray) -> BoolArray:
     """Return whether another speed is commanded for one stage than for the other. (n,)"""
     speeds = (stages.speed_m_s, stages.climb_m_s, stages.descent_m_s)
@@ -527,19 +519,13 @@ def _flown_peak_m_s(curves: SCurves, parameters: ArduPilotParameters) -> FloatAr
     order, twice ATC_INPUT_TC as at a start, takes J τ²/2 off it.  Recorded for V = 5.82 m/s and
     J = 1 m/s³: 5.79 m/s.
     """
-    lag_s = _ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
+    lag_s = ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
     pointed = (curves.cruise_s == 0.0) & (curves.down.jerk_s >= lag_s)
     rounded = np.where(pointed, 0.5 * curves.down.jerk_m_s3 * lag_s**2, 0.0)
     return np.asarray(curves.peak_m_s - rounded)
 
 
-def _start_delay_s(
-    direction: FloatArray,
-    speed_m_s: FloatArray,
-    acceleration_m_s2: FloatArray,
-    parameters: ArduPilotParameters,
-    airspeed_limit_m_s: float | None,
-) -> FloatArray:
+def _start_delay_s(direction: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
     r"""Return the time a start from rest loses because the vehicle follows with a lag. (n,) [s]
 
     ``advance_wp_target_along_track`` lets time pass slower by 0.95 − (v − k e)/v_target, v the vehicle's
@@ -548,21 +534,10 @@ def _start_delay_s(
 
     - a lag τ of the attitude (ATC_INPUT_TC) costs about 2 τ: 0.25 to 0.35 s of the default 0.15 s, at
       any speed, acceleration and jerk, for all errors scale with the jerk;
-    - vertically the thrust follows through the integral of PSC_D_ACC alone, with a lag of 0.37 s;
-    - drag c v is made up for by the integral of PSC_NE_VEL: v_target − v = c a / k_I, two seconds
-      (k_P/k_I) late.  Over v = a t this is (c/k_I) ln(T/2 s), less the 5 % forgiven: nothing below
-      c = 0.2 s⁻¹, 0.4 s at 10 m/s for a vehicle at its lean limit there.
+    - vertically the thrust follows through the integral of PSC_D_ACC alone, with a lag of 0.37 s.
+
+    What the drag costs is :class:`TrackLag`'s.
     """
     level, still = horizontal(direction), ~direction.any(axis=1)
-    lag = _ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
-    delay = lag * np.where(still, 1.0, level**2) + _VERTICAL_LAG_S * direction[:, 2] ** 2
-    if airspeed_limit_m_s is None:
-        return delay
-    drag = drag_per_s(parameters, airspeed_limit_m_s)
-    late_s = _VELOCITY_GAIN_PER_S / _VELOCITY_INTEGRAL_PER_S2
-    speeding_s = np.maximum(
-        speed_m_s / acceleration_m_s2 + acceleration_m_s2 / parameters.jerk_m_s3, late_s
-    )
-    lost = drag / _VELOCITY_INTEGRAL_PER_S2 * np.log(speeding_s / late_s)
-    forgiven = _TIME_BUFFER * (speeding_s - late_s)
-    return delay + level**2 * np.maximum(lost - forgiven, 0.0)
+    lag = ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
+    return lag * np.where(still, 1.0, level**2) + _VERTICAL_LAG_S * direction[:, 2] ** 2

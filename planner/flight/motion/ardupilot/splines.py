@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.legs import TrackLag, limits_along
+from planner.flight.motion.ardupilot.legs import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
+from planner.flight.motion.ardupilot.track_lag import TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.kinematics import FlightState, lengths, make_manoeuvres, quotient
 from planner.mission.route.stage import StageKind
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.ardupilot.legs import Vector
     from planner.flight.motion.ardupilot.stages import StageColumns
+    from planner.flight.motion.ardupilot.track_lag import Vector
     from planner.flight.motion.kinematics import Manoeuvres
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -122,10 +123,9 @@ def _advanced(
             now = min(max(most, now - by), now + by)
             before, speed = speed, math.sqrt(now)
             if speed > 0.0:
-                (x, y, z), velocity = velocity, _scaled(tangent, speed)
-                change = (velocity[0] - x, velocity[1] - y, velocity[2] - z)
+                was, velocity = velocity, _scaled(tangent, speed)
                 time = 2.0 * piece / (before + speed)
-                error, pace = splines.lag.after(time, change, velocity, error, pace)
+                error, pace = splines.lag.after(time, was, velocity, error, pace)
             squares[-1].append(now)
             paces[-1].append(pace)
     shape = splines.limit_m_s.shape

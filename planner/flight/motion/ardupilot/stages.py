@@ -66,6 +66,8 @@ class StageColumns(Value, eq=False):
     """Radius of a circle, negative for counter-clockwise. (n,) [m]"""
     is_passed: BoolArray
     """Whether the end is flown through. (n,)"""
+    is_underway: BoolArray
+    """Whether the end is only a place on the way: one leg to the autopilot. (n,)"""
     is_first_leg: BoolArray
     """Whether the stage before was a take-off, whose end no file's coordinates meet exactly. (n,)"""
     from_ground: BoolArray
@@ -160,6 +162,7 @@ def stage_columns(
         turns=turns,
         radius_m=radius,
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
+        is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
         above_ground_m=column("above_ground_m"),
@@ -194,6 +197,7 @@ def return_columns(
         turns=zero,
         radius_m=zero,
         is_passed=never,
+        is_underway=never,
         is_first_leg=never,
         from_ground=never,
         above_ground_m=np.asarray(above_ground_m, np.float64),

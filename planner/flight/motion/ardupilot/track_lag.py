@@ -1,0 +1,215 @@
+"""How the time of ArduPilot's track slows down where the vehicle falls behind its target."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.flight.motion.kinematics import lengths, quotient
+from planner.flight.motion.s_curve import SpeedRamps
+from planner.units import GRAVITY_M_S2
+from planner.values import field_names
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.arrays import FloatArray
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+ATTITUDE_LAG_FACTOR = 2.0
+"""Time lost at a start from rest in time constants of the attitude, see :func:`_start_delay_s`. [-]"""
+_VELOCITY_GAIN_PER_S = 2.0
+"""PSC_NE_VEL_P, its default. [s⁻¹]"""
+_VELOCITY_INTEGRAL_PER_S2 = 1.0
+"""PSC_NE_VEL_I, its default. [s⁻²]"""
+_VELOCITY_DERIVATIVE = 0.25
+"""PSC_NE_VEL_D, its default. [-]"""
+_POSITION_GAIN_PER_S = 1.0
+"""PSC_NE_POS_P, its default. [s⁻¹]"""
+_TIME_BUFFER = 0.05
+"""``advance_wp_target_along_track`` forgives so much of the speed. [-]"""
+CORRECTED_S = 2.0
+"""After so long the velocity controller has taken in what drag has become: its mean residence time,
+(k_v k_p + k_I)/(k_I k_p) − 1/k_p with the gains at their defaults, see :class:`TrackLag`. [s]"""
+
+
+_DRAG_EXPONENT = 1.5
+"""Drag of rotors goes by the airspeed, that of a body by its square; 1.4 and 1.3 as recorded. [-]"""
+_CORNER_STEPS = (24, 24)
+"""Steps of braking before the middle of a corner, and of speeding up after it."""
+_STOP_STEPS = 150
+"""Steps of braking to a stop: some 40 ms."""
+_SLOWEST_PACE = 0.05
+"""Time along the track passes at least so fast here: where it stands still the filter counts. [-]"""
+
+Vector = tuple[float, float, float]
+
+
+class TrackLag(NamedTuple):
+    r"""How the time along a track slows down where the vehicle falls behind.
+
+    Notes
+    -----
+    ``advance_wp_target_along_track`` lets time pass by 0.05 + (v_vehicle − k_p e)/v, at most 1, filtered
+    by A/J: by 1.05 − E/v, where E = v − v_vehicle + k_p e, v being the target's speed and e how far the
+    vehicle is behind.  E is the very input of the velocity controller, whose integral has to hold the
+    drag F(v): with the gains k_v, k_I, k_d
+
+    .. math:: E = \frac{s + k_p}{(1 + k_d) s^3 + (k_v + k_d k_p) s^2 + (k_v k_p + k_I) s + k_I k_p}
+        \frac{dF}{dt}.
+
+    Along splines it is a lag of first order with that gain and mean residence time.
+    """
+
+    drag: float
+    """Deceleration by drag over the airspeed to the power ``_DRAG_EXPONENT``."""
+    filter_s: float
+    start_s: float
+    """What a start from rest loses by the lag of the attitude. [s]"""
+
+    @classmethod
+    def of(cls, parameters: ArduPilotParameters, airspeed_limit_m_s: float | None) -> TrackLag:
+        """Return the lag of a vehicle; without an airspeed limit its drag is not known, and left out."""
+        held = 0.0
+        if airspeed_limit_m_s is not None:
+            held = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
+            held /= airspeed_limit_m_s**_DRAG_EXPONENT
+        return cls(
+            drag=held,
+            filter_s=parameters.acceleration_m_s2 / parameters.jerk_m_s3,
+            start_s=ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s,
+        )
+
+    def after(
+        self, time_s: float, before: Vector, track: Vector, error_m_s: Vector, pace: float
+    ) -> tuple[Vector, float]:
+        """Return error and pace after a time of the target's, by its velocities before and then."""
+        real_s = time_s / pace
+        kept = math.exp(-real_s / CORRECTED_S)
+        gained = (1.0 - kept) / (time_s * _VELOCITY_INTEGRAL_PER_S2)
+        (e, n, u), (x, y, z), (a, b, c) = error_m_s, track, before
+        squared = x * x + y * y + z * z
+        now = gained * self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5)
+        was = gained * self.drag * (a * a + b * b + c * c) ** (0.5 * _DRAG_EXPONENT - 0.5)
+        error = (
+            kept * e + now * x - was * a,
+            kept * n + now * y - was * b,
+            kept * u + now * z - was * c,
+        )
+        behind = (error[0] * track[0] + error[1] * track[1] + error[2] * track[2]) / squared
+        asked = min(max(1.0 + _TIME_BUFFER - behind, 0.0), 1.0)
+        return error, asked + (pace - asked) * math.exp(-real_s / self.filter_s)
+
+    def held(self, velocity_m_s: FloatArray) -> FloatArray:
+        """Return the drag of velocities. (n, 3) [m s⁻²]"""
+        size = lengths(velocity_m_s)
+        return np.asarray((self.drag * size ** (_DRAG_EXPONENT - 1.0))[:, None] * velocity_m_s)
+
+    def lost_in_corners_s(
+        self, ramps: SpeedRamps, half_s: FloatArray, *, before: FloatArray, after: FloatArray
+    ) -> FloatArray:
+        """Return the time lost behind the middles of corners. (n,) [s]
+
+        ``ramps`` are those of braking before a corner and of speeding up after it (2, n); the directions
+        of the legs are (n, 3).  What the drag was while braking still pushes the vehicle along its old
+        direction: the sharper the corner, the more it is missing from the new one.
+        """
+        lost = np.zeros(len(half_s))
+        if self.drag == 0.0 or not len(lost):
+            return lost
+        braking, speeding = ramps.duration_s
+
+        def velocity(time_s: FloatArray) -> FloatArray:
+            """Velocities a time after the end of the leg before."""
+            left, right = ramps.speed_after(np.stack((-time_s, time_s + 2.0 * half_s)))
+            return np.asarray(left[:, None] * before + right[:, None] * after)
+
+        pace = np.ones(len(lost))
+        braked = _Following.along(velocity(-braking))
+        for step, then in _times(-braking, -half_s, _CORNER_STEPS[0]):
+            braked = braked.after(step, velocity(then), self)
+        for step, then in _times(-half_s, speeding - 2.0 * half_s, _CORNER_STEPS[1]):
+            real = step / np.maximum(pace, _SLOWEST_PACE)
+            was = braked.velocity_m_s
+            braked = braked.after(real, velocity(then), self)
+            mean = 0.5 * (was + braked.velocity_m_s)
+            behind = quotient((braked.error_m_s * mean).sum(axis=1), (mean * mean).sum(axis=1))
+            asked = np.clip(1.0 + _TIME_BUFFER - behind, 0.0, 1.0)
+            pace = asked + (pace - asked) * np.exp(-real / self.filter_s)
+            lost += (1.0 - asked) * real
+        return lost
+
+    def lost_at_starts_s(self, ramps: SpeedRamps, direction: FloatArray) -> FloatArray:
+        """Return the time lost where legs begin at rest. (n,) [s]"""
+        if self.drag == 0.0:
+            return np.zeros(len(direction))
+        none = SpeedRamps(**{name: np.zeros(len(direction)) for name in field_names(SpeedRamps)})
+        still, halves = np.zeros_like(direction), np.zeros(len(direction))
+        return self.lost_in_corners_s(none.beside(ramps), halves, before=still, after=direction)
+
+    def beyond_stops_m(self, ramps: SpeedRamps) -> FloatArray:
+        """Return how far beyond the end of braking the vehicle's stopping point is. (n,) [m]
+
+        Notes
+        -----
+        ``get_stopping_point_NE_m``: slow as it is there, v/k_p ahead of the vehicle, which is as far ahead
+        of its target as its controller's input E is.
+        """
+        braking = ramps.duration_s
+        if self.drag == 0.0 or not len(braking):
+            return np.zeros_like(braking)
+
+        def velocity(time_s: FloatArray) -> FloatArray:
+            speed = ramps.speed_after(-time_s)
+            return np.stack((speed, np.zeros_like(speed), np.zeros_like(speed)), axis=1)
+
+        followed = _Following.along(velocity(-braking))
+        for step, then in _times(-braking, np.zeros_like(braking), _STOP_STEPS):
+            followed = followed.after(step, velocity(then), self)
+        return np.asarray(np.abs(followed.error_m_s[:, 0]))
+
+
+def _times(
+    begin_s: FloatArray, end_s: FloatArray, count: int
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield length and end of each of so many equal steps."""
+    step = (end_s - begin_s) / count
+    for number in range(1, count + 1):
+        yield step, begin_s + number * step
+
+
+class _Following(NamedTuple):
+    """How vehicles follow the velocities of their targets. (n, 3) each"""
+
+    velocity_m_s: FloatArray
+    """Of the target."""
+    behind_m: FloatArray
+    slower_m_s: FloatArray
+    """Velocity that is missing."""
+    uncovered_m_s2: FloatArray
+    """Drag that the integral of the controller does not hold yet."""
+
+    @property
+    def error_m_s(self) -> FloatArray:
+        """Input of the velocity controller."""
+        return self.slower_m_s + _POSITION_GAIN_PER_S * self.behind_m
+
+    @classmethod
+    def along(cls, velocity_m_s: FloatArray) -> _Following:
+        """Return vehicles that have followed for long."""
+        none = np.zeros_like(velocity_m_s)
+        return cls(velocity_m_s, none, none, none)
+
+    def after(self, time_s: FloatArray, velocity_m_s: FloatArray, lag: TrackLag) -> _Following:
+        """Return them a time later, when the targets' velocities are others."""
+        time = time_s[:, None]
+        change = lag.held(velocity_m_s) - lag.held(self.velocity_m_s)
+        error = self.error_m_s
+        uncovered = self.uncovered_m_s2 + change - _VELOCITY_INTEGRAL_PER_S2 * error * time
+        push = 0.5 * (uncovered + self.uncovered_m_s2) - _VELOCITY_GAIN_PER_S * error
+        push -= _VELOCITY_DERIVATIVE * _POSITION_GAIN_PER_S * self.slower_m_s
+        slower = self.slower_m_s + push * time / (1.0 + _VELOCITY_DERIVATIVE)
+        behind = self.behind_m + 0.5 * (slower + self.slower_m_s) * time
+        return _Following(velocity_m_s, behind, slower, uncovered)

@@ -1,0 +1,82 @@
+"""What ArduPilot's time along a track loses to drag, against the control loop in small steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from ardupilot_missions import DEFAULTS, go, home, stage, takeoff, took_s
+
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
+from planner.flight.motion.ardupilot.track_lag import TrackLag
+from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
+from planner.mission.route.stage import StageKind
+
+LIMIT_M_S = 10.25
+"""Airspeed at 30° of the simulated vehicle that the figures are of."""
+
+
+def beyond_m(speed: float, step_s: float = 0.005) -> float:
+    """Stopping point beyond a stop: ``AC_PosControl`` with its default gains, thrust without a lag."""
+    reached = min(2.5, math.sqrt(speed))
+    jerk_s, steady_s = reached, max(speed / reached - reached, 0.0)
+    ends = np.cumsum([0.0, 0.15, jerk_s, steady_s, jerk_s, 0.15])
+    times = np.arange(0.0, ends[-1], step_s)
+    acceleration = -np.interp(times, ends, [0.0, 0.0, reached, reached, 0.0, 0.0])
+
+    def drag(v: float) -> float:
+        held = 9.80665 * math.tan(math.radians(30.0))
+        return math.copysign(held * (abs(v) / LIMIT_M_S) ** 1.5, v)
+
+    target = vehicle = speed
+    behind, integral, last = 0.0, drag(speed), 0.0
+    error = 0.0
+    for a in acceleration.tolist():
+        target += a * step_s
+        error = target - vehicle + behind
+        integral += error * step_s
+        pushed = a + 2.0 * error + integral + 0.25 * (error - last) / step_s - drag(vehicle)
+        last = error
+        vehicle += pushed * step_s
+        behind += (target - vehicle) * step_s
+    return abs(error)
+
+
+@pytest.mark.parametrize("speed", [10.0, 7.0, 4.0])
+def test_a_vehicle_comes_to_rest_beyond_its_target(speed: float) -> None:
+    limits = SpeedLimits(np.array([2.5]), np.array([1.0]), np.array([0.3]))
+    ramps = speed_ramps(np.array([speed]), limits)
+    [found] = TrackLag.of(DEFAULTS, LIMIT_M_S).beyond_stops_m(ramps)
+    # Steps of some 40 ms against steps of 5 ms.
+    assert found == pytest.approx(beyond_m(speed), rel=0.1)
+
+
+def test_a_turn_back_is_flown_later_and_a_slight_bend_is_not() -> None:
+    def later_s(east: float, north: float) -> float:
+        legs = takeoff(), go(60.0), go(east, north), go(east, north + 1e-3, hold=1.0)
+        dragged = fly_ardupilot(legs, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+        free = fly_ardupilot(legs, DEFAULTS)
+        return took_s(dragged, 2) - took_s(free, 2)
+
+    # Recorded 0.95 s a turn back between legs of 60 m.
+    assert later_s(0.0, 0.0) == pytest.approx(0.95, abs=0.3)
+    assert later_s(120.0, 5.0) == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_return_from_over_home_flies_there_from_beyond() -> None:
+    legs = takeoff(20.0), go(50.0, 0.0, 20.0), go(0.0, 0.0, 20.0), home()
+    dragged = fly_ardupilot(legs, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+    free = fly_ardupilot(legs, DEFAULTS)
+    # 0.3 to 0.4 m from rest to rest: 4 (t_j + a/J) with 2 a (t_j + a/J)² = L, some 2.6 s.
+    assert took_s(dragged, 3) - took_s(free, 3) == pytest.approx(2.6, abs=0.5)
+    waited = takeoff(20.0), go(50.0, 0.0, 20.0), go(0.0, 0.0, 20.0, hold=60.0), home()
+    waits = fly_ardupilot(waited, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+    assert took_s(waits, 3) < took_s(dragged, 3) - 1.0
+
+
+def test_splines_are_flown_later_against_drag() -> None:
+    legs = takeoff(), *(stage(StageKind.SPLINE, 100.0 * k, 30.0 * (k % 2)) for k in (1, 2, 3))
+    slow = fly_ardupilot(legs, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+    free = fly_ardupilot(legs, DEFAULTS)
+    assert slow.segments.duration_s.sum() > free.segments.duration_s.sum() + 0.3
