@@ -48,8 +48,8 @@ def test_a_vehicle_comes_to_rest_beyond_its_target(speed: float) -> None:
     limits = SpeedLimits(np.array([2.5]), np.array([1.0]), np.array([0.3]))
     ramps = speed_ramps(np.array([speed]), limits)
     [found] = TrackLag.of(DEFAULTS, LIMIT_M_S).beyond_stops_m(ramps)
-    # Steps of some 40 ms against steps of 5 ms.
-    assert found == pytest.approx(beyond_m(speed), rel=0.1)
+    # In flight 0.42 m from 9.9 m/s; here a vehicle faster than its target has no more drag than that.
+    assert found == pytest.approx(beyond_m(speed), rel=0.2)
 
 
 def test_a_turn_back_is_flown_later_and_a_slight_bend_is_not() -> None:
@@ -69,7 +69,7 @@ def test_a_return_from_over_home_flies_there_from_beyond() -> None:
     dragged = fly_ardupilot(legs, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
     free = fly_ardupilot(legs, DEFAULTS)
     # 0.3 to 0.4 m from rest to rest: 4 (t_j + a/J) with 2 a (t_j + a/J)² = L, some 2.6 s.
-    assert took_s(dragged, 3) - took_s(free, 3) == pytest.approx(2.6, abs=0.5)
+    assert took_s(dragged, 3) - took_s(free, 3) == pytest.approx(2.6, abs=0.4)
     waited = takeoff(20.0), go(50.0, 0.0, 20.0), go(0.0, 0.0, 20.0, hold=60.0), home()
     waits = fly_ardupilot(waited, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
     assert took_s(waits, 3) < took_s(dragged, 3) - 1.0

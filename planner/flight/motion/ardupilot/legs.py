@@ -350,7 +350,8 @@ def plan_legs(
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
     delay = _start_delay_s(direction, parameters)
 
-    wait_s = np.where(from_rest & (leads | (shortest != _HEIGHT_STEP_M)), delay, 0.0)
+    # From its stopping point the vehicle moves back already.
+    wait_s = np.where(from_rest & (leads | (shortest == _COORDINATE_M)), delay, 0.0)
 
     def flown_curves(changed_s: FloatArray) -> SCurves:
         return s_curves(
