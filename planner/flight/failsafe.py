@@ -256,7 +256,7 @@ def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]
     fraction : float or None
         Of the full charge that is left then; ``None`` where only a voltage decides. [-]
     """
-    if parameters is None:
+    if parameters is None or not parameters.measures_battery:
         return "", 0.0
     if isinstance(parameters, Px4Parameters):
         if parameters.battery_action not in {2, 3}:

@@ -11,6 +11,8 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
 from planner.flight.budget import hover_near_home_w
+from planner.flight.failsafe import own_landing
+from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
     RELATIVE_FRAMES,
     Command,
@@ -84,13 +86,15 @@ def _endless(a: Assessment) -> Iterator[Finding]:
 LANDING_MISSING = Rule(
     "M102 land-missing",
     Severity.ERROR,
-    summary="The mission does not end on the ground.",
-    why="The vehicle hovers at the last item until its battery failsafe ends the flight, or the empty "
-    "battery does.",
+    summary="The mission, or a return of the vehicle, does not end on the ground.",
+    why="The vehicle hovers at the last item, or over home, until its battery failsafe ends the flight, "
+    "or the empty battery does.",
     how="No LAND or RETURN_TO_LAUNCH is reached; or ArduPilot's RTL_ALT_FINAL is above 0, or PX4's "
     "RTL_LAND_DELAY negative, so that the return stays in the air.  The energy left at the end, down "
     "to the charge at which a failsafe that returns or lands acts (BATT_LOW_MAH, BATT_CRT_MAH; "
-    "BAT_CRIT_THR with COM_LOW_BAT_ACT 2 or 3), over the power of a hover there.",
+    "BAT_CRIT_THR with COM_LOW_BAT_ACT 2 or 3), over the power of a hover there.  Of a mission that "
+    "lands itself a return that stays in the air is a warning where such a failsafe lands it, else an "
+    "error: what calls for a return, such as a lost link, leaves nobody to land it.",
     fix="end the mission with a return or a landing",
     instead="a landing or a return at the end",
 )
@@ -98,14 +102,21 @@ LANDING_MISSING = Rule(
 
 @judges(LANDING_MISSING)
 def _ends_in_the_air(a: Assessment) -> Iterator[Finding]:
-    last, place = a.route.stages[-1], "at the last item"
-    ardupilot, px4 = ARDUPILOT.of(a), PX4.of(a)
-    if last.kind is StageKind.RETURN and ardupilot and ardupilot.return_final_altitude_m > 0.0:
-        height = quantity.height(ardupilot.return_final_altitude_m)
-        place = f"{height} above home (RTL_ALT_FINAL)"
-    elif last.kind is StageKind.RETURN and px4 and px4.return_land_delay_s < 0.0:
-        place = f"over home (RTL_LAND_DELAY {px4.return_land_delay_s:g} s)"
-    elif not a.route.ends_in_air or any(one.code == ENDLESS.code for one in a.route.findings):
+    last, over_home = a.route.stages[-1], _where_returns_hover(a)
+    if last.kind is StageKind.RETURN and over_home is not None:
+        place = over_home
+    elif a.route.ends_in_air and all(one.code != ENDLESS.code for one in a.route.findings):
+        place = "at the last item"
+    elif over_home is not None:
+        name, _ = own_landing(a.parameters)
+        yield a.finding(
+            LANDING_MISSING,
+            f"a return of the vehicle ends in the air: it hovers {over_home} {_until(name)}",
+            severity=Severity.WARNING if name else None,
+            fix="let returns land: RTL_ALT_FINAL 0 (ArduPilot), RTL_LAND_DELAY 0 or more (PX4)",
+        )
+        return
+    else:
         return
     yield a.finding(
         LANDING_MISSING,
@@ -114,12 +125,25 @@ def _ends_in_the_air(a: Assessment) -> Iterator[Finding]:
     )
 
 
+def _where_returns_hover(a: Assessment) -> str | None:
+    """Return where returns of the vehicle stay in the air; ``None``: they land."""
+    ardupilot, px4, sample = ARDUPILOT.of(a), PX4.of(a), a.returns.sample
+    if ardupilot and ardupilot.return_final_altitude_m > 0.0:
+        return f"{quantity.height(ardupilot.return_final_altitude_m)} above home (RTL_ALT_FINAL)"
+    leads_home = sample is None or bool((sample.destination >= HOME).any())
+    if px4 and px4.return_land_delay_s < 0.0 and leads_home:
+        return f"over home (RTL_LAND_DELAY {px4.return_land_delay_s:g} s)"
+    return None
+
+
+def _until(name: str) -> str:
+    return f"until {name}" if name else "until the battery is empty: no failsafe lands it"
+
+
 def _until_what(a: Assessment) -> str:
     """Return what ends a hover at the end of the flight, and the time and energy until then."""
-    from planner.flight.failsafe import own_landing
-
     name, left_fraction = own_landing(a.parameters)
-    until = f"until {name}" if name else "until the battery is empty: no failsafe lands it"
+    until = _until(name)
     if a.battery is None or left_fraction is None:
         return until
     hover_w = hover_near_home_w(a.flight.power)

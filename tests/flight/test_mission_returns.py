@@ -206,7 +206,7 @@ def test_a_return_to_the_landing_climbs_over_its_altitude_and_follows_its_approa
 def test_type_5_without_a_rally_point_lands_where_it_is_and_says_so() -> None:
     flown = mission(takeoff(40), waypoint(500, 40), rtl())
     result = checked(flown, RTL_TYPE=5)
-    assert [f.severity for f in result.findings if f.code == "T113"] == [Severity.WARNING]
+    assert [f.severity for f in result.findings if f.code == "T113"] == [Severity.ERROR]
     assert result.assessment is not None
     assert chosen(result.assessment, (0.0, 500.0, 40.0), 1) == HERE
     # 30 m at 1.5 m/s, 13 s from 10 m, 6 s to disarmed; 4.9 s for the heading of home before.

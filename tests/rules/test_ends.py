@@ -92,3 +92,33 @@ def test_what_ends_the_hover_is_a_failsafe_that_lands(parameters: str, until: st
     findings = found(mission(takeoff(20), waypoint(100, 20)), ARDUPILOT, parameters)
     [reported] = [one for one in findings if one.code == "M102"]
     assert until in reported.message
+
+
+LANDS = mission(takeoff(20), waypoint(100, 20), item(21, north(100)))
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "parameters", "severity"),
+    [
+        (ARDUPILOT, "RTL_ALT_FINAL,0\n", None),
+        (ARDUPILOT, "RTL_ALT_FINAL,1\n", Severity.ERROR),
+        # Low returns, which hovers; critical lands, unless nothing measures the battery.
+        (ARDUPILOT, "RTL_ALT_FINAL,500\nBATT_FS_LOW_ACT,2\nBATT_LOW_VOLT,21\n", Severity.ERROR),
+        (ARDUPILOT, "RTL_ALT_FINAL,500\nBATT_FS_CRT_ACT,1\nBATT_CRT_VOLT,20\n", Severity.WARNING),
+        (
+            ARDUPILOT,
+            "RTL_ALT_FINAL,500\nBATT_FS_CRT_ACT,1\nBATT_CRT_VOLT,20\nBATT_MONITOR,0\n",
+            Severity.ERROR,
+        ),
+        (PX4, "RTL_LAND_DELAY,0\n", None),
+        (PX4, "RTL_LAND_DELAY,-1\nCOM_LOW_BAT_ACT,0\n", Severity.ERROR),
+        (PX4, "RTL_LAND_DELAY,-1\nCOM_LOW_BAT_ACT,3\n", Severity.WARNING),
+        (PX4, "RTL_LAND_DELAY,-1\nRTL_TYPE,1\n", None),  # its returns lead to the landing
+    ],
+)
+def test_a_mission_that_lands_says_that_its_returns_would_not(
+    autopilot: Autopilot, parameters: str, severity: Severity | None
+) -> None:
+    one = [f for f in found(LANDS, autopilot, parameters) if f.code == "M102"]
+    assert [f.severity for f in one] == ([] if severity is None else [severity])
+    assert all("a return of the vehicle ends in the air" in f.message for f in one)

@@ -286,11 +286,13 @@ SETTING_NOT_FOLLOWED = Rule(
 
 RETURN_LANDS_HERE = Rule(
     "T113 return-lands-here",
-    Severity.WARNING,
+    Severity.ERROR,
     summary="A return of the vehicle lands wherever it is at that moment.",
-    why="Its failsafes would bring it down in water, in trees or among people.",
+    why="Every failsafe that returns, and a return of the mission, would bring it down in water, in trees "
+    "or among people: on no place that anybody chose.",
     how="PX4's RTL_TYPE is 5, which leads to rally points alone, and the mission has none (rtl.cpp).",
     fix="add a rally point to the mission, or set RTL_TYPE to 0",
+    instead="a rally point in the mission, or the parameters of --params",
 )
 
 
