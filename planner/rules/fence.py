@@ -9,6 +9,8 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.path import flown_path
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.route.stage import FenceAction, StageKind
@@ -22,6 +24,7 @@ from planner.rules.fence_settings import (
 )
 from planner.rules.fenced_flight import make_fenced_flight, straight_legs
 from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -46,6 +49,9 @@ _ARDUPILOT_VERTICES = 255
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
 _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
+_PATH_JUDGED = frozenset(StageKind) - {StageKind.LAND, StageKind.RETURN, StageKind.SET_DOWN}
+"""Stages whose heights between their ends are those of the flight, not of a landing."""
+_NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
 
 FENCE_HEIGHT = Rule(
     "F110 fence-height",
@@ -53,9 +59,10 @@ FENCE_HEIGHT = Rule(
     summary="The flight leaves the heights the fence allows.",
     why="A ceiling is a fence: passing it ends the mission in the air; a return altitude above it "
     "breaches the fence on every return.",
-    how="The highest place of the flight above home, and the height returns climb to from the items, "
-    "against GF_MAX_VER_DIST (PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay "
-    "below it); the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  A flight at the limit itself "
+    how="The highest place of the flight above the home that counts then, along the whole path (splines "
+    "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
+    "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it); the lowest place between "
+    "take-off and landing against FENCE_ALT_MIN (bit 8), to 1 cm.  A flight at the limit itself "
     "breaches it: ArduPilot counts that height as beyond, and no vehicle holds a height to the "
     "centimetre.",
     fix="fly lower, or raise the limit",
@@ -69,17 +76,18 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
     if not stages:
         return
     schedule = fence_schedule(a.route, a.fence_parameters)
-    height_m = np.array([stage.height_m for stage in stages])
-    # Switched on in flight, a limit counts from the height there is then.
-    start_m = np.concatenate((height_m[:1], height_m[:-1]))
+    flown = _flown_heights(a)
     if limits.ceiling_m is not None and schedule.limits.any():
         ceiling = f"{limits.ceiling_name} is {quantity.height(limits.ceiling_m)}"
-        under_m = np.where(schedule.limits, np.maximum(start_m, height_m), -np.inf)
-        highest = int(np.argmax(under_m))
-        if under_m[highest] > limits.ceiling_m - _SLACK_M:
-            height = quantity.beside(float(under_m[highest]), limits.ceiling_m, quantity.height)
+        under_m = np.where(schedule.limits[flown.stage], flown.highest_m, -np.inf)
+        highest_m = float(under_m.max())
+        if highest_m > limits.ceiling_m - _SLACK_M:
+            height = quantity.beside(highest_m, limits.ceiling_m, quantity.height)
+            first = int((under_m > highest_m - _SLACK_M).argmax())
             yield a.finding(
-                FENCE_HEIGHT, f"{height} above home; {ceiling}", item=stages[highest].item
+                FENCE_HEIGHT,
+                f"{height} above {flown.home(first)}; {ceiling}",
+                item=stages[flown.stage[first]].item,
             )
         elif (return_m := _highest_return_m(a, schedule.limits)) > limits.ceiling_m - _SLACK_M:
             returns = [
@@ -94,20 +102,69 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
                 item=returns[0] if returns else None,
                 fix="lower the return altitude, or raise the limit",
             )
+    over_m = np.where(schedule.floor[flown.stage], flown.lowest_m, np.inf)
+    lowest_m = float(over_m.min())
+    if limits.floor_m is not None and lowest_m < limits.floor_m + _SLACK_M:
+        first = int((over_m < lowest_m + _SLACK_M).argmax())
+        yield a.finding(
+            FENCE_HEIGHT,
+            f"{quantity.beside(lowest_m, limits.floor_m, quantity.height)} above {flown.home(first)}; "
+            f"{limits.floor_name} is {quantity.height(limits.floor_m)}",
+            item=stages[flown.stage[first]].item,
+            fix="fly higher, or lower the limit",
+        )
+
+
+class _FlownHeights(Value, eq=False):
+    """Heights of a flight above whichever home counts: of its items, then of the path between them."""
+
+    assessment: Assessment
+    stage: IntArray
+    """Position in the route's stages of each part. (n,)"""
+    highest_m: FloatArray
+    """(n,) [m]"""
+    lowest_m: FloatArray
+    """Infinite where it is on the way up from the ground, or down to it. (n,) [m]"""
+
+    def home(self, part: int) -> str:
+        """Return which home a part counts from, in words."""
+        number = int(self.assessment.returns.destinations.home_of(self.stage[part]))
+        moved = self.assessment.route.moved_homes
+        return f"the home of item {moved[number - 1].item}" if number else "home"
+
+
+def _flown_heights(a: Assessment) -> _FlownHeights:
+    """Return the heights a flight reaches: as its items ask for, and as they are flown between them.
+
+    Notes
+    -----
+    ``AC_Fence::check_fence_alt_max`` and ``check_fence_alt_min`` take the height above the home that counts
+    then (``get_relative_position_D_home``), ``Geofence::isBelowMaxAltitude`` of PX4 too.  Switched on in
+    flight, a limit counts from the height there is then.  How high a return climbs is looked at by itself.
+    """
+    stages, returns = a.route.stages, a.returns
+    every = np.arange(len(stages))
+    end_m = np.array([stage.height_m for stage in stages])
+    start_m = np.concatenate((end_m[:1], end_m[:-1]))
     flies = np.array([stage.kind not in _ON_THE_GROUND for stage in stages])
-    over = flies & schedule.floor
-    if limits.floor_m is not None and over.any():
-        begins_m = np.where(np.concatenate(([False], flies[:-1])), start_m, np.inf)
-        over_m = np.where(over, np.minimum(begins_m, height_m), np.inf)
-        lowest = int(np.argmin(over_m))
-        if over_m[lowest] < limits.floor_m + _SLACK_M:
-            yield a.finding(
-                FENCE_HEIGHT,
-                f"{quantity.beside(float(over_m[lowest]), limits.floor_m, quantity.height)} above home; "
-                f"{limits.floor_name} is {quantity.height(limits.floor_m)}",
-                item=stages[lowest].item,
-                fix="fly higher, or lower the limit",
-            )
+    begins_m = np.where(np.concatenate(([False], flies[:-1])), start_m, np.inf)
+    least_m = np.where(flies, np.minimum(begins_m, end_m), np.inf)
+
+    motion = a.flight.motion
+    path = flown_path(motion, with_heights=True)
+    stage = returns.segment_stage[path.segment]
+    legs_m = np.stack((path.height_m[:-1], path.height_m[1:]))
+    is_level = ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
+    kept = np.array([stage.kind in _PATH_JUDGED for stage in stages])[stage]
+    parts = np.concatenate((every, stage[kept]))
+    datum_m = returns.destinations.home_datum_m[returns.destinations.home_of(parts)]
+    least_leg_m = np.where(is_level, legs_m.min(axis=0), np.inf)
+    return _FlownHeights(
+        assessment=a,
+        stage=parts,
+        highest_m=np.concatenate((np.maximum(start_m, end_m), legs_m.max(axis=0)[kept])) - datum_m,
+        lowest_m=np.concatenate((least_m, least_leg_m[kept])) - datum_m,
+    )
 
 
 def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
@@ -121,8 +178,12 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
     points = [returns.end_points(returns.stage_ends)]
     if returns.sample is not None:
         points.append(returns.sample.points)
+    places = returns.destinations
     heights_m = [
-        returns.straight_corners_m(own, returns.chosen(own))[0][is_on[own.stage], 2, 2]
+        (
+            returns.straight_corners_m(own, returns.chosen(own))[0][:, 2, 2]
+            - places.home_datum_m[places.home_of(own.stage)]
+        )[is_on[own.stage]]
         for own in points
     ]
     return float(np.concatenate(heights_m).max(initial=0.0))
@@ -184,11 +245,11 @@ PATH_CROSSES = Rule(
     "a breach ends the mission in the air.",
     how="The whole path as it is flown, corners cut or flown through, splines, take-off and landing, "
     "against every area of the fence and the circle that GF_MAX_HOR_DIST or FENCE_RADIUS draws around "
-    "home, wherever the fence is on: by parameters, and by DO_FENCE_ENABLE in flown order.  Curves are "
-    "divided until straight pieces are within 5 cm of them; whole pieces are cut with whole edges, so "
-    "that no crossing falls between two samples.  Legs and edges are drawn as the autopilot takes them: "
-    "PX4's edges are straight in degrees and its legs in metres, ArduPilot's are both straight in its "
-    "own metres.",
+    "the home that counts (DO_SET_HOME takes it along), wherever the fence is on: by parameters, and by "
+    "DO_FENCE_ENABLE in flown order.  Curves are divided until straight pieces are within 5 cm of them; "
+    "whole pieces are cut with whole edges, so that no crossing falls between two samples.  Legs and edges "
+    "are drawn as the autopilot takes them: PX4's edges are straight in degrees and its legs in metres, "
+    "ArduPilot's are both straight in its own metres.",
     fix="move the waypoint, or the fence",
     instead="a mission inside its fence",
 )
@@ -289,7 +350,7 @@ def _fenced_flight(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
     home = a.route.frame
     yield from _places(
         flown.frame,
-        barriers,
+        [barrier for barrier in barriers if not flown.is_of_moved_home(barrier)],
         home_deg=(home.latitude_deg, home.longitude_deg),
         rally=a.mission.rally,
     )
@@ -445,7 +506,7 @@ def _returns(flown: FencedFlight, barriers: list[Barrier], crossing: set[int]) -
         rows = np.flatnonzero((judged & on & ~is_near)[returns.leg])
         # Home or a rally point outside, home near to the fence, are reported once, not for each return.
         away_m = barrier.signed_distance_m(returns.end_m[rows, 0])
-        ends = returns.is_end_judged[rows]
+        ends = returns.is_end_judged[rows] & (not flown.is_of_moved_home(barrier))
         is_reported = ends & (away_m < flown.position_error_m) & bool(is_near.any())
         margin_m = np.where(is_reported, 0.0, flown.position_error_m)
         open_ends = ~ends | (away_m >= 0.0)

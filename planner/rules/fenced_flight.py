@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from planner.geo.barrier import Barrier, SweptAreas
     from planner.geo.fence import FenceArea
     from planner.geo.geodesy import LocalFrame
+    from planner.mission.route.stage import Route
     from planner.rules.assessment import Assessment
-    from planner.rules.fence_settings import FenceSchedule
+    from planner.rules.fence_settings import FenceLimits, FenceSchedule
 
 _STANDING_M_S = 1e-6
 """Slower than this nothing moves ahead. [m s⁻¹]"""
@@ -60,8 +61,8 @@ class FencedFlight(Value, eq=False, dict=True):
     """What it takes to stop."""
     schedule: FenceSchedule
     """When the fence is on."""
-    around_home: Barrier | None
-    """The circle that parameters draw around home."""
+    around_homes: tuple[Barrier, ...]
+    """The circle that parameters draw around home, each home's own; without such parameters none."""
     margin_m: float
     """Distance to keep from the fence, whatever the speed. [m]"""
 
@@ -152,9 +153,18 @@ class FencedFlight(Value, eq=False, dict=True):
     def is_on(self, barrier: Barrier) -> BoolArray:
         """Return whether a barrier is on while each leg is flown. (n,)"""
         schedule = self.schedule
-        on = schedule.limits if barrier is self.around_home else schedule.areas
+        on = schedule.areas
+        for home, circle in enumerate(self.around_homes):
+            if circle is barrier:
+                stages = np.arange(len(schedule.limits))
+                counts = self.assessment.returns.destinations.home_of(stages) == home
+                on = schedule.limits & counts
         flown: BoolArray = on[self._stage[:-1]]
         return flown
+
+    def is_of_moved_home(self, barrier: Barrier) -> bool:
+        """Return whether a barrier is the circle around a home that the mission sets in flight."""
+        return any(circle is barrier for circle in self.around_homes[1:])
 
     def is_path_near(self, barrier: Barrier) -> BoolArray:
         """Return whether each leg passes a barrier within the position error. (n,)"""
@@ -320,30 +330,53 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         ardupilot_origin=home if ardupilot else None,
     )
     limit = limits_in_use(a.route, a.fence_parameters)
-    around_home: CircleBarrier | None = None
-    if limit.distance_m is not None:
-        east, north = frame.east_north_m(home.latitude_deg, home.longitude_deg)
-        around_home = CircleBarrier(
-            label=f"the circle of {limit.distance_name} around home",
-            place=None,
-            keep_inside=True,
-            east_m=float(east),
-            north_m=float(north),
-            radius_m=limit.distance_m,
-        )
-        area = replace(area, barriers=(*area.barriers, around_home))
+    around_homes = _around_homes(a.route, frame, limit)
+    if around_homes:
+        area = replace(area, barriers=(*area.barriers, *around_homes))
     return FencedFlight(
         assessment=a,
         area=area,
         frame=frame,
         schedule=fence_schedule(a.route, a.fence_parameters),
-        around_home=around_home,
+        around_homes=around_homes,
         path=_path(a, frame, bends=ardupilot),
         room=StopRoom(
             vehicle=a.vehicle, parameters=a.parameters, reaction_time_s=a.setup.reaction_time_s
         ),
         margin_m=max(a.setup.position_error_m, fence_margin_m(a.fence_parameters)),
     )
+
+
+def _around_homes(route: Route, frame: LocalFrame, limit: FenceLimits) -> tuple[Barrier, ...]:
+    """Return the circle around home, and around each home that the mission sets.
+
+    Notes
+    -----
+    Both autopilots measure from whichever home counts then: ``AC_Fence::check_fence_circle`` by
+    ``get_relative_position_NE_home``, PX4's ``Geofence::isCloserThanMaxDistToHome`` by
+    ``get_home_position``.
+    """
+    if limit.distance_m is None:
+        return ()
+    places = [("home", 0.0, 0.0)]
+    places += [
+        (f"the home of item {one.item}", one.east_m, one.north_m) for one in route.moved_homes
+    ]
+    circles = []
+    for name, east_m, north_m in places:
+        there = route.frame.latitude_longitude_deg(east_m, north_m)
+        east, north = frame.east_north_m(*there)
+        circles.append(
+            CircleBarrier(
+                label=f"the circle of {limit.distance_name} around {name}",
+                place=None,
+                keep_inside=True,
+                east_m=float(east),
+                north_m=float(north),
+                radius_m=limit.distance_m,
+            )
+        )
+    return tuple(circles)
 
 
 def _path(a: Assessment, frame: LocalFrame, *, bends: bool) -> FlownPath:

@@ -119,6 +119,8 @@ class HomePlace(Value, kw_only=False):
     """Height of the ground there above the home the flight started from. [m]"""
     datum_m: float
     """Its own altitude, as the item gave it, above that home: relative heights count from it. [m]"""
+    item: int
+    """DO_SET_HOME, from 1."""
 
 
 class FenceSwitch(Value):

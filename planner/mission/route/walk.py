@@ -671,6 +671,7 @@ class MissionState:
                 north_m=0.0,
                 ground_m=self._home_ground_m(),
                 datum_m=self.datum_m,
+                item=self.number,
             )
         )
         self.homes_deg.append(self.home_deg)
