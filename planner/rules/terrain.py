@@ -70,8 +70,8 @@ BELOW_TERRAIN = Rule(
     "take-off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so "
     "that no ridge falls between two samples; fires below --clearance, 5 m by default (heights above "
     "home and grids err by some metres each).  Legs that follow terrain on ArduPilot are judged by "
-    "their height above it.  Without --terrain the ground is level with home, and places more than 1 m "
-    "below it fire.",
+    "their height above it.  Without --terrain the ground is level with home, and a path more than 1 m "
+    "below it fires.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -89,20 +89,34 @@ def _without_terrain(a: Assessment) -> Iterator[Found]:
                 item=assumed.item,
             )
             break
-    low = [
-        stage
-        for stage in a.route.stages
-        if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
-    ]
-    if a.setup.terrain is None and low:
-        lowest = min(low, key=lambda stage: stage.height_m)
-        more = "" if len(low) == 1 else f"; {len(low)} places are below it"
+    if a.setup.terrain is not None or not a.route.stages:
+        return
+    lowest_m = _lowest_m(a)
+    low = np.flatnonzero(lowest_m < -_LEVEL_WITHIN_M)
+    if len(low):
+        worst = int(lowest_m.argmin())
+        more = "" if len(low) == 1 else f"; {len(low)} items lead below it"
         yield a.finding(
             BELOW_TERRAIN,
-            f"{quantity.height(-lowest.height_m)} below the ground, assumed level with home{more}",
-            item=lowest.item,
+            f"{quantity.height(-float(lowest_m[worst]))} below the ground, assumed level with home{more}",
+            item=a.route.stages[worst].item,
             fix="correct the altitude, or give --terrain where the ground falls away",
         )
+
+
+def _lowest_m(a: Assessment) -> FloatArray:
+    """Return the least height of each stage, at its place and on the way there; infinite on the ground."""
+    from planner.flight.path import flown_path
+
+    stages, motion = a.route.stages, a.flight.motion
+    flies = np.array([stage.kind in _IN_THE_AIR for stage in stages])
+    lowest = np.where(flies, [stage.height_m for stage in stages], np.inf)
+    path = flown_path(motion, with_heights=True)
+    stage = a.returns.segment_stage[path.segment]
+    kept = flies[stage] & ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
+    for height_m in (path.height_m[:-1], path.height_m[1:]):
+        np.minimum.at(lowest, stage[kept], height_m[kept])
+    return lowest
 
 
 RETURN_BELOW_TERRAIN = Rule(

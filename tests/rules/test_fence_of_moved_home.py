@@ -147,11 +147,11 @@ def spline(north_m: float, height_m: float) -> MissionItem:
 
 @pytest.mark.parametrize("up", [1.0, -1.0])
 def test_a_spline_that_swings_over_its_items_is_held_against_the_limits(up: float) -> None:
-    """From 60 to 90 m, level, and back: over the level part by an eighth of the tangents together.
+    """From 60 to 90 m, level for 100 m, and back.
 
-    A tangent is half of what lies between the neighbours of an item, (30, 150) over 200 m; shortened so
-    that both together are no longer than 4 of the leg's 100 m: f = 400/(2·|(180, 30)|) > 1 leaves the
-    level part its whole tangents.  At the middle a Hermite curve is an eighth of their difference off.
+    A tangent of SplineCurve is what lies between the neighbours of an item, (200, 30) m; both together are
+    at most 4 of the leg's 100 m long: shortened to 400 / (2 · 202.2) = 0.989.  At its middle a Hermite
+    curve is an eighth of their difference off: (29.7 + 29.7) / 8 = 7.4 m.
     """
     level = (60.0, 60.0 + 30.0 * up)
     heights = (level[0], level[1], level[1], level[0])
@@ -165,7 +165,6 @@ def test_a_spline_that_swings_over_its_items_is_held_against_the_limits(up: floa
         mission = (takeoff(60), *flown, item(21, None, 0.0))
         return "F110" in findings_of(mission, autopilot=ARDUPILOT, parameters=parameters)
 
-    # Half of (30 + 30) / 2: each tangent rises by 30 m; (30 + 30) / 8 = 7.5 m at the middle.
-    peak_m = level[1] + 7.5 * up
+    peak_m = level[1] + 7.4 * up
     assert fires(peak_m - 0.3 * up)
     assert not fires(peak_m + 0.3 * up)

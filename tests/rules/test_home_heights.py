@@ -119,3 +119,16 @@ def test_a_home_moved_on_its_own_place_is_landed_at_on_the_ground() -> None:
         result = check(up, vehicle, battery=Battery(capacity_wh=170.0))
         assert result.assessment is not None
         assert result.assessment.route.stages[-1].height_m == 0.0
+
+
+@pytest.mark.parametrize(("level_m", "fires"), [(6.1, True), (6.7, False)])
+def test_a_spline_that_sags_below_ground_taken_to_be_level_is_found(
+    level_m: float, *, fires: bool
+) -> None:
+    """From 30 m above the level part: it sags by 7.4 m, to -1.3 m or -0.7 m (hand calculation in
+    test_fence_of_moved_home); more than 1 m below home is below the ground."""
+    heights = (level_m + 30.0, level_m, level_m, level_m + 30.0)
+    splines = [item(82, north(100.0 * (n + 1)), h) for n, h in enumerate(heights)]
+    made = mission(takeoff(30), *splines, item(21, None, 0.0))
+    found = findings(made, "A102", ARDUPILOT)
+    assert [finding.item for finding in found] == [4] * fires
