@@ -10,7 +10,6 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.path import flown_path
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.route.stage import FenceAction, StageKind
@@ -142,6 +141,8 @@ def _flown_heights(a: Assessment) -> _FlownHeights:
     then (``get_relative_position_D_home``), ``Geofence::isBelowMaxAltitude`` of PX4 too.  Switched on in
     flight, a limit counts from the height there is then.  How high a return climbs is looked at by itself.
     """
+    from planner.flight.path import flown_path
+
     stages, returns = a.route.stages, a.returns
     every = np.arange(len(stages))
     end_m = np.array([stage.height_m for stage in stages])

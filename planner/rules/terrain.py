@@ -105,12 +105,17 @@ def _without_terrain(a: Assessment) -> Iterator[Found]:
 
 
 def _lowest_m(a: Assessment) -> FloatArray:
-    """Return the least height of each stage, at its place and on the way there; infinite on the ground."""
-    from planner.flight.path import flown_path
+    """Return the least height of each stage, at its place and on the way there; infinite on the ground.
 
+    Only curves are lower on the way than at both ends: without splines the places are all there is.
+    """
     stages, motion = a.route.stages, a.flight.motion
     flies = np.array([stage.kind in _IN_THE_AIR for stage in stages])
     lowest = np.where(flies, [stage.height_m for stage in stages], np.inf)
+    if not any(stage.kind is StageKind.SPLINE for stage in stages):
+        return lowest
+    from planner.flight.path import flown_path
+
     path = flown_path(motion, with_heights=True)
     stage = a.returns.segment_stage[path.segment]
     kept = flies[stage] & ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
