@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import warnings
+from collections import OrderedDict
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -13,6 +16,7 @@ from planner.geo.geodesy import distance_m
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from os import PathLike
 
     import numpy.typing as npt
@@ -27,10 +31,49 @@ _WGS84 = "EPSG:4326"
 # −9999, −32768 and the like, in files that do not declare their "no data".
 _LOWEST_GROUND_M, _HIGHEST_GROUND_M = -500.0, 9000.0
 _METRES = frozenset({"", "m", "metre", "metres", "meter", "meters"})
-_MOST_CELLS = 250_000_000  # 1 GB in memory; a tile of 1° at 1″ has 13 million
+_MOST_READ = 16_000_000
+"""Cells that are read at once, 64 MB: a tile of 1° at 1″ has 13 million.  Of a larger file a mission's
+surroundings are read, window by window: 1.2 MB of deflate may hold 250 million cells."""
+_WINDOW = 512
+"""Cells along a side of a window."""
+_MOST_WINDOWS = 64
 _LEAST_WEIGHT = 1e-6
 _AROUND_DEG = 0.1
 """So far beside a projected tile places still have coordinates in it: lines enter it from there. [°]"""
+
+
+class WindowedHeights:
+    """The heights of a file too large to be read at once: windows as they are asked for, the last kept."""
+
+    def __init__(self, path: Path, driver: str, shape: tuple[int, int]) -> None:
+        self._path, self._driver, self.shape = path, driver, shape
+        self._windows: OrderedDict[tuple[int, int], npt.NDArray[np.float32]] = OrderedDict()
+
+    def __getitem__(self, cells: tuple[IntArray, IntArray]) -> npt.NDArray[np.float32]:
+        """Return the heights of cells, by rows and columns of one shape."""
+        row, column = (np.asarray(index) for index in cells)
+        found = np.empty(row.shape, np.float32)
+        window = row // _WINDOW * (self.shape[1] // _WINDOW + 1) + column // _WINDOW
+        for number in np.unique(window).tolist():
+            inside = window == number
+            i, j = divmod(number, self.shape[1] // _WINDOW + 1)
+            heights = self._window(i, j)
+            found[inside] = heights[row[inside] - i * _WINDOW, column[inside] - j * _WINDOW]
+        return found
+
+    def _window(self, i: int, j: int) -> npt.NDArray[np.float32]:
+        if (i, j) not in self._windows:
+            with _opened(self._path, self._driver) as raster:
+                first, left = i * _WINDOW, j * _WINDOW
+                last, right = (
+                    min(begin + _WINDOW, size)
+                    for begin, size in zip((first, left), self.shape, strict=True)
+                )
+                self._windows[i, j] = _heights(raster, ((first, last), (left, right)))
+            if len(self._windows) > _MOST_WINDOWS:
+                self._windows.popitem(last=False)
+        self._windows.move_to_end((i, j))
+        return self._windows[i, j]
 
 
 class TerrainTile(Value, eq=False):
@@ -38,7 +81,7 @@ class TerrainTile(Value, eq=False):
 
     source: str
     """The file."""
-    heights_amsl_m: npt.NDArray[np.float32]
+    heights_amsl_m: npt.NDArray[np.float32] | WindowedHeights
     """Heights, shape (rows, columns); NaN where the file has none. [m]"""
     transform: tuple[float, float, float, float, float, float]
     """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f, from the outer
@@ -273,39 +316,21 @@ def read_terrain(*paths: str | PathLike[str]) -> TerrainGrid:
 
 def _read_tile(path: Path) -> TerrainTile:
     source = str(path)
-    try:
-        import rasterio
-        from rasterio.errors import NotGeoreferencedWarning, RasterioError
+    # One driver by name: others would follow references to further files and hosts.
+    driver = "SRTMHGT" if path.suffix.lower() == ".hgt" else "GTiff"
+    with _opened(path, driver) as raster:
         from rasterio.warp import transform, transform_bounds
-    except ImportError as error:
-        msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
-        raise TerrainFileError(msg, source=source) from error
-    if not path.is_file():
-        msg = "no such file"
-        raise TerrainFileError(msg, source=source)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # an error of ours below
-            # One driver by name: others would follow references to further files and hosts.
-            driver = "SRTMHGT" if path.suffix.lower() == ".hgt" else "GTiff"
-            raster = rasterio.open(path, driver=driver)
-        with raster:
-            problem = _raster_problem(raster)
-            if problem is not None:
-                raise TerrainFileError(problem, source=source)
-            heights = raster.read(1, masked=True).astype(np.float32)
-            heights = heights.filled(np.nan) * raster.scales[0] + raster.offsets[0]
-            crs, affine = raster.crs, tuple(raster.transform)[:6]
-            west, south, east, north = transform_bounds(crs, _WGS84, *raster.bounds)
-    except RasterioError as error:
-        msg = (
-            "this is no readable GeoTIFF or .hgt file (a .hgt file must be complete and named "
-            "after its place, such as N47E008.hgt)"
+
+        problem = _raster_problem(raster)
+        if problem is not None:
+            raise TerrainFileError(problem, source=source)
+        heights: npt.NDArray[np.float32] | WindowedHeights = WindowedHeights(
+            path, driver, (raster.height, raster.width)
         )
-        raise TerrainFileError(msg, source=source) from error
-    heights[~((heights > _LOWEST_GROUND_M) & (heights < _HIGHEST_GROUND_M))] = np.nan
-    heights = heights.astype(np.float32)
-    heights.flags.writeable = False
+        if raster.width * raster.height <= _MOST_READ:
+            heights = _heights(raster, None)
+        crs, affine = raster.crs, tuple(raster.transform)[:6]
+        west, south, east, north = transform_bounds(crs, _WGS84, *raster.bounds)
 
     # The cell in the middle and its neighbours to the right and below.
     row, column = (size / 2.0 for size in heights.shape)
@@ -322,6 +347,46 @@ def _read_tile(path: Path) -> TerrainTile:
         bounds_deg=(south, west, north, east),
         cell_m=float(sides.min()),
     )
+
+
+@contextmanager
+def _opened(path: Path, driver: str) -> Iterator[Any]:
+    """Open a raster; what is wrong with it, then or while it is read, is an error of its file."""
+    try:
+        import rasterio
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
+    except ImportError as error:
+        msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
+        raise TerrainFileError(msg, source=str(path)) from error
+    if not path.is_file():
+        msg = "no such file"
+        raise TerrainFileError(msg, source=str(path))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # an error of ours
+            raster = rasterio.open(path, driver=driver)
+        with raster:
+            yield raster
+    except RasterioError as error:
+        msg = (
+            "this is no readable GeoTIFF or .hgt file (a .hgt file must be complete and named "
+            "after its place, such as N47E008.hgt)"
+        )
+        raise TerrainFileError(msg, source=str(path)) from error
+
+
+def _heights(
+    raster: Any,  # noqa: ANN401 - rasterio has no types
+    window: tuple[tuple[int, int], tuple[int, int]] | None,
+) -> npt.NDArray[np.float32]:
+    """Return heights of a window, or of all; NaN where there are none. [m]"""
+    read = raster.read(1, window=window, masked=True)
+    heights: npt.NDArray[np.float32] = read.astype(np.float32).filled(np.nan)
+    heights *= np.float32(raster.scales[0])
+    heights += np.float32(raster.offsets[0])
+    heights[~((heights > _LOWEST_GROUND_M) & (heights < _HIGHEST_GROUND_M))] = np.nan
+    heights.flags.writeable = False
+    return heights
 
 
 def _raster_problem(raster: Any) -> str | None:  # noqa: ANN401 - rasterio has no types
@@ -346,8 +411,8 @@ def _raster_problem(raster: Any) -> str | None:  # noqa: ANN401 - rasterio has n
         ),
         (unit not in _METRES, f"the heights are in {unit!r}; convert them to metres"),
         (
-            raster.width * raster.height > _MOST_CELLS,
-            f"the file has {raster.width} × {raster.height} cells; cut out the mission's area",
+            math.prod(raster.block_shapes[0]) > _MOST_READ,
+            f"{raster.width} × {raster.height} cells in one piece; save them with -co TILED=YES",
         ),
     )
     return next((message for is_so, message in problems if is_so), None)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyproj import Transformer
 
 from planner.errors import ExitCode, TerrainFileError
-from planner.geo.terrain import TerrainGrid, TerrainTile, read_terrain
+from planner.geo.terrain import TerrainGrid, TerrainTile, WindowedHeights, read_terrain
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -275,3 +275,68 @@ def test_without_rasterio_the_error_says_what_to_install(
 def test_no_file_at_all_is_a_mistake_of_the_caller() -> None:
     with pytest.raises(ValueError, match="at least one terrain file"):
         read_terrain()
+
+
+def _sparse(path: Path, *, side: int, **layout: object) -> Path:
+    """Write a file of many cells of which few are stored: 1″ each, from 48° north and 8° east."""
+    profile = {
+        "driver": "GTiff",
+        "count": 1,
+        "dtype": "int16",
+        "nodata": NODATA,
+        "crs": "EPSG:4326",
+        "height": side,
+        "width": side,
+        "compress": "deflate",
+        "SPARSE_OK": True,
+        "transform": rasterio.Affine(1 / 3600, 0.0, 8.0, 0.0, -1 / 3600, 48.0),
+    }
+    with rasterio.open(path, "w", **profile, **layout) as raster:
+        if layout.get("tiled"):
+            row = np.arange(side - 256, side)[:, None] // 16
+            raster.write(
+                np.repeat(row, 256, axis=1).astype(np.int16),
+                1,
+                window=((side - 256, side), (0, 256)),
+            )
+    return path
+
+
+def test_of_a_large_file_only_windows_are_read(tmp_path: Path) -> None:
+    side = 36_000  # 10°: 1.3 thousand million cells, 5 GB of heights
+    path = _sparse(tmp_path / "a.tif", side=side, tiled=True, blockxsize=256, blockysize=256)
+    grid = read_terrain(path)
+    heights = grid.tiles[0].heights_amsl_m
+    assert isinstance(heights, WindowedHeights)
+    # The centre of the last row but 100 and of the 51st column.
+    found = height(grid, 48.0 - (side - 99.5) / 3600, 8.0 + 50.5 / 3600)
+    assert found == pytest.approx((side - 100) // 16, abs=1e-6)  # places are rounded degrees
+    assert height(grid, 47.0, 17.0) is None
+    assert len(heights._windows) <= 8
+
+
+def test_windows_give_the_heights_of_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(4)
+    heights = random.integers(0, 3000, (1100, 700)).astype(np.int16)
+    path = write_tiff(tmp_path / "a.tif", heights, cell=0.001)
+    whole = read_terrain(path)
+    monkeypatch.setattr("planner.geo.terrain._MOST_READ", 100_000)
+    windows = read_terrain(path)
+    assert isinstance(windows.tiles[0].heights_amsl_m, WindowedHeights)
+    south, west, north, east = whole.tiles[0].bounds_deg
+    latitudes = random.uniform(south - 0.01, north + 0.01, (40, 50))
+    longitudes = random.uniform(west - 0.01, east + 0.01, (40, 50))
+    for grid in (whole, windows):
+        assert grid.height_amsl_m(latitudes, longitudes).shape == (40, 50)
+    np.testing.assert_array_equal(
+        windows.height_amsl_m(latitudes, longitudes).filled(np.nan),
+        whole.height_amsl_m(latitudes, longitudes).filled(np.nan),
+    )
+
+
+def test_many_cells_in_one_piece_are_refused_before_they_are_unpacked(tmp_path: Path) -> None:
+    path = _sparse(tmp_path / "a.tif", side=16_000, blockysize=16_000)
+    with pytest.raises(TerrainFileError, match=r"16000 × 16000 cells in one piece; save them"):
+        read_terrain(path)
