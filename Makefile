@@ -6,7 +6,7 @@ MADE := .venv/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
 VEHICLE := falkowski-2023-quadrotor
 
-.PHONY: help setup demo test lint types layers unit bench format golden readme rules models clean
+.PHONY: help setup demo test lint types layers unit bench fuzz format golden readme rules models clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -46,6 +46,11 @@ unit: $(MADE)
 
 bench: $(MADE) ## measure what has to be fast
 	$(BIN)/pytest -q -s -m bench tests/bench
+
+SECONDS ?= 600
+
+fuzz: $(MADE) ## feed readers, checks and lines with damage: make fuzz SECONDS=600
+	PYTHONPATH=tests:. $(BIN)/python tests/fuzz/campaign.py --seconds $(SECONDS)
 
 format: $(MADE) ## put the code in shape
 	$(BIN)/ruff check --fix

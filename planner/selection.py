@@ -212,7 +212,7 @@ def read_baseline(path: Path) -> Baseline:
     except msgspec.ValidationError as error:
         msg = "is not a baseline of this version: write it again with --write-baseline"
         raise BaselineFileError(msg, source=source) from error
-    except (msgspec.DecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # msgspec's own, or text that is not UTF-8
         msg = f"is not JSON: {error}"
         raise BaselineFileError(msg, source=source) from error
     return Baseline(source=source, folder=_folder(path), known=frozenset(document.known))

@@ -227,7 +227,8 @@ class VirtualVehicle:
         return [self._parameter(index) for index in range(len(self.parameters))]
 
     def _on_param_request_read(self, one: Message, _: float) -> list[Message]:
-        return [self._parameter(one["param_index"])]
+        known = 0 <= one["param_index"] < len(self.parameters)
+        return [self._parameter(one["param_index"])] if known else []
 
     def _parameter(self, index: int) -> Message:
         name, (value, kind) = list(self.parameters.items())[index]

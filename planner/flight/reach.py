@@ -84,8 +84,6 @@ def situations(returns: Returns) -> Situations:
     """Return the situations of a flight, of holds at its points and of the returns from there."""
     flight = returns.flight
     columns = flight.motion.segments
-    if not len(columns.item):  # every item is where the vehicle stands
-        return _standing(returns)
     own = flight.node_state
     parts = [_of_state(own, columns.item[flight.motion.piece_segment], SituationKind.MISSION)]
     sample = returns.sample
@@ -96,19 +94,6 @@ def situations(returns: Returns) -> Situations:
             _of_state(sample.flight.node_state, item[sample.piece_point], SituationKind.RETURN),
         ]
     return Situations.joined(parts)
-
-
-def _standing(returns: Returns) -> Situations:
-    """Return the one situation of a vehicle that never moves."""
-    zero = np.zeros(1)
-    return Situations(
-        east_m_s=zero,
-        north_m_s=zero,
-        climb_m_s=zero,
-        height_m=zero,
-        item=np.array([returns.route.stages[0].item]),
-        kind=np.array([SituationKind.MISSION]),
-    )
 
 
 def _of_state(state: KinematicState, item: IntArray, kind: SituationKind) -> Situations:

@@ -26,6 +26,8 @@ LAPSE_RATE_K_M = 0.0065
 """Fall of temperature with height in the troposphere, ISO 2533:1975, table 4. [K m⁻¹]"""
 GAS_CONSTANT_J_KG_K = 287.05287
 """Specific gas constant of dry air, ISO 2533:1975, table 1. [J kg⁻¹ K⁻¹]"""
+_COLDEST_K = 1.0
+"""The linear law would fall through zero. [K]"""
 SEA_LEVEL_DENSITY_KG_M3 = 1.225
 """Of the standard atmosphere. [kg m⁻³]"""
 
@@ -47,7 +49,8 @@ def air_density_kg_m3(
     """
     altitude = np.asarray(altitude_amsl_m, dtype=np.float64)
     exponent = GRAVITY_M_S2 / (GAS_CONSTANT_J_KG_K * LAPSE_RATE_K_M)
-    standard_k = SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude
+    # Above 44 km the law ends: what is left of the air carries nothing, and is not less than nothing.
+    standard_k = np.maximum(SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude, _COLDEST_K)
     pressure_pa = SEA_LEVEL_PRESSURE_PA * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
     temperature_k = home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
-    return np.asarray(pressure_pa / (GAS_CONSTANT_J_KG_K * temperature_k))
+    return np.asarray(pressure_pa / (GAS_CONSTANT_J_KG_K * np.maximum(temperature_k, _COLDEST_K)))

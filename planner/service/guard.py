@@ -129,8 +129,6 @@ def _judged(
         return no_go_judgement(result.findings, fail_on=check.fail_on), None
     battery, assessment = result.battery, result.assessment
     prediction = None
-    if assessment is not None and not assessment.flight.time_s > 0.0:
-        assessment = None  # there is no flight to follow
     if battery is not None and assessment is not None and assessment.pack is not None:
         prediction = Prediction(
             returns=assessment.returns,

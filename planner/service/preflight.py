@@ -38,7 +38,7 @@ from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
 from planner.mission.files import read_mission
 from planner.mission.items import Mission
-from planner.mission.route.route import make_route
+from planner.mission.route.route import NOTHING_TO_FLY, make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.quantity import mean_of
 from planner.rules.assessment import Assessment
@@ -155,13 +155,17 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
     """
     prepared = prepare(mission, setup)
     route, setup = prepared.route, prepared.setup
-    if route.stages:
-        assessment = assess(prepared)
+    assessment = assess(prepared) if route.stages else None
+    checked: tuple[LedgerEntry, ...] = ()
+    if assessment is not None:
         found, checked = judge(assessment, setup.selection)
         findings = [*assessment.findings, *found]
     else:
-        assessment, checked = None, ()
-        findings = [*prepared.findings, *judge_unflown(mission, setup, prepared.fence_parameters)]
+        findings = [
+            *prepared.findings,
+            *((NOTHING_TO_FLY.finding(_STANDS),) if route.stages else ()),
+            *judge_unflown(mission, setup, prepared.fence_parameters),
+        ]
     reported, suppressed = setup.selection.divide(findings, file=mission.source)
     temperature_c = setup.temperature_c
     if temperature_c is None:
@@ -262,8 +266,11 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
     )
 
 
-def assess(prepared: Preparation) -> Assessment:
-    """Return everything that is predicted of a flight of at least one stage."""
+_STANDS = "every item is where the vehicle stands: it never moves"
+
+
+def assess(prepared: Preparation) -> Assessment | None:
+    """Return everything that is predicted of a flight of at least one stage; ``None``: nothing moves."""
     mission, setup = prepared.mission, prepared.setup
     vehicle = setup.vehicle
     destinations = make_destinations(
@@ -272,6 +279,8 @@ def assess(prepared: Preparation) -> Assessment:
     route = with_own_return(prepared.route, destinations)
     pilot = make_pilot(setup, prepared.parameters)
     flight = predict_flight(route, setup, pilot)
+    if not len(flight.motion.segments.item):
+        return None
     pack = setup.flown_pack.battery
     if pack is not None:
         pack = pack.aged(

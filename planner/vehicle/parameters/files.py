@@ -13,7 +13,6 @@ All of them know empty lines and comments that begin with ``#``.
 
 from __future__ import annotations
 
-import math
 import re
 from typing import TYPE_CHECKING
 
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
 
 
 MOST_BYTES = 1 << 22
+_GREATEST = 3.4028235e38
+"""Of a float of 32 bits, which is what a parameter is."""
 _WHAT = "parameter file"
 """A vehicle has some thousand parameters, some 100 KB; anything larger is another kind of file."""
 
@@ -158,7 +159,7 @@ def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, float 
 
 def _number(text: str) -> float | None:
     value = float(int(text, 16)) if text[:2].lower() == "0x" else float(text)
-    return value if math.isfinite(value) else None
+    return value if abs(value) <= _GREATEST else None
 
 
 def _shown(value: float | None) -> str:

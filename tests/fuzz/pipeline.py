@@ -1,0 +1,253 @@
+"""The fuzz target of the whole: missions of any shape, checked under any conditions, in every report.
+
+An input is a JSON document: the text of the mission, settings as they are typed, and the parameters' text.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import xml.etree.ElementTree as ET
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fuzz.target import Target
+
+from planner.cli.check_output import rendered
+from planner.errors import ExitCode, MavjouleError
+from planner.mission.convert import convert_mission
+from planner.mission.files import read_mission_bytes
+from planner.mission.items import MissionFormat
+from planner.report.columns import columns_csv, segments_csv, segments_text
+from planner.report.html.page import check_html
+from planner.selection import is_kept_on
+from planner.service.preflight import CheckResult, check_mission
+from planner.setup import FORMATS, Output, Setup, settings
+from planner.values import replace
+from planner.vehicle.parameters.files import parameters_from_text
+
+if TYPE_CHECKING:
+    from random import Random
+
+    from planner.mission.items import Mission
+
+_MODELS = ("falkowski-2023-quadrotor", "px4-sih-quad", "arducopter-sitl-quad", "dji-matrice-100")
+_COMMANDS = (
+    *(16, 16, 16, 16, 16, 17, 18, 19, 20, 21, 22, 22, 31, 82, 92, 93, 94, 95, 112, 114, 115),
+    *(177, 177, 178, 178, 179, 189, 195, 197, 201, 203, 206, 207, 211, 85, 84, 2000, 3000, 50_001),
+)
+_FRAMES = (0, 2, 3, 3, 3, 3, 5, 6, 10, 11, 99)
+_ODD = (0.0, 1.0, -1.0, 2.0, 3.0, 5.0, 10.0, 100.0, -5.0, 0.001, 65_535.0, 1e6, -1e6, 1e300, None)
+_PARAMETERS = {
+    "px4": ("MPC_XY_CRUISE", "MPC_XY_VEL_MAX", "MPC_ACC_HOR", "MPC_JERK_AUTO", "MPC_Z_VEL_MAX_UP",
+            "RTL_RETURN_ALT", "RTL_TYPE", "RTL_CONE_ANG", "RTL_DESCEND_ALT", "GF_MAX_HOR_DIST",
+            "GF_ACTION", "NAV_ACC_RAD", "MIS_TAKEOFF_ALT", "COM_LOW_BAT_ACT", "BAT_CRIT_THR",
+            "MPC_Z_V_AUTO_DN", "MPC_LAND_SPEED", "MPC_YAWRAUTO_MAX"),
+    "ardupilot": ("WPNAV_SPEED", "WPNAV_ACCEL", "WPNAV_RADIUS", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN",
+                  "RTL_ALT", "RTL_ALT_FINAL", "RTL_SPEED", "RTL_CONE_SLOPE", "LAND_SPEED", "FENCE_ENABLE",
+                  "FENCE_TYPE", "FENCE_RADIUS", "FENCE_ALT_MAX", "FENCE_MARGIN", "BATT_LOW_VOLT",
+                  "BATT_FS_LOW_ACT", "BATT_LOW_MAH", "RALLY_LIMIT_KM", "WPNAV_JERK", "PSC_JERK_XY"),
+}  # fmt: skip
+_SETTINGS: dict[str, tuple[str, ...]] = {
+    "battery": ("5.2Ah@14.8V", "170Wh", "4000Wh", "0.1Wh", "99Ah@22.2V", "1Ah@3.7V"),
+    "charge": ("100%", "50%", "5%", "0%", "95±2%"),
+    "reserve": ("20%", "0%", "100%", "12Wh", "3min"),
+    "wind": ("0", "5@270", "12@0", "30@90", "5±2@270±20", "3@45"),
+    "wind_profile": ("power:0.2@10", "log:0.03@10"),
+    "home_amsl_m": ("0", "488", "-400", "8000"),
+    "temperature_c": ("-40", "15", "50", "15±5"),
+    "payload_kg": ("0", "0.5", "5", "0.5±0.1"),
+    "position_noise_m": ("0", "0.3", "1.5"),
+    "speed_m_s": ("0.5", "5", "15", "60"),
+    "reaction_time_s": ("0", "1.5", "10"),
+    "battery_health": ("50%", "100%", "85%"),
+    "battery_temperature_c": ("-10", "20", "45"),
+    "position_error_m": ("0", "3", "100"),
+    "fail_on": ("error", "warning"),
+    "risk": ("1%", "50%"),
+    "ignore": ("T", "M1", "W,A1"),
+    "autopilot": ("auto", "px4", "ardupilot", "step"),
+    "target": ("px4-1.16", "arducopter-4.6"),
+}
+
+
+def _made(draw: Random) -> bytes:
+    vehicle = draw.choice(_MODELS)
+    options = {key: draw.choice(texts) for key, texts in _SETTINGS.items() if draw.random() < 0.25}
+    if draw.random() < 0.7:
+        options["battery"] = draw.choice(_SETTINGS["battery"])
+    lines = [
+        f"{name},{draw.choice(_ODD) or draw.uniform(0, 30):g}"
+        for name in draw.sample(_PARAMETERS[draw.choice(tuple(_PARAMETERS))], draw.randrange(1, 6))
+    ]
+    document = {
+        "mission": _plan(draw),
+        "settings": {"vehicle": vehicle, **options},
+        "parameters": "\n".join(lines) if draw.random() < 0.4 else "",
+        "page": draw.random() < 0.03,  # its pictures take a hundred times as long as the check
+    }
+    return json.dumps(document).encode()
+
+
+def _plan(draw: Random) -> str:
+    home = [47.0, 8.0, draw.choice((400, 0, None, 9000))]
+    reach_deg = draw.choice((0.0, 1e-7, 1e-4, 3e-3, 3e-3, 0.05, 5.0))
+    count = draw.choice((0, 1, 2, 3, 5, 8, 8, 20, 60))
+
+    def near(middle: float) -> float:
+        return middle + reach_deg * draw.uniform(-1.0, 1.0)
+
+    def item(number: int) -> dict[str, Any]:
+        command = 22 if number == 1 and draw.random() < 0.7 else draw.choice(_COMMANDS)
+        parameters = [
+            draw.choice((0, 0, 0, draw.choice(_ODD), draw.uniform(0, 20))) for _ in range(4)
+        ]
+        if command == 177:
+            parameters[0] = draw.choice((1, number, count, draw.randrange(1, count + 2)))
+            parameters[1] = draw.choice((0, 1, 3, -1, 10_000))
+        if command == 178:
+            parameters[:2] = [draw.choice((0, 1, 2, 3)), draw.choice((-1, 0.5, 5, 12, 90))]
+        place: list[float | None] = [
+            near(47.0),
+            near(8.0),
+            draw.choice((20, 30, 100, 0, -20, 0.5, draw.uniform(0, 500), 1e5)),
+        ]
+        if draw.random() < 0.05:
+            place = [draw.choice((0, None, 90.0, -89.9)), draw.choice((0, None, 180.0)), place[2]]
+        return {
+            "type": "SimpleItem",
+            "command": command,
+            "frame": draw.choice(_FRAMES),
+            "params": [*parameters, *place],
+            "doJumpId": number,
+            "autoContinue": draw.random() < 0.97,
+        }
+
+    def area() -> list[list[float]]:
+        return [[near(47.0), near(8.0)] for _ in range(draw.choice((3, 4, 7)))]
+
+    fence: dict[str, Any] = {"version": 2, "circles": [], "polygons": []}
+    if draw.random() < 0.25:
+        circle = {"center": [near(47.0), near(8.0)], "radius": draw.choice((1.0, 50.0, 1e4))}
+        fence["circles"] = [{"circle": circle, "inclusion": draw.random() < 0.5, "version": 1}]
+        fence["polygons"] = [{"polygon": area(), "inclusion": draw.random() < 0.7, "version": 1}]
+    rally = [
+        [near(47.0), near(8.0), draw.uniform(0, 60)] for _ in range(draw.choice((0, 0, 0, 1, 3)))
+    ]
+    plan = {
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "QGroundControl",
+        "geoFence": fence,
+        "rallyPoints": {"version": 2, "points": rally},
+        "mission": {
+            "version": 2,
+            "firmwareType": draw.choice((0, 3, 12)),
+            "vehicleType": 2,
+            "hoverSpeed": 5,
+            "cruiseSpeed": 15,
+            "plannedHomePosition": home if draw.random() < 0.9 else [None, None, None],
+            "items": [item(number) for number in range(1, count + 1)],
+        },
+    }
+    return json.dumps(plan)
+
+
+def run(data: bytes) -> None:
+    """Check and report one input; raise where something does not hold."""
+    document = json.loads(data)
+    mission = read_mission_bytes(document["mission"].encode(), source="a.plan")
+    declared = settings()
+    values = {key: declared[key].kind.read(text) for key, text in document["settings"].items()}
+    setup = Setup.of(values)
+    if document["parameters"]:
+        text = document["parameters"].encode()
+        setup = replace(setup, parameters=parameters_from_text(text, source="a.param"))
+    result = check_mission(mission, replace(setup, with_trace=True))
+    _holds(result)
+    _reports(result)
+    if document.get("page"):
+        _draws(result)
+    _reads_back(mission)
+
+
+def _holds(result: CheckResult) -> None:
+    """Check what is true of every result."""
+    deciding = [one for one in result.findings if one.severity >= result.setup.fail_on]
+    assert (result.verdict == "no-go") is bool(deciding)
+    assert not any(is_kept_on(one) for one in result.suppressed)
+    totals, battery = result.totals, result.battery
+    time_s, distance_m = totals.time_s, totals.distance_m
+    assert math.isfinite(time_s)
+    assert time_s >= 0.0
+    assert math.isfinite(distance_m)
+    assert distance_m >= 0.0
+    durations = [one.duration_s for one in result.segments]
+    assert all(one >= 0.0 for one in durations)
+    # Sums of many segments are rounded: 1e-9 of a total is a thousand roundings of its last place.
+    assert math.isclose(math.fsum(durations), time_s, rel_tol=1e-9, abs_tol=1e-6)
+    if math.isfinite(totals.energy_wh):
+        energies = [one.energy_wh for one in result.segments]
+        assert all(one >= 0.0 for one in energies)
+        assert math.isclose(math.fsum(energies), totals.energy_wh, rel_tol=1e-9, abs_tol=1e-9)
+    for before, after in zip(result.segments, result.segments[1:], strict=False):
+        assert math.isclose(
+            before.start_s + before.duration_s, after.start_s, abs_tol=1e-6, rel_tol=1e-9
+        )
+    if result.verdict == "go":
+        assert battery is not None
+        assert battery.margin_wh >= 0.0
+        assert result.setup.is_vehicle_named
+        assert result.segments
+        assert math.isfinite(totals.energy_wh)
+        assert battery.used_fraction <= 1.0
+
+
+def _reports(result: CheckResult) -> None:
+    """Check that every renderer says something that its readers can read."""
+    for name in FORMATS:
+        text = rendered([result], Output(format=name), exit_code=ExitCode.GO)
+        text.encode()
+        assert "\x1b" not in text
+        if name in {"json", "sarif", "gitlab"}:
+            json.loads(text, parse_constant=_refuse)
+        elif name == "junit":
+            ET.fromstring(text)
+    segments_csv(result)
+    segments_text(result)
+
+
+def _draws(result: CheckResult) -> None:
+    """Check that the page and the columns of the flight can be made."""
+    page = check_html([result], version="1", made_at=datetime.now(UTC), sha256={result.file: ""})
+    assert page.rstrip().endswith("</html>")
+    if result.trace is not None:
+        columns_csv(result.trace.columns())
+
+
+def _refuse(constant: str) -> None:
+    msg = f"{constant} is not JSON"
+    raise AssertionError(msg)
+
+
+def _reads_back(mission: Mission) -> None:
+    """Check that a written mission is the one that was written."""
+    for kind in (MissionFormat.PLAN, MissionFormat.WPL):
+        try:
+            text = convert_mission(mission, kind).text
+        except MavjouleError:
+            continue
+        back = read_mission_bytes(text.encode(), source="b.plan")
+        assert [one.command for one in back.items] == [one.command for one in mission.items]
+
+
+def pipeline() -> Target:
+    """Return the target."""
+    crossing = Path(__file__).parents[2] / "missions" / "crossing-too-far.plan"
+    seed = {
+        "mission": crossing.read_text("utf-8"),
+        "settings": {"vehicle": _MODELS[0]},
+        "parameters": "",
+    }
+    return Target("pipeline", [json.dumps(seed).encode()], run, make=_made)

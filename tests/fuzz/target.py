@@ -1,0 +1,68 @@
+"""A fuzz target: what is fed with inputs, and what counts as a finding."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import TYPE_CHECKING
+
+from fuzz.mutation import mutated
+
+from planner.errors import MavjouleError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+CRASHERS = Path(__file__).parent / "crashers"
+"""Every input that was once a finding, by target: replayed for ever."""
+LONGEST_S = 20.0
+"""An input that takes longer is a finding: the largest have 1 MB, and the slowest machine is 20 times
+slower than what a second is enough for."""
+
+
+class TooSlowError(Exception):
+    """An input took longer than any may."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """Something that reads what it is given."""
+
+    name: str
+    seeds: Sequence[bytes]
+    run: Callable[[bytes], object]
+    """Fails in any way but with one of our own errors: a finding."""
+    make: Callable[[Random], bytes] | None = None
+    """Makes an input; by default a seed is damaged."""
+
+    def inputs(self, seed: int) -> Iterator[bytes]:
+        """Yield inputs without end, the same for the same seed."""
+        draw = Random(f"{self.name} {seed}")
+        while True:
+            yield mutated(self.seeds, draw) if self.make is None else self.make(draw)
+
+    def try_one(self, data: bytes) -> None:
+        """Feed one input; raise what is a finding."""
+        began_s = time.process_time()
+        with suppress(MavjouleError):
+            self.run(data)
+        taken_s = time.process_time() - began_s
+        if taken_s > LONGEST_S:
+            msg = f"{taken_s:.1f} s for {len(data)} bytes"
+            raise TooSlowError(msg)
+
+    def crashers(self) -> list[Path]:
+        """Return the inputs that once were findings."""
+        return sorted((CRASHERS / self.name).glob("*"))
+
+    def keep(self, data: bytes) -> Path:
+        """Write an input that is a finding where it is replayed from."""
+        folder = CRASHERS / self.name
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / hashlib.sha256(data).hexdigest()[:16]
+        path.write_bytes(data)
+        return path
