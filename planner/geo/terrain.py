@@ -61,6 +61,20 @@ class WindowedHeights:
             found[inside] = heights[row[inside] - i * _WINDOW, column[inside] - j * _WINDOW]
         return found
 
+    def part(self, rows: slice, columns: slice) -> npt.NDArray[np.float32]:
+        """Return the heights of a part of the grid."""
+        spans = [
+            one.indices(size)[:2] for one, size in zip((rows, columns), self.shape, strict=True)
+        ]
+        count = math.prod(max(end - begin, 0) for begin, end in spans)
+        if count > _MOST_READ:
+            msg = f"the mission has {count} cells around it; give terrain of wider cells there"
+            raise TerrainFileError(msg, source=str(self._path))
+        if not count:
+            return np.empty((0, 0), np.float32)
+        with _opened(self._path, self._driver) as raster:
+            return _heights(raster, (spans[0], spans[1]))
+
     def _window(self, i: int, j: int) -> npt.NDArray[np.float32]:
         if (i, j) not in self._windows:
             with _opened(self._path, self._driver) as raster:
@@ -144,7 +158,12 @@ class TerrainTile(Value, eq=False):
             is_known = bool(np.isfinite(own).all())
             low, high = (own.min(), own.max()) if is_known else (0.0, size)
             window.append(slice(max(int(low), 0), max(int(high) + 2, 0)))
-        rows, columns = np.nonzero(self.heights_amsl_m[tuple(window)] > height_amsl_m)
+        heights = self.heights_amsl_m
+        if isinstance(heights, WindowedHeights):
+            around = heights.part(*window)
+        else:
+            around = heights[tuple(window)]
+        rows, columns = np.nonzero(around > height_amsl_m)
         down, right = rows + window[0].start + 0.5, columns + window[1].start + 0.5
         a, b, c, d, e, f = self.transform
         x, y = a * right + b * down + c, d * right + e * down + f

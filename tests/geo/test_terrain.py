@@ -334,6 +334,10 @@ def test_windows_give_the_heights_of_the_whole(
         windows.height_amsl_m(latitudes, longitudes).filled(np.nan),
         whole.height_amsl_m(latitudes, longitudes).filled(np.nan),
     )
+    near = np.array([south + 0.02, south + 0.05]), np.array([west + 0.1, west + 0.2])
+    higher = [grid.tiles[0].centres_above(2500.0, *near) for grid in (whole, windows)]
+    assert len(higher[0][0]) > 0
+    np.testing.assert_array_equal(*higher)
 
 
 def test_many_cells_in_one_piece_are_refused_before_they_are_unpacked(tmp_path: Path) -> None:

@@ -155,7 +155,7 @@ _EAST_M = CELL_M * math.cos(math.radians(HOME.latitude_deg))
 def with_cell(east: int, north: int, height_m: float) -> TerrainGrid:
     """Return level ground with one cell of another height, so many cells from home's south-west one."""
     level = ground(0.0).tiles[0]
-    heights = level.heights_amsl_m.astype(np.float64)
+    heights = np.array(level.heights_amsl_m, np.float64)
     heights[ROWS - 1 - round(1000.0 / CELL_M) - north, COLUMNS // 2 - 1 + east] = 400.0 + height_m
     return of_heights(heights, level)
 
