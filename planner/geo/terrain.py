@@ -158,11 +158,8 @@ class TerrainTile(Value, eq=False):
             is_known = bool(np.isfinite(own).all())
             low, high = (own.min(), own.max()) if is_known else (0.0, size)
             window.append(slice(max(int(low), 0), max(int(high) + 2, 0)))
-        heights = self.heights_amsl_m
-        if isinstance(heights, WindowedHeights):
-            around = heights.part(*window)
-        else:
-            around = heights[tuple(window)]
+        grid = self.heights_amsl_m
+        around = grid[tuple(window)] if isinstance(grid, np.ndarray) else grid.part(*window)
         rows, columns = np.nonzero(around > height_amsl_m)
         down, right = rows + window[0].start + 0.5, columns + window[1].start + 0.5
         a, b, c, d, e, f = self.transform
