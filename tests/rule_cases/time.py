@@ -88,6 +88,16 @@ CASES: Mapping[str, RuleCases] = {
         ),
         silent=lambda: found(returning(replace(waypoint(200, 20), autocontinue=False)), ARDUPILOT),
     ),
+    "T119": RuleCases(
+        # It is armed with a heading nobody knows and returns from where it is home.
+        fires=lambda: found(mission(takeoff(20), waypoint(100, 20), waypoint(0, 20), rtl()), PX4),
+        silent=lambda: found(PLAIN, PX4),
+        boundary=lambda: found(
+            # Beyond RTL_MIN_DIST, 10 m, a return does not ask for it.
+            mission(takeoff(20), waypoint(100, 20), waypoint(11, 20), rtl()),
+            PX4,
+        ),
+    ),
     "T109": RuleCases(
         fires=lambda: found(PLAIN, PX4),
         boundary=lambda: found(PLAIN, PX4, position_noise_m=0.0),

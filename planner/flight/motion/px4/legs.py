@@ -86,6 +86,14 @@ def yaw_waits_s(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
     return np.where(asked, np.maximum(needed - flight_times_s(legs), 0.0), 0.0)
 
 
+def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
+    """Return the waits for headings that are half a turn away only as far as is known. (n,) [s]"""
+    moves = legs.planned
+    before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
+    known = (np.isfinite(before) & np.isfinite(moves.yaw_rad)) | (before == moves.yaw_rad)
+    return np.where(known, 0.0, yaw_waits_s(legs, parameters))
+
+
 _SAME_PLACE_M = 0.001
 """Distance below which PX4 takes two places for one (``computeStartXYSpeedFromWaypoints``). [m]"""
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.findings import Finding, Rule, Severity
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
@@ -18,7 +19,7 @@ from planner.flight.motion.px4.braking import stopping_distance_m
 from planner.flight.motion.px4.lag import Tracking, TrackingLag
 from planner.flight.motion.px4.landing import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import fly_legs, yaw_waits_s
+from planner.flight.motion.px4.legs import fly_legs, waits_unknown, yaw_waits_s
 from planner.flight.motion.px4.moves import moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -34,10 +35,9 @@ from planner.mission.route.stage import StageKind
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from planner.arrays import FloatArray
-    from planner.findings import Finding
     from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 FOLLOWS = Tracking()
 """A vehicle that is where it should be."""
+_WORTH_SAYING_S = 0.5
 _LEAST_REACH = 0.25
 """Of the distance at which a place counts as reached, what is left of it by a lag. [-]"""
 
@@ -66,6 +67,31 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
         "as it has landed"
     )
     return (SETTING_NOT_FOLLOWED.finding(message, item=returning.item),)
+
+
+HEADING_ASSUMED = Rule(
+    "T119 heading-assumed",
+    Severity.INFO,
+    summary="Half a turn is assumed to a heading, because the heading before it is not known.",
+    why="PX4 waits over a waypoint, or over home before it lands, until the vehicle has turned: half a "
+    "turn takes 4.9 s at 60°/s and 20°/s², no turn none.  No mission says how the vehicle stands as it "
+    "is armed, which is the heading it returns to.",
+    how="The first waypoint with a heading, a return begun within RTL_MIN_DIST of home, and one that "
+    "waits before it lands (RTL_LAND_DELAY), where the turn is not over when the vehicle is there, and "
+    "MIS_YAW_TMT does not end the wait.",
+    fix="leave the heading of the waypoint free, or end the mission farther from home than RTL_MIN_DIST",
+)
+
+
+def _assumed_headings(legs: Px4Legs, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Yield each wait that is as long as it is only because a heading is not known."""
+    waits_s = waits_unknown(legs, parameters)
+    for move in np.flatnonzero(waits_s >= _WORTH_SAYING_S).tolist():
+        message = (
+            f"half a turn assumed to the heading asked for, {waits_s[move]:.1f} s: the heading the "
+            "vehicle is armed with is not known"
+        )
+        yield HEADING_ASSUMED.finding(message, item=int(legs.planned.item[move]))
 
 
 def fly_px4(
@@ -89,7 +115,7 @@ def fly_px4(
     stops and nearly cancels: braking, the vehicle is 0.4 m ahead of the trajectory (there 0.3 s sooner);
     starting from standing, it lags and the trajectory waits for it (0.2 s later).
     """
-    motion = _fly(
+    motion, legs = _fly(
         moves_of_stages(stages, parameters),
         len(stages),
         parameters,
@@ -97,7 +123,8 @@ def fly_px4(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
-    return replace(motion, findings=motion.findings + gap_findings(stages, parameters))
+    found = (*gap_findings(stages, parameters), *_assumed_headings(legs, parameters))
+    return replace(motion, findings=motion.findings + found)
 
 
 def px4_returns(
@@ -120,7 +147,7 @@ def px4_returns(
     """
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
-    return _fly(
+    motion, _ = _fly(
         return_moves(places, homes, parameters, above_ground_m, return_paths),
         len(places),
         parameters,
@@ -128,6 +155,7 @@ def px4_returns(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
+    return motion
 
 
 def _fly(
@@ -138,8 +166,8 @@ def _fly(
     tracking: Tracking,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
-) -> Motion:
-    """Return the motion of moves that serve a number of stages."""
+) -> tuple[Motion, Px4Legs]:
+    """Return the motion of moves that serve a number of stages, and the moves as flown."""
     time_scale = TimeScale.of(tracking.noise_m, parameters)
     begins = moves.beginnings_m()
     speed, findings = held_speeds_m_s(
@@ -163,7 +191,7 @@ def _fly(
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
     aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
-    return Motion(
+    motion = Motion(
         segments=_segments(ordered, legs, parameters),
         laws=ordered.laws,
         piece_segment=ordered.segment,
@@ -177,6 +205,7 @@ def _fly(
         wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
         findings=findings,
     )
+    return motion, legs
 
 
 def _flown(
