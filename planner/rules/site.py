@@ -103,25 +103,29 @@ TOO_HIGH_FOR_SITE = Rule(
     Severity.ERROR,
     summary="The flight is higher above home than the site profile allows.",
     why="The limit of a permit is in neither the vehicle nor the mission.",
-    how="The greatest height of the predicted flight, more than 5 cm above max_height_above_home_m.",
+    how="The greatest height of the predicted flight, and of the returns from anywhere on it, more than "
+    "5 cm above max_height_above_home_m.",
     fix="fly lower",
 )
 
 
 @judges(TOO_HIGH_FOR_SITE, needs=(PROFILE, EXTREMES))
 def _too_high_for_site(
-    a: Assessment, profile: SiteProfile, extremes: Extremes
+    a: Assessment, profile: SiteProfile, _extremes: Extremes
 ) -> Iterator[Finding]:
-    limit_m = profile.max_height_above_home_m
+    limit_m, reach = profile.max_height_above_home_m, a.reach
     heights_m = [stage.height_m for stage in a.route.stages]
-    # A return may climb higher than every place.
-    highest_m = max(*heights_m, extremes.highest_m)
+    highest_m, item, where = max(heights_m), a.route.stages[int(np.argmax(heights_m))].item, ""
+    row = int(reach.height_m.argmax())
+    if reach.height_m[row] > highest_m + _ROUNDING_M:  # a return may climb higher than every place
+        highest_m, item = float(reach.height_m[row]), int(reach.item[row])
+        where = f" {reach.where(row)}"
     if limit_m is not None and highest_m > limit_m + _ROUNDING_M:
         yield a.finding(
             TOO_HIGH_FOR_SITE,
-            f"{quantity.beside(highest_m, limit_m, quantity.height)} above home; {profile.source} allows "
-            f"{quantity.height(limit_m)}",
-            item=a.route.stages[int(np.argmax(heights_m))].item,
+            f"{quantity.beside(highest_m, limit_m, quantity.height)} above home{where}; {profile.source} "
+            f"allows {quantity.height(limit_m)}",
+            item=item,
         )
 
 

@@ -89,6 +89,19 @@ def test_a_flight_above_the_height_of_a_site_is_an_error(
     assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
 
 
+@pytest.mark.parametrize(("limit_m", "fires"), [(80.1, False), (79.9, True)])
+def test_a_return_above_the_height_of_a_site_is_an_error_though_the_mission_lands_itself(
+    tmp_path: Path,
+    limit_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    lands = mission(takeoff(20), waypoint(500, 60), item(21, north(500)))
+    profile, given = f"[site]\nmax_height_above_home_m = {limit_m}\n", "RTL_ALT,8000\n"
+    found = of("A114", tmp_path, profile, one=lands, parameters=given)
+    assert [one.severity for one in found] == [Severity.ERROR] * fires
+    assert all("on the return from item" in one.message for one in found)
+
+
 @pytest.mark.parametrize(("limit_m", "fires"), [(501, False), (499, True)])
 def test_a_mission_beyond_the_distance_of_a_site_is_an_error(
     tmp_path: Path,
