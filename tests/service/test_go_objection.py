@@ -1,53 +1,54 @@
-"""What stands before an acceptance and an upload, beside the verdict."""
+"""What arming and uploading rest on besides the verdict."""
 
 from __future__ import annotations
-
-import math
 
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 
-from planner.findings import Severity
+import planner
+from planner.findings import Rule, Severity
 from planner.service.preflight import CheckResult, check_mission
 from planner.service.vehicle import go_objection
 from planner.setup import Setup
 from planner.values import replace
-from planner.vehicle.battery import Battery
-from planner.vehicle.library import load_vehicle
 
-GO = mission(takeoff(40.0), waypoint(200.0, 40.0), rtl())
-
-
-def _result() -> CheckResult:
-    setup = Setup.of({"vehicle": "arducopter-sitl-quad", "battery": Battery(capacity_wh=200.0)})
-    result = check_mission(GO, setup)
-    assert isinstance(result, CheckResult)
-    return result
+QUAD = planner.load_vehicle("arducopter-sitl-quad")
+HIDDEN = Rule("E199 hidden", Severity.ERROR, summary="", why="", how="", fix="").finding("hidden")
 
 
-def test_a_go_with_energy_to_spare_has_no_objection() -> None:
-    assert go_objection(_result()) == ""
+def result() -> CheckResult:
+    return check_mission(mission(takeoff(20), waypoint(100, 20), rtl()), Setup(QUAD))
 
 
-@pytest.mark.parametrize("margin_wh", [-0.01, -1.58, math.nan, -math.inf])
-def test_a_go_without_a_margin_is_none(margin_wh: float) -> None:
-    result = _result()
-    assert result.battery is not None
-    short = replace(result, battery=replace(result.battery, margin_wh=margin_wh))
-    assert "at landing is not enough" in go_objection(short)
+def test_a_go_with_energy_at_landing_and_on_the_way_home_is_one() -> None:
+    assert result().verdict == "go"
+    assert go_objection(result()) == ""
 
 
-def test_a_go_of_no_battery_or_of_no_vehicle_that_was_named_is_none() -> None:
-    result = _result()
-    assert go_objection(replace(result, battery=None)) == "no battery is known"
-    unnamed = replace(result, setup=replace(result.setup, is_vehicle_named=False))
+@pytest.mark.parametrize("margin_wh", [-0.01, -1.58, float("-inf"), float("nan")])
+@pytest.mark.parametrize("part", ["battery", "return_plan"])
+def test_a_margin_below_the_reserve_is_an_objection_whatever_the_verdict(
+    part: str, margin_wh: float
+) -> None:
+    short = replace(result(), **{part: replace(getattr(result(), part), margin_wh=margin_wh)})
+    where = "at landing" if part == "battery" else "on the way home"
+    assert where in go_objection(short)
+
+
+def test_an_unnamed_vehicle_and_a_suppressed_error_are_objections() -> None:
+    unnamed = replace(result(), setup=replace(result().setup, is_vehicle_named=False))
     assert go_objection(unnamed) == "no vehicle is named"
-    assert Setup(load_vehicle()).vehicle.name  # the article's, which nobody named
+    assert "battery" in go_objection(replace(result(), battery=None))
+    hidden = replace(result(), suppressed=(HIDDEN,))
+    assert "E199" in go_objection(hidden)
+    assert go_objection(hidden, consented={"E199"}) == ""
 
 
-def test_a_go_with_an_error_that_is_not_reported_is_none() -> None:
-    result = _result()
-    finding = replace(result.findings[0], severity=Severity.ERROR, suppression="ignored as X")
-    hidden = replace(result, suppressed=(finding,))
-    assert go_objection(hidden).endswith("is ignored as X")
-    assert go_objection(hidden, consented={finding.code}) == ""
+def test_a_mission_that_is_not_flown_asks_for_a_vehicle_too() -> None:
+    nothing = mission(waypoint(0, 0), home=None)
+    nothing = replace(nothing, items=())
+    for is_named in (True, False):
+        setup = replace(Setup(QUAD), is_vehicle_named=is_named)
+        codes = [one.code for one in check_mission(nothing, setup).findings]
+        assert ("X903" in codes) is not is_named
+        assert "M108" in codes
