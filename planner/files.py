@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import re
 import stat
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from planner.errors import OutputError
 from planner.findings import Place
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -130,55 +132,108 @@ def write_output_bytes(path: Path, data: bytes) -> None:
     OutputError
         If the file cannot be written; what was there before is untouched.
     """
-    target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
-    try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(data)
-            return
-        try:
-            with temporary.open("xb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            if target.exists():
-                temporary.chmod(stat.S_IMODE(target.stat().st_mode))
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        msg = f"{path}: cannot be written: {error.strerror or error}"
-        raise OutputError(msg) from error
+    _write_together({path: data})
 
 
 def write_output_files(texts: Mapping[Path, str]) -> None:
     """Write several texts, the whole contents of each file: all of them or, where one fails, none.
+
+    Every text is on the disk before the first takes its place.
 
     Raises
     ------
     OutputError
         If one cannot be written; the others are as they were before.
     """
-    before: dict[Path, bytes | None] = {}
-    for path in texts:
-        try:
-            before[path] = path.read_bytes() if path.is_file() else None
-        except OSError as error:
-            msg = f"{path}: cannot be read, so that it could be put back: {error.strerror or error}"
-            raise OutputError(msg) from error
-    written: list[Path] = []
+    _write_together({path: text.encode("utf-8") for path, text in texts.items()})
+
+
+class _Staged(Value):
+    """A file that waits beside its place."""
+
+    path: Path
+    """As it was asked for."""
+    target: Path
+    temporary: Path
+    before: Path
+    """What was in its place, under another name until all are written."""
+
+
+def _write_together(contents: Mapping[Path, bytes]) -> None:
+    staged: list[_Staged] = []
+    placed: list[_Staged] = []
+    path = Path()
     try:
-        for path, text in texts.items():
-            write_output_file(path, text)
-            written.append(path)
-    except BaseException:  # an interruption too
-        for path in written:
-            content = before[path]
-            if content is None:
-                path.unlink(missing_ok=True)
-            else:
-                path.write_bytes(content)
-        raise
+        for path, data in contents.items():
+            target = Path(os.path.realpath(path))
+            if target.exists() and not target.is_file():
+                target.write_bytes(data)
+                continue
+            beside = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
+            one = _Staged(
+                path=path, target=target, temporary=beside, before=beside.with_suffix(".before")
+            )
+            staged.append(one)
+            _stage(one, data)
+        for one in staged:
+            path = one.path
+            if len(staged) > 1:  # a single one is in its place at once, or not at all
+                _keep(one)
+                placed.append(one)
+            one.temporary.replace(one.target)
+        for folder in {one.target.parent for one in staged}:
+            _sync(folder)
+    except BaseException as error:  # an interruption too
+        for one in reversed(placed):
+            _put_back(one)
+        if not isinstance(error, OSError):
+            raise
+        msg = f"{path}: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error
+    finally:
+        for one in staged:
+            one.temporary.unlink(missing_ok=True)
+            one.before.unlink(missing_ok=True)
+
+
+def _stage(one: _Staged, data: bytes) -> None:
+    with one.temporary.open("xb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    if one.target.exists():
+        one.temporary.chmod(stat.S_IMODE(one.target.stat().st_mode))
+
+
+def _keep(one: _Staged) -> None:
+    if not one.target.exists():
+        return
+    try:
+        one.before.hardlink_to(one.target)
+    except OSError:  # a file system without links
+        one.before.write_bytes(one.target.read_bytes())
+
+
+def _put_back(one: _Staged) -> None:
+    """Undo what took a place, where it did: its temporary file is gone then."""
+    if one.temporary.exists():
+        return
+    if one.before.exists():
+        one.before.replace(one.target)
+    else:
+        one.target.unlink(missing_ok=True)
+
+
+def _sync(folder: Path) -> None:
+    """Have the names in a folder on the disk, where the system can."""
+    if os.name == "nt":
+        return
+    with suppress(OSError):  # some network file systems cannot, and what is written is in its place
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def make_output_folder(folder: Path, *, holding: str) -> None:
