@@ -19,7 +19,7 @@ from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
-from planner.rules.declaration import EXTREMES, POWER, PX4, judges
+from planner.rules.declaration import EXTREMES, POWER, PX4, NotEvaluated, judges
 from planner.units import wh_from_j
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Extremes
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
+    from planner.rules.declaration import Found
     from planner.setup import Setup
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -69,7 +70,8 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
     "higher up, or in other air, is only noted.  At an airspeed V beyond the identified V_k the greater "
     "of two bounds counts: the power at V_k times (V / V_k)³, or the longer way at the airspeed V_k "
-    "(airspeed_limit_m_s where the model has it); an error where that may take the margin.",
+    "(airspeed_limit_m_s where the model has it); an error where that may take the margin.  Of a model "
+    "with neither no speed is checked: X904.",
     fix="keep the mission inside the identified range, or record a flight beyond it and run mavjoule "
     "identify",
     instead="a model identified there with --vehicle",
@@ -77,9 +79,16 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
 
 
 @judges(MODEL_OUTSIDE_ENVELOPE)
-def _commanded_speeds(a: Assessment) -> Iterator[Finding]:
+def _commanded_speeds(a: Assessment) -> Iterator[Found]:
     limit = a.vehicle.valid_for.speed_m_s
     if limit is None:
+        fastest_m_s = float(a.reach.ground_speed_m_s.max())
+        if a.vehicle.airspeed_limit_m_s is None and fastest_m_s > 0.0:
+            yield NotEvaluated(
+                rule=MODEL_OUTSIDE_ENVELOPE,
+                needs="a vehicle model with speed_m_s under [valid_for], or with airspeed_limit_m_s",
+                asked_by=f"a flight at {quantity.speed(fastest_m_s)}",
+            )
         return
     beyond = [
         (speed, stage)
