@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -128,7 +129,7 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     arrivals = list(zip(route.stages, motion.arrival_segment.tolist(), strict=True))
     if len(arrivals) > 1 and arrivals[0][0].item == arrivals[1][0].item:
         del arrivals[0]  # a take-off the file does not hold serves its first flown item
-    first: dict[int, int] = {}
+    passes: dict[int, list[int]] = {}
     done, at = -1, 0
     for number in route.reached:
         if at < len(arrivals) and arrivals[at][0].item == number:
@@ -136,15 +137,15 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
                 at += 1
             done = arrivals[at][1]
             at += 1
-        first.setdefault(number, done + 1)
-    ends = list(first.values())
-    reached = dict(
-        zip(first, zip(end_s[ends].tolist(), energy_wh[ends].tolist(), strict=True), strict=True)
-    )
-    numbers = range(1, len(mission.items) + 1)
-    rows = [reached.get(number, _NOT_FLOWN) for number in numbers]
-    names = [command_name(item.command) for item in mission.items]
-    return tuple(map(ItemArrival, numbers, names, *zip(*rows, strict=True)))
+        passes.setdefault(number, []).append(done + 1)
+    ends = [end for one in passes.values() for end in one]
+    reached = iter(zip(end_s[ends].tolist(), energy_wh[ends].tolist(), strict=True))
+    of_item = {number: list(islice(reached, len(one))) for number, one in passes.items()}
+    rows = []
+    for number, item in enumerate(mission.items, 1):
+        first, *later = of_item.get(number, [_NOT_FLOWN])
+        rows.append(ItemArrival(number, command_name(item.command), *first, tuple(later)))
+    return tuple(rows)
 
 
 def battery_budget(

@@ -112,8 +112,10 @@ class ItemArrival(Value, kw_only=False):
     item: int
     command: str
     arrival_s: float | None
-    """From the start of the take-off; ``None`` where the item is not flown. [s]"""
+    """From the start of the take-off, the first time; ``None`` where the item is not flown. [s]"""
     energy_used_wh: float | None
+    later: tuple[tuple[float, float], ...] = ()
+    """Arrival [s] and energy used [Wh] of every further pass, where a jump leads back."""
 
 
 class Extreme(Value):

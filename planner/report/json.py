@@ -16,10 +16,10 @@ from planner.report.rule_text import way_off
 from planner.report.text import count_codes, well_formed
 from planner.service.preflight import CheckResult
 from planner.setup import conditions
-from planner.values import field_names, field_values
+from planner.values import field_names, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from datetime import datetime
 
     from planner.findings import Finding, Rule
@@ -70,7 +70,8 @@ def json_text(document: Document, *, indent: int | None = None) -> str:
     return json.dumps(document, ensure_ascii=True, allow_nan=False, indent=indent) + "\n"
 
 
-SEGMENT_KEYS, ITEM_KEYS = field_names(Segment), field_names(ItemArrival)
+SEGMENT_KEYS = field_names(Segment)
+ITEM_KEYS = tuple(name for name in field_names(ItemArrival) if name != "later")
 """The keys of a segment and of an item, in JSON and as columns of a table."""
 _BATTERY_KEYS = (
     "capacity_wh",
@@ -157,7 +158,7 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
         "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
-        "items": [values(one, ITEM_KEYS) for one in (flown.items if flown else ())],
+        "items": [row for one in (flown.items if flown else ()) for row in _passes(one)],
         "checks": checks_document(result.checked),
         "findings": [finding_document(finding) for finding in result.findings],
         "suppressed": [
@@ -165,6 +166,14 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
             for finding in result.suppressed
         ],
     }
+
+
+def _passes(arrival: ItemArrival) -> Iterator[Document]:
+    """Yield a row of every pass of an item, the first as number 1."""
+    yield values(arrival, ITEM_KEYS) | {"pass": 1}
+    for number, (arrival_s, energy_wh) in enumerate(arrival.later, 2):
+        again = replace(arrival, arrival_s=arrival_s, energy_used_wh=energy_wh)
+        yield values(again, ITEM_KEYS) | {"pass": number}
 
 
 def setup_document(result: CheckResult | UnreadableMission) -> Document:

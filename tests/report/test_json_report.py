@@ -7,9 +7,12 @@ import math
 from typing import TYPE_CHECKING
 
 import pytest
+from made_missions import jump, mission, rtl, takeoff, waypoint
 
 from planner.report.json import check_json, check_json_lines, segments_json
+from planner.service.preflight import check
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.service.preflight import CheckResult, UnreadableMission
@@ -73,6 +76,7 @@ SCHEMA: dict[str, object] = {
             "command": TEXT,
             "arrival_s": (*NUMBER, NOTHING),
             "energy_used_wh": (*NUMBER, NOTHING),
+            "pass": int,
         }
     ],
     "findings": [
@@ -201,3 +205,21 @@ def test_a_file_name_that_is_no_text_still_makes_valid_json(flown: CheckResult) 
     text = check_json([replace(flown, file="caf\udce9.plan")], version="1")
     assert text.isascii()
     assert json.loads(text)["missions"][0]["file"] == "caf\N{REPLACEMENT CHARACTER}.plan"
+
+
+def test_every_pass_of_a_loop_is_listed() -> None:
+    looped = mission(takeoff(50), waypoint(100, 50), waypoint(200, 50), jump(2, 2.0), rtl())
+    once = mission(takeoff(50), waypoint(100, 50), waypoint(200, 50), rtl())
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    [document] = json.loads(check_json([check(looped, vehicle)], version="0"))["missions"]
+    passes = [(row["pass"], row["arrival_s"]) for row in document["items"] if row["item"] == 2]
+    assert [number for number, _ in passes] == [1, 2, 3]
+    assert passes == sorted(passes, key=lambda row: row[1])
+    [plain] = json.loads(check_json([check(once, vehicle)], version="0"))["missions"]
+    firsts = {row["item"]: row["arrival_s"] for row in document["items"] if row["pass"] == 1}
+    assert firsts[2] == next(row["arrival_s"] for row in plain["items"] if row["item"] == 2)
+    # Energy only grows along the flight, over the passes of all items.
+    flown = sorted(
+        (row["arrival_s"], row["energy_used_wh"]) for row in document["items"] if row["arrival_s"]
+    )
+    assert [energy for _, energy in flown] == sorted(energy for _, energy in flown)

@@ -37,6 +37,12 @@ LAGGING = Responses(speed=vehicle_of(STEP).responses.speed)
 NEED_WH = check(OUT_AND_BACK, vehicle_of(STEP), battery=PLENTY).totals.energy_wh
 
 
+def slowing_to(speed_m_s: float) -> tuple[Finding, ...]:
+    """Return what is reported where 8 m/s become less at a waypoint that is flown through."""
+    legs = takeoff(20), speed(8.0), waypoint(100, 20), speed(speed_m_s), waypoint(400, 20), rtl()
+    return found(mission(*legs), ARDUPILOT)
+
+
 def of_capacity(share_of_need: float) -> tuple[Finding, ...]:
     """Return what is reported with a battery of so much of the energy needed, and no reserve."""
     return found(OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * share_of_need), reserve=0.0)
@@ -282,5 +288,11 @@ CASES: Mapping[str, RuleCases] = {
         # Four cells of 3.9 V are the highest that is one; 15.7 V are neither four nor five.
         boundary=lambda: labelled(5.2, 15.7),
         silent=lambda: found(PLAIN),
+    ),
+    # Straight on from 8 m/s the change comes in the middle of 0.4 s of 2.5 m/s²: 7.5 m/s are reached.
+    "E126": RuleCases(
+        fires=lambda: slowing_to(7.34),
+        boundary=lambda: slowing_to(7.351),
+        silent=lambda: slowing_to(7.36),
     ),
 }

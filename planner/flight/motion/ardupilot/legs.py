@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import quantity
+from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.stages import is_kind, over_home_m
 from planner.flight.motion.ardupilot.track_lag import ATTITUDE_LAG_FACTOR, CORRECTED_S, TrackLag
 from planner.flight.motion.headway import held_speeds_m_s
@@ -402,8 +404,42 @@ def plan_legs(
         half_overlap_s=half,
         corner_speed_m_s=corner_speed,
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
-        findings=findings,
+        findings=(*findings, *_faster_findings(curves, speed, stages.item[stage])),
     )
+
+
+FASTER_THAN_COMMANDED = Rule(
+    "E126 faster-than-commanded",
+    Severity.WARNING,
+    summary="A leg is flown faster than commanded.",
+    why="A slower DO_CHANGE_SPEED at a waypoint that is flown through comes when the next leg has "
+    "begun: ArduPilot keeps the old speed on a short leg and slows down late on a long one.  Photos of "
+    "such a leg are too far apart or blurred, and its time and energy are not those of the speed in the "
+    "file.",
+    how="``SCurve::set_speed_max``: what is left of the steady acceleration is cut short; the rest is "
+    "taken off in the cruise, if that lasts longer than 12 jerk rises.  Fires where the speed reached is "
+    "more than 2 % above the commanded one, which is no cruise at it any more.",
+    fix="put DO_CHANGE_SPEED a leg earlier, or let the vehicle stop at the waypoint (a hold of 1 s)",
+)
+_CRUISING = 0.98
+"""A speed is that of a cruise from this fraction of it on, as for a corner. [-]"""
+
+
+def _faster_findings(curves: SCurves, speed_m_s: FloatArray, item: IntArray) -> tuple[Finding, ...]:
+    """Return where legs are flown faster than commanded, all in one finding."""
+    rows = np.flatnonzero(_CRUISING * curves.first_m_s > speed_m_s)
+    if not len(rows):
+        return ()
+    kept = int((_CRUISING * curves.peak_m_s[rows] > speed_m_s[rows]).sum())
+    worst = rows[np.argmax(curves.first_m_s[rows] / speed_m_s[rows])]
+    count = quantity.count(len(rows), "leg")
+    whole = f", {kept} of them to the end" if kept else ""
+    message = (
+        f"faster than commanded: {count} from item {int(item[rows[0]])} on{whole}, up to "
+        f"{quantity.speed(float(curves.first_m_s[worst]))} where "
+        f"{quantity.speed(float(speed_m_s[worst]))} is commanded (item {int(item[worst])})"
+    )
+    return (FASTER_THAN_COMMANDED.finding(message, item=int(item[rows[0]])),)
 
 
 def _flown_ways(
