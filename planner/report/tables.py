@@ -356,7 +356,10 @@ def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[R
         columns["used_wh"] = _rounded(_used_wh(assessment, trace), 3)
     if assessment.setup.terrain is not None:
         ground_m = assessment.setup.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
-        columns["ground_amsl_m"] = _rounded(ground_m.filled(np.nan), 1)
+        route = assessment.route  # drawn as it is judged: so far below the flight
+        columns["ground_amsl_m"] = _rounded(
+            ground_m.filled(np.nan) + route.home_amsl_m - route.ground_datum_m, 1
+        )
     return _rows(columns, kept)
 
 

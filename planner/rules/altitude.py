@@ -13,7 +13,8 @@ from planner.mission.commands import (
     Command,
     is_destination,
 )
-from planner.mission.route.walk import AMSL_SUSPECT
+from planner.mission.route.route import GRID_ERROR_M
+from planner.mission.route.walk import AMSL_SUSPECT, ground_amsl_m
 from planner.rules.declaration import judges
 
 if TYPE_CHECKING:
@@ -126,29 +127,61 @@ HOME_MISMATCH = Rule(
     "is not the home the vehicle uses (QGroundControl #5446, #7773; Skybrush live #185 requests a "
     "warning from 3 m on).",
     how="Planned home against --home-amsl, more than 3 m; else against --terrain at home, more than "
-    "10 m, which grids err by in hills.  A planned home at exactly 0 m is ignored.",
+    "10 m, which grids err by in hills.  A planned home at exactly 0 m is ignored.  Heights above home are "
+    "judged from the ground of the grid there, for the vehicle measures home where it arms; an error from "
+    "16 m on, the accuracy SRTM is specified to, where altitudes of the mission count from the sea: one of "
+    "the two is wrong, and with it every one of them.  --home-amsl, and homes of DO_SET_HOME with an "
+    "altitude, more than 16 m from the grid are told.",
     fix="set the planned home to the place of take-off, and check the heights again",
+    instead="--home-amsl, or a planned home where the ground is",
 )
 
 
 @judges(HOME_MISMATCH)
 def _home_mismatch(a: Assessment) -> Iterator[Finding]:
-    home = a.mission.home
-    if home is None or not home.altitude_amsl_m:  # programs that do not know write 0
-        return
-    planned_m = home.altitude_amsl_m
-    if a.setup.home_amsl_m is not None:
-        real_m, apart_m, by = a.setup.home_amsl_m, _GIVEN_APART_M, "--home-amsl"
-    elif a.setup.terrain is not None:
-        ground = a.setup.terrain.height_amsl_m(home.latitude_deg, home.longitude_deg)
-        if ground.mask.any():
-            return
-        real_m, apart_m, by = float(ground), _GRID_APART_M, "the terrain grid"
-    else:
-        return
-    if abs(real_m - planned_m) > apart_m:
+    home, given_m = a.mission.home, a.setup.home_amsl_m
+    planned_m = (home and home.altitude_amsl_m) or None  # programs that do not know write 0
+    frame, terrain = a.route.frame, a.setup.terrain
+    ground_m = None
+    if terrain is not None:
+        ground_m = ground_amsl_m(terrain, frame.latitude_deg, frame.longitude_deg)
+    if planned_m is not None and given_m is not None:
+        if abs(given_m - planned_m) > _GIVEN_APART_M:
+            yield a.finding(
+                HOME_MISMATCH, f"home planned at {_apart(planned_m, given_m, 'by --home-amsl')}"
+            )
+    elif planned_m is not None and ground_m is not None:
+        apart_m = abs(ground_m - planned_m)
+        if apart_m > _GRID_APART_M:
+            decides = bool(a.route.amsl_items) and apart_m > GRID_ERROR_M
+            yield a.finding(
+                HOME_MISMATCH,
+                f"home planned at {_apart(planned_m, ground_m, 'by the terrain grid')}"
+                + ("; altitudes of the mission count from the sea" if decides else ""),
+                severity=Severity.ERROR if decides else None,
+                item=a.route.amsl_items[0] if decides else None,
+            )
+    if given_m is not None and ground_m is not None and abs(given_m - ground_m) > GRID_ERROR_M:
         yield a.finding(
-            HOME_MISMATCH,
-            f"home planned at {quantity.height(planned_m)} AMSL, {quantity.height(real_m)} by {by}: "
-            f"{quantity.height(abs(real_m - planned_m))} apart",
+            HOME_MISMATCH, f"home at {_apart(given_m, ground_m, 'by the terrain grid')}"
         )
+    for one in a.route.moved_homes:
+        off_m = one.datum_m - one.ground_m
+        item = a.mission.items[one.item - 1]
+        is_here = item.param1 == 1.0 or not (item.latitude_deg or item.longitude_deg)
+        if terrain is not None and not is_here and abs(off_m) > GRID_ERROR_M:
+            side = "above" if off_m > 0.0 else "below"
+            yield a.finding(
+                HOME_MISMATCH,
+                f"DO_SET_HOME puts home {quantity.height(abs(off_m))} {side} the ground there: heights "
+                "of what follows, and of returns, count from it",
+                item=one.item,
+                fix="give the item the altitude of the ground",
+            )
+
+
+def _apart(planned_m: float, real_m: float, by: str) -> str:
+    return (
+        f"{quantity.height(planned_m)} AMSL, {quantity.height(real_m)} {by}: "
+        f"{quantity.height(abs(real_m - planned_m))} apart"
+    )

@@ -224,7 +224,7 @@ def _clearance(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> _Clea
         start=ground.start,
         end=ground.end,
         length_m=lines.length_m[ground.line] * (ground.end - ground.start),
-        at_m=height_m - (ground.ground_amsl_m - a.route.home_amsl_m),
+        at_m=height_m - (ground.ground_amsl_m - a.route.ground_datum_m),
     )
 
 
@@ -444,7 +444,7 @@ def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> _
     every_m = np.concatenate((turn_m.reshape(-1, 3), over_m))
     frame = a.route.frame
     latitude, longitude, ground_amsl_m = terrain.peaks_above(
-        a.route.home_amsl_m + lowest_m - a.setup.clearance_m,
+        a.route.ground_datum_m + lowest_m - a.setup.clearance_m,
         *frame.latitude_longitude_deg(*_box_m(every_m)),
     )
     if not len(latitude):
@@ -465,7 +465,7 @@ def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> _
     v = (away_m[:, 1] * sides_m[:, 0, 0] - away_m[:, 0] * sides_m[:, 0, 1]) / area
     base_m = over_m[row, 2]
     height_m = base_m + u * (turn_m[row, 0, 2] - base_m) + v * (turn_m[row, 1, 2] - base_m)
-    clearance_m = height_m - (ground_amsl_m[peak] - a.route.home_amsl_m)
+    clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
     clearance_m = np.where(np.isnan(clearance_m), np.inf, clearance_m)
     worst = int(clearance_m.argmin())
     place_m = np.append(peaks_m[peak[worst]], height_m[worst])

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from made_terrain import CELL_M, ROWS, SOUTH_M, ground, of_heights
 
 from planner.autopilot import Autopilot
+from planner.findings import Severity
 from planner.geo.fence import RallyPoint
 from planner.service.preflight import check
 from planner.values import replace
@@ -132,3 +135,126 @@ def test_a_spline_that_sags_below_ground_taken_to_be_level_is_found(
     made = mission(takeoff(30), *splines, item(21, None, 0.0))
     found = findings(made, "A102", ARDUPILOT)
     assert [finding.item for finding in found] == [4] * fires
+
+
+def planned(home_m: float, *items: MissionItem) -> Mission:
+    return mission(takeoff(30), *items, rtl(), home=replace(HOME, altitude_amsl_m=home_m))
+
+
+def over_plateau(
+    made: Mission,
+    height_m: float,
+    autopilot: Autopilot = ARDUPILOT,
+    home_amsl_m: float | None = None,
+) -> dict[str, list[Severity]]:
+    """Return the severities of A102 and A115 over a plateau of a height from 100 m north on."""
+    ground_there = plateau(height_m, from_m=100.0)
+    return {
+        code: [
+            one.severity
+            for one in findings(
+                made, code, autopilot, terrain=ground_there, home_amsl_m=home_amsl_m
+            )
+        ]
+        for code in ("A102", "A115")
+    }
+
+
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+@pytest.mark.parametrize("home_m", [250.0, 392.0, 400.0, 408.0, 700.0])
+@pytest.mark.parametrize(("plateau_m", "low"), [(24.0, False), (26.0, True)])
+def test_heights_above_home_are_judged_from_the_ground_at_home(
+    autopilot: Autopilot, home_m: float, plateau_m: float, *, low: bool
+) -> None:
+    """30 m above home, 5 m of --clearance: 25 m of ground at most, whatever the file says of home."""
+    # PX4 flies over a place up to 0.8 m (NAV_MC_ALT_RAD) lower than told.
+    found = over_plateau(planned(home_m, waypoint(200, 30)), plateau_m, autopilot)
+    assert found["A102"] == [Severity.ERROR] * low
+    assert found["A115"] == [Severity.WARNING] * (abs(home_m - 400.0) > 10.0)
+
+
+@pytest.mark.parametrize(
+    ("home_m", "severities"),
+    [
+        (415.9, [Severity.WARNING]),
+        (416.1, [Severity.ERROR]),
+        (383.9, [Severity.ERROR]),
+        (409.9, []),
+    ],
+)
+def test_altitudes_from_the_sea_need_a_home_that_the_grid_can_explain(
+    home_m: float, severities: list[Severity]
+) -> None:
+    at_sea = item(16, north(200), home_m + 60.0, frame=0)
+    assert over_plateau(planned(home_m, at_sea), 20.0)["A115"] == severities
+
+
+@pytest.mark.parametrize(
+    ("home_m", "altitude_m", "low"),
+    [
+        # By the grid 434 m are 34 m over its 400 m; 8 m less above a home that is measured at 408 m.
+        (408.0, 432.0, True),
+        (408.0, 434.0, False),
+        # Above a home at 392 m they are more, but the plateau's 420 m are not lower for that.
+        (392.0, 424.0, True),
+        (392.0, 426.0, False),
+    ],
+)
+def test_altitudes_from_the_sea_are_judged_above_the_grid_or_above_home_whichever_is_less(
+    home_m: float, altitude_m: float, *, low: bool
+) -> None:
+    at_sea = item(16, north(200), altitude_m, frame=0)
+    made = planned(home_m, waypoint(50, altitude_m - home_m), at_sea)
+    back = replace(made, items=(*made.items[:-1], item(21, north(200), 0.0)))
+    assert over_plateau(back, 20.0)["A102"] == [Severity.ERROR] * low
+
+
+def test_a_ceiling_over_altitudes_from_the_sea_counts_from_the_home_of_the_file() -> None:
+    """508 m are 100 m above the file's 408 m, 108 m above the grid's 400 m."""
+    made = planned(408.0, item(16, north(200), 508.0, frame=0))
+    for ceiling_m, fires in ((101, False), (99, True)):
+        parameters = f"FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,{ceiling_m}\n"
+        found = findings(made, "F110", ARDUPILOT, parameters, terrain=plateau(0.0))
+        assert bool(found) == fires
+
+
+@pytest.mark.parametrize(
+    ("given_m", "plateau_m", "low", "told"),
+    [
+        # A little above the grid it may be the grid that is wrong: heights count from its ground.
+        (412.0, 24.0, False, False),
+        (412.0, 26.0, True, False),
+        # 20 m up on a roof, which is told: 45 m of ground at most.
+        (420.0, 44.0, False, True),
+        (420.0, 46.0, True, True),
+    ],
+)
+def test_a_home_given_above_the_grid_is_a_roof_only_beyond_the_error_of_grids(
+    given_m: float, plateau_m: float, *, low: bool, told: bool
+) -> None:
+    made = planned(given_m, waypoint(200, 30))
+    found = over_plateau(made, plateau_m, home_amsl_m=given_m)
+    assert found == {"A102": [Severity.ERROR] * low, "A115": [Severity.WARNING] * told}
+
+
+@pytest.mark.parametrize(("height_m", "told"), [(-15.9, False), (-16.1, True), (16.1, True)])
+def test_a_moved_home_off_the_ground_is_told(height_m: float, *, told: bool) -> None:
+    up = planned(400.0, waypoint(150, 60), set_home(150, height_m), waypoint(160, 60 - height_m))
+    found = findings(up, "A115", ARDUPILOT, terrain=plateau(0.0))
+    assert [finding.item for finding in found] == [3] * told
+
+
+@settings(max_examples=8)
+@given(
+    home_m=st.integers(-300, 3000).filter(bool).map(float),
+    height_m=st.integers(12, 60).map(float),
+    plateau_m=st.integers(0, 50).map(float),
+)
+def test_no_number_for_home_changes_a_verdict_on_heights_above_home(
+    home_m: float, height_m: float, plateau_m: float
+) -> None:
+    said, unsaid = (
+        over_plateau(planned(amsl_m, waypoint(200, height_m)), plateau_m)["A102"]
+        for amsl_m in (home_m, 0.0)
+    )
+    assert said == unsaid

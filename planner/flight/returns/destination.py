@@ -223,7 +223,7 @@ def make_destinations(
     ground = np.zeros(len(mission.rally))
     if terrain is not None and mission.rally:
         known = terrain.height_amsl_m(latitude_deg, longitude_deg)
-        ground = np.ma.filled(known - route.home_amsl_m, 0.0)
+        ground = np.ma.filled(known - route.ground_datum_m, 0.0)
     height = np.array([point.height_above_home_m for point in mission.rally], dtype=np.float64)
     straight = Destinations(
         home_first_stage=np.array([0, *(home.first_stage for home in homes)], dtype=np.intp),
@@ -446,4 +446,4 @@ class _ReturnItems:
         if self._terrain is None:
             return 0.0
         amsl_m = ground_amsl_m(self._terrain, latitude_deg, longitude_deg)
-        return 0.0 if amsl_m is None else amsl_m - self._route.home_amsl_m
+        return 0.0 if amsl_m is None else amsl_m - self._route.ground_datum_m

@@ -20,7 +20,13 @@ from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.stage import Lap, Route, Stage, StageKind
-from planner.mission.route.walk import TAKEOFFS, MissionState, ground_amsl_m, is_on_earth
+from planner.mission.route.walk import (
+    TAKEOFFS,
+    MissionState,
+    counts_from_sea,
+    ground_amsl_m,
+    is_on_earth,
+)
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -272,14 +278,14 @@ def _begin(
     findings: list[Finding] = []
     home = mission.home
     place = (0.0, 0.0)
-    amsl_m = home_amsl_m
+    stated_m = None
     if home is not None:
         place = (home.latitude_deg, home.longitude_deg)
         if not is_on_earth(*place):
             message = f"home is at {place[0]:g}°, {place[1]:g}°: not a place on Earth"
             raise MissionFileError(message, source=mission.source)
-        if amsl_m is None:
-            amsl_m = _home_amsl_m(mission.source, home)
+        if home_amsl_m is None:
+            stated_m = _home_amsl_m(mission.source, home)
     else:
         for number, item in enumerate(mission.items, start=1):
             there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
@@ -295,19 +301,60 @@ def _begin(
             if mission.items:
                 message = "no home and no other place in the file"
                 findings.append(HOME_UNKNOWN.finding(message))
-    if amsl_m is None and terrain is not None:
-        amsl_m = ground_amsl_m(terrain, *place)
+    amsl_m, datum_m = _levels_m(
+        home_amsl_m,
+        stated_m,
+        None if terrain is None else ground_amsl_m(terrain, *place),
+        counts_from_sea=counts_from_sea(mission.items, dialect),
+    )
     state = MissionState(
         source=mission.source,
         dialect=dialect,
         start_deg=place,
         home_deg=place,
         home_amsl_m=amsl_m,
+        ground_datum_m=datum_m,
         terrain=terrain,
         latitude_deg=place[0],
         longitude_deg=place[1],
     )
     return state, findings
+
+
+GRID_ERROR_M = 16.0
+"""What a grid may be wrong by in height: the absolute accuracy SRTM was specified to, in 90 of 100 places
+(Farr et al. 2007; Copernicus GLO-30 is specified to 4 m); geoids of 1996 and 2008 differ by 1 m. [m]"""
+
+
+def _levels_m(
+    given_m: float | None, stated_m: float | None, ground_m: float | None, *, counts_from_sea: bool
+) -> tuple[float | None, float | None]:
+    """Return the altitude of home, and what heights of the grid are above home from. [m AMSL]
+
+    Both autopilots measure home where they arm: a flight whose heights count from home goes over ground
+    that rises from where it stands, whatever number the file has for it, and whatever the grid is wrong by
+    everywhere.  Altitudes from the sea are flown as the vehicle measures home: at the one given, else the
+    file's; over the grid or above home, whichever is less.
+
+    Parameters
+    ----------
+    given_m : float, optional
+        Home by the user or by the vehicle itself.
+    stated_m : float, optional
+        Home by the file.
+    ground_m : float, optional
+        The ground at home by the grid.
+    counts_from_sea : bool
+        Whether altitudes of the mission do.
+    """
+    if given_m is None and ground_m is not None and (stated_m is None or not counts_from_sea):
+        return ground_m, ground_m
+    home_m = stated_m if given_m is None else given_m
+    if home_m is None or ground_m is None:
+        return home_m, home_m
+    if given_m is not None and given_m - ground_m > GRID_ERROR_M:  # a roof: no error of the grid
+        return home_m, home_m
+    return home_m, min(home_m, ground_m)
 
 
 def _home_amsl_m(source: str, home: Home) -> float | None:
@@ -538,6 +585,8 @@ def _laid_out(
         ),
         frame=frame,
         home_amsl_m=state.home_amsl_m or 0.0,
+        ground_datum_m=state.ground_datum_m or 0.0,
+        amsl_items=tuple(state.amsl_items),
         fence_switches=tuple(
             replace(one, first_stage=one.first_stage + assumed if one.first_stage else 0)
             for one in state.fence_switches

@@ -139,6 +139,11 @@ class Route(Value):
     frame: LocalFrame
     """Local frame at home; heights count from home as well."""
     home_amsl_m: float
+    ground_datum_m: float = 0.0
+    """What heights of a terrain grid are above home from: its own height of home where heights count from
+    home, else the lower of that and home's altitude. [m AMSL]"""
+    amsl_items: tuple[int, ...] = ()
+    """Items whose altitudes count from the sea, in flown order."""
     reached: tuple[int, ...] = ()
     """Items in the order they are reached, repeated where a jump leads back."""
     lap: Lap | None = None

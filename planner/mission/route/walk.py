@@ -33,7 +33,7 @@ from planner.mission.route.stage import FenceAction, FenceSwitch, HomePlace, Sta
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from planner.findings import Place
     from planner.geo.terrain import TerrainGrid
@@ -72,6 +72,8 @@ _GROUND_SAMPLES = 65
 HIGHEST_M = 10_000.0
 """No multicopter gets there; the air of the prediction ends not far above. [m]"""
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+_LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
+"""They end on the ground, whatever their altitude."""
 
 
 _DIVIDED = frozenset({StageKind.GO, StageKind.LOITER})
@@ -92,6 +94,24 @@ def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: floa
     """Return the ground's altitude at a place; ``None`` where the grid does not know it. [m AMSL]"""
     ground = terrain.height_amsl_m(latitude_deg, longitude_deg)
     return None if ground.mask.any() else float(ground)
+
+
+def _is_amsl(frame: int, dialect: Autopilot | None) -> bool:
+    return frame in AMSL_FRAMES or (frame == Frame.MISSION and dialect is Autopilot.ARDUPILOT)
+
+
+def counts_from_sea(items: Sequence[MissionItem], dialect: Autopilot | None) -> bool:
+    """Return whether an altitude that decides where a mission flies counts from the sea."""
+    return any(
+        (item.command == Command.DO_SET_HOME and item.frame not in RELATIVE_FRAMES)
+        or (
+            _is_amsl(item.frame, dialect)
+            and item.altitude_m is not None
+            and is_destination(item.command)
+            and item.command not in _LANDINGS
+        )
+        for item in items
+    )
 
 
 FRAME_NOT_RESOLVED = Rule(
@@ -279,6 +299,8 @@ class MissionState:
     home_deg: tuple[float, float]
     """Where a return leads, moved by DO_SET_HOME. [°]"""
     home_amsl_m: float | None
+    ground_datum_m: float | None
+    """What heights of the terrain are above home from. [m AMSL]"""
     terrain: TerrainGrid | None
     latitude_deg: float
     longitude_deg: float
@@ -805,7 +827,7 @@ class MissionState:
         frame = item.frame
         if frame in RELATIVE_FRAMES:
             return altitude + self.datum_m
-        if frame in AMSL_FRAMES or (frame == Frame.MISSION and self.dialect is Autopilot.ARDUPILOT):
+        if _is_amsl(frame, self.dialect):
             self.amsl_items.append(self.number)
             height_m = altitude - (self.home_amsl_m or 0.0)
             self._doubt_amsl(item, height_m)
@@ -869,11 +891,11 @@ class MissionState:
         return self.ground_level_m if ground_m is None else ground_m
 
     def _known_ground_m(self, place_deg: tuple[float, float] | None = None) -> float | None:
-        if self.terrain is None or self.home_amsl_m is None:
+        if self.terrain is None or self.ground_datum_m is None:
             return None
         place_deg = place_deg or (self.latitude_deg, self.longitude_deg)
         ground_m = ground_amsl_m(self.terrain, *place_deg)
-        return None if ground_m is None else ground_m - self.home_amsl_m
+        return None if ground_m is None else ground_m - self.ground_datum_m
 
     def remark(self, rule: Rule, message: str, *, severity: Severity | None = None) -> None:
         """Report something about the item being followed."""
