@@ -359,10 +359,8 @@ class ArduPilotPilot(Value):
 
         motion = ardupilot_returns(
             points_m,
-            targets.ground_m,
+            targets,
             self.parameters,
-            above_ground_m=targets.above_ground_m,
-            datum_m=targets.datum_m,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             home_latitude_deg=route.frame.latitude_deg,

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.kinematics import Manoeuvres, Motion
+    from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Stage
     from planner.physics.wind import Wind
     from planner.vehicle.model import Responses
@@ -83,11 +84,9 @@ def fly_ardupilot(
 
 def ardupilot_returns(
     points_m: FloatArray,
-    home_m: FloatArray,
+    targets: ReturnTargets,
     parameters: ArduPilotParameters,
     *,
-    above_ground_m: FloatArray | None = None,
-    datum_m: FloatArray | None = None,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
     home_latitude_deg: float | None = None,
@@ -95,21 +94,16 @@ def ardupilot_returns(
 ) -> Motion:
     """Return the return to launch (RTL) from each of many points as one motion.
 
-    The vehicle starts from standing at the points (n, 3), and returns to homes (n, 3), or (3,) where it
-    is one for all.  ``above_ground_m`` is the altitude of those places above the ground there as the
-    autopilot has it (a rally point's), ``datum_m`` that of the home that counts above the first (n,).  The
-    rest is as in :func:`fly_ardupilot`.  The returns follow one another; the item of a segment is the
-    position of its point.
+    The vehicle starts from standing at the points (n, 3).  The rest is as in :func:`fly_ardupilot`.  The
+    returns follow one another; the item of a segment is the position of its point.
     """
     scale = metres_of_autopilot(home_latitude_deg)
-    home = np.broadcast_to(np.asarray(home_m, np.float64), points_m.shape)
-    zero = np.zeros(len(points_m))
     return _flown(
         return_columns(
             points_m,
-            home,
-            zero if above_ground_m is None else above_ground_m,
-            zero if datum_m is None else datum_m,
+            targets.ground_m,
+            targets.above_ground_m,
+            targets.datum_m,
             parameters,
             scale=scale,
         ),
