@@ -6,6 +6,7 @@ steps of the reference (the article), PX4, ArduPilot.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
+from planner.flight.returns.destination import ReturnTargets
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
@@ -30,7 +32,6 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
     from planner.flight.motion.px4.lag import Tracking
     from planner.flight.power import Transients
-    from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Route
     from planner.physics.wind import Wind
     from planner.setup import Setup
@@ -140,34 +141,33 @@ def flight_parameters(
     if given is None:
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
-        f"{given.source}: speeds, returns and failsafes are not used: {vehicle.name} answers step "
-        "references, which parameters do not shape; the fence and what a site profile asks are judged",
+        f"{given.source}: accelerations and corners are not used: {vehicle.name} answers step "
+        "references, which parameters do not shape; slower speeds are counted, returns flown at their "
+        "heights, failsafes and fence judged",
         fix="use a vehicle model that is flown by that autopilot",
     )
     return None, [unused]
 
 
-def fence_parameters_of(
-    given: ParameterSet, target: Target | None
+def own_parameters_of(
+    given: ParameterSet, target: Target | None, *, has_rally: bool
 ) -> tuple[FlightParameters | None, list[Finding]]:
-    """Return what a parameter file says of the fence of a vehicle of reference steps, and findings.
+    """Return what a parameter file says of a vehicle of reference steps, and findings.
 
-    A fence is geometry and needs no pilot: it is that of the autopilot the file is of, else of the one
-    the mission is for; where neither is known and the file holds one, it cannot be judged.
+    Fence, returns, failsafes and arming need no pilot: they are those of the autopilot the file is of,
+    else of the one the mission is for; where neither is known, nothing of it can be judged.
     """
     from planner.vehicle.parameters.resolve import resolve_parameters
 
     autopilot = given.stack or (None if target is None else target.autopilot)
     if autopilot is None:
-        if not any(name.startswith(_FENCE_NAMES) for name in given.values):
-            return None, []
         unknown = CONDITION_NOT_MODELLED.finding(
-            f"{given.source} may be of PX4 or of ArduPilot: its fence is not judged",
+            f"{given.source} may be of PX4 or of ArduPilot: its fence, returns and failsafes are not judged",
             severity=Severity.ERROR,
-            fix="give a parameter file of one autopilot",
+            fix="give a parameter file of one autopilot, or say with --target whose it is",
         )
         return None, [unknown]
-    resolved = resolve_parameters(autopilot, file=given, version=given.version, has_rally=False)
+    resolved = resolve_parameters(autopilot, file=given, version=given.version, has_rally=has_rally)
     # What is assumed of flight is not flown.
     reported = [one for one in resolved.findings if one.severity > Severity.INFO]
     return resolved.values, reported
@@ -183,10 +183,13 @@ def continues_after_land(parameters: FlightParameters | None) -> bool:
 
 
 def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
-    """Return who flies a vehicle: an autopilot with its parameters, else steps of the reference."""
+    """Return who flies a vehicle: an autopilot with its parameters, else steps of the reference.
+
+    Of steps the parameters, where they are known, set how high returns are flown and where they wait.
+    """
     vehicle = setup.vehicle
-    if parameters is None:
-        return StepPilot(vehicle=vehicle)
+    if parameters is None or setup.flown_by is Autopilot.STEP:
+        return StepPilot(vehicle=vehicle, parameters=parameters)
     from planner.flight.motion.px4.lag import Tracking
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -215,27 +218,72 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
 
 
 def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
-    """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]"""
-    return vehicle.airspeed_limit_at(getattr(parameters, "lean_angle_max_rad", None))
+    """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]
+
+    Where the model does not say at which lean angle it was held, that was the limit of the model's own
+    parameters, or the autopilot's default.  A lower limit leaves less: by tan(θ), as drag that grows with
+    the airspeed has it, which is the least of what is possible; a higher one is not known to give more.
+    """
+    if parameters is None:
+        return vehicle.airspeed_limit_m_s
+    lean_rad = parameters.lean_angle_max_rad
+    limit_m_s = vehicle.airspeed_limit_at(lean_rad)
+    if limit_m_s is None or vehicle.airspeed_limit_lean_deg is not None:
+        return limit_m_s
+    from planner.vehicle.parameters.resolve import PARAMETERS_OF, resolve_parameters
+
+    autopilot = next(own for own, kind in PARAMETERS_OF.items() if isinstance(parameters, kind))
+    held_rad = resolve_parameters(autopilot, model=vehicle).values.lean_angle_max_rad
+    return limit_m_s * min(math.tan(lean_rad) / math.tan(held_rad), 1.0)
 
 
 class StepPilot(Value):
     """Answers steps of the reference with the identified responses, the article's way, or ramps."""
 
     vehicle: VehicleModel
+    parameters: FlightParameters | None = None
+    """Those of the vehicle itself; ``None``: returns are flown level."""
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route and its power transients."""
-        legs = StepLegs.of(route.stages, default_speed_m_s=self._speed_m_s)
+        legs = StepLegs.of(
+            route.stages,
+            default_speed_m_s=self._speed_m_s,
+            over_home=self._over_home(route),
+            set_down_s=getattr(self.parameters, "place_delay_s", 0.0),
+        )
         motion, transients = self._along(legs)
-        return replace(motion, findings=(*motion.findings, *_return_heights(route))), transients
+        if self.parameters is None:
+            motion = replace(motion, findings=(*motion.findings, *_return_heights(route)))
+        return motion, transients
 
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route
     ) -> tuple[Motion, Transients]:
-        """Return level legs home at the height of each point, and landings there."""
-        legs = StepLegs.home_from(points_m, targets.ground_m, speed_m_s=self._speed_m_s)
+        """Return level legs home at the height of returns, and landings there."""
+        over_home = None
+        if self.parameters is not None:
+            over_home = self.return_heights_m(points_m, targets), _return_wait_s(self.parameters)
+        legs = StepLegs.home_from(
+            points_m, targets.ground_m, speed_m_s=self._speed_m_s, over_home=over_home
+        )
         return self._along(legs)
+
+    def _over_home(self, route: Route) -> tuple[float, float] | None:
+        """Return height and wait of a route's own return, its last stage, where they are known. [m], [s]"""
+        last = route.stages[-1]
+        if self.parameters is None or last.kind is not StageKind.RETURN:
+            return None
+        before_m = np.zeros((1, 3))
+        if len(route.stages) > 1:
+            before = route.stages[-2]
+            before_m[:] = before.east_m, before.north_m, before.height_m
+        targets = ReturnTargets(
+            ground_m=np.array([(last.east_m, last.north_m, last.height_m)]),
+            above_ground_m=np.array([last.above_ground_m]),
+            datum_m=np.array([last.datum_m]),
+        )
+        return float(self.return_heights_m(before_m, targets)[0]), _return_wait_s(self.parameters)
 
     def _along(self, legs: StepLegs) -> tuple[Motion, Transients]:
         if self.vehicle.ramps is None:
@@ -244,9 +292,11 @@ class StepPilot(Value):
 
         return fly_ramps(legs, self.vehicle.ramps), NO_TRANSIENTS
 
-    def return_heights_m(self, points_m: FloatArray, _targets: ReturnTargets) -> FloatArray:
-        """Return the heights of the points: references by steps have no rule for a return."""
-        return points_m[:, 2]
+    def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
+        """Return the heights of the vehicle's own rule; those of the points where it is not known."""
+        if self.parameters is None:
+            return points_m[:, 2]
+        return _return_heights_m(points_m, targets, self.parameters)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how the identified response of the speed goes on after a step to zero.
@@ -309,16 +359,7 @@ class Px4Pilot(Value):
 
     def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights of RTL_RETURN_ALT and its cone."""
-        from planner.flight.motion.px4.moves import return_heights_m, return_path_height_m
-
-        way = targets.ground_m - points_m
-        datum = targets.ground_m[:, 2] + targets.above_ground_m
-        distance = np.hypot(way[:, 0], way[:, 1])
-        height_m = datum + return_heights_m(distance, points_m[:, 2] - datum, self.parameters)
-        for row, along in enumerate(targets.paths):
-            if along is not None:
-                height_m[row] = return_path_height_m(points_m[row], along, self.parameters)
-        return height_m
+        return _return_heights_m(points_m, targets, self.parameters)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance and the time until a vehicle in mid-leg turns back."""
@@ -370,11 +411,7 @@ class ArduPilotPilot(Value):
 
     def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights of RTL_ALT, RTL_CLIMB_MIN and the cone of RTL_CONE_SLOPE."""
-        from planner.flight.motion.ardupilot.stages import return_height_m
-
-        place_m = targets.ground_m.copy()
-        place_m[:, 2] += targets.above_ground_m
-        return return_height_m(points_m, place_m, targets.datum_m, self.parameters)
+        return _return_heights_m(points_m, targets, self.parameters)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance an S-curve brakes by, and its time."""
@@ -386,15 +423,48 @@ class ArduPilotPilot(Value):
         return way_m, np.divide(2.0 * way_m, speed_m_s, out=zero, where=speed_m_s > 0.0)
 
 
+def _return_heights_m(
+    points_m: FloatArray, targets: ReturnTargets, parameters: FlightParameters
+) -> FloatArray:
+    """Return the heights above home at which an autopilot returns from points (n, 3). (n,) [m]"""
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    if not isinstance(parameters, Px4Parameters):
+        from planner.flight.motion.ardupilot.stages import return_height_m
+
+        place_m = targets.ground_m.copy()
+        place_m[:, 2] += targets.above_ground_m
+        return return_height_m(points_m, place_m, targets.datum_m, parameters)
+    from planner.flight.motion.px4.moves import return_heights_m, return_path_height_m
+
+    way = targets.ground_m - points_m
+    datum = targets.ground_m[:, 2] + targets.above_ground_m
+    distance = np.hypot(way[:, 0], way[:, 1])
+    height_m = datum + return_heights_m(distance, points_m[:, 2] - datum, parameters)
+    for row, along in enumerate(targets.paths):
+        if along is not None:
+            height_m[row] = return_path_height_m(points_m[row], along, parameters)
+    return height_m
+
+
+def _return_wait_s(parameters: FlightParameters) -> float:
+    """Return how long an autopilot waits over the place a return leads to. [s]"""
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    if isinstance(parameters, Px4Parameters):
+        return max(parameters.return_land_delay_s, 0.0)
+    return parameters.return_loiter_s
+
+
 RETURN_HEIGHT_ASSUMED = Rule(
     "T112 return-height-assumed",
     Severity.INFO,
     summary="The return altitude is unknown: the return is predicted at the height it begins at.",
     why="Autopilots climb to a height of their own before they return; a climb that is not counted "
     "takes energy that is missing later.",
-    how="The mission ends in RETURN_TO_LAUNCH and the model is a step-response model: it has no "
-    "RTL_RETURN_ALT or RTL_ALT; returns from anywhere are predicted level as well.",
-    fix="add a waypoint at the height of the return before it, or use a model that an autopilot flies",
+    how="The mission ends in RETURN_TO_LAUNCH, the model is a step-response model and no parameters "
+    "give RTL_RETURN_ALT or RTL_ALT; returns from anywhere are predicted level as well.",
+    fix="give the vehicle's parameters with --params, or add a waypoint at the height of the return",
 )
 
 

@@ -36,11 +36,11 @@ class Assessment(Value, eq=False, dict=True):
     """As the user gives it, with the position noise that counts."""
     route: Route
     target: Target | None
-    """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
+    """Whose rules the mission has to meet: of what flies it, else of the file or of its parameters."""
     parameters: FlightParameters | None
     """What the autopilot is taken to fly with; ``None`` for reference steps."""
-    fence_parameters: FlightParameters | None
-    """Those of the vehicle's fence: ``parameters``, or of reference steps what their file holds."""
+    own_parameters: FlightParameters | None
+    """Those of the vehicle itself: ``parameters``, or of reference steps what their file holds."""
     flight: Flight
     totals: Totals
     items: tuple[ItemArrival, ...]

@@ -60,12 +60,24 @@ def _target(a: Assessment, autopilot: Autopilot) -> Target | None:
 
 def _fence_limits(a: Assessment) -> FenceLimits | None:
     is_switched_on = a.route.fence_switched_on is not None
-    if not (a.mission.fence or is_switched_on) and a.fence_parameters is None:
+    if not (a.mission.fence or is_switched_on) and a.own_parameters is None:
         return None
     from planner.rules.fence_settings import limits_in_use
 
-    limits = limits_in_use(a.route, a.fence_parameters)
+    limits = limits_in_use(a.route, a.own_parameters)
     return limits if a.mission.fence or is_switched_on or limits else None
+
+
+def _px4(a: Assessment) -> Px4Parameters | None:
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    return a.own_parameters if isinstance(a.own_parameters, Px4Parameters) else None
+
+
+def _ardupilot(a: Assessment) -> ArduPilotParameters | None:
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+    return a.own_parameters if isinstance(a.own_parameters, ArduPilotParameters) else None
 
 
 POWER: Need[SteadyPower] = Need(
@@ -81,18 +93,10 @@ EXTREMES: Need[Extremes] = Need(
     "a flight that takes time", lambda a: a.flight.extremes, is_subject=True
 )
 PARAMETERS: Need[FlightParameters] = Need(
-    "a vehicle that an autopilot flies", lambda a: a.parameters
+    "a vehicle that an autopilot flies, or its parameters: --params", lambda a: a.own_parameters
 )
-PX4: Need[Px4Parameters] = Need(
-    "a vehicle that PX4 flies",
-    lambda a: a.parameters if a.autopilot is Autopilot.PX4 else None,  # type: ignore[arg-type,return-value] # PX4's then
-    is_subject=True,
-)
-ARDUPILOT: Need[ArduPilotParameters] = Need(
-    "a vehicle that ArduPilot flies",
-    lambda a: a.parameters if a.autopilot is Autopilot.ARDUPILOT else None,  # type: ignore[arg-type,return-value] # ArduPilot's then
-    is_subject=True,
-)
+PX4: Need[Px4Parameters] = Need("a vehicle of PX4's", _px4, is_subject=True)
+ARDUPILOT: Need[ArduPilotParameters] = Need("a vehicle of ArduPilot's", _ardupilot, is_subject=True)
 TARGET: Need[Target] = Need("the autopilot the mission is for: --target", lambda a: a.target)
 TERRAIN: Need[TerrainGrid] = Need("terrain: --terrain", lambda a: a.setup.terrain)
 PX4_TARGET: Need[Target] = Need(

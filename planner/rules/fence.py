@@ -74,7 +74,7 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
     stages = a.route.stages
     if not stages:
         return
-    schedule = fence_schedule(a.route, a.fence_parameters)
+    schedule = fence_schedule(a.route, a.own_parameters)
     flown = _flown_heights(a)
     if limits.ceiling_m is not None and schedule.limits.any():
         ceiling = f"{limits.ceiling_name} is {quantity.height(limits.ceiling_m)}"
@@ -300,7 +300,7 @@ def _fence_itself(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
     if a.mission.fence:
         yield from _size(a.autopilot, a.mission.fence)
         switched_on = a.route.fence_switched_on is not None
-        yield from _enforcement(a.fence_parameters, is_switched_on=switched_on)
+        yield from _enforcement(a.own_parameters, is_switched_on=switched_on)
     off = next((one for one in a.route.fence_switches if one.action is FenceAction.OFF), None)
     if off is not None:
         yield a.finding(
@@ -316,7 +316,7 @@ def _fence_itself(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
 def _switched_on(a: Assessment, _limits: FenceLimits) -> Iterator[NotEvaluated]:
     """Yield that the mission switches on a fence of which nothing is known."""
     on = a.route.fence_switched_on
-    if on is not None and not (a.mission.fence or is_from_file(a.fence_parameters)):
+    if on is not None and not (a.mission.fence or is_from_file(a.own_parameters)):
         yield NotEvaluated(
             rule=PATH_CROSSES,
             asked_by=f"DO_FENCE_ENABLE of item {on.item}",

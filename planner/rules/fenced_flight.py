@@ -326,10 +326,10 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
     area = make_fence_area(
         fence,
         frame,
-        inclusions_unite=inclusions_unite(a.fence_parameters),
+        inclusions_unite=inclusions_unite(a.own_parameters),
         ardupilot_origin=home if ardupilot else None,
     )
-    limit = limits_in_use(a.route, a.fence_parameters)
+    limit = limits_in_use(a.route, a.own_parameters)
     around_homes = _around_homes(a.route, frame, limit)
     if around_homes:
         area = replace(area, barriers=(*area.barriers, *around_homes))
@@ -337,13 +337,13 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         assessment=a,
         area=area,
         frame=frame,
-        schedule=fence_schedule(a.route, a.fence_parameters),
+        schedule=fence_schedule(a.route, a.own_parameters),
         around_homes=around_homes,
         path=_path(a, frame, bends=ardupilot),
         room=StopRoom(
             vehicle=a.vehicle, parameters=a.parameters, reaction_time_s=a.setup.reaction_time_s
         ),
-        margin_m=max(a.setup.position_error_m, fence_margin_m(a.fence_parameters)),
+        margin_m=max(a.setup.position_error_m, fence_margin_m(a.own_parameters)),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from planner.flight.budget import hover_near_home_w
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.reach import SituationKind
+from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.flight.uncounted import uncounted_wh
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
@@ -27,8 +28,9 @@ from planner.vehicle.parameters.table import OriginKind
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
+    from planner.flight.motion.kinematics import SegmentColumns
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.mission.route.stage import Stage
@@ -112,7 +114,7 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
 def _commanded_m_s(a: Assessment, stage: Stage) -> float | None:
     """Return the speed commanded on a stage, not above what PX4 flies (T103). [m s⁻¹]"""
     px4 = PX4.of(a)
-    if stage.speed_m_s is None or px4 is None:
+    if stage.speed_m_s is None or px4 is None or a.autopilot is Autopilot.STEP:
         return stage.speed_m_s
     return min(stage.speed_m_s, px4.speed_max_m_s)
 
@@ -486,48 +488,101 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
 @judges(CONDITION_NOT_MODELLED)
 def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     """Count what the vehicle's own slower speeds take: a step-response model flies the model's."""
-    given = a.fence_parameters
+    given, sample = a.own_parameters, a.returns.sample
     if a.autopilot is not Autopilot.STEP or given is None:
         return
-    columns = a.flight.motion.segments
+    columns, stages = a.flight.motion.segments, a.route.stages
+    commanded = np.isin(columns.item, [s.item for s in stages if s.speed_m_s is not None])
+    returning = np.isin(columns.item, [s.item for s in stages if s.kind is StageKind.RETURN])
+    longer_s, slowest = _longer(a, given, columns, commanded & ~returning, returning)
+    circling_s = _circling_longer_s(a, given)
+    longer_s += circling_s
+    hover_w, in_all_s = hover_near_home_w(a.flight.power), float(np.sum(longer_s))
+    had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
+    # What wind and thin air may take comes on top: each alone may fit.
+    flown_wh, returned_wh = uncounted_wh(a.flight, a.reach, a.return_plan)
+    if not math.isfinite(flown_wh + returned_wh):
+        return  # an error of its own
+    left_wh = had_wh - flown_wh - wh_from_j(hover_w * in_all_s)
+    if sample is not None and a.battery is not None:
+        back, points = sample.flight.motion.segments, sample.points
+        always = np.ones(len(back.item), np.bool_)
+        back_s, slowest_back = _longer(a, given, back, ~always, always)
+        home_s = np.bincount(back.item, back_s, len(points.segment))
+        before_s = np.concatenate(([0.0], np.cumsum(longer_s)))[points.segment]
+        added_wh = wh_from_j(hover_w * np.asarray(before_s + home_s, np.float64))
+        above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh
+        lefts_wh = above_wh - sample.energy_wh - added_wh
+        left_wh = min(left_wh, float(lefts_wh.min()) - returned_wh)
+        if slowest is None and slowest_back is not None and not in_all_s:
+            slowest, in_all_s = slowest_back, float(home_s.max())
+    total_s = float(np.sum(circling_s))
+    added = (
+        f"{quantity.duration(in_all_s)} and {quantity.energy(wh_from_j(hover_w * in_all_s))} more than "
+        "predicted" + f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)
+    )
+    if total_s > 0.0 and (slowest is None or total_s > slowest.added_s):
+        said = f"{given.origins['circle_rate_rad_s']}: circles take longer"
+    elif slowest is not None:
+        said = (
+            f"{slowest.origin}: the vehicle flies at most {quantity.speed(slowest.limit_m_s)}, predicted "
+            f"at {quantity.speed(slowest.flown_m_s)}"
+        )
+    else:
+        return
+    yield a.finding(
+        CONDITION_NOT_MODELLED,
+        f"{said}: {added}",
+        severity=Severity.ERROR if left_wh < 0.0 <= had_wh else None,
+        fix="use a vehicle model that this autopilot flies",
+    )
+
+
+class _Slower(NamedTuple):
+    """The setting that takes the most time of a flight."""
+
+    added_s: float
+    origin: str
+    limit_m_s: float
+    flown_m_s: float
+
+
+def _longer(
+    a: Assessment,
+    given: FlightParameters,
+    columns: SegmentColumns,
+    commanded: BoolArray,
+    returning: BoolArray,
+) -> tuple[FloatArray, _Slower | None]:
+    """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most."""
     longer_s = np.zeros(len(columns.duration_s))
-    slowest: tuple[float, str, float, float] | None = None
-    for name, way_m, spent_s in _speed_limits(a, given):
-        if not _is_stated(given, name):
-            continue
+    slowest: _Slower | None = None
+    for name, way_m, spent_s in _speed_limits(a, given, columns, commanded, returning):
         limit_m_s = float(getattr(given, name))
         flown_m_s = way_m / np.maximum(spent_s, 1e-9)
         is_slower = limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s
         added_s = np.where(is_slower, way_m / limit_m_s - spent_s, 0.0)
         longer_s += added_s
         total_s = float(np.sum(added_s))
-        if total_s > 0.0 and (slowest is None or total_s > slowest[0]):
-            slowest = (total_s, str(given.origins[name]), limit_m_s, float(np.max(flown_m_s)))
-    hover_w, in_all_s = hover_near_home_w(a.flight.power), float(np.sum(longer_s))
-    added_wh = wh_from_j(hover_w * in_all_s)
-    had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
-    left_wh = had_wh - added_wh
-    plan, (name, slower) = a.return_plan, _slower_return(a, given)
-    if plan is not None and plan.margin_wh is not None and plan.tightest is not None:
-        before_s = float(np.sum(longer_s[columns.end_s <= plan.tightest.time_s]))
-        home_s = (slower - 1.0) * (plan.time_home_s or 0.0)
-        left_wh = min(left_wh, plan.margin_wh - wh_from_j(hover_w * (before_s + home_s)))
-        if slowest is None and slower > 1.0:
-            own_m_s = float(getattr(given, name))
-            slowest = (home_s, str(given.origins[name]), own_m_s, slower * own_m_s)
-            in_all_s, added_wh = home_s, wh_from_j(hover_w * home_s)
-    if slowest is None:
-        return
-    _, name, limit_m_s, fastest_m_s = slowest
-    yield a.finding(
-        CONDITION_NOT_MODELLED,
-        f"{name}: the vehicle flies at most {quantity.speed(limit_m_s)}, predicted at "
-        f"{quantity.speed(fastest_m_s)}: {quantity.duration(in_all_s)} and "
-        f"{quantity.energy(added_wh)} more than predicted"
-        + (f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)),
-        severity=Severity.ERROR if left_wh < 0.0 <= had_wh else None,
-        fix="use a vehicle model that this autopilot flies",
-    )
+        if total_s > 0.0 and (slowest is None or total_s > slowest.added_s):
+            slowest = _Slower(
+                total_s, str(given.origins[name]), limit_m_s, float(np.max(flown_m_s))
+            )
+    return longer_s, slowest
+
+
+def _circling_longer_s(a: Assessment, given: FlightParameters) -> FloatArray:
+    """Return how much longer circles take at a stated CIRCLE_RATE, by the segment that ends each. (s,)"""
+    longer_s = np.zeros(len(a.flight.motion.segments.duration_s))
+    if isinstance(given, Px4Parameters) or not _is_stated(given, "circle_rate_rad_s"):
+        return longer_s
+    for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
+        rate_rad_s = abs(given.circle_rate_rad_s)  # 0 never ends: T101
+        if stage.kind is StageKind.CIRCLE and stage.radius_m and rate_rad_s:
+            speed_m_s = stage.speed_m_s or a.vehicle.default_speed_m_s or math.inf
+            slower_s_per_rad = max(1.0 / rate_rad_s - abs(stage.radius_m) / speed_m_s, 0.0)
+            longer_s[done] += stage.turns * 2.0 * math.pi * slower_s_per_rad
+    return longer_s
 
 
 def _is_stated(given: FlightParameters, name: str) -> bool:
@@ -543,30 +598,34 @@ def _level_limit(given: FlightParameters, *, returning: bool) -> str:
     return next((name for name in names if _is_stated(given, name)), "cruise_speed_m_s")
 
 
-def _slower_return(a: Assessment, given: FlightParameters) -> tuple[str, float]:
-    """Return what limits the speed of a return, and the model's speed over it, at least 1."""
-    name = _level_limit(given, returning=True)
-    if not _is_stated(given, name):
-        return name, 1.0
-    ratio = (a.vehicle.default_speed_m_s or 0.0) / float(getattr(given, name))
-    return name, ratio if ratio > 1.0 + _OVERSHOOT else 1.0
-
-
 def _speed_limits(
-    a: Assessment, given: FlightParameters
+    a: Assessment,
+    given: FlightParameters,
+    columns: SegmentColumns,
+    commanded: BoolArray,
+    returning: BoolArray,
 ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Yield what limits a speed, with the way it limits in each segment and the time spent on it."""
-    columns, stages = a.flight.motion.segments, a.route.stages
-    commanded = np.isin(columns.item, [s.item for s in stages if s.speed_m_s is not None])
-    returning = np.isin(columns.item, [s.item for s in stages if s.kind is StageKind.RETURN])
+    """Yield what limits a speed, with the way it limits in each segment and the time spent on it.
+
+    A default counts only where the model says nothing: in climbs and descents of returns longer than the
+    step it was identified on.
+    """
     own = ~commanded & ~returning
     level_m, level_s = columns.distance_m, columns.duration_s
-    yield _level_limit(given, returning=False), np.where(own, level_m, 0.0), level_s
-    yield _level_limit(given, returning=True), np.where(returning, level_m, 0.0), level_s
+    levels = [
+        (_level_limit(given, returning=False), own),
+        (_level_limit(given, returning=True), returning),
+    ]
     slow_up, slow_down = "climb_speed_m_s", "land_speed_m_s"
     if isinstance(given, Px4Parameters):
-        yield "speed_max_m_s", np.where(commanded & ~returning, level_m, 0.0), level_s
+        levels.append(("speed_max_m_s", commanded))
         slow_up = "takeoff_speed_m_s"
+    for name, counts in levels:
+        if _is_stated(given, name):
+            yield name, np.where(counts, level_m, 0.0), level_s
+    altitude = a.vehicle.responses.altitude
+    longest_m = math.inf if altitude is None else altitude.identified_step_m + _HEIGHT_SLACK_M
+    unknown = returning & (np.abs(columns.climb_m) > longest_m)
     for way_m, state, slow, fast in (
         (columns.climb_m, FlightState.TAKEOFF, slow_up, "climb_speed_m_s"),
         (-columns.climb_m, FlightState.LAND, slow_down, "descent_speed_m_s"),
@@ -575,8 +634,19 @@ def _speed_limits(
         is_low = columns.state == STATE_INDEX[state]
         low_m = np.where(is_low, np.minimum(moved_m, _LOW_M), 0.0)
         per_m_s = columns.duration_s / np.maximum(moved_m, 1e-9)
-        yield slow, low_m, low_m * per_m_s
-        yield fast, moved_m - low_m, (moved_m - low_m) * per_m_s
+        for name, part_m in ((slow, low_m), (fast, moved_m - low_m)):
+            counted_m = part_m if _is_stated(given, name) else np.where(unknown, part_m, 0.0)
+            yield name, counted_m, counted_m * per_m_s
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
+def _returns_along_the_mission(a: Assessment, parameters: Px4Parameters) -> Iterator[NotEvaluated]:
+    if a.autopilot is Autopilot.STEP and leads_along(a.mission, parameters.return_type):
+        yield NotEvaluated(
+            rule=SETTING_NOT_FOLLOWED,
+            asked_by=f"RTL_TYPE of {parameters.return_type}",
+            needs="a vehicle model that PX4 flies: steps do not return along the mission",
+        )
 
 
 @judges(CONDITION_NOT_MODELLED)
@@ -626,6 +696,8 @@ RESPONSE_NOT_APPLIED = Rule(
 @judges(RESPONSE_NOT_APPLIED, needs=(PX4,))
 def _response_not_applied(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
     responses = a.vehicle.responses
+    if a.autopilot is Autopilot.STEP:
+        return
     if responses.speed is not None or responses.altitude is not None:
         yield a.finding(
             RESPONSE_NOT_APPLIED,

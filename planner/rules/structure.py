@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.mission.items import MissionItem
     from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _FAR_M = 10_000.0
 """No multicopter begins its mission so far from home: PX4's MIS_DIST_1WP. [m]"""
@@ -57,6 +58,7 @@ JUMP_WITHOUT_FLIGHT = Rule(
     why="The autopilot follows such a loop and never finds what to fly next (ArduPilot #4701).",
     how="No item between the target of an endless jump and the jump is a flight or a wait.",
     fix="add a waypoint or a wait to the loop, or give the jump a count",
+    instead="a loop with an item to fly",
 )
 
 
@@ -81,6 +83,20 @@ def _endless(a: Assessment) -> Iterator[Finding]:
         "include one lap",
         item=lap.item,
     )
+
+
+@judges(ENDLESS, needs=(ARDUPILOT,))
+def _never_turns(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    if parameters.circle_rate_rad_s:
+        return
+    circles = [s.item for s in a.route.stages if s.kind is StageKind.CIRCLE and s.turns > 0.0]
+    if circles:
+        yield a.finding(
+            ENDLESS,
+            "CIRCLE_RATE is 0: ArduPilot does not turn, and waits here for turns that never end",
+            item=circles[0],
+            fix="set CIRCLE_RATE to the rate the circles are meant to be flown at",
+        )
 
 
 LANDING_MISSING = Rule(
@@ -108,7 +124,7 @@ def _ends_in_the_air(a: Assessment) -> Iterator[Finding]:
     elif a.route.ends_in_air and all(one.code != ENDLESS.code for one in a.route.findings):
         place = "at the last item"
     elif over_home is not None:
-        name, _ = own_landing(a.parameters)
+        name, _ = own_landing(a.own_parameters)
         yield a.finding(
             LANDING_MISSING,
             f"a return of the vehicle ends in the air: it hovers {over_home} {_until(name)}",
@@ -142,7 +158,7 @@ def _until(name: str) -> str:
 
 def _until_what(a: Assessment) -> str:
     """Return what ends a hover at the end of the flight, and the time and energy until then."""
-    name, left_fraction = own_landing(a.parameters)
+    name, left_fraction = own_landing(a.own_parameters)
     until = _until(name)
     if a.battery is None or left_fraction is None:
         return until

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,7 +65,7 @@ WIND_BEYOND_MODEL = Rule(
 @judges(NO_HEADWAY, WIND_BEYOND_MODEL)
 def _no_headway(a: Assessment) -> Iterator[Found]:
     stated_m_s, identified, wind = (
-        airspeed_limit_m_s(a.vehicle, a.parameters),
+        airspeed_limit_m_s(a.vehicle, a.own_parameters),
         a.vehicle.valid_for.speed_m_s,
         a.setup.wind,
     )
@@ -112,6 +113,10 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
             f"cannot hold its position {reach.where(first)}: {blows} against an airspeed limit of "
             f"{limit}"
         )
+        held_m_s = a.vehicle.airspeed_limit_m_s or limit_m_s
+        if limit_m_s < held_m_s and a.own_parameters is not None:
+            lean = quantity.decimals(math.degrees(a.own_parameters.lean_angle_max_rad), 0)
+            message += f": {quantity.speed(held_m_s)} less what a lean of {lean}° at most takes"
     else:
         message = (
             f"no headway is certain {reach.where(first)}: {blows}; the model was identified up to "

@@ -28,9 +28,9 @@ from planner.flight.budget import (
 from planner.flight.pilot import (
     NOISE_ASSUMED,
     continues_after_land,
-    fence_parameters_of,
     flight_parameters,
     make_pilot,
+    own_parameters_of,
 )
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.returns.destination import make_destinations, with_own_return
@@ -122,11 +122,11 @@ class Preparation(Value):
     setup: Setup
     """With the position noise that counts."""
     target: Target | None
-    """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
+    """Whose rules the mission has to meet: of what flies it, else of the file or of its parameters."""
     parameters: FlightParameters | None
     """What the autopilot is taken to fly with; ``None`` for reference steps."""
-    fence_parameters: FlightParameters | None
-    """Those of the vehicle's fence: ``parameters``, or of reference steps what their file holds."""
+    own_parameters: FlightParameters | None
+    """Those of the vehicle itself: ``parameters``, or of reference steps what their file holds."""
     route: Route
     findings: tuple[Finding, ...]
 
@@ -164,7 +164,7 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
         findings = [
             *prepared.findings,
             *((NOTHING_TO_FLY.finding(_STANDS),) if route.stages else ()),
-            *judge_unflown(mission, setup, prepared.fence_parameters),
+            *judge_unflown(mission, setup, prepared.own_parameters),
         ]
     reported, suppressed = setup.selection.divide(findings, file=mission.source)
     temperature_c = setup.temperature_c
@@ -208,10 +208,12 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         version=None if setup.target is None else setup.target.version,
         has_rally=bool(mission.rally),
     )
-    fence_parameters = parameters
+    own_parameters = parameters
     if setup.flown_by is Autopilot.STEP and setup.parameters is not None:
-        fence_parameters, of_fence = fence_parameters_of(setup.parameters, target)
-        found += of_fence
+        own_parameters, noted = own_parameters_of(
+            setup.parameters, target, has_rally=bool(mission.rally)
+        )
+        found += noted
     vehicle = setup.vehicle
     if setup.position_noise_m is None:
         setup = replace(setup, position_noise_m=vehicle.position_noise_m)
@@ -231,7 +233,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             home_amsl_m=setup.home_amsl_m,
             terrain=setup.terrain,
             firings=firings,
-            continues_after_land=continues_after_land(fence_parameters),
+            continues_after_land=continues_after_land(own_parameters),
         )
         if setup.speed_m_s is None:
             return route
@@ -245,7 +247,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
     if route.held:
         from planner.flight.held_items import route_with_queue
 
-        route = route_with_queue(mission, laid_out, make_pilot(setup, parameters))
+        route = route_with_queue(mission, laid_out, make_pilot(setup, own_parameters))
     found += [*mission.findings, *route.findings]
     if replaced:
         from planner.mission.convert import SPEED_REPLACED
@@ -260,7 +262,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         setup=setup,
         target=target,
         parameters=parameters,
-        fence_parameters=fence_parameters,
+        own_parameters=own_parameters,
         route=route,
         findings=tuple(found),
     )
@@ -274,10 +276,14 @@ def assess(prepared: Preparation) -> Assessment | None:
     mission, setup = prepared.mission, prepared.setup
     vehicle = setup.vehicle
     destinations = make_destinations(
-        mission, prepared.route, prepared.parameters, terrain=setup.terrain
+        mission,
+        prepared.route,
+        prepared.own_parameters,
+        terrain=setup.terrain,
+        follows_mission=setup.flown_by is not Autopilot.STEP,
     )
     route = with_own_return(prepared.route, destinations)
-    pilot = make_pilot(setup, prepared.parameters)
+    pilot = make_pilot(setup, prepared.own_parameters)
     flight = predict_flight(route, setup, pilot)
     if not len(flight.motion.segments.item):
         return None
@@ -341,6 +347,8 @@ def _target(mission: Mission, setup: Setup) -> Target | None:
             raise UsageError(msg)
         return setup.target
     autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by
+    if autopilot is None and given is not None:
+        autopilot = given.stack
     if autopilot is None:
         return None
     is_known = given is not None and given.stack is autopilot

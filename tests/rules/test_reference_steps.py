@@ -14,9 +14,11 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
-from planner.service.preflight import check
+from planner.service.preflight import CheckResult, check
+from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -28,6 +30,13 @@ CURVED = mission(takeoff(50), item(82, north(100), 50.0), item(82, north(200), 5
 
 def codes_of(one: Mission, battery: Battery) -> set[str]:
     return {finding.code for finding in found(one, battery=battery)}
+
+
+def checked(one: Mission, parameters: str) -> CheckResult:
+    """Fly reference steps with what a parameter file says of the vehicle, on 5.2 Ah."""
+    given = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
+    battery = read_battery("5.2Ah@14.8V")
+    return check(one, vehicle_of(STEP), battery=battery, parameters=given)
 
 
 def of(code: str, findings: tuple[Finding, ...]) -> list[Finding]:
@@ -90,8 +99,8 @@ def test_a_fence_of_parameters_is_judged_whoever_flies(
 
 def test_what_is_not_used_of_parameters_is_said_and_that_their_fence_is() -> None:
     [reported] = of("E108", found(OUT, STEP, "FENCE_ENABLE,0\nWPNAV_SPEED,1000\n"))
-    assert "speeds, returns and failsafes are not used" in reported.message
-    assert "the fence and what a site profile asks are judged" in reported.message
+    assert "accelerations and corners are not used" in reported.message
+    assert "failsafes and fence judged" in reported.message
     assert reported.severity is Severity.WARNING
 
 
@@ -132,6 +141,86 @@ def test_a_speed_that_the_mission_commands_is_slower_only_where_px4_limits_it() 
 
     assert slower("WPNAV_SPEED,100\n") != []  # a return from item 3 is flown at it
     assert slower("MPC_XY_VEL_MAX,2\n") == [Severity.ERROR]
+
+
+HOME = mission(takeoff(30), waypoint(300, 30), rtl())
+MIXED = {
+    "RTL_LOIT_TIME,1000\n": 1.0,
+    "RTL_LOIT_TIME,3600000\n": 3600.0,
+    "RTL_LAND_DELAY,100\n": 100.0,
+    "RTL_LAND_DELAY,0\n": 0.0,
+}
+
+
+@pytest.mark.parametrize("parameters", MIXED)
+def test_a_return_by_steps_waits_as_long_as_the_parameters_say(parameters: str) -> None:
+    own = (
+        f"{parameters}RTL_RETURN_ALT,30\n"
+        if "DELAY" in parameters
+        else f"{parameters}RTL_ALT,3000\n"
+    )
+    level, waits = (checked(HOME, text) for text in ("", own))
+    assert waits.totals.time_s - level.totals.time_s == pytest.approx(MIXED[parameters], abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "top_m"), [("RTL_ALT,9000\n", 90.0), ("RTL_RETURN_ALT,90\n", 90.0)]
+)
+def test_a_return_by_steps_climbs_to_the_height_of_the_parameters(text: str, top_m: float) -> None:
+    one = checked(HOME, text)
+    # A climb ends within a metre of its height.
+    assert one.totals.climb_m == pytest.approx(top_m, abs=3.0)
+    assert one.assessment is not None
+    assert one.assessment.reach.height_m.max() == pytest.approx(top_m, abs=3.0)
+    assert of("T112", one.findings) == []
+    assert of("T112", checked(HOME, "").findings) != []
+
+
+# 600 m out and back take 1.5 to 3 minutes: a failsafe after 20 s or 10 mAh acts in the air.
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("COM_FLT_TIME_MAX,20\n", "E103"),
+        ("BATT_CAPACITY,5200\nBATT_LOW_MAH,5190\nBATT_FS_LOW_ACT,1\n", "E103"),
+        ("BATT_ARM_VOLT,18\n", "E114"),
+        ("RTL_ALT_FINAL,500\n", "M102"),
+        ("RTL_LAND_DELAY,-1\n", "M102"),
+        ("MIS_TKO_LAND_REQ,2\n", "M116"),
+        ("RTL_TYPE,2\n", "X904"),
+    ],
+)
+def test_what_parameters_ask_of_the_vehicle_is_judged_whoever_flies(text: str, code: str) -> None:
+    assert code in {
+        one.code for one in checked(HOME, text).findings if one.severity is Severity.ERROR
+    }
+    off = text.partition(",")[0] + (",-1\n" if "FLT_TIME" in text else ",0\n")
+    assert code not in {one.code for one in checked(HOME, off).findings}
+
+
+# Two circles of 20 m at 10 m/s take 25 s; at 1 degree a second 720 s: 695 s of 130 W are 25 Wh.
+@pytest.mark.parametrize(
+    ("rate", "battery_wh", "severities"),
+    [("90", 60.0, []), ("1", 60.0, [Severity.WARNING]), ("1", 30.0, [Severity.ERROR])],
+)
+def test_a_slow_circle_rate_costs_its_time(
+    rate: str, battery_wh: float, severities: list[Severity]
+) -> None:
+    one = mission(takeoff(50), item(18, north(100), 50.0, params=(2.0, 0.0, 20.0, 0.0)), rtl())
+    battery = Battery(capacity_wh=battery_wh)
+    reported = of("E108", found(one, STEP, f"CIRCLE_RATE,{rate}\n", battery=battery))
+    assert [r.severity for r in reported if "circles take longer" in r.message] == severities
+
+
+# 950 m more up at 3 m/s and down at 1.5 m/s, PX4's defaults: 950 s; 130 W make 34 Wh of hover.
+def test_a_return_higher_than_any_identified_step_is_flown_at_the_autopilots_own_rates() -> None:
+    def slower(height_m: int, battery_wh: float) -> list[Severity]:
+        battery = Battery(capacity_wh=battery_wh)
+        reported = of("E108", found(HOME, STEP, f"RTL_RETURN_ALT,{height_m}\n", battery=battery))
+        return [one.severity for one in reported if "MPC_Z_V_AUTO" in one.message]
+
+    assert slower(100, 60.0) == []
+    assert slower(1000, 300.0) == [Severity.WARNING]
+    assert slower(1000, 50.0) == [Severity.ERROR]
 
 
 def test_a_fence_in_parameters_of_nobody_known_is_an_error() -> None:

@@ -115,30 +115,45 @@ class StepLegs(Value, eq=False):
     """First and last row that serve each stage of the route. (stages, 2)"""
 
     @classmethod
-    def of(cls, stages: Sequence[Stage], *, default_speed_m_s: float) -> StepLegs:
+    def of(
+        cls,
+        stages: Sequence[Stage],
+        *,
+        default_speed_m_s: float,
+        over_home: tuple[float, float] | None = None,
+        set_down_s: float = 0.0,
+    ) -> StepLegs:
         """Return the stages of a route, each beginning where the one before ends.
 
-        Setting down a load takes two rows: down to the level of home, and back up.
+        Setting down a load takes two rows: down to the level of home, and back up.  So does a return whose
+        height over home and wait there are known, ``over_home`` [m], [s]: to there, and down.
         """
-        count = [1 + (s.kind is StageKind.SET_DOWN) for s in stages]
+        two = {StageKind.SET_DOWN} if over_home is None else {StageKind.SET_DOWN, StageKind.RETURN}
+        count = [1 + (s.kind in two) for s in stages]
         flown = [s for s, times in zip(stages, count, strict=True) for _ in range(times)]
         end = np.array([(s.east_m, s.north_m, s.height_m) for s in flown])
         last = np.cumsum(count) - 1
         first = np.concatenate(([0], last[:-1] + 1))
-        end[first[last > first], 2] = 0.0
+        landing = np.array([s.kind in _LANDINGS for s in flown])
+        hold_s = np.array([s.hold_s for s in flown])
+        for stage, row in zip(stages, first.tolist(), strict=True):
+            if stage.kind is StageKind.SET_DOWN:
+                end[row, 2], hold_s[row] = 0.0, set_down_s
+            elif stage.kind is StageKind.RETURN and over_home is not None:
+                end[row, 2], hold_s[row] = over_home
+                landing[row] = False
         centre = end[:, :2].copy()
         for row, s in enumerate(flown):
             if s.kind is StageKind.CIRCLE:
                 end[row, :2] = _edge_m(end[row, :2], end[row - 1, :2], abs(s.radius_m))
         speeds = [default_speed_m_s if s.speed_m_s is None else s.speed_m_s for s in flown]
-        landing = np.array([s.kind in _LANDINGS for s in flown])
         takeoff = np.array([s.kind is StageKind.TAKEOFF for s in flown])
         return cls(
             item=np.array([s.item for s in flown]),
             start_m=np.vstack((np.zeros((1, 3)), end[:-1])),
             end_m=end,
             speed_m_s=np.array(speeds),
-            hold_s=np.array([s.hold_s for s in flown]),
+            hold_s=hold_s,
             centre_m=centre,
             circle_m=np.array([s.radius_m for s in flown]),
             turns=np.array([s.turns if s.radius_m else 0.0 for s in flown]),
@@ -148,22 +163,41 @@ class StepLegs(Value, eq=False):
         )
 
     @classmethod
-    def home_from(cls, points_m: FloatArray, home_m: FloatArray, *, speed_m_s: float) -> StepLegs:
-        """Return level legs from many points (n, 3) to home (n, 3), and landings, each on its own."""
-        count = len(points_m)
-        rows = np.arange(count)
+    def home_from(
+        cls,
+        points_m: FloatArray,
+        home_m: FloatArray,
+        *,
+        speed_m_s: float,
+        over_home: tuple[FloatArray, float] | None = None,
+    ) -> StepLegs:
+        """Return level legs from many points (n, 3) to home (n, 3), and landings, each on its own.
+
+        Where the heights they are flown at (n,) [m] and the wait over home [s] are known, ``over_home``,
+        each takes two rows: to over home, and down.
+        """
+        rows = 1 if over_home is None else 2
+        count = rows * len(points_m)
+        start_m, end_m = (
+            np.repeat(np.array(m, np.float64), rows, axis=0) for m in (points_m, home_m)
+        )
+        hold_s, lands = np.zeros(count), np.ones(count, np.bool_)
+        if over_home is not None:
+            end_m[::2, 2], hold_s[::2] = over_home
+            start_m[1::2], lands[::2] = end_m[::2], False
+        first = np.arange(0, count, rows)
         return cls(
-            item=rows,
-            start_m=points_m,
-            end_m=np.array(home_m, np.float64),
+            item=np.repeat(np.arange(len(points_m)), rows),
+            start_m=start_m,
+            end_m=end_m,
             speed_m_s=np.full(count, speed_m_s),
-            hold_s=np.zeros(count),
-            centre_m=np.array(home_m[:, :2], np.float64),
+            hold_s=hold_s,
+            centre_m=end_m[:, :2].copy(),
             circle_m=np.zeros(count),
             turns=np.zeros(count),
             climb_state=np.full(count, _CLIMB),
-            descent_state=np.full(count, _LAND),
-            rows=np.column_stack((rows, rows)),
+            descent_state=np.where(lands, _LAND, _DESCEND),
+            rows=np.column_stack((first, first + rows - 1)),
         )
 
 

@@ -149,8 +149,8 @@ class Destinations(Value, eq=False):
         at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and lands
         where it is without; 2 and 4 lead along the mission.  ArduPilot
         (``AP_Rally::find_nearest_rally_point``): the nearest rally point, unless home is nearer and
-        RALLY_INCL_HOME is set or the rally point is beyond RALLY_LIMIT_KM.  References by steps know home
-        alone.
+        RALLY_INCL_HOME is set or the rally point is beyond RALLY_LIMIT_KM.  Without parameters home alone is
+        known.
         """
         home = np.full(len(stage), HOME, dtype=np.intp)
         if self.along:
@@ -210,11 +210,13 @@ def make_destinations(
     parameters: FlightParameters | None,
     *,
     terrain: TerrainGrid | None = None,
+    follows_mission: bool = True,
 ) -> Destinations:
     """Return the places the returns of a flight may lead to.
 
-    ``parameters`` are those of the autopilot that chooses, ``None`` for reference steps.  Without terrain
-    the ground under rally points and landings is level with home.
+    ``parameters`` are those of the autopilot that chooses, ``None`` where none is known.  Without terrain
+    the ground under rally points and landings is level with home.  Reference steps do not follow the
+    mission on a return (``follows_mission``): X904 says so where the vehicle does.
     """
     homes = route.moved_homes
     latitude_deg = np.array([point.latitude_deg for point in mission.rally])
@@ -241,7 +243,16 @@ def make_destinations(
 
     if not isinstance(parameters, Px4Parameters):
         return straight
+    if not follows_mission and leads_along(mission, parameters.return_type):
+        return straight
     return _with_mission(straight, mission, route, parameters.return_type, terrain)
+
+
+def leads_along(mission: Mission, return_type: int) -> bool:
+    """Return whether PX4's RTL_TYPE leads along items of a mission."""
+    if return_type in _TO_LANDING:
+        return any(item.command in _LANDINGS for item in mission.items)
+    return return_type in _FOLLOW_MISSION
 
 
 def with_own_return(route: Route, destinations: Destinations) -> Route:
@@ -282,6 +293,7 @@ SETTING_NOT_FOLLOWED = Rule(
     "take (MissionBase::getNextPositionItems), and go round without end.",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
     "yourself",
+    instead="the parameters of --params",
 )
 
 RETURN_LANDS_HERE = Rule(

@@ -64,6 +64,7 @@ JUMPS_TOO_LONG = Rule(
     why="A count mistaken by a digit makes a mission of days, which is reported, not computed.",
     how="Items are followed in flown order, up to 20,000 more than there are in the file.",
     fix="give the jumps smaller counts",
+    instead="jumps with smaller counts",
 )
 
 
@@ -122,6 +123,7 @@ JUMP_TARGET = Rule(
     "once skipped the whole mission (ArduPilot #28604).",
     how="The target of DO_JUMP or DO_JUMP_TAG is no item of the mission, or the jump itself.",
     fix="give the jump the id of an item before or after it",
+    instead="a jump to an item of the mission",
 )
 
 

@@ -201,10 +201,12 @@ _GROUND_OFF_LINE_M = 2.0
 ENDLESS = Rule(
     "T101 endless-jump",
     Severity.ERROR,
-    summary="The mission never ends: an endless jump or an unlimited loiter.",
+    summary="The mission never ends: an endless jump, an unlimited loiter or a circle without a rate.",
     why="Time and energy of an endless mission are infinite; only those of one lap are finite.",
-    how="A DO_JUMP with an endless count, or LOITER_UNLIM, is reached in flown order.",
+    how="A DO_JUMP with an endless count, LOITER_UNLIM, or LOITER_TURNS on ArduPilot with CIRCLE_RATE 0 "
+    "(ModeAuto::verify_circle waits for turns that are never flown) is reached in flown order.",
     fix="give the jump a count, or end the mission with a return or a landing",
+    instead="a count for the jump, turns that end, a return or a landing",
 )
 
 ITEM_NOT_MODELLED = Rule(
@@ -230,6 +232,7 @@ WAIT_NOT_COUNTED = Rule(
     "return where RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits "
     "for the heading it was armed with).",
     fix="use a delay in seconds, or allow for the wait yourself",
+    instead="a delay in seconds",
 )
 
 WAITS_FOR_EVER = Rule(
@@ -241,6 +244,7 @@ WAITS_FOR_EVER = Rule(
     how="An item with autoContinue off is reached in flown order on PX4, or NAV_GUIDED_ENABLE on "
     "ArduPilot.  A warning where the autopilot is unknown.",
     fix="set autoContinue, unless a pilot will continue the mission",
+    instead="autoContinue, or a mission without NAV_GUIDED_ENABLE",
 )
 
 ZERO_TAKEOFF = Rule(

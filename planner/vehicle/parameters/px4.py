@@ -37,6 +37,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
     acceleration_m_s2: float = parameter("MPC_ACC_HOR m/s²", 3.0, _ACCELERATION)
     acceleration_up_m_s2: float = parameter("MPC_ACC_UP_MAX m/s²", 4.0, _ACCELERATION)
     acceleration_down_m_s2: float = parameter("MPC_ACC_DOWN_MAX m/s²", 3.0, _ACCELERATION)
+    lean_angle_max_rad: float = parameter("MPC_TILTMAX_AIR deg", 45.0, Range(0.1, 1.56))
     jerk_m_s3: float = parameter("MPC_JERK_AUTO m/s³", 4.0, _JERK)
     trajectory_gain_per_s: float = parameter("MPC_XY_TRAJ_P 1/s", 0.5, _GAIN)
     position_gain_per_s: float = parameter("MPC_XY_P 1/s", 0.95, _GAIN)
