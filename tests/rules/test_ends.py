@@ -11,6 +11,7 @@ from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypo
 from rule_cases.case import ARDUPILOT, PLENTY, PX4, STEP, found, vehicle_of
 
 from planner.findings import Severity
+from planner.selection import Selection
 from planner.service.preflight import check
 
 if TYPE_CHECKING:
@@ -122,3 +123,43 @@ def test_a_mission_that_lands_says_that_its_returns_would_not(
     one = [f for f in found(LANDS, autopilot, parameters) if f.code == "M102"]
     assert [f.severity for f in one] == ([] if severity is None else [severity])
     assert all("a return of the vehicle ends in the air" in f.message for f in one)
+
+
+CIRCLES = [item(18, north(100), 30.0, params=(2.0, 0.0, 20.0, 0.0)), rtl()]
+
+
+@pytest.mark.parametrize("autopilot", [STEP, ARDUPILOT])
+@pytest.mark.parametrize(("rate", "endless"), [("0", True), ("0.1", False), ("-5", False)])
+def test_circles_without_a_rate_never_end(
+    autopilot: Autopilot,
+    rate: str,
+    endless: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    reported = found(mission(takeoff(20), *CIRCLES), autopilot, f"CIRCLE_RATE,{rate}\n")
+    assert ("T101" in {one.code for one in reported}) == endless
+
+
+def test_no_circle_waits_for_no_turns() -> None:
+    none = item(18, north(100), 30.0, params=(0.0, 0.0, 20.0, 0.0))
+    reported = found(mission(takeoff(20), none, rtl()), ARDUPILOT, "CIRCLE_RATE,0\n")
+    assert "T101" not in {one.code for one in reported}
+
+
+@pytest.mark.parametrize(
+    ("code", "items"),
+    [
+        ("T101", [item(17, north(50), 30.0)]),
+        ("T101", [waypoint(100, 20), jump(2, -1)]),
+        ("T108", [item(92, frame=2, params=(1.0, 0.0, 0.0, 0.0)), rtl()]),
+        ("T107", [waypoint(100, 20), item(93, params=(0.0, 23.0, 59.0, 0.0)), rtl()]),
+        ("M121", [item(178, params=(1.0, 5.0, -1.0, 0.0), frame=2), jump(2, -1)]),
+        ("M102", [waypoint(100, 20)]),
+    ],
+)
+def test_no_setting_hides_that_a_flight_never_ends(code: str, items: list[MissionItem]) -> None:
+    selection = Selection(ignore=(code[0],))
+    result = check(
+        mission(takeoff(20), *items), vehicle_of(ARDUPILOT), battery=PLENTY, selection=selection
+    )
+    assert code in {one.code for one in result.findings}
+    assert result.verdict == "no-go"

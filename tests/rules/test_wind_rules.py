@@ -225,3 +225,29 @@ def test_no_wind_is_a_go_beyond_every_speed_the_model_was_identified_at(
         assert "W103" in codes
     if wind_m_s < 5.0:  # 10 m/s of ground speed and 5 of wind are within 15.1
         assert not codes & {"W103", "E105"}
+
+
+# tan 10° / tan 30° = 0.305 of 12 m/s: 3.66 m/s, as drag that grows with the airspeed has it.
+@pytest.mark.parametrize(
+    ("autopilot", "parameters", "wind_m_s", "fires"),
+    [
+        (ARDUPILOT, "ANGLE_MAX,1000\n", 3.8, True),
+        (ARDUPILOT, "ANGLE_MAX,1000\n", 3.5, False),
+        (ARDUPILOT, "ATC_ANGLE_MAX,10\n", 3.8, True),
+        (ARDUPILOT, "ANGLE_MAX,3000\n", 11.8, False),
+        (ARDUPILOT, "ANGLE_MAX,4500\n", 12.1, True),
+        # PX4's default is 45°: tan 20° / tan 45° = 0.364 of 12 m/s are 4.37 m/s.
+        (PX4, "MPC_TILTMAX_AIR,20\n", 4.5, True),
+        (PX4, "MPC_TILTMAX_AIR,20\n", 4.2, False),
+    ],
+)
+def test_a_lower_limit_of_the_lean_angle_leaves_less_airspeed(
+    autopilot: Autopilot,
+    parameters: str,
+    wind_m_s: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    limited = replace(vehicle_of(autopilot), airspeed_limit_m_s=12.0)
+    wind = Wind(speed_m_s=wind_m_s, from_deg=0.0)
+    found_ = found(HOVER, autopilot, parameters, vehicle=limited, wind=wind)
+    assert ("W101" in {one.code for one in found_}) == fires
