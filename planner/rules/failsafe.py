@@ -14,6 +14,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.rules.arming import BATTERY, is_checked
 from planner.rules.declaration import BUDGET, EXTREMES, PACK, PARAMETERS, NotEvaluated, judges
 from planner.rules.energy import place_along
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -158,7 +159,7 @@ ARMING_REFUSED = Rule(
     why="A vehicle that refuses to arm on the field costs the day.",
     how="Charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR where that is negative (PX4); "
     "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_CAPACITY below BATT_ARM_MAH "
-    "(ArduPilot).",
+    "(ArduPilot, where ARMING_CHECK and ARMING_SKIPCHK leave the check of the battery on).",
     fix="charge the battery, or correct the parameter",
     instead="--charge, or the parameters of --params",
 )
@@ -168,7 +169,8 @@ ARMING_REFUSED = Rule(
 def _arming_refused(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
-    if not parameters.measures_battery:
+    is_px4 = isinstance(parameters, Px4Parameters)
+    if not parameters.measures_battery or not (is_px4 or is_checked(a, BATTERY)):
         return
     profile = _profile(a, pack)
     if isinstance(parameters, Px4Parameters):

@@ -19,6 +19,7 @@ from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.route import is_counted
+from planner.rules.arming import MISSION, is_checked
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def _required_by_px4(a: Assessment, parameters: Px4Parameters) -> Iterator[Findi
 @judges(REQUIRED_ITEM_MISSING, needs=(ARDUPILOT,))
 def _required_by_ardupilot(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
     bits = parameters.mission_items_required
-    if bits <= 0:
+    if bits <= 0 or not is_checked(a, MISSION):
         return
     commands = {item.command for item in a.mission.items}
     missing = [

@@ -37,6 +37,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "fence": (FENCE,),
     "feasibility": (TARGET,),
     "failsafe": (PARAMETERS, BUDGET),
+    "arming": (PARAMETERS,),
     "terrain": (),
     "site": (PROFILE,),
 }

@@ -140,6 +140,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: _items(717),  # and home: 718 on ArduCopter
         silent=lambda: _items(718, "BRD_SD_MISSION,64\n"),
     ),
+    "M127": RuleCases(
+        fires=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\n"),
+        boundary=lambda: found(PLAIN, ARDUPILOT, "MOT_SPIN_MIN,0.3\n"),
+        silent=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\nARMING_CHECK,0\n"),
+    ),
     "M102": RuleCases(
         fires=lambda: found(then()),
         boundary=lambda: found(PLAIN, ARDUPILOT, "RTL_ALT_FINAL,0\n"),

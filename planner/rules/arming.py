@@ -1,0 +1,172 @@
+"""What keeps a vehicle from arming and stands in its parameters: one list for each autopilot.
+
+After ``AP_Arming.cpp``, ``AP_Arming_Copter.cpp``, ``AP_MotorsMulticopter.cpp``, ``AC_Fence.cpp`` and
+``AP_BattMonitor_Backend.cpp`` of ArduPilot 4.5 to 4.7.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from planner.findings import Rule, Severity
+from planner.rules.declaration import ARDUPILOT, judges
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.findings import Finding
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+ALWAYS, ANY, PARAMETERS, BATTERY, MISSION = None, -1, 1 << 5, 1 << 8, 1 << 14
+"""Bits of ARMING_CHECK; ``ALWAYS`` is checked even where all checks are off, ``ANY`` where one is on."""
+_ALL = 1
+_MOST_SPIN_MIN = 0.3
+"""Above it ArduPilot refuses MOT_SPIN_MIN. [-]"""
+_LEAST_FAILSAFE_PWM = 910
+"""Least FS_THR_VALUE: receivers lose their signal at 900. [µs]"""
+_LEAST_FLOOR_M = -100.0
+"""Least FENCE_ALT_MIN. [m]"""
+_CIRCLE = 2
+"""Bit of FENCE_TYPE."""
+
+
+class _Given(NamedTuple):
+    """The parameters: those of flight in SI, any other as the file has it."""
+
+    own: ArduPilotParameters
+    values: dict[str, float]
+
+    def value(self, *names: str, default: float) -> float:
+        """Return the first of some names that the file holds, in its own unit."""
+        return next((self.values[name] for name in names if name in self.values), default)
+
+    @property
+    def has_fence(self) -> bool:
+        """Whether AC_Fence checks its parameters."""
+        own = self.own
+        return bool(own.fence_type) and bool(own.fence_enable or own.fence_auto_enable)
+
+
+def _both_above_0(low: float, critical: float) -> bool:
+    return low > 0.0 and critical > 0.0 and critical >= low
+
+
+_REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
+    (ALWAYS, "FRAME_CLASS is 0", lambda p: p.value("FRAME_CLASS", default=1) == 0),
+    (
+        ALWAYS,
+        "MOT_SPIN_ARM is above MOT_SPIN_MIN",
+        lambda p: p.value("MOT_SPIN_ARM", default=0.1) > p.value("MOT_SPIN_MIN", default=0.15),
+    ),
+    (
+        ALWAYS,
+        "MOT_SPIN_MIN is above 0.3",
+        lambda p: p.value("MOT_SPIN_MIN", default=0.15) > _MOST_SPIN_MIN + 1e-6,
+    ),
+    (
+        PARAMETERS,
+        "PILOT_SPEED_UP is not above 0",
+        lambda p: p.value("PILOT_SPD_UP", "PILOT_SPEED_UP", default=2.5) <= 0.0,
+    ),
+    (
+        PARAMETERS,
+        "FS_THR_VALUE is below 910",
+        lambda p: (
+            p.value("FS_THR_ENABLE", default=1) != 0
+            and p.value("FS_THR_VALUE", default=975) < _LEAST_FAILSAFE_PWM
+        ),
+    ),
+    (
+        PARAMETERS,
+        "ACRO_BAL_ROLL or ACRO_BAL_PITCH is negative",
+        lambda p: min(p.value(f"ACRO_BAL_{axis}", default=1) for axis in ("ROLL", "PITCH")) < 0.0,
+    ),
+    (
+        PARAMETERS,
+        "RTL_ALT_TYPE is 1, over terrain, with TERRAIN_ENABLE 0 and no rangefinder",
+        lambda p: (
+            p.own.return_altitude_type == 1 and not (p.own.terrain_enable or p.own.rangefinder_type)
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_MARGIN is half of FENCE_ALT_MAX less FENCE_ALT_MIN, or more",
+        lambda p: (
+            p.has_fence
+            and p.own.fence_height_max_m - p.own.fence_height_min_m <= 2.0 * p.own.fence_margin_m
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_MARGIN is above FENCE_RADIUS",
+        lambda p: (
+            p.has_fence
+            and bool(p.own.fence_type & _CIRCLE)
+            and p.own.fence_radius_m < p.own.fence_margin_m
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_ALT_MIN is below -100 m",
+        lambda p: p.has_fence and p.own.fence_height_min_m < _LEAST_FLOOR_M,
+    ),
+    (
+        BATTERY,
+        "BATT_CRT_VOLT is not below BATT_LOW_VOLT",
+        lambda p: (
+            p.own.measures_battery and _both_above_0(p.own.battery_low_v, p.own.battery_critical_v)
+        ),
+    ),
+    (
+        BATTERY,
+        "BATT_CRT_MAH is not below BATT_LOW_MAH",
+        lambda p: (
+            p.own.measures_battery
+            and _both_above_0(p.own.battery_low_ah, p.own.battery_critical_ah)
+        ),
+    ),
+)
+"""Check of ARMING_CHECK, what is said, and whether it is so."""
+
+WOULD_NOT_ARM = Rule(
+    "M127 would-not-arm",
+    Severity.ERROR,
+    summary="The vehicle would not arm with these parameters.",
+    why="A vehicle that refuses to arm on the field costs the day; the reason stands in its parameter "
+    "file the evening before.",
+    how="ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  Always: FRAME_CLASS 0, "
+    "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3.  Parameters: PILOT_SPEED_UP 0, "
+    "FS_THR_VALUE below 910, ACRO_BAL_ROLL or _PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 "
+    "and no rangefinder.  A fence in use: FENCE_MARGIN at or above half of FENCE_ALT_MAX less "
+    "FENCE_ALT_MIN, or above FENCE_RADIUS; FENCE_ALT_MIN below -100 m.  Battery: BATT_CRT_VOLT or "
+    "BATT_CRT_MAH at or above BATT_LOW_VOLT or BATT_LOW_MAH (above it from 4.7 on), all above 0.",
+    fix="correct the parameter on the vehicle",
+    instead="the parameters of --params",
+)
+
+
+@judges(WOULD_NOT_ARM, needs=(ARDUPILOT,))
+def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    given = _Given(parameters, _values(a))
+    for check, said, is_so in _REFUSED:
+        if is_checked(a, check) and is_so(given):
+            yield a.finding(WOULD_NOT_ARM, f"ArduPilot does not arm: {said}")
+
+
+def is_checked(a: Assessment, check: int | None) -> bool:
+    """Return whether ArduPilot makes one of its arming checks: ARMING_SKIPCHK or ARMING_CHECK."""
+    if check is ALWAYS:
+        return True
+    values = _values(a)
+    skipped = int(values.get("ARMING_SKIPCHK", 0))
+    made = int(values.get("ARMING_CHECK", _ALL))
+    if skipped == -1 or made == 0:
+        return False
+    return check == ANY or (not skipped & check and bool(made & (_ALL | check)))
+
+
+def _values(a: Assessment) -> dict[str, float]:
+    given = a.setup.parameters
+    known = {} if given is None else given.values
+    return {name: one.value for name, one in known.items() if one.value is not None}

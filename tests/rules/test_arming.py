@@ -1,0 +1,80 @@
+"""What keeps ArduPilot from arming and stands in its parameters, with the checks that are on."""
+
+from __future__ import annotations
+
+import pytest
+from rule_cases.case import ARDUPILOT, PLAIN, STEP, found
+
+FENCE = "FENCE_ENABLE,1\nFENCE_TYPE,7\nFENCE_RADIUS,1000\nFENCE_ALT_MAX,120\n"
+
+
+def refuses(parameters: str, code: str = "M127") -> bool:
+    return code in {one.code for one in found(PLAIN, ARDUPILOT, parameters)}
+
+
+# Each condition as the source has it: one value that it refuses, the nearest that it takes.
+@pytest.mark.parametrize(
+    ("refused", "taken"),
+    [
+        ("FRAME_CLASS,0\n", "FRAME_CLASS,1\n"),
+        ("MOT_SPIN_ARM,0.16\nMOT_SPIN_MIN,0.15\n", "MOT_SPIN_ARM,0.15\nMOT_SPIN_MIN,0.15\n"),
+        ("MOT_SPIN_MIN,0.31\n", "MOT_SPIN_MIN,0.3\n"),
+        ("PILOT_SPEED_UP,0\n", "PILOT_SPEED_UP,1\n"),
+        ("PILOT_SPD_UP,0\n", "PILOT_SPD_UP,0.5\n"),
+        ("FS_THR_VALUE,909\n", "FS_THR_VALUE,910\n"),
+        ("FS_THR_VALUE,909\n", "FS_THR_VALUE,909\nFS_THR_ENABLE,0\n"),
+        ("ACRO_BAL_ROLL,-0.1\n", "ACRO_BAL_ROLL,0\n"),
+        ("RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,1\n"),
+        (
+            "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n",
+            "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\nRNGFND1_TYPE,8\n",
+        ),
+        # 120 less -10 are 130: half of it is 65.
+        (f"{FENCE}FENCE_MARGIN,65\n", f"{FENCE}FENCE_MARGIN,64.9\n"),
+        (f"{FENCE}FENCE_MARGIN,65\n", "FENCE_ENABLE,0\nFENCE_ALT_MAX,120\nFENCE_MARGIN,65\n"),
+        (
+            f"{FENCE}FENCE_MARGIN,31\nFENCE_RADIUS,30\n",
+            f"{FENCE}FENCE_MARGIN,30\nFENCE_RADIUS,30\n",
+        ),
+        (f"{FENCE}FENCE_ALT_MIN,-101\n", f"{FENCE}FENCE_ALT_MIN,-100\n"),
+        ("BATT_LOW_VOLT,20\nBATT_CRT_VOLT,20\n", "BATT_LOW_VOLT,20\nBATT_CRT_VOLT,19.9\n"),
+        ("BATT_LOW_VOLT,19\nBATT_CRT_VOLT,20\n", "BATT_LOW_VOLT,0\nBATT_CRT_VOLT,20\n"),
+        ("BATT_LOW_MAH,500\nBATT_CRT_MAH,800\n", "BATT_LOW_MAH,800\nBATT_CRT_MAH,500\n"),
+    ],
+)
+def test_a_parameter_that_arming_refuses_is_an_error_and_the_nearest_it_takes_is_none(
+    refused: str, taken: str
+) -> None:
+    assert refuses(refused)
+    assert not refuses(taken)
+    assert "M127" in {one.code for one in found(PLAIN, STEP, f"{refused}WPNAV_SPEED,1000\n")}
+
+
+@pytest.mark.parametrize(
+    ("text", "always", "bit"),
+    [
+        ("MOT_SPIN_MIN,0.4\n", True, 5),
+        ("PILOT_SPEED_UP,0\n", False, 5),
+        ("BATT_LOW_VOLT,19\nBATT_CRT_VOLT,20\n", False, 8),
+    ],
+)
+def test_checks_that_are_off_refuse_nothing_but_what_is_always_checked(
+    text: str,
+    always: bool,  # noqa: FBT001 - a table of cases
+    bit: int,
+) -> None:
+    assert refuses(f"{text}ARMING_CHECK,1\n")
+    assert refuses(f"{text}ARMING_CHECK,{1 << bit}\n")
+    assert refuses(f"{text}ARMING_CHECK,{1 << 14}\n") == always
+    assert refuses(f"{text}ARMING_CHECK,0\n") == always
+    assert refuses(f"{text}ARMING_SKIPCHK,{1 << bit}\n") == always
+    assert refuses(f"{text}ARMING_SKIPCHK,-1\n") == always
+
+
+@pytest.mark.parametrize(
+    ("text", "code"), [("BATT_ARM_VOLT,60\n", "E114"), ("ARMING_MIS_ITEMS,1\n", "M116")]
+)
+def test_the_other_rules_of_arming_heed_the_checks_that_are_on(text: str, code: str) -> None:
+    assert refuses(text, code)
+    assert not refuses(f"{text}ARMING_CHECK,0\n", code)
+    assert not refuses(f"{text}ARMING_SKIPCHK,-1\n", code)
