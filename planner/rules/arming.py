@@ -8,8 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from planner import quantity
 from planner.findings import Rule, Severity
-from planner.rules.declaration import ARDUPILOT, judges
+from planner.mission.commands import Command
+from planner.mission.route.stage import StageKind
+from planner.rules.declaration import ARDUPILOT, PX4, judges
+from planner.rules.declaration import PARAMETERS as PARAMETERS_IN_USE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -17,6 +21,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 ALWAYS, ANY, PARAMETERS, BATTERY, MISSION = None, -1, 1 << 5, 1 << 8, 1 << 14
 """Bits of ARMING_CHECK; ``ALWAYS`` is checked even where all checks are off, ``ANY`` where one is on."""
@@ -27,6 +32,8 @@ _LEAST_FAILSAFE_PWM = 910
 """Least FS_THR_VALUE: receivers lose their signal at 900. [µs]"""
 _LEAST_FLOOR_M = -100.0
 """Least FENCE_ALT_MIN. [m]"""
+_WITHOUT_THROTTLE = 2
+"""Bit of AUTO_OPTIONS: takes off without a raised throttle."""
 _CIRCLE = 2
 """Bit of FENCE_TYPE."""
 
@@ -152,6 +159,59 @@ def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[F
     for check, said, is_so in _REFUSED:
         if is_checked(a, check) and is_so(given):
             yield a.finding(WOULD_NOT_ARM, f"ArduPilot does not arm: {said}")
+
+
+DISARMS_ON_THE_GROUND = Rule(
+    "T121 disarms-on-the-ground",
+    Severity.ERROR,
+    summary="The vehicle disarms while it waits on the ground, and does not take off again.",
+    why="It stands where it landed, away from home and with the mission broken off: tried in ArduPilot's "
+    "simulation, 'Disarming motors' 10 s after the landing.",
+    how="ArduPilot: NAV_DELAY of DISARM_DELAY (10 s) or more before a take-off, first or after a landing "
+    "(Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a raised throttle, a "
+    "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY of COM_DISARM_PRFLT (10 s) "
+    "or more before the first take-off.  Not where the delay of disarming is 0, on PX4 0 or less.",
+    fix="wait less, or set the delay of disarming longer than the wait",
+    instead="the parameters of --params",
+)
+
+
+@judges(DISARMS_ON_THE_GROUND, needs=(PARAMETERS_IN_USE,))
+def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iterator[Finding]:
+    values, is_px4 = _values(a), PX4.of(a) is not None
+    name = "COM_DISARM_PRFLT" if is_px4 else "DISARM_DELAY"
+    after_s = values.get(name, 10.0)
+    waits = [_wait_before_takeoff(a)]
+    if not is_px4:
+        waits += [
+            (stage.hold_s, stage.item)
+            for stage in a.route.stages[:-1]
+            if stage.kind is StageKind.LAND
+        ]
+    longest_s, item = max(waits)
+    if not 0.0 < after_s <= longest_s:
+        return
+    is_certain = is_px4 or bool(int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE)
+    stick = "" if is_certain else ", unless the throttle stick is held above zero"
+    yield a.finding(
+        DISARMS_ON_THE_GROUND,
+        f"waits {quantity.duration(longest_s)} on the ground: the vehicle disarms after "
+        f"{quantity.duration(after_s)} ({name}) and does not take off{stick}",
+        item=item,
+        severity=None if is_certain else Severity.WARNING,
+    )
+
+
+def _wait_before_takeoff(a: Assessment) -> tuple[float, int]:
+    """Return the time of the delays before the first stage, and the last of their items."""
+    first, wait_s, last = a.route.stages[0].item, 0.0, 1
+    for number in a.route.reached:
+        item = a.mission.items[number - 1]
+        if number == first:
+            break
+        if item.command == Command.NAV_DELAY and (item.param1 or 0.0) > 0.0:
+            wait_s, last = wait_s + (item.param1 or 0.0), number
+    return wait_s, last
 
 
 def is_checked(a: Assessment, check: int | None) -> bool:

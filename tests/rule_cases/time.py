@@ -12,7 +12,7 @@ from planner.mission.route.route import flown_order
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from planner.findings import Finding
     from planner.mission.items import Mission, MissionItem
@@ -42,6 +42,12 @@ def jumping(repeats: int) -> tuple[Finding, ...]:
 
 
 WITH_RALLY = replace(PLAIN, rally=(rally(0.0, 50.0),))
+
+
+def waiting_first(seconds: float, parameters: str = "AUTO_OPTIONS,3\n") -> Iterable[Finding]:
+    """Return what is reported of a wait before the take-off."""
+    return found(mission(delay(seconds), *PLAIN.items), ARDUPILOT, parameters)
+
 
 CASES: Mapping[str, RuleCases] = {
     "T101": RuleCases(
@@ -121,6 +127,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(PLAIN, PX4, "RTL_TYPE,5\n"),
         boundary=lambda: found(WITH_RALLY, PX4, "RTL_TYPE,5\n"),
         silent=lambda: found(PLAIN, PX4, "RTL_TYPE,0\n"),
+    ),
+    "T121": RuleCases(
+        fires=lambda: waiting_first(10.0),
+        boundary=lambda: waiting_first(9.9),
+        silent=lambda: waiting_first(60.0, "DISARM_DELAY,0\nAUTO_OPTIONS,3\n"),
     ),
     "T112": RuleCases(
         fires=lambda: found(PLAIN),

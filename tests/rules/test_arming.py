@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
-from rule_cases.case import ARDUPILOT, PLAIN, STEP, found
+from made_missions import item, mission, north, rtl, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, found
+
+from planner.findings import Severity
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
 
 FENCE = "FENCE_ENABLE,1\nFENCE_TYPE,7\nFENCE_RADIUS,1000\nFENCE_ALT_MAX,120\n"
 
@@ -78,3 +86,42 @@ def test_the_other_rules_of_arming_heed_the_checks_that_are_on(text: str, code: 
     assert refuses(text, code)
     assert not refuses(f"{text}ARMING_CHECK,0\n", code)
     assert not refuses(f"{text}ARMING_SKIPCHK,-1\n", code)
+
+
+def delivering(wait_s: float) -> list[Severity]:
+    """Return what is said of a delivery with a wait on the ground; AUTO_OPTIONS 3 needs no throttle."""
+    one = mission(
+        takeoff(20),
+        item(21, north(200)),
+        item(93, frame=2, params=(wait_s, -1.0, -1.0, -1.0)),
+        takeoff(20),
+        waypoint(300, 20),
+        rtl(),
+    )
+    text = "MIS_OPTIONS,4\nAUTO_OPTIONS,3\nDISARM_DELAY,20\n"
+    return [f.severity for f in found(one, ARDUPILOT, text) if f.code == "T121"]
+
+
+def test_a_wait_on_the_ground_as_long_as_disarming_takes_ends_a_delivery() -> None:
+    assert delivering(20.0) == [Severity.ERROR]
+    assert delivering(19.0) == []
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "text", "severities"),
+    [
+        (ARDUPILOT, "AUTO_OPTIONS,2\n", [Severity.ERROR]),
+        (ARDUPILOT, "AUTO_OPTIONS,1\n", [Severity.WARNING]),
+        (ARDUPILOT, "DISARM_DELAY,61\n", []),
+        (ARDUPILOT, "DISARM_DELAY,0\n", []),
+        (PX4, "COM_DISARM_PRFLT,10\n", [Severity.ERROR]),
+        (PX4, "COM_DISARM_PRFLT,61\n", []),
+        (PX4, "COM_DISARM_PRFLT,-1\n", []),
+    ],
+)
+def test_a_wait_before_the_first_take_off_disarms(
+    autopilot: Autopilot, text: str, severities: list[Severity]
+) -> None:
+    wait = item(93, frame=2, params=(60.0, -1.0, -1.0, -1.0))
+    told = found(mission(wait, *PLAIN.items), autopilot, text)
+    assert [one.severity for one in told if one.code == "T121"] == severities
