@@ -283,11 +283,15 @@ def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]
 def _ardupilot_thresholds(
     parameters: ArduPilotParameters,
 ) -> tuple[tuple[str, float, float, int], ...]:
-    """Return name, charge left, voltage and action of ArduPilot's two thresholds. [Ah], [V]"""
-    own = parameters
+    """Return name, charge left, voltage and action of ArduPilot's two thresholds. [Ah], [V]
+
+    A charge counts only where the current is measured (``check_failsafe_types``): else it is 0.
+    """
+    own, counts = parameters, float(parameters.measures_current)
+    low_ah, critical_ah = counts * own.battery_low_ah, counts * own.battery_critical_ah
     return (
-        ("LOW", own.battery_low_ah, own.battery_low_v, own.battery_low_action),
-        ("CRT", own.battery_critical_ah, own.battery_critical_v, own.battery_critical_action),
+        ("LOW", low_ah, own.battery_low_v, own.battery_low_action),
+        ("CRT", critical_ah, own.battery_critical_v, own.battery_critical_action),
     )
 
 

@@ -113,6 +113,8 @@ def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterato
         is_given = origin is not None and origin.kind is OriginKind.FILE
         if known is not None or threshold <= 0.0 or not is_given or not action:
             continue
+        if name in {"BATT_LOW_MAH", "BATT_CRT_MAH"} and not parameters.measures_current:
+            continue
         is_loaded = name.endswith("_VOLT") and action != _REFUSES and not at_rest
         yield NotEvaluated(
             rule=ARMING_REFUSED if name == "BATT_ARM_VOLT" else FAILSAFE_BEFORE_END,

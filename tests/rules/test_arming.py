@@ -125,3 +125,12 @@ def test_a_wait_before_the_first_take_off_disarms(
     wait = item(93, frame=2, params=(60.0, -1.0, -1.0, -1.0))
     told = found(mission(wait, *PLAIN.items), autopilot, text)
     assert [one.severity for one in told if one.code == "T121"] == severities
+
+
+@pytest.mark.parametrize(("monitor", "returns"), [(3, False), (4, True)])
+def test_a_charge_that_nothing_measures_brings_no_vehicle_home(
+    monitor: int,
+    returns: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    text = f"BATT_MONITOR,{monitor}\nBATT_CAPACITY,8000\nBATT_LOW_MAH,7990\nBATT_FS_LOW_ACT,2\n"
+    assert refuses(text, "E103") == returns

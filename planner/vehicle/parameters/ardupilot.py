@@ -18,6 +18,8 @@ _SLOWEST_M_S = 0.1
 _SPEED = _ACCELERATION = Range(_SLOWEST_M_S, _FASTEST_M_S)
 _SPEED_OR_0 = Range(0.0, _FASTEST_M_S)
 _HEIGHT = Range(0.0, 1000.0)
+_VOLTAGE_ONLY = 3
+"""BATT_MONITOR of an analogue voltage without a current."""
 _SI_NAMES = (4, 7)
 """The version that renamed parameters and counts in metres."""
 
@@ -158,6 +160,11 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0)
     fence_radius_m: float = parameter("FENCE_RADIUS m", 150.0, POSITIVE)
     fence_margin_m: float = parameter("FENCE_MARGIN m", 2.0, NOT_NEGATIVE)
+
+    @property
+    def measures_current(self) -> bool:
+        """Whether the charge used is known on board: not with an analogue voltage alone."""
+        return self.battery_monitor not in {0, _VOLTAGE_ONLY}
 
     @property
     def measures_battery(self) -> bool:
