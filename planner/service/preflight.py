@@ -38,7 +38,7 @@ from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
 from planner.mission.files import read_mission
 from planner.mission.items import Mission
-from planner.mission.route.route import NOTHING_TO_FLY, make_route
+from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.quantity import mean_of
 from planner.rules.assessment import Assessment
@@ -57,10 +57,15 @@ if TYPE_CHECKING:
     from planner.flight.returns.tightest import ReturnPlan
     from planner.mission.route.stage import Route
     from planner.rules.ledger import LedgerEntry
+    from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.resolve import FlightParameters
 
 Verdict = Literal["go", "no-go"]
 VerdictText = Literal["GO", "NO-GO", "NOT CHECKED"]
+
+
+_COPTER_ONLY = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP", "LAND_SPEED"})
+"""Of ArduPilot's vehicles only Copter has these: a plane's begin with Q_."""
 
 
 class CheckResult(Value):
@@ -248,7 +253,13 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         from planner.flight.held_items import route_with_queue
 
         route = route_with_queue(mission, laid_out, make_pilot(setup, own_parameters))
-    found += [*mission.findings, *route.findings]
+    is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup.parameters)
+    found += [
+        replace(one, severity=Severity.WARNING)
+        if is_copter and one.code == OTHER_VEHICLE.code and one.severity is Severity.ERROR
+        else one
+        for one in (*mission.findings, *route.findings)
+    ]
     if replaced:
         from planner.mission.convert import SPEED_REPLACED
 
@@ -269,6 +280,11 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
 
 
 _STANDS = "every item is where the vehicle stands: it never moves"
+
+
+def _is_of_copter(given: ParameterSet | None) -> bool:
+    """Return whether a parameter file holds what only ArduCopter has: it says what vehicle flies."""
+    return given is not None and not _COPTER_ONLY.isdisjoint(given.values)
 
 
 def assess(prepared: Preparation) -> Assessment | None:

@@ -384,7 +384,8 @@ OTHER_VEHICLE = Rule(
     "landing approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
     "patterns, which are for such vehicles, are not repeated.  All 22 public text files that this "
     "fires on are of aircraft.  A warning where a take-off pitch is all there is: multicopters take off "
-    "without it, and fly the rest as predicted.",
+    "without it, and fly the rest as predicted; so where the parameters of --params are of ArduCopter, "
+    "which knows DO_LAND_START.",
     fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle, or "
     "ignore the code where a multicopter flies it",
 )

@@ -1,0 +1,30 @@
+"""A landing approach in a text file, and parameters that say what flies it."""
+
+from __future__ import annotations
+
+import pytest
+from made_missions import item, mission, north, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, found
+
+from planner.findings import Severity
+from planner.mission.items import MissionFormat
+from planner.mission.vehicle_kind import vehicle_evidence
+from planner.values import replace
+
+
+@pytest.mark.parametrize(
+    ("parameters", "severity"),
+    [
+        ("", Severity.ERROR),
+        ("BATT_MONITOR,4\n", Severity.ERROR),
+        ("WPNAV_SPEED,800\n", Severity.WARNING),
+    ],
+)
+def test_a_landing_approach_is_a_copters_where_its_parameters_are(
+    parameters: str, severity: Severity
+) -> None:
+    start = item(189, frame=2, params=(0.0, 0.0, 0.0, 0.0))
+    one = mission(takeoff(20), waypoint(300, 20), start, waypoint(100, 20), item(21, north(0), 0.0))
+    text = replace(one, file_format=MissionFormat.WPL, vehicle=vehicle_evidence(one.items))
+    told = [f.severity for f in found(text, ARDUPILOT, parameters) if f.code == "M111"]
+    assert told == [severity]
