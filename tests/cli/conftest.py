@@ -13,7 +13,7 @@ SQUARE = """QGC WPL 110
 0\t1\t0\t16\t0\t0\t0\t0\t50.0\t20.0\t200\t1
 1\t0\t3\t22\t0\t0\t0\t0\t50.0\t20.0\t100\t1
 2\t0\t3\t16\t0\t0\t0\t0\t50.005\t20.0\t100\t1
-3\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1
+3\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1
 """
 """Up to 100 m, 556 m north (0.005° x 111.2 km), back and down."""
 

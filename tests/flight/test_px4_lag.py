@@ -78,7 +78,7 @@ def test_the_greatest_tilt_bounds_the_speed() -> None:
     assert speed.max() == pytest.approx(9.80665 / 2.0, rel=0.01)
     lower = fly_px4(
         (takeoff(15.0), *(replace(go(*place), speed_m_s=8.0) for place in far)),
-        replace(PX4, tilt_max_rad=math.radians(30.0)),
+        replace(PX4, lean_angle_max_rad=math.radians(30.0)),
         tracking=Tracking(drag_per_s=2.0),
     )
     speed = lower.state_at_time(np.arange(40.0, 80.0, 0.5)).ground_speed_m_s

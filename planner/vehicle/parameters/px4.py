@@ -17,7 +17,6 @@ _SLOW = _GAIN = Range(0.0, 10.0, excludes_low=True)
 _JERK = Range(0.0, 500.0, excludes_low=True)
 _OR_NEGATIVE = Range(high=_FASTEST_M_S)
 _FRACTION = Range(0.0, 1.0)
-_TILT = Range(0.0, 1.56, excludes_low=True)
 
 
 class Px4Parameters(AutopilotParameters, eq=False):
@@ -44,7 +43,6 @@ class Px4Parameters(AutopilotParameters, eq=False):
     position_error_max_m: float = parameter("MPC_XY_ERR_MAX m", 2.0, POSITIVE)
     velocity_gain_per_s: float = parameter("MPC_XY_VEL_P_ACC 1/s", 1.8, _GAIN)
     velocity_integral_gain_per_s2: float = parameter("MPC_XY_VEL_I_ACC 1/s²", 0.4, _GAIN)
-    tilt_max_rad: float = parameter("MPC_TILTMAX_AIR deg", 45.0, _TILT)
     # overwrites horizontal speeds
     speed_all_m_s: float = parameter("MPC_XY_VEL_ALL m/s", -10.0, _OR_NEGATIVE, never=0.0)
     # overwrites vertical speeds

@@ -106,7 +106,7 @@ class TrackingLag(Value):
         flight = np.cumsum(is_first)[ordered.segment_move[ordered.segment]]
         gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
         drag = self.drag_per_s * velocity
-        most_m_s2 = GRAVITY_M_S2 * math.tan(p.tilt_max_rad)
+        most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
         tilted = np.minimum(1.0, quotient(most_m_s2, self.drag_per_s * speed, 1.0))
         # What the integral settles at where the tilt is at its limit.
         error_m_s = (1.0 - tilted) * (p.position_gain_per_s * p.position_error_max_m + speed)
