@@ -71,7 +71,8 @@ def json_text(document: Document, *, indent: int | None = None) -> str:
 
 
 SEGMENT_KEYS = field_names(Segment)
-ITEM_KEYS = tuple(name for name in field_names(ItemArrival) if name != "later")
+_ARRIVAL_KEYS = tuple(name for name in field_names(ItemArrival) if name != "later")
+ITEM_KEYS = (*_ARRIVAL_KEYS, "pass")
 """The keys of a segment and of an item, in JSON and as columns of a table."""
 _BATTERY_KEYS = (
     "capacity_wh",
@@ -170,10 +171,10 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
 
 def _passes(arrival: ItemArrival) -> Iterator[Document]:
     """Yield a row of every pass of an item, the first as number 1."""
-    yield values(arrival, ITEM_KEYS) | {"pass": 1}
+    yield values(arrival, _ARRIVAL_KEYS) | {"pass": 1}
     for number, (arrival_s, energy_wh) in enumerate(arrival.later, 2):
         again = replace(arrival, arrival_s=arrival_s, energy_used_wh=energy_wh)
-        yield values(again, ITEM_KEYS) | {"pass": number}
+        yield values(again, _ARRIVAL_KEYS) | {"pass": number}
 
 
 def setup_document(result: CheckResult | UnreadableMission) -> Document:

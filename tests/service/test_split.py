@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -26,8 +28,6 @@ from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from planner.mission.items import Mission, MissionItem
 
 ARTICLE = planner.load_vehicle("falkowski-2023-quadrotor")
@@ -266,13 +266,14 @@ def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.Monke
     with pytest.raises(UsageError, match="left from another split"):
         write_split(split, tmp_path, force=True)
 
-    def fails(path: Path, text: str) -> None:
-        if path.name != "part-01.plan":
-            msg = "no room"
-            raise OutputError(msg)
-        path.write_text(text, encoding="utf-8")
+    replace_file = Path.replace
 
-    monkeypatch.setattr("planner.files.write_output_file", fails)
+    def fails(path: Path, target: Path) -> Path:
+        if Path(target).name == "part-02.plan":
+            raise OSError(errno.ENOSPC, "no room")
+        return replace_file(path, target)
+
+    monkeypatch.setattr(Path, "replace", fails)
     empty = tmp_path / "empty"
     with pytest.raises(OutputError, match="no room"):
         write_split(split, empty)
@@ -443,6 +444,9 @@ def test_the_parts_of_any_mission_fly_all_of_it(
     except SplitError as error:
         # curve after curve, which cannot be cut apart
         if "not even the shortest" in str(error) and {18, 82} & {one.command for one in body}:
+            reject()
+        # steep splines are come to unbraked: climbs faster than any the model was identified in
+        if "help against E105" in str(error) and 82 in {one.command for one in body}:
             reject()
         raise
     check_cover(whole, split)
