@@ -16,9 +16,11 @@ from planner import catalogue
 from planner.findings import Rule
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rule_cases.case import RuleCases
+
+    from planner.findings import Finding
 
 SUBJECTS = sorted(
     path.stem for path in (Path(__file__).parent / "rule_cases").glob("*.py") if path.stem != "case"
@@ -30,10 +32,13 @@ CASES: Mapping[str, RuleCases] = {
 }
 
 
-def example(code: str) -> str:
-    """Return the message of a rule on a case where it fires, files without their folders."""
+def example(code: str, fired: Sequence[Finding] | None = None) -> str:
+    """Return the message of a rule on a case where it fires, files without their folders.
+
+    ``fired`` are the findings of that case where it was tried already.
+    """
     cases = CASES[code]
-    found = (cases.shown or cases.fires)()
+    found = cases.shown() if cases.shown is not None else fired or cases.fires()
     message = next(finding.message for finding in found if finding.code == code)
     return re.sub(r"\S+/(?=\w+\.bin\b)", "", message)
 

@@ -14,7 +14,7 @@ KEYS = (
     "ctrl+z j k g G h l delete full_stop"
 )
 """All but those that quit."""
-PRESSED = 80
+PRESSED = 50
 CLICKED = 0.08
 """Share of clicks among what is done."""
 
