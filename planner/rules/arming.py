@@ -227,6 +227,4 @@ def is_checked(a: Assessment, check: int | None) -> bool:
 
 
 def _values(a: Assessment) -> dict[str, float]:
-    given = a.setup.parameters
-    known = {} if given is None else given.values
-    return {name: one.value for name, one in known.items() if one.value is not None}
+    return {} if a.setup.parameters is None else a.setup.parameters.numbers()

@@ -64,8 +64,7 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
     model = request.setup.vehicle
     given = dict(model.parameters) if model.reference is autopilot else {}
     if request.setup.parameters is not None:
-        values = request.setup.parameters.values
-        given |= {name: one.value for name, one in values.items() if one.value is not None}
+        given |= request.setup.parameters.numbers()
     target = request.setup.target
     version = FIRMWARE[autopilot]
     if target is not None and target.autopilot is autopilot and target.version is not None:

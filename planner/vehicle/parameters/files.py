@@ -72,6 +72,10 @@ class ParameterSet(Value):
     findings: tuple[Finding, ...] = ()
     """What is odd about the file."""
 
+    def numbers(self) -> dict[str, float]:
+        """Return the values that are numbers, by name."""
+        return {name: one.value for name, one in self.values.items() if one.value is not None}
+
 
 def read_parameters(path: str | Path) -> ParameterSet:
     """Read the parameters of the autopilot in a file of any of the known forms.
