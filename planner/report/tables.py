@@ -326,12 +326,15 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
 
 def with_data(chart: Chart, tables: FlightTables) -> Chart:
     """Return a chart with the rows it names: it can be shown as it is."""
-    text = str(chart.to_dict(validate=False))
     # Set as an item: a property would have every row checked.
-    chart["datasets"] = {
-        name: rows for name, rows in tables.named.items() if f"'name': '{name}'" in text
-    }
+    chart["datasets"] = named_rows(chart.to_dict(validate=False), tables)
     return chart
+
+
+def named_rows(spec: dict[str, Any], tables: FlightTables) -> dict[str, list[Row]]:
+    """Return the rows that the specification of a chart names."""
+    text = str(spec)
+    return {name: rows for name, rows in tables.named.items() if f"'name': '{name}'" in text}
 
 
 def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[Row]:

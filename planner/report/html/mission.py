@@ -12,7 +12,7 @@ from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
 from planner.report.plots.flight import mission_panels
 from planner.report.plots.picture_files import ORANGE, still_svg
 from planner.report.rule_text import explanation
-from planner.report.tables import make_tables, with_data
+from planner.report.tables import make_tables, named_rows
 from planner.report.text import (
     caveat,
     checked_text,
@@ -46,11 +46,11 @@ TITLES = {
 }
 
 
-def page_charts(tables: FlightTables) -> dict[str, object]:
-    """Return the charts of a result and their data, as JSON the page's script reads."""
-    specs: dict[str, Spec] = {
-        name: panel.to_dict(validate=False) for name, panel in mission_panels(tables).items()
-    }
+def page_charts(tables: FlightTables, specs: dict[str, Spec]) -> dict[str, object]:
+    """Return the charts of a result and their data, as JSON the page's script reads.
+
+    The specifications are taken over: each gets the layers that the script moves.
+    """
     for name, spec in specs.items():
         spec["layer"] += _map_layers(spec) if name == "map" else _time_layers()
         spec["datasets"] = spec.get("datasets", {})
@@ -64,10 +64,11 @@ def page_charts(tables: FlightTables) -> dict[str, object]:
     }
 
 
-def still_charts(tables: FlightTables) -> dict[str, str]:
+def still_charts(tables: FlightTables, specs: dict[str, Spec]) -> dict[str, str]:
     """Return the charts of a result as SVG, for readers without JavaScript."""
     return {
-        name: still_svg(with_data(panel, tables)) for name, panel in mission_panels(tables).items()
+        name: still_svg(spec | {"datasets": named_rows(spec, tables)})
+        for name, spec in specs.items()
     }
 
 
@@ -197,10 +198,15 @@ def mission_view(
     """
     document = mission_document(result)
     assessment = result.assessment if isinstance(result, CheckResult) else None
-    tables = None
+    stills: dict[str, str] = {}
+    payload: dict[str, Any] = {}
     if isinstance(result, CheckResult) and assessment is not None:
         tables = make_tables(result, most_rows=most_rows)
-    payload: dict[str, Any] = {} if tables is None else page_charts(tables)
+        specs = {
+            name: panel.to_dict(validate=False) for name, panel in mission_panels(tables).items()
+        }
+        stills = still_charts(tables, specs) if has_stills else {}
+        payload = page_charts(tables, specs)
     payload["long"] = {
         name: _long_table(document, name, keys)
         for name, keys in (("segments", SEGMENT_KEYS), ("items", ITEM_KEYS))
@@ -236,7 +242,7 @@ def mission_view(
         else [*map(printable, assessment.vehicle.provenance.readings)],
         "parameters": _parameters(document),
         "charts": [(name, TITLES[name]) for name in payload.get("charts", ())],
-        "stills": still_charts(tables) if has_stills and tables is not None else {},
+        "stills": stills,
         "counts": {name: len(table["text"]) for name, table in payload["long"].items()},
         "sha256": sha256,
         "payload": payload,

@@ -9,12 +9,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
-from planner.errors import UsageError
+from planner.errors import OutputError, UsageError
+from planner.files import write_output_file
 from planner.report.figures import KEY_FIGURES, shown_figure
 from planner.report.html.mission import badness, mission_view
 from planner.report.json import figures
@@ -109,9 +111,23 @@ def check_html(
 
 @cache
 def plotting_bundle() -> str:
-    """Return the plotting library as a script that needs nothing else."""
-    bundle: str = load_converter().javascript_bundle(_BUNDLE)
-    return bundle.replace("</script", "<\\/script")
+    """Return the plotting library as a script that needs nothing else.
+
+    Putting it together takes seconds and no mission changes it: it is kept in the user's folder of
+    caches, by the version of the library it comes from.
+    """
+    import platformdirs
+
+    converter = load_converter()
+    kept = platformdirs.user_cache_path("mavjoule") / f"plotting-{converter.__version__}.js"
+    with suppress(OSError, UnicodeError):
+        return kept.read_text(encoding="utf-8")
+    script: str = converter.javascript_bundle(_BUNDLE).replace("</script", "<\\/script")
+    if kept.is_absolute():  # a user without a home has no caches, and a page without is only slower
+        with suppress(OSError, OutputError):
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            write_output_file(kept, script)
+    return script
 
 
 def template(name: str) -> Any:  # noqa: ANN401 - jinja2 is loaded late

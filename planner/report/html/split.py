@@ -49,7 +49,7 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
         rows=rows,
         totals=totals,
         charts=_TITLES,
-        stills={name: still_svg(figure) for name, figure in figures.items()},
+        stills={name: still_svg(spec) for name, spec in payload.items()},
         payload=page_json(payload),
         findings=[
             finding_view(finding, number, has_place=False)

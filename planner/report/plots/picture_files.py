@@ -134,10 +134,10 @@ def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -
             raise UsageError(msg)
 
 
-def still_svg(figure: Chart) -> str:
+def still_svg(spec: dict[str, Any]) -> str:
     """Return a picture as SVG to stand in a page, in the page's ink and without labels of its parts."""
     config = chart_config("page") | {"aria": False}
-    svg: str = load_converter().vegalite_to_svg(figure.to_dict(validate=False) | {"config": config})
+    svg: str = load_converter().vegalite_to_svg(spec | {"config": config})
     return svg
 
 
