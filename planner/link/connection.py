@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.link.telemetry import Telemetry, VehicleIdentity
-from planner.link.wire import Codec, frame_content, message
+from planner.link.wire import Codec, Decoders, frame_content, message
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping
@@ -271,7 +271,7 @@ class Connection:
         self._settings = settings
         self.own_system = own_system
         self._encoder = Codec(own_system, OWN_COMPONENT, signer)
-        self._decoders: dict[Hashable, Codec] = {}
+        self._decoders = Decoders(own_system, OWN_COMPONENT, signer)
         self._next_heartbeat_s = line.now_s()
         self._watch = HeartbeatWatch(system)
         self._vehicle: VehicleIdentity | None = None
@@ -334,7 +334,7 @@ class Connection:
             return (
                 f"{missing} of that system id: heard were {ids}; name one of them with --system-id"
             )
-        if refused := sum(codec.refused for codec in self._decoders.values()):
+        if refused := self._decoders.refused:
             return (
                 f"{missing} that is signed by the key: {refused} other messages were refused; does the "
                 "vehicle have this key (--signing-key), and is the clock of this computer right?"
@@ -420,11 +420,9 @@ class Connection:
 
     def _take(self, data: bytes, peer: Hashable) -> list[Message]:
         """Take bytes of a sender; return the vehicle's messages to us."""
-        if peer not in self._decoders:  # frames of two senders may be interleaved
-            self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT, self._signer)
         self._bytes += len(data)
         ours: list[Message] = []
-        for received in self._decoders[peer].decode(data):
+        for received in self._decoders.decode(data, peer):
             self._messages += 1
             self._watch.take(received, peer, self.now_s)
             if self._is_elsewhere(received, peer):

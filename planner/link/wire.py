@@ -9,7 +9,7 @@ import socket
 import struct
 import time
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.errors import LinkError, UsageError
@@ -79,8 +79,11 @@ def _serial_ports(number: int) -> str:
 
 
 _CHUNK = 1 << 16
-_MOST_PEERS = 16
-"""Senders remembered on a UDP port; others are passed over."""
+MOST_PEERS = 16
+"""Senders remembered on a UDP port: of more, those that spoke last."""
+_MOST_DATAGRAMS, _MOST_BYTES = 256, 1 << 16
+"""Taken at a time; what is left waits in the system's own buffer, which is bounded.  Garbage takes
+1.4 µs a byte, so that a flood never keeps a heartbeat or an answer waiting for more than 0.2 s."""
 _CONNECT_S = 5.0
 _SLICE_S = 0.02
 """So long a serial port is waited for at a time: to change it, pyserial sets the port up again. [s]"""
@@ -132,14 +135,17 @@ class UdpLine(_Clocked):
     def __init__(self, address: LinkAddress) -> None:
         family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
-        self._peers: list[Any] = []
+        self._named: Any = None
+        """The other side, where the address names one."""
+        self._heard: dict[Any, None] = {}
+        """Who spoke to us, the latest last."""
         try:
             if address.kind is LinkKind.UDP_LISTEN:
                 self._socket.bind((address.host, address.port))
                 if address.remote is not None:
-                    self._peers.append(_resolved(address.remote, family))
+                    self._named = _resolved(address.remote, family)
             else:
-                self._peers.append(_resolved((address.host, address.port), family))
+                self._named = _resolved((address.host, address.port), family)
             self._socket.settimeout(0.0)
         except OSError:
             self._socket.close()
@@ -155,7 +161,8 @@ class UdpLine(_Clocked):
         if not select.select([self._socket], [], [], max(timeout_s, 0.0))[0]:
             return []
         found: list[tuple[Hashable, bytes]] = []
-        while len(found) < 256:
+        size = 0
+        while len(found) < _MOST_DATAGRAMS and size < _MOST_BYTES:
             try:
                 data, peer = self._socket.recvfrom(_CHUNK)
             except ConnectionError:  # nobody listens on that port yet
@@ -164,16 +171,15 @@ class UdpLine(_Clocked):
                 break
             except OSError as error:
                 raise _broken(error) from error
-            if peer not in self._peers:
-                if len(self._peers) >= _MOST_PEERS:
-                    continue
-                self._peers.append(peer)
+            put_last(self._heard, peer, None, most=MOST_PEERS)
+            size += len(data)
             found.append((peer, data))
         return found
 
     def send(self, data: bytes, peer: Hashable | None = None) -> None:
         """Send a datagram; one that the network does not take counts as lost."""
-        for one in self._peers if peer is None else [peer]:
+        known = self._heard if self._named is None else {self._named: None, **self._heard}
+        for one in known if peer is None else [peer]:
             with suppress(OSError):
                 self._socket.sendto(data, one)  # type: ignore[arg-type] # as recvfrom returned it
 
@@ -280,6 +286,14 @@ class SerialLine(_Clocked):
 
     def _broken(self, error: OSError) -> LinkError:
         return LinkError(f"the serial line broke: {error}; is the cable in?")
+
+
+def put_last(table: dict[Any, Any], key: Hashable, value: object, *, most: int) -> None:
+    """Put a key at the end of a table, which forgets the one at its beginning when it grows too long."""
+    table.pop(key, None)
+    table[key] = value
+    if len(table) > most:
+        del table[next(iter(table))]
 
 
 def _resolved(place: tuple[str, int], family: socket.AddressFamily) -> Any:  # noqa: ANN401 - as socket has it
@@ -397,8 +411,6 @@ _MISSING = (
     "{library} is missing, which speaks to vehicles: install it with pip install 'mavjoule[link]'"
 )
 _TEXTS = frozenset({"param_id", "text"})
-_MOST_PENDING = 1 << 16
-"""Bytes that are no message yet; a message has at most 280."""
 
 
 @cache
@@ -450,8 +462,9 @@ class Codec:
         except (self._dialect.MAVError, struct.error, ValueError, IndexError, TypeError):
             self._decoder = self._new_decoder()  # nothing of it is worth keeping
             return []
-        if decoder.buf_len() > _MOST_PENDING:
-            self._decoder = self._new_decoder()
+        # pymavlink keeps all that came until nothing is pending, which a sender may never let happen.
+        del decoder.buf[: decoder.buf_index]
+        decoder.buf_index = 0
         return [
             self._message(one)
             for one in found
@@ -486,3 +499,22 @@ class Codec:
             system=received.get_srcSystem(),
             component=received.get_srcComponent(),
         )
+
+
+class Decoders:
+    """Decoders of one line's senders, whose frames may be interleaved; the latest `MOST_PEERS` are kept."""
+
+    def __init__(self, system: int, component: int, signer: Signer | None = None) -> None:
+        self._new = partial(Codec, system, component, signer)
+        self._of: dict[Hashable, Codec] = {}
+
+    @property
+    def refused(self) -> int:
+        """Frames that were not signed, or not by the key, or not new, of the senders kept."""
+        return sum(one.refused for one in self._of.values())
+
+    def decode(self, data: bytes, peer: Hashable) -> list[Message]:
+        """Return the messages of a sender that are complete with these bytes."""
+        decoder = self._of.get(peer) or self._new()
+        put_last(self._of, peer, decoder, most=MOST_PEERS)
+        return decoder.decode(data)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from planner.link.address import LinkKind
 from planner.link.mission import MissionKind
-from planner.link.wire import Codec, open_line, opening_error
+from planner.link.wire import Codec, Decoders, open_line, opening_error
 from planner.simulator.faults import ITEMS, Direction, LineFaults
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import Value, replace
@@ -54,7 +54,6 @@ class SimulatedWire:
         predict: Predict = lambda _: None,
         signer: Signer | None = None,
     ) -> None:
-        self._signer = signer
         faults = faults or LineFaults()
         self.vehicle = vehicle
         self._vehicles = [vehicle]
@@ -67,7 +66,7 @@ class SimulatedWire:
         self._encoders = [
             Codec(one.setup.system, one.setup.component, signer) for one in self._vehicles
         ]
-        self._decoders: dict[Hashable, Codec] = {}
+        self._decoders = Decoders(0, 0, signer)
         self._order = count()
         self._coming: list[tuple[float, int, Message]] = []
         self._going: list[tuple[float, int, bytes]] = []
@@ -89,9 +88,7 @@ class SimulatedWire:
 
     def receive(self, data: bytes, now_s: float, peer: Hashable = None) -> None:
         """Take bytes of a ground station; what comes of them is sent when it is `due`."""
-        if peer not in self._decoders:
-            self._decoders[peer] = Codec(0, 0, self._signer)
-        for received in self._decoders[peer].decode(data):
+        for received in self._decoders.decode(data, peer):
             self._note(received, now_s, is_to_vehicle=True)
             if self._is_silent(received, now_s):
                 continue

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import socket
-from contextlib import suppress
+import tracemalloc
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -19,11 +20,12 @@ from planner.guard.authorisation import go_judgement
 from planner.guard.decision import GuardSettings
 from planner.guard.session import GuardSession
 from planner.link.address import LinkAddress, LinkKind
-from planner.link.connection import Purpose, TwoVehiclesError
+from planner.link.connection import Connection, Purpose, TwoVehiclesError
 from planner.link.mission import MissionKind
+from planner.link.transfers import LinkSettings
 from planner.link.upload import upload_mission
 from planner.link.vehicle import LinkRequest, VehicleLink, open_link
-from planner.link.wire import Codec, Message, message
+from planner.link.wire import Codec, Message, UdpLine, message
 from planner.simulator.wire import SimulationRunner
 
 if TYPE_CHECKING:
@@ -200,3 +202,62 @@ def test_a_second_sender_over_udp_ends_a_fetch() -> None:
         where = f"127.0.0.1:{other.getsockname()[1]}"
         with pytest.raises(TwoVehiclesError, match=where):
             link.listen(2.0)
+
+
+GARBAGE = bytes((0xFD, 255, 0, 0))
+"""Begins a frame that never ends: what pymavlink holds is never empty."""
+
+
+def test_what_a_sender_never_finishes_is_not_kept() -> None:
+    codec = Codec(1, 1)
+    codec.decode(GARBAGE * 100)
+    tracemalloc.start()
+    for _ in range(200):
+        codec.decode(GARBAGE * 1000)  # 800 kB
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert kept < 50_000
+    beat = Codec(1, 1).encode(BEAT)
+    assert "HEARTBEAT" in {one.name for _ in range(40) for one in codec.decode(beat)}
+
+
+def test_a_hundred_strange_ports_neither_hide_a_vehicle_nor_cost_memory() -> None:
+    port = free_port(socket.SOCK_DGRAM)
+    line = UdpLine(LinkAddress(kind=LinkKind.UDP_LISTEN, host="127.0.0.1", port=port))
+    connection = Connection(line, name="flooded", settings=LinkSettings())
+    frame = Codec(7, 1).encode(BEAT)
+
+    def flood() -> None:
+        with ExitStack() as opened:
+            for _ in range(100):
+                one = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+                one.sendto(GARBAGE * 250, ("127.0.0.1", port))  # 1 kB
+            connection.listen(0.001)
+
+    with closing(line), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        flood()
+        vehicle.sendto(frame, ("127.0.0.1", port))
+        assert connection.wait_for_vehicle().system == 7
+        tracemalloc.start()
+        flood()
+        before, _ = tracemalloc.get_traced_memory()
+        for _ in range(5):
+            flood()
+        after, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert after - before < 50_000  # 500 kB came
+        assert peak < 1_000_000  # 64 kB are taken at a time, and twice as much again is made of it
+        connection.listen(0.1)
+        vehicle.sendto(frame, ("127.0.0.1", port))
+        assert connection.hears_vehicle(2.0)
+
+
+def test_a_turn_takes_no_more_than_a_bound_of_what_has_come() -> None:
+    line = UdpLine(
+        LinkAddress(kind=LinkKind.UDP_LISTEN, host="127.0.0.1", port=free_port(socket.SOCK_DGRAM))
+    )
+    with closing(line), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        for _ in range(10):
+            other.sendto(bytes(20_000), ("127.0.0.1", line.port))
+        taken = [len(data) for _, data in line.receive(1.0)]
+    assert sum(taken[:-1]) < 1 << 16 <= sum(taken)
