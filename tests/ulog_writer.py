@@ -71,6 +71,7 @@ def _message(kind: bytes, body: bytes) -> bytes:
 
 
 def px4_log(
+    log: UlogWriter | None = None,
     *,
     current_a: float | None = None,
     reference: tuple[str, ...] = ("position", "velocity"),
@@ -82,6 +83,8 @@ def px4_log(
 
     Parameters
     ----------
+    log : UlogWriter, optional
+        What it is written by.
     current_a : float, optional
         What the current sensor always shows, instead of what flows.
     reference : tuple of str, optional
@@ -93,7 +96,7 @@ def px4_log(
     jump_m : tuple of float
         By how much, north and east. [m]
     """
-    log = UlogWriter()
+    log = UlogWriter() if log is None else log
     log.text("sys_name", "PX4")
     log.version(0x01_0F_03_FF)
     log.parameter("SYS_AUTOSTART", 4001.0)

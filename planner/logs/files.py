@@ -59,11 +59,10 @@ def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[Fligh
             if not path.stat().st_size:
                 msg = "is empty"
                 raise LogFileError(msg, source=source)
-            with (
-                mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
-                # What is no number or no possible one is sorted out value by value.
-                np.errstate(invalid="ignore", over="ignore"),
-            ):
+            # Not closed by hand, which fails where an error holds arrays over it and hides that error.
+            data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            # What is no number or no possible one is sorted out value by value.
+            with np.errstate(invalid="ignore", over="ignore"):
                 recordings = _recordings(data, source, digest, mapping)
     except OSError as error:
         msg = f"cannot be read: {error.strerror or error}"

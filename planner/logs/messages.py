@@ -27,25 +27,31 @@ class MessageTable(Value, eq=False):
 
     name: str
     places: IntArray
-    """Where in the log, rising: byte, line or number."""
+    """Where in the log, rising until `in_order`: byte, line or number."""
     time_s: FloatArray
     """As the message has it, NaN where it has none; by :func:`table_runs` on the log's clock. [s]"""
     numbers: Mapping[str, FloatArray]
     """NaN where a message lacks the field."""
     texts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def rows(self, chosen: BoolArray) -> Self:
-        """Return some of the messages."""
+    def rows(self, chosen: BoolArray | IntArray) -> Self:
+        """Return some of the messages, of numbers in their order."""
         return replace(
             self,
             places=self.places[chosen],
             time_s=self.time_s[chosen],
             numbers={name: values[chosen] for name, values in self.numbers.items()},
             texts={
-                name: tuple(text for text, is_in in zip(texts, chosen, strict=True) if is_in)
+                name: tuple(np.array(texts, np.object_)[chosen].tolist())
                 for name, texts in self.texts.items()
             },
         )
+
+    def in_order(self) -> Self:
+        """Return the messages in the order of their times, which is nearly that of their places."""
+        if np.all(self.time_s[1:] >= self.time_s[:-1]):
+            return self
+        return self.rows(np.argsort(self.time_s, kind="stable"))
 
     def has(self, *fields: str) -> bool:
         """Whether it has all of these numbers."""

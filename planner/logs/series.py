@@ -141,8 +141,9 @@ LOG_CLOCK = Rule(
     Severity.WARNING,
     summary="The clock of a log goes backwards.",
     why="Times before and after cannot be compared: speeds and energies over the jump are wrong.",
-    how="A message is more than 1 s older than the one before.  Where the clock continues from there "
-    "the log is cut in two; single messages out of time are left out.",
+    how="A message is more than 1 s older than the one before, in a ULog than the one of its topic.  "
+    "Where the clock continues from there the log is cut in two, a ULog's topic left out; single "
+    "messages out of time are left out.",
     fix="nothing, if the autopilot was restarted; else mistrust the log",
 )
 
@@ -187,6 +188,11 @@ class Clock(Value, eq=False):
             restarts=tuple(restarts),
             strays=int(np.sum(is_stray)),
         )
+
+    @property
+    def is_long(self) -> bool:
+        """Whether it has messages enough to show a restart."""
+        return len(self.time_s) > 2 * _MOST_STRAYS
 
     def runs(self) -> Iterator[tuple[int, int]]:
         """Return first place and place after the last of each run, all places in one of them."""

@@ -328,7 +328,6 @@ def _attitude(topic: MessageTable | None) -> dict[str, Series]:
 
 _ARMED = 2
 """ARMING_STATE_ARMED of vehicle_status, the same in every version."""
-_BACK_S = 1.0
 
 
 def ulog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
@@ -343,10 +342,6 @@ def ulog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
         whose = f" of {program}" if isinstance(program, str) else ""
         msg = f"is a ULog{whose} without any of PX4's topics: nothing of a flight is in it"
         raise LogFileError(msg, source=file.source)
-    for topic in topics.values():
-        if np.any(np.diff(topic.time_s) < -_BACK_S):
-            msg = f"the clock of {topic.name} goes backwards: no log of one flight of PX4"
-            raise LogFileError(msg, source=file.source)
     series = local_series(topics) | quantity_series(topics, _QUANTITIES)
     series |= _attitude(topics.get("vehicle_attitude"))
     electrical, remarks = battery_series(topics.get("battery_status"), "voltage_v", "current_a")
@@ -381,6 +376,7 @@ def ulog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
             remarks=remarks,
             findings=(
                 *damage.findings(file.source, len(data), "bytes"),
+                *log.findings,
                 *_other_batteries(log.topics, file.source),
             ),
         ),

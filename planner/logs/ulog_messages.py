@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import quantity
 from planner.errors import LogFileError
 from planner.logs.messages import GIVE_UP_BYTES, MessageTable, is_unwritten
+from planner.logs.series import LOG_CLOCK, Clock
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from mmap import mmap
 
     from planner.arrays import FloatArray, IntArray
+    from planner.findings import Finding
     from planner.logs.messages import Damage
 
 MAGIC = b"ULog\x01\x12\x35"
@@ -94,6 +97,8 @@ class UlogContent(Value, eq=False):
     info: Mapping[str, str | int | float]
     parameters: tuple[tuple[float, str, float], ...]
     """Time, −∞ for the values at the start, name and value. [s]"""
+    findings: tuple[Finding, ...] = ()
+    """What was out of time and is left out."""
 
 
 def read_ulog(
@@ -104,7 +109,8 @@ def read_ulog(
     Raises
     ------
     LogFileError
-        If it is too short, or written in a way that no reader of today knows.
+        If it is too short, written in a way that no reader of today knows, or of more than one start
+        of the vehicle.
     """
     walk = _UlogWalk(data, wanted, damage, source)
     walk.run()
@@ -113,9 +119,13 @@ def read_ulog(
         (one for one in walk.subscriptions.values() if one.places),
         key=lambda one: (one.topic, one.instance),
     )
-    tables = tuple((one.instance, _table(content, one)) for one in subscriptions)
+    tables = [(one.instance, _table(content, one)) for one in subscriptions]
+    kept, findings = _in_time(tables, source)
     return UlogContent(
-        topics=tables, info=walk.info, parameters=_timed(walk, [table for _, table in tables])
+        topics=kept,
+        info=walk.info,
+        parameters=_timed(walk, [table for _, table in kept]),
+        findings=findings,
     )
 
 
@@ -342,6 +352,38 @@ def _table(content: np.ndarray[tuple[int], np.dtype[np.uint8]], one: _Subscripti
         numbers[name] = cells.view(kind)[:, 0].astype(np.float64)
     time_s = numbers.pop("timestamp") * 1e-6
     return MessageTable(name=one.topic, places=places, time_s=time_s, numbers=numbers)
+
+
+def _in_time(
+    tables: list[tuple[int, MessageTable]], source: str
+) -> tuple[tuple[tuple[int, MessageTable], ...], tuple[Finding, ...]]:
+    """Return the tables in the order of their times, and what is left out of them.
+
+    A topic's times rise: PX4 starts its clock, and a log, when it starts.  Single messages come with
+    time 0 or with one that was damaged, and a topic whose times another computer gives may be set back
+    for good; a log most of whose topics are set back is not of one start.
+    """
+    clocks = [Clock.of(table.places, table.time_s) for _, table in tables]
+    turned = sum(bool(clock.restarts) for clock in clocks)
+    if turned > sum(clock.is_long and not clock.restarts for clock in clocks):
+        first = next(
+            table for (_, table), clock in zip(tables, clocks, strict=True) if clock.restarts
+        )
+        msg = f"the clock of {first.name} goes backwards: no log of one flight of PX4"
+        raise LogFileError(msg, source=source)
+    kept: list[tuple[int, MessageTable]] = []
+    findings: list[Finding] = []
+    for (instance, table), clock in zip(tables, clocks, strict=True):
+        if clock.restarts:
+            message = f"the clock of {table.name} goes backwards: the topic is left out"
+            findings.append(LOG_CLOCK.finding(f"{source}: {message}"))
+            continue
+        if clock.strays:
+            message = f"out of time and left out: {quantity.count(clock.strays, 'message')}"
+            findings.append(LOG_CLOCK.finding(f"{source}: {table.name}: {message}"))
+            table = table.rows(clock.is_in_time(table.places))  # noqa: PLW2901 - as it is now
+        kept.append((instance, table.in_order()))
+    return tuple(kept), tuple(findings)
 
 
 def _timed(walk: _UlogWalk, tables: list[MessageTable]) -> tuple[tuple[float, str, float], ...]:

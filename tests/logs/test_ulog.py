@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import made_flight as made
@@ -15,6 +16,7 @@ from planner.logs.files import read_log
 from planner.logs.record import Boundary, LogFormat
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from planner.logs.record import FlightRecord
@@ -135,12 +137,80 @@ def test_a_log_of_another_program_is_refused_by_its_name(tmp_path: Path) -> None
         _read(tmp_path, log.content())
 
 
-def test_a_clock_that_goes_backwards_is_refused(tmp_path: Path) -> None:
-    log = px4_log()
-    log.add("home_position", 70.0, 47.0, 8.0, 400.0)
-    log.add("home_position", 3.0, 47.0, 8.0, 400.0)
-    with pytest.raises(LogFileError, match="clock of home_position goes backwards"):
-        _read(tmp_path, log.content())
+def _said(record: FlightRecord) -> list[str]:
+    return [finding.message.split(": ", 1)[1] for finding in record.findings]
+
+
+@dataclass(slots=True)
+class OddWriter(UlogWriter):
+    """A logger whose messages some hand puts into another time or place."""
+
+    odd: Callable[[str, float], float | None] = lambda _, time_s: time_s
+    """Returns the time to write at; ``None``: the message waits for the next of its topic."""
+    waiting: dict[str, tuple[float, tuple[float, ...]]] = field(default_factory=dict)
+
+    def add(self, topic: str, time_s: float, *values: float, instance: int = 0) -> None:
+        shown_s = self.odd(topic, time_s)
+        if shown_s is None:
+            self.waiting[topic] = (time_s, values)
+            return
+        UlogWriter.add(self, topic, shown_s, *values, instance=instance)
+        if late := self.waiting.pop(topic, None):
+            UlogWriter.add(self, topic, late[0], *late[1])
+
+
+@pytest.mark.parametrize("stray_s", [0.0, 1.8e10], ids=["without a time", "damaged"])
+def test_messages_out_of_time_are_left_out_and_counted(
+    tmp_path: Path, record: FlightRecord, stray_s: float
+) -> None:
+    # PX4 wrote messages that were published without a time (its pull request 11708).
+    def odd(topic: str, time_s: float) -> float:
+        return stray_s if topic == "battery_status" and 20.0 < time_s < 20.35 else time_s
+
+    found = _read(tmp_path, px4_log(OddWriter(odd=odd)).content())
+    assert _said(found) == ["battery_status: out of time and left out: 3 messages"]
+    assert found.duration_s == record.duration_s
+    assert found.power_w == pytest.approx(record.power_w)  # it is even there: a straight line
+    assert found.north_m.tolist() == record.north_m.tolist()
+
+
+def _set_back(*topics: str) -> bytes:
+    """Return a log some of whose topics are set back by 15 s in the middle."""
+
+    def odd(topic: str, time_s: float) -> float:
+        return time_s - 15.0 if topic in topics and time_s > 30.0 else time_s
+
+    return px4_log(OddWriter(odd=odd)).content()
+
+
+def test_a_topic_of_another_clock_is_left_out_and_named(
+    tmp_path: Path, record: FlightRecord
+) -> None:
+    found = _read(tmp_path, _set_back("vehicle_attitude"))
+    assert _said(found) == ["the clock of vehicle_attitude goes backwards: the topic is left out"]
+    assert not found.quantity("yaw_deg").is_found
+    assert found.power_w.tolist() == record.power_w.tolist()
+    assert found.north_m.tolist() == record.north_m.tolist()
+
+
+def test_a_log_most_of_whose_topics_are_set_back_is_refused(tmp_path: Path) -> None:
+    topics = ("battery_status", "vehicle_attitude", "vehicle_local_position", "trajectory_setpoint")
+    with pytest.raises(LogFileError, match="clock of battery_status goes backwards"):
+        _read(tmp_path, _set_back(*topics, "vehicle_global_position"))
+
+
+def test_messages_written_a_little_late_are_read_in_the_order_of_their_times(
+    tmp_path: Path, record: FlightRecord
+) -> None:
+    # As pyulog's pull request 100 has them.
+    def odd(topic: str, time_s: float) -> float | None:
+        is_late = topic in {"vehicle_status", "vehicle_land_detected"} and time_s == 20.0
+        return None if is_late else time_s
+
+    found = _read(tmp_path, px4_log(OddWriter(odd=odd)).content())
+    assert found.findings == ()
+    assert found.duration_s == record.duration_s
+    assert found.mode.tolist() == record.mode.tolist()
 
 
 def test_a_header_without_a_log_is_refused(tmp_path: Path) -> None:
