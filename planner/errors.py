@@ -70,8 +70,8 @@ class OtherVehicleError(MissionFileError):
     """A mission for a kind of vehicle that is not predicted."""
 
 
-class VehicleFileError(InputError):
-    """A vehicle model file with problems; ``problems`` holds every one of them."""
+class ProblemsError(InputError):
+    """A file with problems; ``problems`` holds every one of them."""
 
     def __init__(
         self,
@@ -84,6 +84,14 @@ class VehicleFileError(InputError):
     ) -> None:
         super().__init__(message, source=source, place=place, key=key)
         self.problems = problems or (str(self),)
+
+
+class VehicleFileError(ProblemsError):
+    """A vehicle model file with problems."""
+
+
+class FleetFileError(ProblemsError):
+    """A fleet file with problems."""
 
 
 class ParameterFileError(InputError):

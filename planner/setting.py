@@ -450,6 +450,10 @@ class Setting(Value, kw_only=False):
     phrase: Callable[[Any], str] | None = None
     """A value in the one line about the conditions of a flight."""
 
+    def loaded(self, written: Any) -> Any:  # noqa: ANN401 - each kind has its own
+        """Return what the field holds of what is written."""
+        return written if self.load is None else self.load(written)
+
     @property
     def help_text(self) -> str:
         """The help with what holds where it is not given."""
@@ -534,8 +538,12 @@ class Declared(Value, metaclass=_DeclaredType):
                 raise UsageError(msg)
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
+    def of(
+        cls, values: Mapping[str, Any], *, loaded: Callable[[Setting, Any], Any] = Setting.loaded
+    ) -> Self:
         """Return what settings by key make; what is absent or ``None`` is as it is by default.
+
+        ``loaded`` returns what a field holds of what is written; ``None``: as it is by default.
 
         Raises
         ------
@@ -548,8 +556,8 @@ class Declared(Value, metaclass=_DeclaredType):
         for setting in declared(cls):
             if (value := values.get(setting.key)) is None:
                 continue
-            if setting.load is not None:
-                value = setting.load(value)
+            if (value := loaded(setting, value)) is None:
+                continue
             if setting.into is not None:
                 default = _fields(cls)[setting.field][2]
                 value = setting.into(fields.get(setting.field, default), value)

@@ -682,10 +682,15 @@ class Setup(_Vehicle):
     """What a file has set of it; ``None``: nothing."""
 
     @classmethod
-    def of(cls, values: Mapping[str, SettingValue]) -> Self:
+    def of(
+        cls,
+        values: Mapping[str, SettingValue],
+        *,
+        loaded: Callable[[Setting, Any], Any] = Setting.loaded,
+    ) -> Self:
         """Return what settings by key make; the article's quadrotor flies where none is named."""
         named = {key: value for key, value in values.items() if value is not None}
-        setup = super().of({"vehicle": DEFAULT_MODEL} | named)
+        setup = super().of({"vehicle": DEFAULT_MODEL} | named, loaded=loaded)
         return replace(
             setup, is_vehicle_named="vehicle" in named, settings_file=values.get(SETTINGS_FILE)
         )

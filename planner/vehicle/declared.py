@@ -86,21 +86,26 @@ class KeyKind(StrEnum):
     NUMBERS = "list of numbers"
     INTERVAL = "[lowest, highest]"
     DATE = "date"
+    TIME = "date and time with its offset"
+    SWITCH = "true or false"
     NAMED = "numbers by name"
 
     def holds(self, value: Any) -> bool:  # noqa: ANN401 -- anything may be given
         """Return whether a value is of this kind; NaN and infinity never are."""
-        if not isinstance(value, _TYPES[self]) or isinstance(value, dt.datetime):
+        if not isinstance(value, _TYPES[self]):
             return False
         match self:
+            case KeyKind.DATE | KeyKind.TIME:
+                has_time = isinstance(value, dt.datetime)
+                is_right = has_time is (self is KeyKind.TIME)
+                return is_right and (not has_time or value.tzinfo is not None)
             case KeyKind.INTEGER | KeyKind.NUMBER:
                 return is_number(value)
-            case KeyKind.NUMBERS:
-                return all(map(is_number, value))
+            case KeyKind.NUMBERS | KeyKind.INTERVAL:
+                pair = (value.low, value.high) if self is KeyKind.INTERVAL else value
+                return all(map(is_number, pair))
             case KeyKind.TEXTS:
                 return all(isinstance(entry, str) for entry in value)
-            case KeyKind.INTERVAL:
-                return is_number(value.low) and is_number(value.high)
         return True  # each of named numbers is looked at by its own name
 
     def from_toml(self, raw: Any) -> Any:  # noqa: ANN401 -- whatever TOML holds
@@ -131,6 +136,8 @@ _TYPES: Mapping[KeyKind, Any] = {
     KeyKind.NUMBERS: tuple,
     KeyKind.INTERVAL: Interval,
     KeyKind.DATE: dt.date,
+    KeyKind.TIME: dt.datetime,
+    KeyKind.SWITCH: bool,
     KeyKind.NAMED: tuple,
 }
 _KINDS: Mapping[Any, KeyKind] = {
@@ -138,6 +145,8 @@ _KINDS: Mapping[Any, KeyKind] = {
     int: KeyKind.INTEGER,
     float: KeyKind.NUMBER,
     dt.date: KeyKind.DATE,
+    dt.datetime: KeyKind.TIME,
+    bool: KeyKind.SWITCH,
     tuple[str, ...]: KeyKind.TEXTS,
     tuple[float, ...]: KeyKind.NUMBERS,
     Interval: KeyKind.INTERVAL,

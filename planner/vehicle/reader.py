@@ -16,7 +16,10 @@ from planner.vehicle.model import HOVER_WITHOUT_LAW, NOT_GIVEN, OF_CRUISE, Vehic
 from planner.vehicle.power import WholeLaw
 
 if TYPE_CHECKING:
-    from planner.vehicle.declared import Field, Part
+    from collections.abc import Sequence
+
+    from planner.errors import ProblemsError
+    from planner.vehicle.declared import Field, Part, Problem
 
 SCHEMA_VERSION = 1
 MOST_BYTES = 1 << 18
@@ -57,8 +60,13 @@ def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
     """
     refuse_large(data, source=source, most_bytes=MOST_BYTES, error=VehicleFileError, what=_WHAT)
     document = toml_document(data, source=source, error=VehicleFileError, what=_WHAT)
-    _refuse_version(document.pop("schema", None), source=source)
-    reading = _Reading()
+    refuse_version(
+        document.pop("schema", None),
+        source=source,
+        error=VehicleFileError,
+        after="models/README.md",
+    )
+    reading = Reading()
     held = reading.fields(VehicleModel, document)
     if isinstance(held["name"], str) and held["name"] != name:
         problem = (
@@ -74,7 +82,7 @@ def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
     if not reading.problems and law == (NOT_GIVEN if is_of_cruise else OF_CRUISE):
         reading.note("hover.law", HOVER_WITHOUT_LAW)
     if reading.problems:
-        raise _file_error(reading.problems, source=source)
+        raise file_error(reading.problems, source=source, error=VehicleFileError)
     return VehicleModel(source=source, **held)
 
 
@@ -95,7 +103,7 @@ def load_chemistry(name: str) -> Chemistry:
     path = models_root() / "chemistries" / f"{name}.toml"
     document = tomllib.loads(path.read_text(encoding="utf-8"))
     version = document.pop("schema", None)
-    reading = _Reading()
+    reading = Reading()
     chemistry = reading.part(Chemistry, document)
     if version != SCHEMA_VERSION or not isinstance(chemistry, Chemistry) or chemistry.name != name:
         msg = f"{path.name}: schema {version}, name {document.get('name')!r}, {reading.problems}"
@@ -103,7 +111,7 @@ def load_chemistry(name: str) -> Chemistry:
     return chemistry
 
 
-class _Reading:
+class Reading:
     """The problems found while the tables of a file are turned into values."""
 
     def __init__(self) -> None:
@@ -193,7 +201,7 @@ class _Reading:
         return raw
 
 
-def _refuse_version(version: object, *, source: str) -> None:
+def refuse_version(version: object, *, source: str, error: type[ProblemsError], after: str) -> None:
     """Raise before anything else is judged: another version may mean everything differently."""
     if type(version) is int and version == SCHEMA_VERSION:
         return
@@ -207,17 +215,19 @@ def _refuse_version(version: object, *, source: str) -> None:
     else:
         problem = (
             f"must be {SCHEMA_VERSION}, got {described(version)}: there is no such version; "
-            "write the file again after models/README.md"
+            f"write the file again after {after}"
         )
-    raise _file_error([("schema", problem)], source=source)
+    raise file_error([("schema", problem)], source=source, error=error)
 
 
-def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
+def file_error(
+    problems: Sequence[Problem], *, source: str, error: type[ProblemsError]
+) -> ProblemsError:
     """Return the error of a file with problems (key, what is wrong); at least one."""
     key, message = problems[0]
     rest = quantity.count(len(problems) - 1, "more problem")
     more = f" (and {rest})" if len(problems) > 1 else ""
-    return VehicleFileError(
+    return error(
         message + more,
         source=source,
         key=key,
