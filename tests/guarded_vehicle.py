@@ -84,7 +84,7 @@ class GuardedVehicle(VirtualVehicle):
         answers[147] = message(
             "BATTERY_STATUS",
             battery_remaining=self.battery_remaining,
-            voltages=[15_200, *[65_535] * 9],
+            voltages=[self.voltage_mv, *[65_535] * 9],
             voltages_ext=[0] * 4,
             temperature=2150,
             current_battery=-1,

@@ -51,6 +51,7 @@ class VirtualVehicle:
     component: int = 1
     uid: int = 0xABCDEF
     battery_remaining: int = 80
+    voltage_mv: int = 15_200
     is_armed: bool = False
     landed_state: int = 1
     """MAV_LANDED_STATE: 1 on the ground, 2 in the air."""
@@ -118,13 +119,13 @@ class VirtualVehicle:
             1: message(
                 "SYS_STATUS",
                 battery_remaining=self.battery_remaining,
-                voltage_battery=15_200,
+                voltage_battery=self.voltage_mv,
                 current_battery=120,
             ),
             147: message(
                 "BATTERY_STATUS",
                 battery_remaining=self.battery_remaining,
-                voltages=[15_200, *[65_535] * 9],
+                voltages=[self.voltage_mv, *[65_535] * 9],
                 voltages_ext=[0] * 4,
                 temperature=2150,
                 current_battery=-1,

@@ -64,8 +64,8 @@ class GuardSettings(Value):
     """How long before the point of no return to warn. [s]"""
     is_observing: bool = False
     """Whether requests stay unanswered and nothing is announced."""
-    needed: frozenset[VehiclePart] = frozenset(VehiclePart)
-    """Parts without which there is no verdict."""
+    counts_charge: bool = True
+    """Whether the verdict rests on the charge that the vehicle reports, and not on one that was given."""
 
 
 class MessageHeard(Value):
@@ -235,12 +235,11 @@ class _PartReading:
 
 
 class Readings:
-    """What is known of the parts, of which some are needed."""
+    """What is known of the parts, without each of which there is no verdict."""
 
     def __init__(self, settings: GuardSettings) -> None:
         self._settings = settings
         self._of = {part: _PartReading() for part in VehiclePart}
-        self._needed = tuple(part for part in VehiclePart if part in settings.needed)
 
     def notice(self, part: VehiclePart, why: str, now_s: float) -> None:
         """Take a sign that a part has changed."""
@@ -273,12 +272,12 @@ class Readings:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every needed part is as it was read, for all that is known."""
-        return not any(self._of[part].is_unread for part in self._needed)
+        """Whether every part is as it was read, for all that is known."""
+        return not any(reading.is_unread for reading in self._of.values())
 
     def fingerprints(self) -> dict[VehiclePart, str]:
-        """Return the fingerprints of the needed parts that were read."""
-        known = ((part, self._of[part].fingerprint) for part in self._needed)
+        """Return the fingerprints of the parts that were read."""
+        known = ((part, reading.fingerprint) for part, reading in self._of.items())
         return {part: fingerprint for part, fingerprint in known if fingerprint is not None}
 
     def mark(self) -> object:
@@ -286,19 +285,18 @@ class Readings:
         return tuple((self._of[p].fingerprint, self._of[p].notices) for p in READ_PARTS)
 
     def age_s(self, now_s: float) -> float | None:
-        """Return the age of the oldest needed part; ``None`` while one was never read [s]."""
-        age_s = now_s - min((self._of[part].began_s for part in self._needed), default=now_s)
+        """Return the age of the oldest part; ``None`` while one was never read [s]."""
+        age_s = now_s - min(reading.began_s for reading in self._of.values())
         return age_s if math.isfinite(age_s) else None
 
     def confirmed_since(self, since_s: float) -> bool:
-        """Return whether every needed part that is asked for was read from a time on."""
-        return all(self._of[part].began_s >= since_s for part in self._needed if part in READ_PARTS)
+        """Return whether every part that is asked for was read from a time on."""
+        return all(self._of[part].began_s >= since_s for part in READ_PARTS)
 
     def obstacle(self, now_s: float) -> _Obstacle | None:
         """Return why no verdict can rest on the parts; ``None`` where one can."""
         oldest_s = _STALE_FACTOR * self._settings.oldest_s
-        for part in self._needed:
-            reading = self._of[part]
+        for part, reading in self._of.items():
             be = "are" if part in _PLURAL else "is"
             have = "have" if part in _PLURAL else "has"
             may_pass = reading.asked is not None
@@ -322,9 +320,7 @@ class Readings:
         A request waits for every part to have been read since ``confirmed_since_s``. [s]
         """
         parts = tuple(
-            part
-            for part in self._needed
-            if part in READ_PARTS and self._is_due(self._of[part], now_s, confirmed_since_s)
+            part for part in READ_PARTS if self._is_due(self._of[part], now_s, confirmed_since_s)
         )
         for part in parts:
             self._of[part].asked = (now_s, self._of[part].notices)

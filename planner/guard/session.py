@@ -76,6 +76,9 @@ LIST_IDS = {
 _ACCEPTED = 0
 _COUNTERS = ("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK", "BARO")
 """Beginnings of parameters that autopilots set themselves, in which no flight differs."""
+_SAME_VOLTAGE = 0.02
+"""A voltage that changes by less is that of the same battery at the same charge: what servos and the \
+noise of its measurement come to; a cell of twelve more or fewer is 8 %. [-]"""
 _MOVED_M = 2.0
 """A home that moves by less is the same. [m]"""
 _AWAY_M = 10.0
@@ -85,13 +88,16 @@ _AWAY_M = 10.0
 class VehicleWatch:
     """Turns the messages of one vehicle into events, and keeps what was read of it."""
 
-    def __init__(self, identity: VehicleIdentity, *, own_system: int) -> None:
+    def __init__(
+        self, identity: VehicleIdentity, *, own_system: int, counts_charge: bool = True
+    ) -> None:
         self._identity = identity
         self._system = identity.system
         self._own_system = own_system
         self._requests = 0
         self._current: Mapping[str, Any] | None = None
         self._charges: dict[str, float] = {}
+        self._counts_charge = counts_charge
         self.lists: dict[MissionKind, tuple[WireItem, ...] | None] = {}
         self.parameters: tuple[WireParameter, ...] = ()
         self._content_of: dict[str, bytes] = {}
@@ -99,6 +105,8 @@ class VehicleWatch:
         """Where the vehicle will return to once it has armed here."""
         self.charge: float | None = None
         """State of charge: as it is on the ground, as it was at arming in the air. [-]"""
+        self.voltage_v: float | None = None
+        """Likewise, but for what the voltage of one and the same battery wanders by. [V]"""
         self.fingerprints: dict[VehiclePart, str] = {}
         self.is_armed = False
 
@@ -129,16 +137,26 @@ class VehicleWatch:
             self.home = home
         return (self._read(VehiclePart.HOME, repr(self.home)),)
 
-    def take_charge(self, received: Message) -> tuple[Event, ...]:
-        """Keep the charge that a SYS_STATUS or the first battery's BATTERY_STATUS reports."""
+    def take_battery(self, received: Message, voltage_v: float | None) -> tuple[Event, ...]:
+        """Keep charge and voltage that a SYS_STATUS or the first battery's BATTERY_STATUS reports."""
         percent = received["battery_remaining"]
-        if received.fields.get("id", 0) != 0 or not 0 <= percent <= 100:
+        if received.fields.get("id", 0) != 0:
             return ()
-        self._charges[received.name] = percent / 100.0
-        # In the air the charge at the start is what the check is about.
-        if self.charge is None or not self.is_armed:
-            self.charge = min(self._charges.values())
-        return (self._read(VehiclePart.BATTERY, repr(self.charge)),)
+        # In the air the battery at the start is what the check is about.
+        if 0 <= percent <= 100:
+            self._charges[received.name] = percent / 100.0
+            if self.charge is None or not self.is_armed:
+                self.charge = min(self._charges.values())
+        elif self._counts_charge:
+            return ()
+        known_v = self.voltage_v
+        if voltage_v is not None and (
+            known_v is None
+            or (not self.is_armed and abs(voltage_v - known_v) > _SAME_VOLTAGE * known_v)
+        ):
+            self.voltage_v = voltage_v
+        charge = self.charge if self._counts_charge else None
+        return (self._read(VehiclePart.BATTERY, repr((charge, self.voltage_v))),)
 
     def events(self, received: Message) -> tuple[Event, ...]:
         """Return what a message of anybody on the line means."""
@@ -416,7 +434,11 @@ class GuardSession:
         self._authoriser = authoriser
         self._executor = executor
         self._checking: _Checking | None = None
-        self._watch = VehicleWatch(link.identity, own_system=self._connection.own_system)
+        self._watch = VehicleWatch(
+            link.identity,
+            own_system=self._connection.own_system,
+            counts_charge=settings.counts_charge,
+        )
         self._reader = PartReader(link, self._watch, link.settings, known=known)
         now_s = self._connection.now_s
         self._guard = Guard(settings, now_s=now_s)
@@ -470,7 +492,8 @@ class GuardSession:
             case "HOME_POSITION" | "GLOBAL_POSITION_INT":
                 return self._watch.take_home(state)
             case "BATTERY_STATUS" | "SYS_STATUS":
-                return self._watch.take_charge(received)
+                voltage_v = None if state.battery is None else state.battery.voltage_v
+                return self._watch.take_battery(received, voltage_v)
         return ()
 
     def _refuse_silence(self) -> None:
@@ -544,11 +567,7 @@ class GuardSession:
     def _check(self) -> None:
         watch = self._watch
         state = self._connection.telemetry.state()
-        checked = {
-            part: fingerprint
-            for part, fingerprint in watch.fingerprints.items()
-            if part in self._settings.needed
-        }
+        checked = dict(watch.fingerprints)
         try:
             reading = VehicleReading(
                 state=_with_charge(state, watch), lists=watch.lists, parameters=watch.parameters
@@ -637,11 +656,14 @@ class GuardSession:
 
 
 def _with_charge(state: VehicleState, watch: VehicleWatch) -> VehicleState:
-    """Return a state with the charge and the home that a check is about."""
-    battery = state.battery or BatteryState()
-    return replace(
-        state, battery=replace(battery, remaining_fraction=watch.charge), home=watch.home
+    """Return a state with the battery and the home that a check is about."""
+    battery = replace(
+        state.battery or BatteryState(),
+        remaining_fraction=watch.charge,
+        voltage_v=watch.voltage_v,
+        current_a=None,  # of now, as in the air; on the ground next to nothing flows
     )
+    return replace(state, battery=battery, home=watch.home)
 
 
 def _energy_details(state: EnergyState | None) -> dict[str, object]:

@@ -12,12 +12,14 @@ from planner.findings import Rule, Severity
 from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
-from planner.rules.declaration import BUDGET, DISCHARGE, PACK, POWER, judges
+from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
+from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage
+from planner.vehicle.parameters.table import OriginKind
 from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, Discharge
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import FlightPoint
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _SAME_SHORTFALL = 0.05
 """E102 leaves its shortfall to E101 where they differ by no more than this fraction. [-]"""
@@ -43,6 +46,8 @@ _MOST_CHANCE_EMPTY = 0.01
 ASSUMED_ERROR = 0.05
 """Standard deviation of flown over predicted energy where a model says none: 196 flights of a Matrice 100
 were predicted within 4 % with mass and wind known, within 7.4 % with one constant power. [-]"""
+_WORN = 0.8
+"""Of its label, what a lithium battery holds when it counts as worn out. [-]"""
 _COLD_C, _TOO_COLD_C = 0.0, -10.0
 """Below the first a lithium battery gives noticeably less than its label says, below the second by how
 much is unknown."""
@@ -331,10 +336,14 @@ BATTERY_VOLTAGE_DIFFERS = Rule(
     Severity.ERROR,
     summary="The battery has another voltage than the vehicle's own.",
     why="A battery of fewer cells does not turn the rotors fast enough, one of more burns the speed "
-    "controllers; usually the battery of another vehicle was typed.",
+    "controllers; usually the battery of another vehicle was typed.  A vehicle on the line that measures "
+    "another voltage has another battery than the check counts with, or an empty one.",
     how="Nominal voltage of the battery over that of the model's own: less than 0.85 or more than "
-    "1.18, so that one cell of six fewer is outside and another chemistry of as many cells is not.",
-    fix="give the battery that flies, or ignore the code where the vehicle is made for both",
+    "1.18, so that one cell of six fewer is outside and another chemistry of as many cells is not.  "
+    "Likewise the voltage that a vehicle on the line measures, with the drop over the battery's "
+    "resistance, over the open-circuit voltage at the charge it reports (the nominal voltage where the "
+    "battery has no curve).",
+    fix="give the battery that flies with --battery, or the model of the vehicle it is made for",
     instead="--battery",
 )
 
@@ -351,6 +360,54 @@ def _battery_voltage_differs(a: Assessment, pack: Battery) -> Iterator[Finding]:
         BATTERY_VOLTAGE_DIFFERS,
         f"battery of {_volts(given_v)}; that of {a.vehicle.name} has {_volts(own_v)}",
     )
+
+
+CAPACITY_SETTING_DIFFERS = Rule(
+    "P111 capacity-setting-differs",
+    Severity.WARNING,
+    summary="The vehicle is set to a battery of another capacity than the check counts with.",
+    why="The charge that the vehicle reports, and its failsafes by charge, are counted from this setting: "
+    "set too large it reports half a battery that is empty; set by hand to the battery that is in, the "
+    "check counts with another one.",
+    how="BATT_CAPACITY, BAT1_CAPACITY of --params or of the vehicle on the line, alone and together with "
+    "the other batteries it measures, below 0.8 or above 1.25 times the charge of the battery: a lithium "
+    "battery counts as worn out at 80 % of its label, and setting and model may each be of the label or of "
+    "the worn one.  Not where the vehicle measures no battery, or the setting is 0 or less.",
+    fix="set the capacity to that of the battery that flies, or give --battery the one that does",
+)
+
+
+@judges(CAPACITY_SETTING_DIFFERS, needs=(PACK, PARAMETERS))
+def _capacity_setting_differs(
+    a: Assessment, pack: Battery, parameters: FlightParameters
+) -> Iterator[Finding]:
+    origin, set_ah = parameters.origins["battery_capacity_ah"], parameters.battery_capacity_ah
+    is_set = origin.kind is OriginKind.FILE and parameters.measures_battery and set_ah > 0.0
+    if not is_set or pack.charge_ah is None:
+        return
+    numbers = {} if a.setup.parameters is None else a.setup.parameters.numbers()
+    all_ah = set_ah + sum(_other_capacities_ah(numbers))
+    least_ah, most_ah = _WORN * pack.charge_ah, pack.charge_ah / _WORN
+    if any(least_ah <= one_ah <= most_ah for one_ah in (set_ah, all_ah)):
+        return
+    set_to, held = (
+        quantity.charge(MILLIAMPERE_HOURS_PER_AMPERE_HOUR * one_ah)
+        for one_ah in (set_ah, pack.charge_ah)
+    )
+    yield a.finding(
+        CAPACITY_SETTING_DIFFERS, f"{origin.name} is {set_to}; the battery of this check has {held}"
+    )
+
+
+def _other_capacities_ah(numbers: Mapping[str, float]) -> Iterator[float]:
+    """Yield the capacities of the second to ninth battery, as far as the vehicle measures them."""
+    for number in range(2, 10):
+        ardupilot_mah = numbers.get(f"BATT{number}_CAPACITY", 0.0)
+        px4_mah = numbers.get(f"BAT{number}_CAPACITY", 0.0)
+        if numbers.get(f"BATT{number}_MONITOR", 0.0) > 0.0:
+            yield max(ardupilot_mah, 0.0) / MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+        if numbers.get(f"BAT{number}_SOURCE", -1.0) >= 0.0:
+            yield max(px4_mah, 0.0) / MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 
 
 BATTERY_COLD = Rule(

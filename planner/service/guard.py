@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from planner.errors import LinkError, MavjouleError, UsageError, bug_text
 from planner.findings import Severity
 from planner.guard.authorisation import go_judgement, no_go_judgement, unknown_judgement
-from planner.guard.decision import GuardSettings, VehiclePart
+from planner.guard.decision import GuardSettings
 from planner.guard.energy import Prediction
 from planner.guard.session import GuardSession
 from planner.link.connection import Purpose
@@ -81,7 +81,7 @@ def guard_vehicle(
                     authoriser = stack.enter_context(closing(MavsdkAuthoriser(link.connection)))
                 GuardSession(
                     link,
-                    _settings(guard.settings, is_charge_given=guard.is_charge_given),
+                    replace(guard.settings, counts_charge=not guard.is_charge_given),
                     judge=lambda snapshot: judge_vehicle(
                         snapshot, check, is_charge_given=guard.is_charge_given
                     ),
@@ -95,12 +95,6 @@ def guard_vehicle(
                 raise
             on_lost(str(error))
             time.sleep(_REOPEN_S)
-
-
-def _settings(settings: GuardSettings, *, is_charge_given: bool) -> GuardSettings:
-    """Return settings under which the charge of the vehicle counts, unless one was given."""
-    reported = {VehiclePart.BATTERY} if is_charge_given else set()
-    return replace(settings, needed=settings.needed - reported)
 
 
 def _executor(stack: ExitStack) -> ThreadPoolExecutor:
@@ -197,7 +191,7 @@ def watch_vehicle(
         raise_if_over()
         watcher.progress(what, done, count)
 
-    settings = _settings(GuardSettings(is_observing=True), is_charge_given=is_charge_given)
+    settings = GuardSettings(is_observing=True, counts_charge=not is_charge_given)
     while not is_over.is_set():
         try:
             with open_link(request, on_progress=report_progress) as link, ExitStack() as stack:

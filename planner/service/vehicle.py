@@ -14,8 +14,11 @@ from planner.link.vehicle import open_link, silent
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
+from planner.quantity import mean_of
+from planner.rules.energy import BATTERY_VOLTAGE_DIFFERS
 from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
+from planner.vehicle.pack import voltage_fits
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -92,6 +95,7 @@ def check_vehicle(
     findings = list(snapshot.findings)
     if setup.battery is None and setup.vehicle.battery is None:
         findings += check_capacity(snapshot)
+    findings += check_voltage(snapshot, setup)
     taken: list[str] = []
     if not is_charge_given:
         reported = None if state.battery is None else state.battery.remaining_fraction
@@ -170,6 +174,26 @@ def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
         "battery, whose nominal voltage is unknown"
     )
     return (CAPACITY_NOT_TAKEN.finding(message),)
+
+
+def check_voltage(snapshot: VehicleSnapshot, setup: Setup) -> tuple[Finding, ...]:
+    """Return that the vehicle measures another voltage than the battery of the check has at its charge."""
+    measured, pack = snapshot.state.battery, setup.flown_pack.battery
+    if measured is None or measured.voltage_v is None or pack is None:
+        return ()
+    charge = measured.remaining_fraction
+    if charge is None:
+        charge = mean_of(setup.charge)
+    expected_v = pack.open_circuit_v(charge)
+    # On the ground next to nothing flows; in the air the drop is a part of what is measured.
+    drop_v = (measured.current_a or 0.0) * (pack.new_resistance_ohm or 0.0)
+    if expected_v is None or voltage_fits(measured.voltage_v + drop_v, expected_v):
+        return ()
+    message = (
+        f"{snapshot.identity.label} measures {quantity.decimals(measured.voltage_v, 1)} V; the battery "
+        f"of this check has {quantity.decimals(expected_v, 1)} V at {quantity.percent(charge)}"
+    )
+    return (BATTERY_VOLTAGE_DIFFERS.finding(message),)
 
 
 class MissionComparison(Value):

@@ -76,7 +76,12 @@ def flown_pack(given: Battery | None, own: Battery | None) -> FlownPack:
 def fits_voltage(given: Battery, own: Battery) -> bool:
     """Return whether a battery may have as many cells as the model's own, as far as is known."""
     given_v, own_v = given.voltage_v, own.voltage_v
-    return given_v is None or own_v is None or LEAST_VOLTAGE <= given_v / own_v <= MOST_VOLTAGE
+    return given_v is None or own_v is None or voltage_fits(given_v, own_v)
+
+
+def voltage_fits(voltage_v: float, own_v: float) -> bool:
+    """Return whether as many cells in series may have a voltage as have the other one."""
+    return LEAST_VOLTAGE <= voltage_v / own_v <= MOST_VOLTAGE
 
 
 def _added_kg(given: Battery, own: Battery) -> float:

@@ -20,6 +20,7 @@ from planner.link.vehicle import VehicleLink
 from planner.link.wire import message
 from planner.service.guard import judge_vehicle
 from planner.setup import Setup
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 ACCEPTED, FOR_NOW, DENIED = 0, 1, 2
 CHECK = Setup(load_vehicle(), battery=Battery(capacity_wh=77.0), autopilot=Autopilot.STEP)
+FOUR_CELLS = replace(CHECK, battery=Battery(capacity_ah=5.2, nominal_voltage_v=14.8))
 FAR = (OUT_AND_BACK[0], wire_item(x=502_000_000, y=200_000_000, z=100.0), OUT_AND_BACK[2])
 """22 km away: no battery of this size comes back."""
 
@@ -56,6 +58,7 @@ def guard(
     *,
     until_s: float,
     settings: GuardSettings | None = None,
+    check: Setup = CHECK,
     **chances: float,
 ) -> Run:
     """Guard a vehicle in virtual time, until a time."""
@@ -66,7 +69,7 @@ def guard(
 
     def judge(snapshot: VehicleSnapshot) -> tuple[Judgement, Prediction | None]:
         run.checks += 1
-        return judge_vehicle(snapshot, CHECK)
+        return judge_vehicle(snapshot, check)
 
     def on_status(status: GuardStatus) -> None:
         run.statuses.append(status)
@@ -100,6 +103,29 @@ def test_a_vehicle_with_a_good_mission_may_arm() -> None:
     assert answer["target_system"] == 1  # PX4 takes no other
     assert run.checks == 1
     assert run.statuses[-1].view.verdict == "go"
+
+
+@pytest.mark.parametrize("counts_charge", [True, False])
+def test_a_battery_of_other_cells_is_denied_once_it_is_measured(*, counts_charge: bool) -> None:
+    def swap(vehicle: GuardedVehicle) -> None:
+        vehicle.voltage_mv = 12_600  # three cells, full, where four have some 16.6 V at 95 %
+
+    script = at(20.0, GuardedVehicle.ask) + at(30.0, swap) + at(40.0, GuardedVehicle.ask)
+    vehicle = guarded(script=script, voltage_mv=16_600)
+    settings = GuardSettings(counts_charge=counts_charge)
+    run = guard(vehicle, until_s=45.0, settings=settings, check=FOUR_CELLS)
+    assert vehicle.results() == [ACCEPTED, DENIED]
+    assert run.decided("verdict")[-1].details["code"] == "E121"
+
+
+def test_a_voltage_that_breaks_down_in_flight_is_no_other_battery() -> None:
+    def fly(vehicle: GuardedVehicle) -> None:
+        vehicle.is_armed, vehicle.voltage_mv = True, 13_000
+
+    vehicle = guarded(script=at(20.0, fly), voltage_mv=16_600)
+    run = guard(vehicle, until_s=40.0, check=FOUR_CELLS)
+    assert run.statuses[-1].view.verdict == "go"
+    assert run.checks == 1
 
 
 def test_a_mission_that_is_no_go_is_denied_with_the_finding() -> None:

@@ -154,6 +154,12 @@ def with_share_of_voltage(share: float) -> tuple[Finding, ...]:
     return found(PLAIN, ARDUPILOT, battery=battery)
 
 
+def set_to(share: float, others: str = "") -> tuple[Finding, ...]:
+    """Return what is reported of a vehicle set to such a share of the charge of its 8 Ah battery."""
+    battery = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
+    return found(PLAIN, ARDUPILOT, f"BATT_CAPACITY,{share * 8000.0!r}\n{others}", battery=battery)
+
+
 # One flight of a hundred is 2.3263 standard deviations beyond its prediction.
 ONE_OF_A_HUNDRED = 1.0 + 0.05 * 2.3263478740
 
@@ -266,6 +272,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: with_share_of_voltage(0.849),
         boundary=lambda: with_share_of_voltage(0.85 + 1e-12),
         silent=lambda: with_share_of_voltage(1.0),
+    ),
+    "P111": RuleCases(
+        fires=lambda: set_to(1.251),
+        boundary=lambda: set_to(1.25 - 1e-9),
+        silent=lambda: set_to(1.0),
     ),
     "E122": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, temperature_c=-0.1),
