@@ -33,6 +33,9 @@ _METHODS = {0: "the first arming waits for the answer", 1: "arm twice: the first
 _TWO_STEPS = 1
 _SHORTEST_S = 1
 """An answer that the arming itself waits for is used as it comes, and held for at least a second. [s]"""
+_ENOUGH_WAIT_S = 5.0
+"""COM_ARM_AUTH_TO in which mission, fence, rally points and parameters are confirmed on a busy computer
+too; 2 s were too short on one. [s]"""
 _ARM_AGAIN_S = 5
 """In which a pilot reads that arming was authorised, and arms a second time. [s]"""
 
@@ -98,14 +101,23 @@ def acknowledgement_fields(request: ArmRequest, answer: ArmAnswer) -> dict[str, 
 class ArmingSettings(Value):
     """How a vehicle is set to ask."""
 
-    is_asking: bool
-    """Whether it asks this authoriser before it arms."""
+    is_asking: bool | None
+    """Whether it asks this authoriser before it arms; ``None``: unknown, its parameters were not read."""
     wait_s: float
     """How long it waits for an answer. [s]"""
     holds_s: int
     """How long an acceptance has to hold, so that it arms by it. [s]"""
     advice: str
     """What is to be known, and set on the vehicle by its pilot; never empty."""
+
+
+UNREAD_SETTINGS = ArmingSettings(
+    is_asking=None,
+    wait_s=_DEFAULT_WAIT_S,
+    holds_s=_SHORTEST_S,
+    advice="whether the vehicle asks before arming is unknown, its parameters were not read: the verdict "
+    "is announced, and a request is answered",
+)
 
 
 def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) -> ArmingSettings:
@@ -119,7 +131,8 @@ def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) 
     elif not wanted:
         advice = (
             "the vehicle is not set to ask before arming: the verdict is only announced; it asks "
-            f"with COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID {authoriser}"
+            f"with COM_ARM_AUTH_REQ 1, COM_ARM_AUTH_ID {authoriser} and COM_ARM_AUTH_TO "
+            f"{_ENOUGH_WAIT_S:g}"
         )
     elif named is None or round(named) != authoriser:
         other = "nobody" if named is None else f"system {named:g}"
@@ -131,6 +144,8 @@ def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) 
         is_asking = True
         method = _METHODS.get(number, "by an unknown method")
         advice = f"the vehicle asks before arming ({method}; it waits {wait_s:g} s)"
+        if wait_s < _ENOUGH_WAIT_S:
+            advice += f"; set COM_ARM_AUTH_TO {_ENOUGH_WAIT_S:g} for slow links and busy computers"
     holds_s = _ARM_AGAIN_S if number == _TWO_STEPS else _SHORTEST_S
     return ArmingSettings(is_asking=is_asking, wait_s=wait_s, holds_s=holds_s, advice=advice)
 

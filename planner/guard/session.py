@@ -14,6 +14,7 @@ from planner.errors import LinkError, MavjouleError, bug_text
 from planner.geo.geodesy import distance_m
 from planner.guard.authorisation import (
     ARM_AUTHORISATION_REQUEST,
+    UNREAD_SETTINGS,
     ArmRequest,
     Judgement,
     Verdict,
@@ -541,13 +542,17 @@ class GuardSession:
             return
         for event in self._reader.read(action):
             if event.part is VehiclePart.PARAMETERS:
-                self._set_arming()
+                self._set_arming(is_read=isinstance(event, PartRead))
             self._feed(event)
 
-    def _set_arming(self) -> None:
+    def _set_arming(self, *, is_read: bool) -> None:
+        if not is_read and self._arming is not None:
+            return  # what was read before is the latest that is known
         is_bytewise = self._link.identity.is_bytewise
         numbers = {one.name: one.number(is_bytewise=is_bytewise) for one in self._watch.parameters}
-        arming = arming_settings(numbers, authoriser=self._connection.own_system)
+        arming = UNREAD_SETTINGS
+        if is_read:
+            arming = arming_settings(numbers, authoriser=self._connection.own_system)
         if arming != self._arming:
             self._arming = arming
             view = self._guard.view(self._connection.now_s)
@@ -557,7 +562,7 @@ class GuardSession:
     def _feed_status(self) -> None:
         if self._arming is not None:
             status = ArmingStatus(
-                is_asking=self._arming.is_asking,
+                is_asking=bool(self._arming.is_asking),
                 wait_s=self._arming.wait_s,
                 holds_s=self._arming.holds_s,
                 is_armed=self._watch.is_armed,

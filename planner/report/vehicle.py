@@ -82,7 +82,8 @@ def status_line(status: GuardStatus) -> str:
         if view.age_s is not None:
             parts.append(f"read {quantity.duration(max(view.age_s, 0.0))} ago")
         if status.arming is not None:
-            parts.append("asks before arming" if status.arming.is_asking else "does not ask")
+            asks = {True: "asks before arming", False: "does not ask", None: "asks perhaps"}
+            parts.append(asks[status.arming.is_asking])
         if status.is_armed:
             parts.append("armed")
     if status.heard_ago_s > LATE_S:

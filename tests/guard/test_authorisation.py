@@ -52,13 +52,16 @@ def test_a_vehicle_set_to_ask_us_is_known() -> None:
     settings = arming_settings(parameters, authoriser=245)
     assert settings.is_asking
     assert settings.wait_s == 2.0
+    assert "COM_ARM_AUTH_TO 5" in settings.advice
+    patient = arming_settings({**parameters, "COM_ARM_AUTH_TO": 5.0}, authoriser=245)
+    assert "COM_ARM_AUTH_TO" not in patient.advice
 
 
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
         ({}, "does not ask"),
-        ({"COM_ARM_AUTH_REQ": 0.0}, "COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID 245"),
+        ({"COM_ARM_AUTH_REQ": 0.0}, "COM_ARM_AUTH_REQ 1, COM_ARM_AUTH_ID 245 and COM_ARM_AUTH_TO 5"),
         ({"COM_ARM_AUTH_REQ": 1.0, "COM_ARM_AUTH_ID": 10.0}, "set COM_ARM_AUTH_ID 245"),
     ],
 )

@@ -511,7 +511,7 @@ def test_an_acceptance_holds_no_longer_than_arming_takes(method: float, holds_s:
     arming = arming_settings(asking, authoriser=245)
     bench = ready()
     bench.feed(
-        ArmingStatus(is_asking=arming.is_asking, wait_s=arming.wait_s, holds_s=arming.holds_s)
+        ArmingStatus(is_asking=bool(arming.is_asking), wait_s=arming.wait_s, holds_s=arming.holds_s)
     )
     bench.ask()
     assert [one.answer.valid_for_s for one in bench.answers()] == [holds_s]

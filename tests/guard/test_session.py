@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +18,7 @@ from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import VehicleLink
 from planner.link.wire import message
+from planner.report.vehicle import status_line
 from planner.service.guard import judge_vehicle
 from planner.setup import Setup
 from planner.values import replace
@@ -39,6 +40,13 @@ FAR = (OUT_AND_BACK[0], wire_item(x=502_000_000, y=200_000_000, z=100.0), OUT_AN
 
 class OverError(Exception):
     """The time of a test is up."""
+
+
+class LateParameters(GuardedVehicle):
+    """Its parameters do not come in the first minute."""
+
+    def _on_param_request_list(self, one: Message, now_s: float) -> list[Message]:
+        return super()._on_param_request_list(one, now_s) if now_s > 60.0 else []
 
 
 @dataclass
@@ -103,6 +111,20 @@ def test_a_vehicle_with_a_good_mission_may_arm() -> None:
     assert answer["target_system"] == 1  # PX4 takes no other
     assert run.checks == 1
     assert run.statuses[-1].view.verdict == "go"
+
+
+def test_a_vehicle_whose_parameters_do_not_come_is_not_said_not_to_ask() -> None:
+    made = guarded(script=at(50.0, GuardedVehicle.ask))
+    vehicle = LateParameters(**{one.name: getattr(made, one.name) for one in fields(made)})
+    run = guard(vehicle, until_s=90.0)
+    first, second = (one.text for one in run.decided("arming"))
+    assert "unknown" in first
+    assert "asks before arming" in second
+    assert vehicle.results() == [FOR_NOW]
+    before = [
+        one for one in run.statuses if one.arming is not None and one.arming.is_asking is None
+    ]
+    assert "asks perhaps" in status_line(before[-1])
 
 
 @pytest.mark.parametrize("counts_charge", [True, False])
