@@ -61,7 +61,10 @@ def test_a_vehicle_set_to_ask_us_is_known() -> None:
     ("parameters", "words"),
     [
         ({}, "does not ask"),
-        ({"COM_ARM_AUTH_REQ": 0.0}, "COM_ARM_AUTH_REQ 1, COM_ARM_AUTH_ID 245 and COM_ARM_AUTH_TO 5"),
+        (
+            {"COM_ARM_AUTH_REQ": 0.0},
+            "COM_ARM_AUTH_REQ 1, COM_ARM_AUTH_ID 245 and COM_ARM_AUTH_TO 5",
+        ),
         ({"COM_ARM_AUTH_REQ": 1.0, "COM_ARM_AUTH_ID": 10.0}, "set COM_ARM_AUTH_ID 245"),
     ],
 )
