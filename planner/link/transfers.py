@@ -11,6 +11,8 @@ from planner.link.wire import message
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.link.wire import Message
 
 
@@ -72,6 +74,12 @@ class Retransmission:
             self._late_s = self.waited_s(now_s)
         self.deadline_s = math.inf
         self.attempts = 0
+
+    def acknowledged(self, now_s: float) -> None:
+        """Note that the request arrived: what it asks for follows soon, or is not there."""
+        if self.attempts == 1 and self._round_trip_s is None:
+            self._round_trip_s = now_s - self._first_sent_s
+        self.deadline_s = now_s + self._timeout_s()
 
     def waited_s(self, now_s: float) -> float:
         """Return the time since the present request first went out [s]."""
@@ -228,6 +236,73 @@ class MessageRequest(Question):
 
     def _is_answer(self, received: Message) -> bool:
         return received.name == self._name
+
+
+_ROUNDS = 3
+"""Rounds of requests which all arrived, and in which a message did not come that the vehicle has not: one of
+five lost would be lost in each of them by a chance of 0.8 %. [-]"""
+_REFUSED_ROUNDS = 2
+"""Likewise where as many requests were refused as messages are missing; a line may repeat a refusal. [-]"""
+
+
+class MessageRequests(Transfer):
+    """Several messages that the vehicle is asked to send once, together: each may be one it has not.
+
+    ArduPilot accepts a request for a message that it then does not send, such as its home before it has
+    one; a COMMAND_ACK does not name the message.
+    """
+
+    def __init__(
+        self, wanted: Mapping[str, int], settings: LinkSettings, *, retries: int, stray: int = 0
+    ) -> None:
+        super().__init__(settings, retries=retries)
+        self.missing = dict(wanted)
+        """Numbers by name."""
+        self.stray = stray
+        """Replies to earlier requests that may still come."""
+        self._open = 0
+        """Requests of this round without a reply."""
+        self._refused = 0
+        """Of this round."""
+        self._rounds = self._refused_rounds = 0
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle."""
+        if received.name in self.missing:
+            del self.missing[received.name]
+        elif received.name == "COMMAND_ACK" and received["command"] == REQUEST_MESSAGE:
+            if self.stray > 0:
+                self.stray -= 1
+                return ()
+            self._open = max(self._open - 1, 0)
+            self._refused += received["result"] not in _MAY_COME
+            self._timer.acknowledged(now_s)
+        if not self.missing:
+            self.is_done = True
+        elif self._refused >= len(self.missing):
+            self._refused_rounds += 1
+            self.is_done = self._refused_rounds >= _REFUSED_ROUNDS
+            if not self.is_done:
+                self._timer.repeated(now_s)
+                return self._requests()
+        self.stray += self._open if self.is_done else 0
+        return ()
+
+    def expire(self, now_s: float) -> tuple[Message, ...]:
+        """Ask again for what is missing, unless it is certain not to come."""
+        self._rounds += self._open == 0
+        if self._rounds >= _ROUNDS:
+            self.is_done = True
+            return ()
+        return super().expire(now_s)
+
+    def _requests(self) -> tuple[Message, ...]:
+        self.stray += self._open
+        self._open, self._refused = len(self.missing), 0
+        return tuple(
+            message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))
+            for number in self.missing.values()
+        )
 
 
 class EchoRequest(Question):

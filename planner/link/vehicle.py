@@ -14,7 +14,7 @@ from planner.link.mission import MissionDownload, MissionUpload
 from planner.link.parameters import ParameterDownload
 from planner.link.signing import open_signer
 from planner.link.telemetry import EventRequest, firmware_release
-from planner.link.transfers import LinkSettings, MessageRequest
+from planner.link.transfers import LinkSettings, MessageRequest, MessageRequests
 from planner.link.wire import open_line
 from planner.values import Value, replace
 
@@ -33,14 +33,15 @@ OnProgress = Callable[[str, int, int | None], None]
 
 
 _IDENTITY = ("AUTOPILOT_VERSION", 148)
-_STATE = (
-    ("HOME_POSITION", 242),
-    ("SYS_STATUS", 1),
-    ("BATTERY_STATUS", 147),
-    ("GLOBAL_POSITION_INT", 33),
-    ("EXTENDED_SYS_STATE", 245),
-)
-_PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
+_HAZARD = {"EXTENDED_SYS_STATE": 245}
+_STATE = {
+    "HOME_POSITION": 242,
+    "SYS_STATUS": 1,
+    "BATTERY_STATUS": 147,
+    "GLOBAL_POSITION_INT": 33,
+    **_HAZARD,
+}
+_PX4_WIND, _ARDUPILOT_WIND = {"WIND_COV": 231}, {"WIND": 168}
 _LATEST_WORD_S = 10.0
 """A reply that comes later than this is lost. [s]"""
 _WARNING = 4
@@ -89,7 +90,6 @@ class VehicleLink:
         self.settings = settings or LinkSettings()
         self._on_progress = on_progress
         self._stray = 0
-        """Replies to earlier questions that may still come."""
         self._stray_until_s = 0.0
         self.file_numbers = FileNumbers(random.randrange(1 << 16))
         """Of the requests of its file protocol."""
@@ -136,15 +136,22 @@ class VehicleLink:
         self.run(download, "parameters")
         return download.parameters
 
-    def fetch_state(self) -> VehicleState:
+    def fetch_state(self, *, is_whole: bool = True) -> VehicleState:
         """Return what the vehicle reports of itself now; each part but its arming may be missing.
 
-        `LinkError` where no heartbeat comes, which alone reports whether it is armed.
+        Of one that is not whole, it is asked again only whether it is armed or in the air.  `LinkError`
+        where no heartbeat comes, which alone reports whether it is armed.
         """
         wind = _ARDUPILOT_WIND if self.identity.has_home_slot else _PX4_WIND
         self.connection.telemetry.forget("HEARTBEAT")
-        for name, number in (*_STATE, wind):
-            self._ask(name, number, retries=_OPTIONAL_RETRIES)
+        wanted = {**_STATE, **wind} if is_whole else _HAZARD
+        requests = MessageRequests(
+            wanted, self.settings, retries=_OPTIONAL_RETRIES, stray=self._stray_now
+        )
+        self.connection.run(
+            requests, lambda: self._on_progress(", ".join(requests.missing) or "state", 0, None)
+        )
+        self._note_stray(requests.stray)
         if not self.connection.awaits_heartbeat(self.settings.heartbeat_timeout_s):
             msg = (
                 f"{self.identity.label} sent no heartbeat in "
@@ -202,12 +209,21 @@ class VehicleLink:
         )
 
     def _ask(self, name: str, number: int, *, retries: int) -> MessageRequest:
-        stray = self._stray if self.connection.now_s < self._stray_until_s else 0
-        question = MessageRequest(name, number, self.settings, retries=retries, stray=stray)
+        question = MessageRequest(
+            name, number, self.settings, retries=retries, stray=self._stray_now
+        )
         self.connection.run(question, lambda: self._on_progress(name, 0, None))
-        self._stray = question.stray
-        self._stray_until_s = self.connection.now_s + _LATEST_WORD_S
+        self._note_stray(question.stray)
         return question
+
+    @property
+    def _stray_now(self) -> int:
+        """Replies to earlier questions that may still come."""
+        return self._stray if self.connection.now_s < self._stray_until_s else 0
+
+    def _note_stray(self, stray: int) -> None:
+        self._stray = stray
+        self._stray_until_s = self.connection.now_s + _LATEST_WORD_S
 
     def run(self, transfer: Transfer, what: str) -> None:
         """Run a transfer to its end, reporting its progress."""

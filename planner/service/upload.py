@@ -107,7 +107,7 @@ def send_mission(
             return Upload(check=check, result=None)
         if not options.is_forced:
             # Looked at last of all: it may have been armed during the question.
-            _refuse_hazard(replace(snapshot, state=link.fetch_state()))
+            _refuse_hazard(replace(snapshot, state=link.fetch_state(is_whole=False)))
         sent = upload_mission(
             link,
             mission,

@@ -7,7 +7,12 @@ from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
 from planner.link.mission import ListIdRequest, MissionKind
-from planner.link.transfers import LinkSettings, MessageRequest, ParameterHashRequest
+from planner.link.transfers import (
+    LinkSettings,
+    MessageRequest,
+    MessageRequests,
+    ParameterHashRequest,
+)
 from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message
 
@@ -98,6 +103,83 @@ def test_a_hash_is_the_four_bytes_of_its_value() -> None:
     assert question.content is None
     question.feed(Message(name="PARAM_VALUE", fields={**fields, "param_id": "_HASH_CHECK"}), 0.1)
     assert question.content == b"abcd"
+
+
+def _requests(*, stray: int = 0) -> MessageRequests:
+    wanted = {"HOME_POSITION": 242, "SYS_STATUS": 1, "WIND": 168}
+    made = MessageRequests(wanted, LinkSettings(), retries=6, stray=stray)
+    assert [one["param1"] for one in made.begin(0.0)] == [242.0, 1.0, 168.0]
+    return made
+
+
+STATUS = Message(name="SYS_STATUS", fields={}, system=1, component=1)
+
+
+def test_what_is_accepted_and_never_sent_is_not_waited_for_as_long_as_what_is_lost() -> None:
+    requests = _requests()
+    now_s = 0.01
+    for result in (ACCEPTED, ACCEPTED, ACCEPTED):
+        requests.feed(_word(result), now_s)
+    requests.feed(STATUS, now_s)
+    rounds = 1
+    while not requests.is_done:
+        now_s = requests.deadline_s
+        rounds += bool(requests.expire(now_s))
+        for _ in requests.missing:
+            requests.feed(_word(ACCEPTED), now_s + 0.01)
+    assert requests.missing.keys() == {"HOME_POSITION", "WIND"}
+    assert rounds == 3
+    assert now_s < 2.0  # 0.2, 0.4 and 0.8 s of waiting; four times as long without the word
+
+
+def test_what_is_refused_twice_is_done_without_at_once() -> None:
+    requests = _requests()
+    requests.feed(STATUS, 0.01)
+    requests.feed(HOME, 0.01)
+    for result in (ACCEPTED, ACCEPTED):
+        requests.feed(_word(result), 0.01)
+    (again,) = requests.feed(_word(FAILED), 0.01)
+    assert again["param1"] == 168.0
+    requests.feed(_word(FAILED), 0.02)
+    assert requests.is_done
+    assert requests.missing.keys() == {"WIND"}
+
+
+def test_refusals_of_an_earlier_round_end_no_later_one() -> None:
+    requests = _requests(stray=1)
+    requests.feed(_word(DENIED), 0.01)  # to a question before
+    requests.feed(STATUS, 0.01)
+    assert len(requests.expire(1.5)) == 2  # the three words are under way
+    for _ in range(3):
+        requests.feed(_word(DENIED), 1.6)
+    assert not requests.is_done
+    requests.feed(HOME, 1.7)
+    requests.feed(_word(ACCEPTED), 1.7)
+    assert len(requests.feed(_word(DENIED), 1.7)) == 1
+    requests.feed(_word(DENIED), 1.8)
+    assert requests.is_done
+    assert requests.missing.keys() == {"WIND"}
+
+
+def test_who_gives_no_word_is_asked_as_often_as_may_be() -> None:
+    requests = _requests()
+    asked = 1
+    while not requests.is_done:
+        asked += bool(requests.expire(requests.deadline_s))
+    assert asked == 7
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=4, deadline=None)
+def test_through_loss_a_state_that_the_vehicle_has_is_read_whole(seed: int) -> None:
+    faults = f"loss=10%,duplication=10%,delay=0.4,seed={seed}"
+    link = VehicleLink(memory_line(Autopilot.PX4, faults), name="simulated")
+    for _ in range(3):
+        link.connection.telemetry.forget("HOME_POSITION")
+        state = link.fetch_state()
+        assert state.home is not None
+        assert state.battery is not None
+        assert state.is_landed is not None
 
 
 @given(st.integers(0, 10_000))
