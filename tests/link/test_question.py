@@ -151,8 +151,7 @@ def test_refusals_of_an_earlier_round_end_no_later_one() -> None:
     requests.feed(STATUS, 0.01)
     assert len(requests.expire(1.5)) == 2  # the three words are under way
     for _ in range(3):
-        requests.feed(_word(DENIED), 1.6)
-    assert not requests.is_done
+        assert not requests.feed(_word(DENIED), 1.6)
     requests.feed(HOME, 1.7)
     requests.feed(_word(ACCEPTED), 1.7)
     assert len(requests.feed(_word(DENIED), 1.7)) == 1
