@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import HERE, HOME
 from planner.mission.commands import TERRAIN_FRAMES
+from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.declaration import ARDUPILOT, TERRAIN, NotEvaluated, judges
@@ -36,6 +38,10 @@ _IN_THE_AIR = frozenset(
 _LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
 _LEVEL_WITHIN_M = 1.0
 """Nearer to home's height, rounding may be meant. [m]"""
+_OVERSHOOT_M = 3.0
+"""Steps and curves pass no lower than this below the places they lead to. [m]"""
+_PART_M = 2.5
+"""Lines near home are judged in parts so long: the ground there may rise by 0.7 m in one. [m]"""
 _STRAIGHT_M = 1000.0
 """Lines so long are straight in degrees too, to 2 cm at 47°. [m]"""
 _MOST_RETURNS = 2_000
@@ -50,11 +56,15 @@ _BOX_PLACES = 5
 """Along each side of a box, and in it: enough for the box in a projection."""
 _OVER_TERRAIN = 1
 """RTL_ALT_TYPE for heights above terrain."""
-_WHOLE_GRID = "--terrain with the grids of the whole mission and of its returns"
 _STEEP_DEG, _TOO_STEEP_DEG = 7.0, 15.0
 """Slopes to warn of, and to refuse, at a landing: of helicopters the US Army lands all on up to 7°, those
 on wheels with an advisory on up to 15°, none beyond (FM 3-21.38, landing sites). [°]"""
+_RISE = math.tan(math.radians(_TOO_STEEP_DEG))
+"""Of the ground around where a vehicle can stand: 5 m in 19 m. [-]"""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
+_LEVEL = [
+    STATE_INDEX[state] for state in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
+]
 _ALIKE_M = 0.01
 """Places that differ by less are as low as each other: the first is named. [m]"""
 _ROUNDING_M = 1e-4
@@ -70,16 +80,18 @@ BELOW_TERRAIN = Rule(
     "take-off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so "
     "that no ridge falls between two samples; fires below --clearance, 5 m by default (heights above "
     "home and grids err by some metres each).  Legs that follow terrain on ArduPilot are judged by "
-    "their height above it.  Without --terrain the ground is level with home, and a path more than 1 m "
-    "below it fires.",
+    "their height above it.  Ground that is not known, without --terrain or outside of its grid, is level "
+    "with home: a path more than 1 m below it fires, and one nearer to it than --clearance is not evaluated "
+    "(X904): it cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, "
+    "the clearance is what ground of 15° rises, 5 m in 19 m.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
 
 
 @judges(BELOW_TERRAIN)
-def _without_terrain(a: Assessment) -> Iterator[Found]:
-    """Without a terrain grid the ground is level with home, and heights above it mean nothing."""
+def _above_unknown_terrain(a: Assessment) -> Iterator[Found]:
+    """Without the ground there, a height above it means nothing."""
     for assumed in a.findings:
         if assumed.code == TERRAIN_ASSUMED_LEVEL.code:
             yield NotEvaluated(
@@ -89,39 +101,6 @@ def _without_terrain(a: Assessment) -> Iterator[Found]:
                 item=assumed.item,
             )
             break
-    if a.setup.terrain is not None or not a.route.stages:
-        return
-    lowest_m = _lowest_m(a)
-    low = np.flatnonzero(lowest_m < -_LEVEL_WITHIN_M)
-    if len(low):
-        worst = int(lowest_m.argmin())
-        more = "" if len(low) == 1 else f"; {len(low)} items lead below it"
-        yield a.finding(
-            BELOW_TERRAIN,
-            f"{quantity.height(-float(lowest_m[worst]))} below the ground, assumed level with home{more}",
-            item=a.route.stages[worst].item,
-            fix="correct the altitude, or give --terrain where the ground falls away",
-        )
-
-
-def _lowest_m(a: Assessment) -> FloatArray:
-    """Return the least height of each stage, at its place and on the way there; infinite on the ground.
-
-    Only curves are lower on the way than at both ends: without splines the places are all there is.
-    """
-    stages, motion = a.route.stages, a.flight.motion
-    flies = np.array([stage.kind in _IN_THE_AIR for stage in stages])
-    lowest = np.where(flies, [stage.height_m for stage in stages], np.inf)
-    if not any(stage.kind is StageKind.SPLINE for stage in stages):
-        return lowest
-    from planner.flight.path import flown_path
-
-    path = flown_path(motion, with_heights=True)
-    stage = a.returns.segment_stage[path.segment]
-    kept = flies[stage] & ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
-    for height_m in (path.height_m[:-1], path.height_m[1:]):
-        np.minimum.at(lowest, stage[kept], height_m[kept])
-    return lowest
 
 
 RETURN_BELOW_TERRAIN = Rule(
@@ -135,8 +114,8 @@ RETURN_BELOW_TERRAIN = Rule(
     "place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT over home, whatever "
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines.  Where "
-    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Not evaluated (X904) where the grid "
-    "ends, and without --terrain where returns follow terrain.",
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Outside of the grid the ground is level "
+    "with home (X902); not evaluated (X904) without --terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )
@@ -147,7 +126,7 @@ GROUND_CLEARANCE = Rule(
     Severity.INFO,
     summary="Least and greatest height above the ground.",
     why="Legal limits count from the ground, not from home (MissionPlanner #706).",
-    how="As for A102; X904 reports any part of the flight outside the grid.",
+    how="As for A102, as far as the grid reaches.",
     fix="",
 )
 
@@ -163,12 +142,11 @@ class _Clearance(Value, eq=False):
     length_m: FloatArray
     """Over ground. (k,) [m]"""
     at_m: FloatArray
-    """At the beginning, the middle and the end; NaN where the ground is not known. (k, 3) [m]"""
-
-    @property
-    def is_known(self) -> BoolArray:
-        """(k,)"""
-        return ~np.asarray(np.isnan(self.at_m).any(axis=1))
+    """At the beginning, the middle and the end; above home's level where the ground is not known. (k, 3)"""
+    is_known: BoolArray
+    """Whether the ground is. (k,)"""
+    asked_m: FloatArray
+    """What is to be kept. (k,) [m]"""
 
     def extremes_m(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the least and the greatest of each part, and where on the line the least is. (k,)"""
@@ -188,9 +166,9 @@ class _Clearance(Value, eq=False):
             self.start + where * (self.end - self.start),
         )
 
-    def length_below_m(self, limit_m: float) -> FloatArray:
-        """Return the length of each part that is below a height; 0 where that is not known. (k,)"""
-        first, middle, last = self.at_m.T - limit_m
+    def length_too_low_m(self) -> FloatArray:
+        """Return the length of each part that is lower than is asked for. (k,) [m]"""
+        first, middle, last = self.at_m.T - self.asked_m
         bend = 2.0 * (first - 2.0 * middle + last)
         slope = last - first - bend
         turns = np.abs(bend) > _ROUNDING_M
@@ -212,66 +190,143 @@ class _Clearance(Value, eq=False):
         return share * self.length_m
 
 
-def _clearance(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> _Clearance:
+def _clearance(a: Assessment, terrain: TerrainGrid | None, lines: FlightLines) -> _Clearance:
     """Return the height above the ground along lines no longer than what is straight."""
     ends = np.stack((lines.start_m, lines.end_m), axis=1)
-    ground = terrain.under(*a.route.frame.latitude_longitude_deg(ends[..., 0], ends[..., 1]))
-    along = np.stack((ground.start, 0.5 * (ground.start + ground.end), ground.end), axis=1)
-    low, high = ends[ground.line, :, 2].T[..., None]
-    height_m = low + along * (high - low)
+    if terrain is None:
+        line = np.arange(len(ends))
+        start, end = np.zeros(len(ends)), np.ones(len(ends))
+        ground_m = np.full((len(ends), 3), np.nan)
+    else:
+        ground = terrain.under(*a.route.frame.latitude_longitude_deg(ends[..., 0], ends[..., 1]))
+        line, start, end = ground.line, ground.start, ground.end
+        ground_m = ground.ground_amsl_m - a.route.ground_datum_m
+    along = np.stack((start, 0.5 * (start + end), end), axis=1)
+    place_m = ends[line, :1] + along[..., None] * (ends[line, 1:] - ends[line, :1])
+    is_known = ~np.isnan(ground_m).any(axis=1)
+    ground_m = np.where(is_known[:, None], ground_m, 0.0)
+    from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
     return _Clearance(
-        line=ground.line,
-        start=ground.start,
-        end=ground.end,
-        length_m=lines.length_m[ground.line] * (ground.end - ground.start),
-        at_m=height_m - (ground.ground_amsl_m - a.route.ground_datum_m),
+        line=line,
+        start=start,
+        end=end,
+        length_m=lines.length_m[line] * (end - start),
+        at_m=place_m[..., 2] - ground_m,
+        is_known=is_known,
+        asked_m=np.minimum(a.setup.clearance_m, _RISE * from_home_m) - _ROUNDING_M,
     )
 
 
-@judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, needs=(TERRAIN,))
-def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
-    from planner.flight.path import flown_lines, flown_path
+def _near_home_cut(lines: FlightLines, clearance_m: float) -> FlightLines:
+    """Return lines, those cut that begin or end where less than the whole clearance is asked for."""
+    from planner.flight.path import FlightLines
 
-    motion = a.flight.motion
+    near_m = clearance_m / _RISE
+    near = np.minimum(*(np.hypot(*end[:, :2].T) for end in (lines.start_m, lines.end_m))) < near_m
+    if not near.any():
+        return lines
+    both = FlightLines.joined([lines.select(~near), lines.select(near).cut(_PART_M)])
+    return both.select(np.argsort(both.owner, kind="stable"))
+
+
+@judges(BELOW_TERRAIN)
+def _level_ground(a: Assessment) -> Iterator[Found]:
+    """Judge a low flight over ground that is not known at all."""
+    if a.setup.terrain is None and _may_be_low(a):
+        flown = _flown(a, None, _STRAIGHT_M)
+        if flown is not None:
+            yield from _too_low(a, flown)
+
+
+@judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, NO_TERRAIN_DATA, needs=(TERRAIN,))
+def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     cell_m = min(tile.cell_m for tile in terrain.tiles)
     # Places to return from are among the points of the path.
     longest_m = max(
-        min(_RETURN_SPACING_M, cell_m), float(motion.segments.distance_m.sum()) / _MOST_RETURNS
+        min(_RETURN_SPACING_M, cell_m),
+        float(a.flight.motion.segments.distance_m.sum()) / _MOST_RETURNS,
     )
-    path = flown_path(motion, straight_m=min(longest_m, _STRAIGHT_M), with_heights=True)
-    legs = np.flatnonzero(~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE))
-    if not len(legs):
+    flown = _flown(a, terrain, min(longest_m, _STRAIGHT_M))
+    if flown is None:
         return
-    clearance = _clearance(a, terrain, flown_lines(path, legs))
-    item = path.item[legs[clearance.line]]
+    clearance, item = flown.clearance, flown.item
     is_known = clearance.is_known
     if not is_known.all():
         whole = not is_known.any()
         outside = quantity.distance(float(clearance.length_m[~is_known].sum()))
-        yield NotEvaluated(
-            rule=BELOW_TERRAIN,
-            asked_by=f"{'the whole flight' if whole else outside} outside the terrain grid",
-            needs=_WHOLE_GRID,
-            item=int(item[is_known.argmin()]),
-        )
-        if whole:
-            return
-    least_m, greatest_m, _ = clearance.extremes_m()
-    yield from _too_low(a, clearance, np.where(is_known, least_m, np.inf), item)
+        yield _outside(a, "the whole flight" if whole else outside, int(item[is_known.argmin()]))
+    yield from _too_low(a, flown)
     yield from _follows_too_low(a)
-    lowest, highest = int(np.nanargmin(least_m)), int(np.nanargmax(greatest_m))
+    if not is_known.any():
+        return
+    least_m, greatest_m, _ = clearance.extremes_m()
+    lowest = int(np.where(is_known, least_m, np.inf).argmin())
+    highest = int(np.where(is_known, greatest_m, -np.inf).argmax())
     yield a.finding(
         GROUND_CLEARANCE,
         f"{quantity.height(float(least_m[lowest]))} (item {int(item[lowest])}) to "
         f"{quantity.height(float(greatest_m[highest]))} (item {int(item[highest])}) above the ground",
         item=int(item[lowest]),
     )
-    yield from _returns(a, terrain, path, legs, cell_m)
+    yield from _returns(a, terrain, flown.path, flown.legs, cell_m)
 
 
-def _above(clearance_m: float) -> str:
+class _Flown(NamedTuple):
+    """The flight over ground, but where it begins or ends at it."""
+
+    path: FlownPath
+    legs: IntArray
+    """Of the path, those that are judged."""
+    clearance: _Clearance
+    item: IntArray
+    """Of each part of the clearance. (k,)"""
+
+
+def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Flown | None:
+    """Return the height of a flight over ground; ``None`` where it only goes up and down."""
+    from planner.flight.path import flown_lines, flown_path
+
+    path = flown_path(a.flight.motion, straight_m=straight_m, with_heights=True)
+    legs = np.flatnonzero(~_is_vertical_at_ground(a)[path.segment])
+    if not len(legs):
+        return None
+    lines = _near_home_cut(flown_lines(path, legs), a.setup.clearance_m)
+    clearance = _clearance(a, terrain, lines)
+    return _Flown(path, legs, clearance, path.item[lines.owner[clearance.line]])
+
+
+def _may_be_low(a: Assessment) -> bool:
+    """Return whether a flight may pass lower above home than --clearance."""
+    return any(
+        stage.kind is StageKind.SPLINE or stage.height_m < a.setup.clearance_m + _OVERSHOOT_M
+        for stage in a.route.stages
+        if stage.kind not in _LANDS
+    )
+
+
+def _is_vertical_at_ground(a: Assessment) -> BoolArray:
+    """Return whether segments take off, land, or set down a load: they begin or end at the ground. (s,)"""
+    columns = a.flight.motion.segments
+    sets_down = np.array([stage.kind is StageKind.SET_DOWN for stage in a.route.stages])
+    # It stands, or climbs and descends: what is left is the level way there.
+    lowers = sets_down[a.returns.segment_stage] & ~np.isin(columns.state, _LEVEL)
+    return np.asarray(np.isin(columns.state, _NOT_AIRBORNE) | lowers)
+
+
+def _outside(a: Assessment, what: str, item: int | None) -> Finding:
+    """Return that the grid ends: the ground beyond is taken as it is where there is no grid at all."""
+    return a.finding(
+        NO_TERRAIN_DATA,
+        f"{what} outside the terrain grid: ground assumed level with home there",
+        item=item,
+        severity=Severity.WARNING,
+        fix="give --terrain with the grids of the whole mission and of its returns",
+    )
+
+
+def _above(clearance_m: float, what: str = "the ground") -> str:
     side = "below" if clearance_m < 0.0 else "above"
-    return f"{quantity.height(abs(clearance_m))} {side} the ground"
+    return f"{quantity.height(abs(clearance_m))} {side} {what}"
 
 
 def _asked(a: Assessment, clearance_m: float) -> str:
@@ -280,25 +335,39 @@ def _asked(a: Assessment, clearance_m: float) -> str:
     return "" if clearance_m < 0.0 else f" (--clearance {asked})"
 
 
-def _too_low(
-    a: Assessment, clearance: _Clearance, least_m: FloatArray, item: IntArray
-) -> Iterator[Finding]:
+def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
     """Yield a finding where the flight is below the ground, or nearer to it than asked for."""
+    clearance, item = flown.clearance, flown.item
+    least_m, _, _ = clearance.extremes_m()
     follows = np.array([_follows_terrain(a, number) for number in range(len(a.mission.items) + 1)])
-    limit_m = a.setup.clearance_m - _ROUNDING_M
-    low = (least_m < limit_m) & ~follows[item]
+    low = (least_m < clearance.asked_m) & ~follows[item]
+    is_known = clearance.is_known
+    unsure = low & ~is_known & (least_m >= -_LEVEL_WITHIN_M)
+    if unsure.any():
+        lowest_m = float(least_m[unsure].min())
+        yield NotEvaluated(
+            rule=BELOW_TERRAIN,
+            asked_by=f"a flight {_above(lowest_m, 'home')}, over ground that is not known,",
+            needs=f"{TERRAIN.what}, or a lower --clearance than {quantity.height(a.setup.clearance_m)}",
+            item=int(item[(unsure & (least_m < lowest_m + _ALIKE_M)).argmax()]),
+        )
+    low &= ~unsure
     if not low.any():
         return
     lowest_m = float(least_m[low].min())
     worst = int((low & (least_m < lowest_m + _ALIKE_M)).argmax())
     to_go_m = float(clearance.length_m[worst + 1 :][item[worst + 1 :] == item[worst]].sum())
     before = f", {quantity.distance(to_go_m)} before its end" if to_go_m >= 1.0 else ""
-    low_m = float(clearance.length_below_m(limit_m)[low].sum())
+    low_m = float(clearance.length_too_low_m()[low].sum())
     whole = f"; {quantity.distance(low_m)} of the path too low" if low_m >= 1.0 else ""
+    assumed = "" if is_known[worst] else ", assumed level with home"
     yield a.finding(
         BELOW_TERRAIN,
-        f"{_above(lowest_m)}{_asked(a, lowest_m)}{before}{whole}",
+        f"{_above(lowest_m)}{_asked(a, lowest_m)}{assumed}{before}{whole}",
         item=int(item[worst]),
+        fix=None
+        if is_known[worst]
+        else "correct the altitude, or give --terrain where the ground falls away",
     )
 
 
@@ -386,7 +455,7 @@ def _returns(
         owner=np.repeat(np.arange(len(corners)) // 2, 3),
     )
     # Between lines the ground is highest at centres of cells, all of which are judged.
-    every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS)))
+    every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS))) or 1
     lines = lines.select(lines.owner % every == 0)
     count = len(fan.stretch)
     both = FlightLines.joined([lines, replace(along, owner=along.owner + count)])
@@ -395,13 +464,10 @@ def _returns(
     least_m, _, where = clearance.extremes_m()
     if not clearance.is_known.all():
         owner = int(both.owner[clearance.line[clearance.is_known.argmin()]])
-        yield NotEvaluated(
-            rule=RETURN_BELOW_TERRAIN,
-            asked_by="a return outside the terrain grid",
-            needs=_WHOLE_GRID,
-            item=int(item[owner]) if owner < count else None,
-        )
-    least_m = np.where(clearance.is_known, least_m, np.inf)
+        yield _outside(a, "a return", int(item[owner]) if owner < count else None)
+    # Returns are no lower than the flight they begin on: over ground level with home no more is to be said.
+    is_low = clearance.is_known & (least_m < clearance.asked_m)
+    least_m = np.where(is_low, least_m, np.inf)
     worst = int(least_m.argmin())
     line = int(clearance.line[worst])
     place_m = both.start_m[line] + where[worst] * (both.end_m[line] - both.start_m[line])
@@ -520,15 +586,7 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     rise = np.abs(height_m[:, 1:] - height_m[:, :1]) / half_m
     slope_deg = np.degrees(np.arctan(np.hypot(rise[:, :2].max(axis=1), rise[:, 2:].max(axis=1))))
     named = list(places.values())
-    unknown = np.isnan(slope_deg)
-    if unknown.any():
-        _, item = named[int(unknown.argmax())]
-        yield NotEvaluated(
-            rule=LANDING_SLOPE,
-            asked_by=f"the place where {'it' if item else 'a return'} lands, outside the terrain grid",
-            needs=_WHOLE_GRID,
-            item=item,
-        )
+    unknown = np.isnan(slope_deg)  # outside of the grid, as A102 has told
     worst = int(np.where(unknown, -1.0, slope_deg).argmax())
     if slope_deg[worst] > _STEEP_DEG:
         lands, item = named[worst]

@@ -53,7 +53,7 @@ OF = {
 
 def findings(
     one: Mission,
-    terrain: TerrainGrid,
+    terrain: TerrainGrid | None,
     autopilot: Autopilot = Autopilot.STEP,
     parameters: str = "",
     *,
@@ -129,21 +129,57 @@ def unjudged(found: list[Finding], rule: str) -> list[Finding]:
     return [one for one in of("X904", found) if f"({rule} " in one.message]
 
 
-def test_a_way_that_leaves_the_grid_is_not_taken_for_clear() -> None:
+def test_a_way_that_leaves_the_grid_is_said_to_be_over_level_ground_there() -> None:
     far = mission(takeoff(20), waypoint(500, 20), waypoint(4000, 20), rtl())
-    [finding] = unjudged(findings(far, ground(0.0)), "A102")
-    assert finding.severity is Severity.ERROR
-    assert finding.item == 3  # which leads there
+    [flown, back] = of("X902", findings(far, ground(0.0)))
+    assert flown.severity is Severity.WARNING
+    assert flown.item == 3  # which leads there
     # The grid ends 3 km north: 1 km out and 1 km back, to a cell.
-    assert finding.message.startswith("2.0")
-    assert of("X904", findings(LOW, ground(0.0))) == []
+    assert flown.message.startswith("2.0")
+    assert back.message.startswith("a return outside")
+    assert of("X902", findings(LOW, ground(0.0))) == []
 
 
 def test_a_flight_all_outside_of_the_grid_is_said_to_be() -> None:
     # 20 rows of 10 m from 1 km south of home end 800 m south of it.
-    [finding] = unjudged(findings(LOW, ground(0.0, at_m=-900.0, rows=20)), "A102")
-    assert finding.severity is Severity.ERROR
+    [finding] = of("X902", findings(LOW, ground(0.0, at_m=-900.0, rows=20)))
+    assert finding.severity is Severity.WARNING
     assert finding.message.startswith("the whole flight outside")
+
+
+WITHOUT, PARTLY, ALL = None, ground(0.0, rows=112), ground(0.0)
+"""No terrain; a grid up to 110 m north of home; one of everything.  All of it is level with home."""
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+@pytest.mark.parametrize(
+    ("metres", "height_m", "passes"),
+    # Ground that rises by 15° is 5 m high 18.7 m from home: up to there less than 5 m is asked for.
+    [(300, 8.0, True), (300, 3.0, False), (300, 0.7, False), (10, 3.0, True), (15, 3.0, False)],
+)
+def test_to_know_more_of_the_ground_is_never_harsher_and_to_know_less_never_milder(
+    autopilot: Autopilot, metres: float, height_m: float, *, passes: bool
+) -> None:
+    low = mission(takeoff(height_m), waypoint(metres, height_m), waypoint(0, height_m), rtl())
+    for terrain in (WITHOUT, PARTLY, ALL):
+        found = findings(low, terrain, autopilot, clearance_m=5.0)
+        errors = [one for one in found if one.code in {"A102", "A104"} or unjudged([one], "A102")]
+        assert (errors == []) is passes, (terrain, errors)
+
+
+def test_a_hover_over_home_has_the_clearance_it_needs_at_any_height() -> None:
+    hover = mission(takeoff(1), item(19, north(0), 1.0), item(21, north(0), 0.0))
+    for terrain in (WITHOUT, ALL):
+        found = findings(hover, terrain, Autopilot.ARDUPILOT, clearance_m=5.0)
+        assert of("A102", found) == unjudged(found, "A102") == []
+
+
+def test_a_load_is_set_down_to_the_ground_whatever_the_clearance() -> None:
+    place = item(94, north(100), 30.0)
+    drop = mission(takeoff(30), waypoint(50, 30), place, waypoint(50, 30), rtl())
+    for terrain in (WITHOUT, ALL):
+        found = findings(drop, terrain, Autopilot.ARDUPILOT, clearance_m=5.0)
+        assert of("A102", found) == unjudged(found, "A102") == []
 
 
 AROUND = mission(takeoff(30), at(110, 0, 30), at(110, 1000, 30), at(110, 0, 30), rtl())
@@ -176,11 +212,12 @@ def test_a_peak_of_one_cell_between_two_places_to_return_from_is_found(
     assert of("A102", found) == []
 
 
-def test_a_return_over_ground_that_is_not_known_is_not_taken_for_clear() -> None:
+def test_a_return_over_ground_that_is_not_known_is_said_to_be() -> None:
     hole = with_cell(8, 40, float("nan"))
-    assert of("X904", findings(AROUND, with_cell(8, 40, 0.0))) == []
-    [finding] = of("X904", findings(AROUND, hole))
-    assert "a return outside the terrain grid cannot be checked (A104 " in finding.message
+    assert of("X902", findings(AROUND, with_cell(8, 40, 0.0))) == []
+    [finding] = of("X902", findings(AROUND, hole))
+    assert finding.message.startswith("a return outside the terrain grid")
+    assert finding.severity is Severity.WARNING
     assert finding.item == 3
 
 
