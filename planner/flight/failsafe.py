@@ -105,7 +105,7 @@ def px4_events(
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
     seen = _px4_charge(profile, battery, parameters)
-    if parameters.flight_time_max_s >= 0.0:
+    if parameters.flight_time_max_s > 0.0:
         limit = quantity.duration(parameters.flight_time_max_s)
         reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
         found = _first_below(-profile.time_s, -parameters.flight_time_max_s)

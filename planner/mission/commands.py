@@ -293,17 +293,27 @@ _ARDUPILOT_UNKNOWN = """
 
 
 _FLIES_ON = """
-    CONDITION_GATE DO_GRIPPER DO_WINCH DO_SPRAYER DO_SEND_SCRIPT_MESSAGE DO_AUX_FUNCTION
-    DO_AUTOTUNE_ENABLE DO_ENGINE_CONTROL
+    CONDITION_GATE DO_GRIPPER DO_WINCH DO_SPRAYER DO_AUTOTUNE_ENABLE
 """
 """Not modelled, but the vehicle flies on as it did; what it carries may weigh less, or take power."""
+# fmt: off
+_LOAD_FUNCTIONS = frozenset({
+    0, 9, 15, 19, 27, 28, 29, 30, 34, 35, 36, 44, 45, 66, 67, 94, 102, 113, 163, 164, 166, 167, 168, 169,
+    171, 174, 175, 177,
+})
+# fmt: on
+"""Auxiliary functions of what a vehicle carries: camera, mount, gripper, winch, sprayer, relays, landing
+gear, lights, log (``AUX_FUNC`` of ArduPilot's RC_Channel.h).  Any other may change how it flies: its mode,
+its fence, its motors."""
 
 
-def goes_on_flying(command: int, autopilot: Autopilot | None) -> bool:
+def goes_on_flying(command: int, param1: float | None, autopilot: Autopilot | None) -> bool:
     """Return whether a vehicle flies on past an item that is not modelled, as if it were not there.
 
     An autopilot that is known may skip it.
     """
+    if command == Command.DO_AUX_FUNCTION:
+        return param1 in _LOAD_FUNCTIONS
     skips = autopilot is not None and support(command, autopilot) is Support.SKIPPED
     return skips or command in _load_tables().flies_on
 

@@ -98,6 +98,11 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
     ),
     (
         ANY,
+        "FENCE_ENABLE is 1 and FENCE_TYPE 0: no fence selected",
+        lambda p: bool(p.own.fence_enable) and not p.own.fence_type,
+    ),
+    (
+        ANY,
         "FENCE_MARGIN is half of FENCE_ALT_MAX less FENCE_ALT_MIN, or more",
         lambda p: (
             p.has_fence
@@ -145,7 +150,7 @@ WOULD_NOT_ARM = Rule(
     how="ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  Always: FRAME_CLASS 0, "
     "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3.  Parameters: PILOT_SPEED_UP 0, "
     "FS_THR_VALUE below 910, ACRO_BAL_ROLL or _PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 "
-    "and no rangefinder.  A fence in use: FENCE_MARGIN at or above half of FENCE_ALT_MAX less "
+    "and no rangefinder.  A fence in use: FENCE_TYPE 0, FENCE_MARGIN at or above half of FENCE_ALT_MAX less "
     "FENCE_ALT_MIN, or above FENCE_RADIUS; FENCE_ALT_MIN below -100 m.  Battery: BATT_CRT_VOLT or "
     "BATT_CRT_MAH at or above BATT_LOW_VOLT or BATT_LOW_MAH (above it from 4.7 on), all above 0.",
     fix="correct the parameter on the vehicle",

@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     from planner.mission.items import MissionItem
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _FAR_M = 10_000.0
 """No multicopter begins its mission so far from home: PX4's MIS_DIST_1WP. [m]"""
 _ELSEWHERE_M = 100_000.0
 _PLACELESS = frozenset({StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY})
 """Stages that lead to no place of the mission."""
+_TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
     Command.NAV_LOITER_UNLIM: frozenset({4}),
@@ -96,6 +98,24 @@ def _never_turns(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fin
             "CIRCLE_RATE is 0: ArduPilot does not turn, and waits here for turns that never end",
             item=circles[0],
             fix="set CIRCLE_RATE to the rate the circles are meant to be flown at",
+        )
+
+
+@judges(ENDLESS, needs=(PX4,))
+def _never_turned(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    if parameters.yaw_acceptance_rad > 0.0 or parameters.yaw_timeout_s > 0.0:
+        return
+    waits = [
+        stage.item
+        for stage in a.route.stages
+        if stage.yaw_deg is not None and stage.kind not in _TAKES_ANY_HEADING
+    ]
+    if waits:
+        yield a.finding(
+            ENDLESS,
+            "MIS_YAW_ERR is 0 and MIS_YAW_TMT not above 0: PX4 waits here for a heading that is never exact",
+            item=waits[0],
+            fix="set MIS_YAW_ERR to some degrees, its default is 12",
         )
 
 

@@ -154,10 +154,8 @@ STAYS_A_WARNING = {
     "DO_GRIPPER",
     "DO_WINCH",
     "DO_SPRAYER",
-    "DO_SEND_SCRIPT_MESSAGE",
-    "DO_AUX_FUNCTION",
+    "DO_AUX_FUNCTION",  # that does nothing, as here
     "DO_AUTOTUNE_ENABLE",
-    "DO_ENGINE_CONTROL",
     "NAV_PAYLOAD_PLACE",  # flown down and up, its load is not known
     "NAV_ARC_WAYPOINT",  # of 0°, as here
 }
@@ -174,6 +172,17 @@ def test_what_is_not_modelled_is_no_go_where_the_vehicle_may_fly_otherwise(comma
     [finding] = [one for one in route.findings if one.code == "T102"]
     is_warning = DIALECTS.get(command) in STAYS_A_WARNING
     assert finding.severity is (Severity.WARNING if is_warning else Severity.ERROR)
+
+
+@pytest.mark.parametrize("function", range(200))
+def test_an_auxiliary_function_is_no_go_but_for_what_the_vehicle_carries(function: int) -> None:
+    # AUX_FUNC of RC_Channel.h: trigger, sprayer, gripper, mounts, relays, gear, sound, winch, video, log …
+    carried = {0, 9, 15, 19, 27, 28, 29, 30, *range(34, 37), 44, 45, 66, 67, 94, 102, 113, 163, 164}
+    carried |= {*range(166, 170), 171, 174, 175, 177}
+    calls = item(218, frame=2, params=(float(function), 2.0, 0.0, 0.0))
+    route = flown(TAKEOFF, calls, LEG, rtl(), dialect=Autopilot.ARDUPILOT)
+    [finding] = [one for one in route.findings if one.code == "T102"]
+    assert (finding.severity is Severity.WARNING) is (function in carried)
 
 
 @pytest.mark.parametrize(

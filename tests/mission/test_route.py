@@ -84,6 +84,13 @@ def test_altitude_zero_keeps_the_height_on_ardupilot_and_is_zero_on_px4() -> Non
     assert heights(route(*items, dialect=PX4))[1] == 0.0
 
 
+def test_a_loiter_to_altitude_zero_goes_down_to_it_on_ardupilot() -> None:
+    # ModeAuto::do_loiter_to_alt: the place by loc_from_cmd, the altitude by the item itself; in simulation
+    # from 30 m to 0 m.
+    items = (takeoff(30), waypoint(100, 30), item(31, north(200), 0.0), rtl())
+    assert heights(route(*items, dialect=Autopilot.ARDUPILOT))[:3] == [30.0, 30.0, 0.0]
+
+
 def test_altitude_zero_in_the_air_is_told_where_it_does_not_mean_as_before() -> None:
     items = (takeoff(20), waypoint(100, 0), rtl())
     assert codes(route(*items, dialect=ARDUPILOT)) == []

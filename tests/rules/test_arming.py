@@ -44,6 +44,7 @@ def refuses(parameters: str, code: str = "M127") -> bool:
             f"{FENCE}FENCE_MARGIN,31\nFENCE_RADIUS,30\n",
             f"{FENCE}FENCE_MARGIN,30\nFENCE_RADIUS,30\n",
         ),
+        ("FENCE_ENABLE,1\nFENCE_TYPE,0\n", "FENCE_ENABLE,0\nFENCE_TYPE,0\n"),
         (f"{FENCE}FENCE_ALT_MIN,-101\n", f"{FENCE}FENCE_ALT_MIN,-100\n"),
         ("BATT_LOW_VOLT,20\nBATT_CRT_VOLT,20\n", "BATT_LOW_VOLT,20\nBATT_CRT_VOLT,19.9\n"),
         ("BATT_LOW_VOLT,19\nBATT_CRT_VOLT,20\n", "BATT_LOW_VOLT,0\nBATT_CRT_VOLT,20\n"),

@@ -146,6 +146,24 @@ def test_no_circle_waits_for_no_turns() -> None:
 
 
 @pytest.mark.parametrize(
+    ("parameters", "heading_deg", "endless"),
+    [
+        ("MIS_YAW_ERR,0\n", 90.0, True),
+        ("MIS_YAW_ERR,0\n", None, False),
+        ("MIS_YAW_ERR,0.1\n", 90.0, False),
+        ("MIS_YAW_ERR,0\nMIS_YAW_TMT,0\n", 90.0, True),
+        ("MIS_YAW_ERR,0\nMIS_YAW_TMT,3\n", 90.0, False),
+    ],
+)
+def test_a_heading_that_px4_never_takes_is_waited_for_without_end(
+    parameters: str, heading_deg: float | None, *, endless: bool
+) -> None:
+    there = item(16, north(100), 20.0, params=(0.0, 0.0, 0.0, heading_deg))
+    reported = found(mission(takeoff(20), there, rtl()), PX4, parameters)
+    assert ("T101" in {one.code for one in reported}) == endless
+
+
+@pytest.mark.parametrize(
     ("code", "items"),
     [
         ("T101", [item(17, north(50), 30.0)]),

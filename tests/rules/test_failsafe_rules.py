@@ -144,6 +144,8 @@ def test_px4_ends_a_flight_at_its_longest_time() -> None:
     flight_s = checked(autopilot=Autopilot.PX4).totals.time_s
     assert told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=60), "E103")
     assert not told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=flight_s + 1.0), "E103")
+    # FlightTimeChecks: above 0 alone is a limit.
+    assert not told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=0), "E103")
 
 
 def _px4_returns(flown: Mission = FLOWN) -> Returns:

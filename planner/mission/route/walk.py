@@ -201,10 +201,11 @@ _GROUND_OFF_LINE_M = 2.0
 ENDLESS = Rule(
     "T101 endless-jump",
     Severity.ERROR,
-    summary="The mission never ends: an endless jump, an unlimited loiter or a circle without a rate.",
+    summary="The mission never ends: an endless jump, an unlimited loiter, a wait for what never comes.",
     why="Time and energy of an endless mission are infinite; only those of one lap are finite.",
     how="A DO_JUMP with an endless count, LOITER_UNLIM, or LOITER_TURNS on ArduPilot with CIRCLE_RATE 0 "
-    "(ModeAuto::verify_circle waits for turns that are never flown) is reached in flown order.",
+    "(ModeAuto::verify_circle waits for turns that are never flown), or a heading on PX4 with MIS_YAW_ERR 0 "
+    "and MIS_YAW_TMT not above 0 (MissionBlock::is_mission_item_reached) is reached in flown order.",
     fix="give the jump a count, or end the mission with a return or a landing",
     instead="a count for the jump, turns that end, a return or a landing",
 )
@@ -217,8 +218,9 @@ ITEM_NOT_MODELLED = Rule(
     "at least for a warning).",
     how="The command is not among those whose flight is predicted; the message gives the assumption.  "
     "An error where the vehicle may fly elsewhere, wait or stop for it: arcs, scripts, parachutes, "
-    "unknown commands; where a step-response model flies a climb or descent faster on average than "
-    "DO_CHANGE_SPEED allows; where it flies a spline straight and there is a fence or a terrain.",
+    "auxiliary functions but those of what it carries, unknown commands; where a step-response model flies "
+    "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
+    "there is a fence or a terrain.",
     fix="allow for the item yourself, or replace it by one that is modelled",
 )
 
@@ -749,6 +751,8 @@ class MissionState:
         }:
             return
         name = command_name(item.command)
+        if item.command == Command.DO_AUX_FUNCTION:
+            name += f" {item.param1 or 0.0:g}"
         if self.dialect is not None and support(item.command, self.dialect) is Support.SKIPPED:
             assumed = f"{self.dialect.label} skips it, 0 s and 0 Wh are assumed"
         elif is_destination(item.command) and self.has_place(item):
@@ -759,7 +763,9 @@ class MissionState:
         self.remark(
             ITEM_NOT_MODELLED,
             f"{name} is not modelled: {assumed}",
-            severity=None if goes_on_flying(item.command, self.dialect) else Severity.ERROR,
+            severity=None
+            if goes_on_flying(item.command, item.param1, self.dialect)
+            else Severity.ERROR,
         )
 
     def _hold_s(self, item: MissionItem) -> float:
@@ -821,7 +827,9 @@ class MissionState:
             self.refuse(item, f"an altitude of {altitude:g} m cannot be flown")
         if altitude == 0.0 and self.stages:
             if self.dialect is Autopilot.ARDUPILOT:
-                return self.height_m
+                # Where it goes it keeps its height; ModeAuto::do_loiter_to_alt then takes the 0 as it is.
+                climbs = item.command == Command.NAV_LOITER_TO_ALT
+                return self._above_home_m(item, altitude) if climbs else self.height_m
             if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
                 return self._zero_height_m()
         return self._above_home_m(item, altitude)

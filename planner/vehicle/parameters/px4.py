@@ -105,12 +105,12 @@ class Px4Parameters(AutopilotParameters, eq=False):
     return_time_action: int = parameter("COM_FLTT_LOW_ACT", 0, NOT_NEGATIVE)
     # charge to arm with; negative: the critical one
     arm_battery_min_fraction: float = parameter("COM_ARM_BAT_MIN", -1.0, Range(high=1.0))
-    # longest flight; negative: no limit
+    # longest flight; 0 or less: no limit
     flight_time_max_s: float = parameter("COM_FLT_TIME_MAX s", -1.0)
-    wind_max_m_s: float = parameter("COM_WIND_MAX m/s", -1.0)  # strongest wind; negative: no limit
+    wind_max_m_s: float = parameter("COM_WIND_MAX m/s", -1.0)  # strongest; 0 or less: no limit
     # 0 none, 1 warn, 2 hold, 3 return, 4 terminate, 5 land; so the next
     wind_max_action: int = parameter("COM_WIND_MAX_ACT", 0, NOT_NEGATIVE)
-    # largest error of the position; negative: no limit
+    # largest error of the position; 0 or less: no limit
     position_error_limit_m: float = parameter("COM_POS_LOW_EPH m", -1.0)
     position_error_action: int = parameter("COM_POS_LOW_ACT", 3, NOT_NEGATIVE)
     # thrust of a hover over the greatest
