@@ -284,6 +284,7 @@ _ARDUPILOT_SKIPPED = """
     NAV_CONTINUE_AND_CHANGE_ALT NAV_ALTITUDE_WAIT DO_SET_MODE DO_GO_AROUND DO_SET_REVERSE
     DO_INVERTED_FLIGHT DO_AUTOTUNE_ENABLE NAV_SET_YAW_SPEED DO_ENGINE_CONTROL DO_VTOL_TRANSITION
 """
+_LATER_NAVIGATION = frozenset({"NAV_SET_YAW_SPEED", "NAV_SCRIPT_TIME", "NAV_ATTITUDE_TIME"})
 # New since 4.7, or in the parser of some versions only.
 _ARDUPILOT_UNKNOWN = """
     NAV_ARC_WAYPOINT DO_SET_ROI_SYSID DO_SET_CAM_TRIGG_INTERVAL DO_MOUNT_CONFIGURE
@@ -316,6 +317,18 @@ def goes_on_flying(command: int, param1: float | None, autopilot: Autopilot | No
         return param1 in _LOAD_FUNCTIONS
     skips = autopilot is not None and support(command, autopilot) is Support.SKIPPED
     return skips or command in _load_tables().flies_on
+
+
+_LAST_NAVIGATION = 95
+"""MAV_CMD_NAV_LAST."""
+
+
+def is_navigation(command: int) -> bool:
+    """Return whether ArduPilot takes a command for navigation, not for a condition or an action.
+
+    ``AP_Mission::is_nav_cmd``.
+    """
+    return command <= _LAST_NAVIGATION or command_name(command) in _LATER_NAVIGATION
 
 
 def command_effect(command: int) -> CommandEffect:

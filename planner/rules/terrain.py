@@ -238,7 +238,7 @@ def _level_ground(a: Assessment) -> Iterator[Found]:
             yield from _too_low(a, flown)
 
 
-@judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, NO_TERRAIN_DATA, needs=(TERRAIN,))
+@judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, needs=(TERRAIN,))
 def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     cell_m = min(tile.cell_m for tile in terrain.tiles)
     # Places to return from are among the points of the path.

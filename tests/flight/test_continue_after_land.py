@@ -54,7 +54,10 @@ BACK = (takeoff(30), waypoint(0, 30), land(0))
 
 
 @pytest.mark.parametrize("options", [4, 5])
-@pytest.mark.parametrize("between", [(), (wait(10.0),), (AUXILIARY, wait(10.0))])
+@pytest.mark.parametrize(
+    "between",
+    [(), (wait(10.0),), (AUXILIARY, wait(10.0)), (GRIPPER,), (GRIPPER, wait(5.0), speed(5.0))],
+)
 def test_the_flight_goes_on_where_a_take_off_comes_next(
     options: int, between: tuple[MissionItem, ...]
 ) -> None:
@@ -65,10 +68,17 @@ def test_the_flight_goes_on_where_a_take_off_comes_next(
 
 
 @pytest.mark.parametrize(
-    ("options", "between"), [(0, ()), (3, ()), (4, (GRIPPER,)), (4, (speed(5.0),))]
+    ("options", "between"),
+    [
+        (0, ()),
+        (3, ()),
+        (4, (waypoint(0, 10),)),
+        (4, (item(213, frame=2),)),
+        # 16 times it looks for the next navigation command, from one place after the other.
+        (4, (*[GRIPPER] * 15, wait(5.0))),
+    ],
 )
 def test_it_ends_where_the_vehicle_disarms(options: int, between: tuple[MissionItem, ...]) -> None:
-    # ``AP_Mission::is_takeoff_next`` looks past NAV_DELAY and DO_AUX_FUNCTION only.
     result = flown(*THERE, *between, *BACK, options=options)
     assert left_out(result) == [Severity.ERROR]
     assert result.totals.distance_m == pytest.approx(200.0, abs=1.0)

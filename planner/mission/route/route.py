@@ -17,7 +17,7 @@ from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame
-from planner.mission.commands import Command, command_name, is_destination
+from planner.mission.commands import Command, command_name, is_destination, is_navigation
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.stage import Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
@@ -237,25 +237,25 @@ def make_route(
 
 
 _LOOKED_AHEAD = 16
-"""Items ArduPilot looks ahead for a take-off."""
-_LOOKED_PAST = frozenset({Command.NAV_DELAY, Command.DO_AUX_FUNCTION})
+"""Places in the list from which ArduPilot looks ahead for a take-off."""
 
 
 def _takes_off_next(ahead: Iterable[int]) -> bool:
-    """Return whether a take-off comes next: only delays and auxiliary functions may be before it.
+    """Return whether a take-off is the next navigation command but for delays.
 
     Notes
     -----
-    ``AP_Mission::is_takeoff_next``; jumps are followed, and are no items of their own to it.
+    ``AP_Mission::is_takeoff_next`` asks for the next navigation command from each place on: conditions and
+    DO_ commands are looked past, and jumps are followed.
     """
-    looked = 0
-    for command in ahead:
+    places = (command for command in ahead if command not in {Command.DO_JUMP, Command.DO_JUMP_TAG})
+    last_delay = -1
+    for place, command in enumerate(places):
         if command in TAKEOFFS:
-            return True
-        if command in {Command.DO_JUMP, Command.DO_JUMP_TAG}:
-            continue
-        looked += 1
-        if command not in _LOOKED_PAST or looked == _LOOKED_AHEAD:
+            return last_delay + 1 < _LOOKED_AHEAD
+        if command == Command.NAV_DELAY:
+            last_delay = place
+        elif is_navigation(command):
             return False
     return False
 
@@ -425,8 +425,8 @@ ITEMS_NOT_FLOWN = Rule(
     summary="Items after the landing or return are not flown.",
     why="Items after the end of a mission are reached by a jump or a failsafe only, or never.",
     how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out, unless --params has "
-    "bit 2 of ArduPilot's MIS_OPTIONS set (4, continue after land) and a take-off comes next, with "
-    "nothing but NAV_DELAY and DO_AUX_FUNCTION between (AP_Mission): then the flight goes on.  An error "
+    "bit 2 of ArduPilot's MIS_OPTIONS set (4, continue after land) and a take-off is the next navigation "
+    "command but for NAV_DELAY (AP_Mission::is_takeoff_next): then the flight goes on.  An error "
     "where a take-off is among those left out: a vehicle that is started again flies what is not counted.",
     fix="move the items before the landing, or delete them; to land and take off again, set MIS_OPTIONS "
     "to 4 and let the take-off follow the landing or its NAV_DELAY",
