@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
+from planner.fetched import FetchMark
 from planner.findings import Rule, Severity
 from planner.link.mission import MissionKind, mission_of_lists, shortest
 from planner.values import Value, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
     from planner.link.mission import WireItem
@@ -137,7 +138,12 @@ def parameter_set(snapshot: VehicleSnapshot) -> ParameterSet:
     )
 
 
-def parameter_text(snapshot: VehicleSnapshot) -> str:
+def fetch_mark(snapshot: VehicleSnapshot, time: str) -> FetchMark:
+    """Return the mark of what was read at a time, in UTC."""
+    return FetchMark.of(time, snapshot.identity.uid, dict(_shown(snapshot)))
+
+
+def parameter_text(snapshot: VehicleSnapshot, mark: FetchMark) -> str:
     """Return a vehicle's parameters as QGroundControl writes them to a file."""
     identity = snapshot.identity
     lines = [f"# Onboard parameters for Vehicle {identity.system}", "#"]
@@ -148,12 +154,18 @@ def parameter_text(snapshot: VehicleSnapshot) -> str:
         lines.append(f"# Version: {number} {identity.firmware_release}".rstrip())
     if identity.firmware_hash.strip("0"):
         lines.append(f"# Git Revision: {identity.firmware_hash}")
-    lines += ["#", "# Vehicle-Id Component-Id Name Value Type"]
-    for one in snapshot.parameters:
-        value = shortest(one.number(is_bytewise=identity.is_bytewise))
-        shown = "nan" if value is None else repr(int(value) if one.is_whole else value)
-        lines.append(f"{identity.system}\t{identity.component}\t{one.name}\t{shown}\t{one.kind}")
+    lines += [mark.comment, "#", "# Vehicle-Id Component-Id Name Value Type"]
+    for one, (name, shown) in zip(snapshot.parameters, _shown(snapshot), strict=True):
+        lines.append(f"{identity.system}\t{identity.component}\t{name}\t{shown}\t{one.kind}")
     return "\n".join(lines) + "\n"
+
+
+def _shown(snapshot: VehicleSnapshot) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each parameter as a file has them."""
+    for one in snapshot.parameters:
+        value = shortest(one.number(is_bytewise=snapshot.identity.is_bytewise))
+        shown = "nan" if value is None else repr(int(value) if one.is_whole else value)
+        yield one.name, shown
 
 
 def _with_capacity(

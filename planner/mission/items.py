@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.autopilot import Autopilot
+    from planner.fetched import FetchMark
     from planner.findings import Finding, Place, Remarks, Rule, Severity
     from planner.geo.fence import Fence, RallyPoint
 
@@ -202,6 +203,8 @@ class Mission(Value):
     """What it was written for; ``None`` where neither the file nor its commands decide."""
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
+    fetched: FetchMark | None = None
+    """Where ``mavjoule fetch`` wrote the file."""
     findings: tuple[Finding, ...] = ()
     """What reading it brought to light."""
     document: Any = None

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from planner.autopilot import Target
+    from planner.fetched import FetchMark
     from planner.findings import Finding, Rule
     from planner.flight.budget import BatteryBudget, Discharge
     from planner.flight.power import SteadyPower
@@ -80,6 +81,13 @@ def _ardupilot(a: Assessment) -> ArduPilotParameters | None:
     return a.own_parameters if isinstance(a.own_parameters, ArduPilotParameters) else None
 
 
+def _fetch_marks(a: Assessment) -> tuple[FetchMark, FetchMark] | None:
+    plan, parameters = a.mission.fetched, a.setup.parameters
+    if plan is None or parameters is None or parameters.fetched is None:
+        return None
+    return plan, parameters.fetched
+
+
 POWER: Need[SteadyPower] = Need(
     "the vehicle's power: a model with [hover]",
     lambda a: a.flight.power if a.vehicle.is_power_known else None,
@@ -107,6 +115,9 @@ ARDUPILOT_TARGET: Need[Target] = Need(
 )
 FENCE: Need[FenceLimits] = Need(
     "a fence in the mission or the parameters", _fence_limits, is_subject=True
+)
+FETCHED: Need[tuple[FetchMark, FetchMark]] = Need(
+    "a plan and parameters of mavjoule fetch", _fetch_marks, is_subject=True
 )
 PROFILE: Need[SiteProfile] = Need(
     "a profile of the site: --profile", lambda a: a.setup.profile, is_subject=True

@@ -20,7 +20,7 @@ from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
-from planner.rules.declaration import EXTREMES, POWER, PX4, NotEvaluated, judges
+from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
 from planner.units import wh_from_j
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray
+    from planner.fetched import FetchMark
     from planner.findings import Finding
     from planner.flight.motion.kinematics import SegmentColumns
     from planner.flight.power import SteadyPower
@@ -321,6 +322,46 @@ def unnamed_vehicle(setup: Setup) -> Iterator[Finding]:
         yield NO_VEHICLE.finding(
             f"no vehicle named: predicted for {setup.vehicle.name}, which is not your drone"
         )
+
+
+PAIR_MIXED = Rule(
+    "X908 pair-mixed",
+    Severity.ERROR,
+    summary="Plan and parameters were fetched apart, and the parameters changed between.",
+    why="Speeds, climbs, the return and its failsafes are predicted from the parameters: with those of "
+    "last week, or of another vehicle, the prediction is of a flight that nobody will see.",
+    how="mavjoule fetch notes in both files the time, the vehicle and a check sum over the parameters "
+    "that a vehicle does not change by itself.  Where the check sums differ: an error where the "
+    "parameters are the older, a warning where the plan is, or where they are another vehicle's.  "
+    "Files without the note are not compared.",
+    fix="fetch both from the vehicle that flies, or give --params the file fetched with the plan",
+    leaves_open=True,
+)
+
+
+@judges(PAIR_MIXED, needs=(FETCHED,))
+def _pair_mixed(a: Assessment, marks: tuple[FetchMark, FetchMark]) -> Iterator[Finding]:
+    plan, parameters = marks
+    if plan.parameters == parameters.parameters:
+        return
+    severity = Severity.WARNING
+    if plan.vehicle and parameters.vehicle and plan.vehicle != parameters.vehicle:
+        text = (
+            f"the parameters are those of autopilot {parameters.vehicle}; the plan was fetched from "
+            f"autopilot {plan.vehicle}"
+        )
+    elif parameters.time > plan.time:
+        text = (
+            f"the plan is older than the parameters: fetched {plan.time} and {parameters.time}, and "
+            "the vehicle's parameters changed between"
+        )
+    else:
+        severity = Severity.ERROR
+        text = (
+            f"the parameters are older than the plan: fetched {parameters.time} and {plan.time}, and "
+            "the vehicle's parameters changed between"
+        )
+    yield a.finding(PAIR_MIXED, text, severity=severity)
 
 
 POWER_UNKNOWN = Rule(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from planner import quantity
@@ -9,7 +10,7 @@ from planner.errors import OutputError, UsageError
 from planner.files import write_output_files
 from planner.findings import Rule, Severity
 from planner.link.mission import MissionKind, mission_of_lists
-from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
+from planner.link.snapshot import fetch_mark, fetch_snapshot, parameter_set, parameter_text
 from planner.link.vehicle import open_link, silent
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
@@ -56,8 +57,13 @@ def write_snapshot(snapshot: VehicleSnapshot, plan: Path, parameters: Path) -> N
     if plan.resolve() == parameters.resolve():
         msg = f"{plan}: plan and parameters need a file each"
         raise OutputError(msg)
-    conversion = convert_mission(snapshot.mission, MissionFormat.PLAN)
-    write_output_files({plan: conversion.text, parameters: parameter_text(snapshot)})
+    mark = fetch_mark(snapshot, _now())
+    conversion = convert_mission(replace(snapshot.mission, fetched=mark), MissionFormat.PLAN)
+    write_output_files({plan: conversion.text, parameters: parameter_text(snapshot, mark)})
+
+
+def _now() -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 CONDITIONS_FROM_VEHICLE = Rule(

@@ -85,6 +85,78 @@ def test_what_is_on_the_vehicle_is_in_the_files(
     assert "80 % full, 15.20 V, of 5.2 Ah" in said.out
 
 
+CHECK = ("--vehicle", "px4-sih-quad", "--battery", "170Wh", "--format", "json")
+
+
+def _findings_of_pair(
+    plan: str, parameters: str, capsys: pytest.CaptureFixture[str]
+) -> list[tuple[str, str]]:
+    """Return severity and message of X908 in a check of the two."""
+    capsys.readouterr()
+    main(["check", plan, "--params", parameters, *CHECK])
+    (result,) = json.loads(capsys.readouterr().out)["missions"]
+    return [
+        (one["severity"], one["message"]) for one in result["findings"] if one["code"] == "X908"
+    ]
+
+
+def test_files_of_two_fetches_do_not_pass_for_a_pair(
+    on_line: list[VirtualLine], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times = iter(f"2026-11-2{day}T12:00:00Z" for day in range(2, 6))
+    monkeypatch.setattr("planner.service.vehicle._now", lambda: next(times))
+    later, other, counted = _vehicle(), _vehicle(), _vehicle()
+    later.parameters["MPC_XY_CRUISE"] = (9.0, 9)
+    other.parameters, other.uid = later.parameters, 0x123456
+    counted.parameters = {**counted.parameters, "STAT_FLTTIME": (77.0, 6)}
+    for name, vehicle in (("old", _vehicle()), ("counted", counted), ("new", later)):
+        on_line.append(VirtualLine(vehicle))
+        assert main(["fetch", URL, "-o", f"{name}.plan"]) == 0
+    on_line.append(VirtualLine(other))
+    assert main(["fetch", URL, "-o", "other.plan"]) == 0
+    for name in ("old", "new", "other"):
+        assert _findings_of_pair(f"{name}.plan", f"{name}.params", capsys) == []
+    assert _findings_of_pair("counted.plan", "old.params", capsys) == []  # as they were
+    ((severity, text),) = _findings_of_pair("new.plan", "old.params", capsys)
+    assert severity == "error"
+    assert "older than the plan: fetched 2026-11-22T12:00:00Z and 2026-11-24T12:00:00Z" in text
+    ((severity, text),) = _findings_of_pair("old.plan", "new.params", capsys)
+    assert (severity, text.split(":")[0]) == ("warning", "the plan is older than the parameters")
+    ((severity, text),) = _findings_of_pair("old.plan", "other.params", capsys)
+    assert severity == "warning"
+    assert "those of autopilot 123456; the plan was fetched from autopilot abcdef" in text
+
+
+def test_files_without_a_mark_or_with_a_broken_one_are_not_compared(
+    on_line: list[VirtualLine], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    on_line.append(VirtualLine(_vehicle()))
+    assert main(["fetch", URL, "-o", "site.plan"]) == 0
+    document = json.loads((tmp_path / "site.plan").read_text(encoding="utf-8"))
+    mark = document.pop("fetched")
+    lines = (tmp_path / "site.params").read_text(encoding="utf-8").replace(mark[-16:], "0" * 16)
+    (tmp_path / "site.params").write_text(lines, encoding="utf-8")
+    broken: tuple[object, ...] = (None, "", 7, ["x"], {}, f"{mark}0", f"\u0660{mark[1:]}")
+    for found in broken:
+        odd = document if found is None else {**document, "fetched": found}
+        (tmp_path / "odd.plan").write_text(json.dumps(odd), encoding="utf-8")
+        assert _findings_of_pair("odd.plan", "site.params", capsys) == []
+    (tmp_path / "odd.plan").write_text(json.dumps({**document, "fetched": mark}), encoding="utf-8")
+    assert len(_findings_of_pair("odd.plan", "site.params", capsys)) == 1  # as it would be
+
+
+def test_the_mark_is_kept_where_a_plan_is_written_again(
+    on_line: list[VirtualLine], tmp_path: Path
+) -> None:
+    on_line.append(VirtualLine(_vehicle()))
+    assert main(["fetch", URL, "-o", "site.plan"]) == 0
+    assert main(["convert", "site.plan", "again.plan", "--speed", "4"]) == 0
+    fetched = planner.read_mission("site.plan").fetched
+    assert fetched is not None
+    assert planner.read_mission("again.plan").fetched == fetched
+    assert read_parameters(tmp_path / "site.params").fetched == fetched
+
+
 def test_the_same_is_told_as_json(
     on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,6 +18,7 @@ from mavsdk.plugins.mission_raw import MissionRawError
 from plan_text import LANDING, PLAN, plan_of, plan_without, simple_item
 
 from planner.autopilot import Autopilot
+from planner.fetched import FetchMark
 from planner.mission.commands import Frame
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.formats.writers import plan_text, with_unused_position_zero, wpl_text
@@ -94,7 +95,8 @@ def test_any_plan_that_is_written_is_imported_as_it_was(
     fence: Fence,
     rally: tuple[RallyPoint, ...],
 ) -> None:
-    mission = replace(made(*items, home=home), fence=fence, rally=rally)
+    mark = FetchMark.of("2026-11-22T12:00:00Z", "3f", {})
+    mission = replace(made(*items, home=home), fence=fence, rally=rally, fetched=mark)
     data = import_plan(importers[Autopilot.PX4], plan_text(mission))
     compare(items, data.mission_items)
     compare_fence(fence, data.geofence_items)

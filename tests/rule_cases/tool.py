@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, found, vehicle_of
 
 from planner.errors import MissionFileError
+from planner.fetched import FetchMark
 from planner.service.preflight import check_mission, check_read
 from planner.setup import Setup
 from planner.values import replace
@@ -22,6 +23,16 @@ if TYPE_CHECKING:
 def _with(*, is_vehicle_named: bool) -> Iterable[Finding]:
     setup = Setup(vehicle=vehicle_of(ARDUPILOT), battery=PLENTY, is_vehicle_named=is_vehicle_named)
     return check_mission(PLAIN, setup).findings
+
+
+def _fetched_apart(plan: FetchMark, parameters: FetchMark) -> tuple[Finding, ...]:
+    one = replace(PLAIN, fetched=FetchMark.read(plan.text))
+    return found(one, ARDUPILOT, f"{parameters.comment}\nWPNAV_SPEED,500\n")
+
+
+def _mark(time: str, speed: str, vehicle: str = "3f") -> FetchMark:
+    values = {"WPNAV_SPEED": speed, "STAT_RUNTIME": time}  # a counter
+    return FetchMark.of(f"2026-11-{time}T08:00:00Z", vehicle, values)
 
 
 def _watched(parameters: str) -> tuple[Finding, ...]:
@@ -50,6 +61,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: _watched("BATT_LOW_VOLT,21\nBATT_FS_LOW_ACT,2\n"),
         silent=lambda: found(PLAIN, ARDUPILOT, "BATT_LOW_VOLT,21\n", battery=None),
         boundary=lambda: _watched("BATT_LOW_VOLT,0\nBATT_FS_LOW_ACT,2\n"),
+    ),
+    "X908": RuleCases(
+        fires=lambda: _fetched_apart(_mark("22", "500.0"), _mark("15", "1000.0")),
+        silent=lambda: _fetched_apart(_mark("22", "500.0"), _mark("22", "500.0")),
+        boundary=lambda: _fetched_apart(_mark("22", "500.0"), _mark("15", "500.0")),
     ),
     # What a reader refuses with a sentence is no bug, but X901.
     "X905": RuleCases(

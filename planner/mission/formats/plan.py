@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
+from planner.fetched import KEY as FETCHED_KEY
+from planner.fetched import FetchMark
 from planner.findings import Remarks, Rule, Severity
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import Command
@@ -106,6 +108,7 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
         ),
         fence=fence,
         rally=rally,
+        fetched=None if plan is None else FetchMark.read(plan.value.get(FETCHED_KEY)),
         findings=(*document.findings, *remarks.findings()),
         document=PlanDocument(json=document, section=section.value, origins=origins),
     )

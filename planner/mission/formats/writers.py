@@ -13,6 +13,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
+from planner.fetched import KEY as FETCHED_KEY
 from planner.mission.commands import UNSET_YAW, Command, Frame, has_location, load_command_table
 from planner.mission.formats.fence_items import fence_items, rally_items
 from planner.mission.formats.plan import (
@@ -208,6 +209,8 @@ def plan_text(mission: Mission) -> str:
     plan["mission"] = _mission_section(mission, basis)
     plan["rallyPoints"] = _rally_section(mission.rally, basis)
     put(plan, "version", FILE_VERSION)
+    if mission.fetched is not None:
+        plan[FETCHED_KEY] = mission.fetched.text
     text = _json_text(plan)
     if basis.text is None or plan != basis.head:  # equal values may still be other texts: 1, true
         return text

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import ParameterFileError
+from planner.fetched import FetchMark
 from planner.files import decoded, read_bounded, refuse_large
 from planner.findings import Place, Rule, Severity
 from planner.values import Value
@@ -69,6 +70,8 @@ class ParameterSet(Value):
     """Whose they are; ``None`` where neither a header nor the names say."""
     version: Version | None = None
     """Major and minor version of the firmware, where it is known."""
+    fetched: FetchMark | None = None
+    """Where ``mavjoule fetch`` wrote the file."""
     findings: tuple[Finding, ...] = ()
     """What is odd about the file."""
 
@@ -123,6 +126,7 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
         values=values,
         stack=_header_stack(header) or stack_of_names(values),
         version=_header_version(header),
+        fetched=next(filter(None, map(FetchMark.read_comment, header)), None),
         findings=_repetitions(repeated, source=source),
     )
 
