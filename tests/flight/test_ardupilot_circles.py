@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from ardupilot_missions import DEFAULTS, fly, go, stage, states, takeoff, time_s, took_s
+from ardupilot_missions import DEFAULTS, ends, fly, go, home, stage, states, takeoff, time_s, took_s
+from ardupilot_times import leg_s
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import StageKind
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import Motion
 
 LIMIT_M_S = 15.0
 LEAN_M_S2 = 9.80665 * math.tan(math.radians(30.0))
@@ -129,30 +134,79 @@ def test_circles_turn_clockwise_and_the_other_way_for_a_negative_radius() -> Non
         assert np.sign(state.north_m_s[0]) == north  # east of the centre, northwards or southwards
 
 
+def radius_m(motion: Motion, time_s: float) -> float:
+    """Distance from the centre, which is home, at a time."""
+    state = motion.state_at_time(np.array([time_s]))
+    return float(np.hypot(state.east_m[0], state.north_m[0]))
+
+
+@pytest.mark.parametrize(("radius", "speed"), [(20.0, 10.0), (60.0, 10.0), (20.0, 2.0)])
+def test_the_reference_is_pulled_round_inside_the_circle_that_its_target_describes(
+    radius: float, speed: float
+) -> None:
+    circle = stage(StageKind.CIRCLE, 100.0, turns=3, radius=radius, speed=speed)
+    motion = fly(takeoff(), replace(circle, east_m=0.0, north_m=0.0), home())
+    end_s = float(motion.segments.end_s[motion.arrival_segment[1]])
+    r = radius_m(motion, end_s - 1.0)
+    # Steady: acceleration −ω² r = 2 (w − i ω r), so w = (i ω − ω²/2) r is the speed asked for; it is
+    # sqrt(2.5 e − 1.5625) at e from the target, or e below 1.25 m, and leads there: |r + e w/|w|| = R.
+    rate = min(speed, math.sqrt(0.5 * 2.5 * radius)) / radius
+    asked = r * rate * math.hypot(1.0, rate / 2.0)
+    error = asked if asked < 1.25 else (asked**2 + 1.5625) / 2.5
+    inward = (rate / 2.0) / math.hypot(1.0, rate / 2.0)
+    target = math.sqrt(r**2 + error**2 - 2.0 * r * error * inward)
+    # The autopilot's steps of 2.5 ms are 20 here: the target is so much farther on.
+    assert target == pytest.approx(radius, abs=0.02 * rate * radius)
+    assert r < radius
+
+
+def test_a_circle_of_15_m_is_flown_as_recorded() -> None:
+    # ArduCopter 4.7.0-dev in SITL, whose lean limit is 10.24 m/s: 14.42 m at 4.14 m/s.
+    circle = stage(StageKind.CIRCLE, 0.0, 0.0, 20.0, turns=2, radius=15.0)
+    motion = fly_ardupilot((takeoff(20.0), circle), DEFAULTS, airspeed_limit_m_s=10.24)
+    end_s = float(motion.segments.end_s[motion.arrival_segment[1]])
+    assert radius_m(motion, end_s - 2.0) == pytest.approx(14.42, abs=0.05)
+    state = motion.state_at_time(np.array([end_s - 2.0]))
+    assert state.ground_speed_m_s[0] == pytest.approx(4.14, abs=0.03)
+
+
+def test_the_leg_behind_a_circle_begins_at_once_as_recorded() -> None:
+    # Flown in SITL: circles of 10 m twice and 30 m counter-clockwise once, and a waypoint behind.
+    circles = (
+        stage(StageKind.CIRCLE, 0.0, 60.0, 20.0, turns=2, radius=10.0),
+        stage(StageKind.CIRCLE, 60.0, 60.0, 20.0, turns=1, radius=-30.0),
+    )
+    motion = fly_ardupilot(
+        (takeoff(20.0), *circles, go(80.0, 0.0, 20.0), home()), DEFAULTS, airspeed_limit_m_s=10.24
+    )
+    arrivals = motion.segments.end_s[motion.arrival_segment]
+    assert arrivals[1:] == pytest.approx([63.86, 107.82, 123.37, 174.89], abs=0.5)
+    assert motion.segments.distance_m.sum() == pytest.approx(523.6, rel=0.02)
+    # The motion is one: no piece begins where, or otherwise than, the one before ended.
+    position, velocity = ends(motion)
+    assert np.abs(position[1, :-1] - position[0, 1:]).max() < 0.02
+    assert np.abs(velocity[1, :-1] - velocity[0, 1:])[:, :2].max() < 0.05
+
+
 def test_a_circle_is_flown_to_from_more_than_three_metres() -> None:
     motion = fly(takeoff(), stage(StageKind.CIRCLE, 100.0, turns=1, radius=20.0))
-    assert motion.segments.distance_m.sum() == pytest.approx(
-        80.0 + 2 * math.pi * 20.0 + 6.15, abs=0.3
-    )
+    assert motion.segments.duration_s[1:4].sum() == pytest.approx(leg_s(80.0), abs=1e-6)
 
 
-@pytest.mark.parametrize("off_m", [0.0, 0.8, 1.5])
-def test_a_circle_with_its_edge_within_three_metres_is_flown_from_where_the_vehicle_is(
+@pytest.mark.parametrize("off_m", [0.8, 1.5])
+def test_a_circle_with_its_edge_within_three_metres_is_begun_where_the_vehicle_is(
     off_m: float,
 ) -> None:
-    # The edge is 2 m from the centre: from 0.8 m off it the vehicle circles at 0.8 m.
-    there = (go(off_m, hold=1.0),) if off_m else ()
+    # Its target goes round 2 m from the centre all the same, and draws the vehicle out there.
     motion = fly(
         takeoff(),
-        *there,
-        stage(StageKind.CIRCLE, turns=3, radius=2.0, speed=0.1),
+        go(off_m, hold=1.0),
+        stage(StageKind.CIRCLE, turns=3, radius=2.0),
         parameters=ArduPilotParameters(circle_rate_rad_s=0.1),
     )
-    before_m = motion.segments.distance_m[: motion.done_segment[len(there)] + 1].sum()
-    assert before_m == pytest.approx(off_m, abs=1e-6)
-    # and stops within a decimetre from 0.15 m/s or less on its tangent
-    flown_m = motion.segments.distance_m.sum() - before_m
-    assert flown_m == pytest.approx(3 * 2 * math.pi * off_m, abs=0.1)
+    begun_s = float(motion.segments.end_s[motion.done_segment[1]])
+    assert radius_m(motion, begun_s) == pytest.approx(off_m, abs=1e-6)
+    assert radius_m(motion, begun_s + 20.0) == pytest.approx(2.0, abs=0.02)
 
 
 def test_a_circle_of_no_turns_ends_at_its_edge() -> None:

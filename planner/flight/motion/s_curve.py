@@ -210,6 +210,17 @@ class SCurves(Value, eq=False):
         duration, jerk = np.column_stack(durations), np.column_stack(jerks)
         return Phases.after(self.start_m_s, duration, jerk)
 
+    def at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return way and speed a time after the beginning of each curve, within it. (n,) each"""
+        phases = self.phases()
+        rows = np.arange(len(time_s))
+        part = np.maximum((phases.start_s <= time_s[:, None]).sum(axis=1) - 1, 0)
+        t = time_s - phases.start_s[rows, part]
+        speed, acceleration = phases.speed_m_s[rows, part], phases.acceleration_m_s2[rows, part]
+        jerk = phases.jerk_m_s3[rows, part]
+        way = phases.way_m[rows, part] + t * (speed + t * (0.5 * acceleration + t * jerk / 6.0))
+        return way, speed + t * (acceleration + 0.5 * t * jerk)
+
 
 class Phases(Value, eq=False):
     """Parts of constant jerk, one after the other along each line: k columns."""

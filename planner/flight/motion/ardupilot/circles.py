@@ -1,16 +1,19 @@
-"""Circles as ArduPilot flies them: a target that turns at a steady rate, whatever becomes of the vehicle."""
+"""Circles as ArduPilot flies them: a target that turns at a steady rate, whatever becomes of the vehicle.
+
+The next leg begins at once from the stopping point, while the vehicle still comes out of the turn.
+"""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s
-from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
+from planner.flight.motion.ardupilot.circle_path import circle_path
+from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s, start_delay_s
+from planner.flight.motion.ardupilot.stages import places_about_m, vectors_about
 from planner.flight.motion.kinematics import (
     CircleLaw,
     FlightState,
@@ -19,88 +22,151 @@ from planner.flight.motion.kinematics import (
     make_manoeuvres,
     quotient,
 )
-from planner.mission.route.stage import StageKind
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
+    from planner.flight.motion.ardupilot.legs import ArduPilotLegs
     from planner.flight.motion.ardupilot.stages import StageColumns
+    from planner.flight.motion.ardupilot.track_lag import TrackLag
     from planner.flight.motion.kinematics import Manoeuvres
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
-_LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
-"""``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""
-
 
 class Circles(Value, eq=False):
-    """Circles, one per row."""
+    """Circles that lead round something, one per row, and the vehicle in motion at their ends."""
 
-    key: IntArray
-    """Place in the order of the flight. (n,)"""
+    stage: IntArray
+    entries: Manoeuvres
+    """How each comes to its steady part, or to its end."""
     law: CircleLaw
-    duration_s: FloatArray
-    speed_m_s: FloatArray
+    """Of the steady parts."""
+    steady_s: FloatArray
+    """Durations of the steady parts, zero where a circle is over before. (n,) [s]"""
+    target_m_s: FloatArray
+    """Speed of the target on the circle that is named. (n,) [m s⁻¹]"""
+    last_m: FloatArray
+    """Where the last turn ends. (n, 3) [m]"""
+    last_m_s: FloatArray
+    """Velocity there. (n, 3) [m s⁻¹]"""
+    asked_m_s2: FloatArray
+    """Acceleration asked for there. (n, 3) [m s⁻²]"""
+
+    @property
+    def way_m(self) -> FloatArray:
+        """Ways of the steady parts. (n,) [m]"""
+        away = horizontal(self.law.start_m[:, :2] - self.law.centre_m)
+        return np.asarray(np.abs(self.law.rate_rad_s) * away * self.steady_s)
 
 
-def circling_s(
-    stages: StageColumns, rows: IntArray, parameters: ArduPilotParameters
-) -> tuple[FloatArray, FloatArray]:
-    """Return mean rates and durations of circles. (n,) [rad s⁻¹], (n,) [s]
-
-    ``AC_Circle::update_ms``: the rate rises by A/R (2°/s² at least) to its limit, and the turns are
-    counted by the rate.
-    """
-    rate = circle_rate_rad_s(stages.radius_m[rows], stages.speed_m_s[rows], parameters)
-    rising = np.maximum(
-        quotient(parameters.acceleration_m_s2, np.abs(stages.radius_m[rows]), rate),
-        _LEAST_ANGULAR_ACCELERATION_RAD_S2,
-    )
-    angle = 2.0 * math.pi * stages.turns[rows]
-    turning = np.where(angle > 0.0, rate, 0.0)
-    duration = quotient(angle, turning) + 0.5 * turning / rising
-    return quotient(angle, duration), duration
-
-
-def plan_circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circles:
+def plan_circles(stages: StageColumns) -> Circles:
     """Return the circles that lead round something."""
-    rows = stages.where(StageKind.CIRCLE)
-    rate, duration = circling_s(stages, rows, parameters)
-    round_one = (stages.radius_m[rows] != 0.0) & (duration > 0.0)
-    rows, rate, duration = rows[round_one], rate[round_one], duration[round_one]
-    start, centre = stages.edge_m[rows], stages.place_m[rows, :2]
+    rows = [row for row, task in stages.circles.items() if task.leads_round]
+    tasks = [stages.circles[row] for row in rows]
+    paths = [circle_path(task) for task in tasks]
+    longest = max((len(path.time_s) for path in paths), default=1)
+    # A path of fewer nodes rests at its last for no time.
+    nodes = np.zeros((3, len(rows), longest), np.complex128)
+    for row, path in enumerate(paths):
+        for column, values in zip(nodes[:, row], path[:3], strict=True):
+            column[: len(values)], column[len(values) :] = values, values[-1]
+    time, place, velocity = nodes
+    lasts = np.array([path[3:6] for path in paths], np.complex128).reshape(len(rows), 3)
+    stage = np.array(rows, np.intp)
+    about = stages.edge_m[stage], stages.place_m[stage], stages.radius_m[stage]
+    place_m = places_about_m(np.column_stack((place, lasts[:, 0])), *about)
+    vectors = vectors_about(np.column_stack((velocity, lasts[:, 1:])), *about)
+    rate = np.array([task.rate_rad_s for task in tasks])
+    over_s = np.array([task.duration_s for task in tasks])
     return Circles(
-        key=rows * SLOTS + 1,
+        stage=stage,
+        entries=make_manoeuvres(
+            stage * SLOTS + 1,
+            FlightState.CRUISE,
+            position_m=place_m[:, :-1],
+            velocity_m_s=vectors[:, :-2],
+            duration_s=np.diff(time.real, axis=1),
+        ),
         law=CircleLaw(
-            start_m=start, centre_m=centre, rate_rad_s=-np.copysign(rate, stages.radius_m[rows])
+            start_m=place_m[:, -2],
+            centre_m=stages.place_m[stage, :2],
+            rate_rad_s=-np.copysign(rate, stages.radius_m[stage]),
         ),
-        duration_s=duration,
-        speed_m_s=rate * horizontal(start[:, :2] - centre),
+        steady_s=over_s - time[:, -1].real,
+        target_m_s=rate * np.abs(stages.radius_m[stage]),
+        last_m=place_m[:, -1],
+        last_m_s=vectors[:, -2],
+        asked_m_s2=vectors[:, -1],
     )
 
 
-def leaving_circles(stages: StageColumns, circles: Circles) -> tuple[Manoeuvres, ...]:
-    """Return how the vehicle brakes out of circles, along the tangent to its stopping point."""
-    if not len(circles.key):
-        return ()
-    rows = circles.key // SLOTS
-    last = circles.law.state_at(np.arange(len(rows)), circles.duration_s)
-    end = stages.end_m[rows]
-    way = lengths(end - last.place_m)
-    velocity = last.velocity_m_s
-    return (
-        make_manoeuvres(
-            rows * SLOTS + 2,
-            FlightState.BRAKE,
-            position_m=np.stack((last.place_m, end), axis=1),
-            velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
-            duration_s=quotient(2.0 * way, circles.speed_m_s)[:, None],
-            stopping_distance_m=way,
-        ),
+def leave_circles(
+    stages: StageColumns,
+    circles: Circles,
+    legs: ArduPilotLegs,
+    parameters: ArduPilotParameters,
+    lag: TrackLag,
+) -> tuple[ArduPilotLegs, tuple[Manoeuvres, ...]]:
+    """Return the legs behind circles begun while the vehicle comes out of the turn, and how it does.
+
+    Where no leg follows it brakes to its stopping point.
+
+    Notes
+    -----
+    ``ModeAuto::wp_start``: ``wp_and_spline_init`` puts the reference to the stopping point, at rest, and
+    the S-curve begins there at once.
+    """
+    count = len(circles.stage)
+    if not count:
+        return legs, ()
+    ahead, speed = stages.end_m[circles.stage] - circles.last_m, lengths(circles.last_m_s)
+    leaving_s = quotient(2.0 * lengths(ahead), speed)
+    end_m, end_m_s = stages.end_m[circles.stage].copy(), np.zeros((count, 3))
+    hidden, early, wait_s = legs.hidden_s.copy(), legs.early_s.copy(), legs.curves.wait_s.copy()
+    if len(legs.key):
+        last = len(legs.key) - 1
+        first = np.minimum(np.searchsorted(legs.key, (circles.stage + 1) * SLOTS), last)
+        second = np.minimum(first + 1, last)
+        shown_s = legs.curves.duration_s - 2.0 * legs.half_overlap_s
+        # A return climbs, if only by the centimetre its height is rounded to, and flies home behind that.
+        is_short = shown_s[first] < leaving_s
+        row, still_s = np.where(is_short, second, first), np.where(is_short, shown_s[first], 0.0)
+        follows = (legs.key[first] // SLOTS == circles.stage + 1) & (
+            legs.key[row] // SLOTS == circles.stage + 1
+        )
+        some = np.flatnonzero(follows & (still_s + shown_s[row] > leaving_s))
+        first, row, still_s = first[some], row[some], still_s[some]
+        lost_s = lag.lost_from_motion_s(
+            legs.curves.up.select(row),
+            legs.direction[row],
+            still_s=still_s,
+            ahead_m=ahead[some],
+            velocity_m_s=circles.last_m_s[some],
+            asked_m_s2=circles.asked_m_s2[some],
+        )
+        wait_s[row] = start_delay_s(legs.direction[row], parameters) + lost_s
+        hidden[first], hidden[row] = still_s, leaving_s[some] - still_s
+        early[first] = leaving_s[some]
+        early[row] = np.where(row == first, leaving_s[some], hidden[row])
+        legs = replace(
+            legs, curves=replace(legs.curves, wait_s=wait_s), hidden_s=hidden, early_s=early
+        )
+        way, rate = legs.curves.at(hidden)
+        end_m[some] = legs.start_m[row] + way[row, None] * legs.direction[row]
+        end_m_s[some] = rate[row, None] * legs.direction[row]
+    leaving = make_manoeuvres(
+        circles.stage * SLOTS + 3,
+        FlightState.BRAKE,
+        position_m=np.stack((circles.last_m, end_m), axis=1),
+        velocity_m_s=np.stack((circles.last_m_s, end_m_s), axis=1),
+        duration_s=leaving_s[:, None],
+        stopping_distance_m=lengths(ahead),
     )
+    return legs, (leaving,)
 
 
 CIRCLE_LEAN = Rule(
@@ -136,12 +202,10 @@ def circle_findings(
 
     .. math:: \sqrt{v^2 + (v^2 / c R)^2} + w \le U .
     """
-    if airspeed_limit_m_s is None or not len(circles.key):
+    if airspeed_limit_m_s is None or not len(circles.stage):
         return
-    rows = circles.key // SLOTS
-    rate = circle_rate_rad_s(stages.radius_m[rows], stages.speed_m_s[rows], parameters)
-    speed = rate * circles.speed_m_s / np.abs(circles.law.rate_rad_s)
-    across = rate * speed / drag_per_s(parameters, airspeed_limit_m_s)
+    rows, speed = circles.stage, circles.target_m_s
+    across = np.abs(circles.law.rate_rad_s) * speed / drag_per_s(parameters, airspeed_limit_m_s)
     strength = np.zeros(len(rows))
     if wind is not None:
         strength = wind.speed_m_s * wind.speed_factor(circles.law.start_m[:, 2])

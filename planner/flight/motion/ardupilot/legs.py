@@ -297,6 +297,10 @@ class ArduPilotLegs(Value, eq=False):
     """Half the time by which the next leg begins before this one ends. (n,) [s]"""
     corner_speed_m_s: FloatArray
     """Speed with which the end is passed; zero for a stop. (n,) [m s⁻¹]"""
+    hidden_s: FloatArray
+    """Time from the beginning during which the vehicle still comes out of a circle. (n,) [s]"""
+    early_s: FloatArray
+    """Time for which the leg is under way before the vehicle is out of that circle. (n,) [s]"""
     flown_peak_m_s: FloatArray
     """Highest speed of the vehicle itself: a pointed peak is rounded by its lag. (n,) [m s⁻¹]"""
     findings: tuple[Finding, ...]
@@ -350,7 +354,7 @@ def plan_legs(
     commanded[entered], commanded[under + 1] = stage[rows], stage[under]
     is_changed = _is_another_speed(stages, stage, commanded)
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
-    delay = _start_delay_s(direction, parameters)
+    delay = start_delay_s(direction, parameters)
 
     # From its stopping point the vehicle moves back already.
     wait_s = np.where(from_rest & (leads | (shortest == _COORDINATE_M)), delay, 0.0)
@@ -403,6 +407,8 @@ def plan_legs(
         curves=curves,
         half_overlap_s=half,
         corner_speed_m_s=corner_speed,
+        hidden_s=np.zeros(len(key)),
+        early_s=np.zeros(len(key)),
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
         findings=(*findings, *_faster_findings(curves, speed, stages.item[stage])),
     )
@@ -562,7 +568,7 @@ def _flown_peak_m_s(curves: SCurves, parameters: ArduPilotParameters) -> FloatAr
     return np.asarray(curves.peak_m_s - rounded)
 
 
-def _start_delay_s(direction: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
+def start_delay_s(direction: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
     r"""Return the time a start from rest loses because the vehicle follows with a lag. (n,) [s]
 
     ``advance_wp_target_along_track`` lets time pass slower by 0.95 − (v − k e)/v_target, v the vehicle's

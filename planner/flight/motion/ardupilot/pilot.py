@@ -11,12 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.circles import (
-    circle_findings,
-    circling_s,
-    leaving_circles,
-    plan_circles,
-)
+from planner.flight.motion.ardupilot.circles import circle_findings, leave_circles, plan_circles
 from planner.flight.motion.ardupilot.legs import (
     SLOTS,
     plan_legs,
@@ -33,6 +28,7 @@ from planner.flight.motion.ardupilot.stages import (
     stage_columns,
 )
 from planner.flight.motion.ardupilot.timeline import make_motion
+from planner.flight.motion.ardupilot.track_lag import TrackLag
 from planner.flight.motion.ardupilot.vertical import change_of_height, landing, set_down, takeoff
 from planner.flight.motion.kinematics import FlightState, hold
 from planner.mission.route.stage import StageKind
@@ -73,7 +69,9 @@ def fly_ardupilot(
     """
     scale = metres_of_autopilot(home_latitude_deg)
     return _flown(
-        stage_columns(stages, parameters, scale=scale),
+        stage_columns(
+            stages, parameters, scale=scale, drag=TrackLag.of(parameters, airspeed_limit_m_s).drag
+        ),
         parameters,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
@@ -127,7 +125,9 @@ def _flown(
     """Return the motion of stages."""
     splines = plan_splines(stages, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
     legs = plan_legs(stages, splines, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
-    circles = plan_circles(stages, parameters)
+    circles = plan_circles(stages)
+    lag = TrackLag.of(parameters, airspeed_limit_m_s)
+    legs, leaving = leave_circles(stages, circles, legs, parameters, lag)
     speed_response = None if responses is None else responses.speed
     lean = circle_findings(
         stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
@@ -138,7 +138,8 @@ def _flown(
         *_landings(stages, parameters),
         *_changes_of_height(stages, parameters),
         *_set_down(stages, parameters),
-        *leaving_circles(stages, circles),
+        circles.entries,
+        *leaving,
         *_flown_splines(stages, splines, legs),
         *_settling(legs, responses, parameters),
     ]
@@ -189,7 +190,7 @@ def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeu
     held, home = held[stages.hold_s[held] > 0.0], stages.where(StageKind.RETURN)
     spinning = stages.where(StageKind.CIRCLE)
     spinning = spinning[stages.radius_m[spinning] == 0.0]
-    _, spinning_s = circling_s(stages, spinning, parameters)
+    spinning_s = np.array([stages.circles[row].duration_s for row in spinning.tolist()])
     loiter_s = np.full(len(home), parameters.return_loiter_s)
     holds = (
         (held * SLOTS + 1, stages.end_m[held], stages.hold_s[held]),

@@ -9,8 +9,9 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.flight.motion.ardupilot.circle_path import CircleTask, circle_path
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
-from planner.flight.motion.kinematics import horizontal, quotient
+from planner.flight.motion.kinematics import horizontal
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
@@ -19,7 +20,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, ComplexArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.mission.route.stage import Stage
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -33,8 +34,6 @@ _AUTOPILOT_EARTH_RADIUS_M = 6_378_100.0
 """``RADIUS_OF_EARTH`` of AP_Math/definitions.h: metres per degree for both axes. [m]"""
 _EDGE_NEAR_M = 3.0
 """``ModeAuto::circle_movetoedge_start`` flies to the edge from farther away only. [m]"""
-_STOPPING_GAIN_PER_S = 1.0
-"""PSC_NE_POS_P, which the stopping point is computed with: its default. [s⁻¹]"""
 _LOWEST_TAKEOFF_M = 1.0
 """``ModeAuto::takeoff_start`` climbs this high at least. [m]"""
 
@@ -64,6 +63,8 @@ class StageColumns(Value, eq=False):
     turns: FloatArray
     radius_m: FloatArray
     """Radius of a circle, negative for counter-clockwise. (n,) [m]"""
+    circles: dict[int, CircleTask]
+    """What circles are flown with, by their rows."""
     is_passed: BoolArray
     """Whether the end is flown through. (n,)"""
     is_underway: BoolArray
@@ -109,9 +110,16 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
 
 
 def stage_columns(
-    stages: Sequence[Stage], parameters: ArduPilotParameters, *, scale: tuple[float, float]
+    stages: Sequence[Stage],
+    parameters: ArduPilotParameters,
+    *,
+    scale: tuple[float, float],
+    drag: float,
 ) -> StageColumns:
-    """Return the stages of a route, each beginning where the one before ends; the first at home."""
+    """Return the stages of a route, each beginning where the one before ends; the first at home.
+
+    ``drag`` is that of `TrackLag`.
+    """
 
     def column(name: str, default: float = 0.0) -> FloatArray:
         values = np.array([getattr(stage, name) for stage in stages], dtype=np.float64)
@@ -129,8 +137,8 @@ def stage_columns(
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
     radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
-    start, end, edge = _chained(
-        stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed
+    start, end, edge, circles = _chained(
+        stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed, drag=drag
     )
     followed = [row for row, each in enumerate(stages) if each.followed_ground_m]
     if followed:
@@ -161,6 +169,7 @@ def stage_columns(
         hold_s=hold,
         turns=turns,
         radius_m=radius,
+        circles=circles,
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
         is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
@@ -196,6 +205,7 @@ def return_columns(
         hold_s=zero,
         turns=zero,
         radius_m=zero,
+        circles={},
         is_passed=never,
         is_underway=never,
         is_first_leg=never,
@@ -214,12 +224,14 @@ def _chained(
     turns: FloatArray,
     radius_m: FloatArray,
     speed_m_s: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return where each stage begins, ends, and where its circle begins. (n, 3) each [m]
+    drag: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, dict[int, CircleTask]]:
+    """Return where each stage begins, ends, where its circle begins (n, 3) [m], and the circles by row.
 
     Most end at their place; only the others are looked at one by one.
     """
     end, edge = place_m.copy(), place_m.copy()
+    circles: dict[int, CircleTask] = {}
     straight = is_kind(kind, StageKind.GO, StageKind.LOITER, StageKind.SPLINE)
     before = np.zeros(3)
     for row in np.flatnonzero(~straight).tolist():
@@ -237,76 +249,52 @@ def _chained(
                 datum_m = np.array([stages[row].datum_m])
                 end[row] = _return_end_m(place_m[row : row + 1], datum_m, parameters)[0]
             case StageKind.CIRCLE:
-                edge[row], end[row] = _circle_ends_m(
-                    before,
-                    place_m[row],
-                    turns=float(turns[row]),
-                    radius_m=float(radius_m[row]),
+                radius, place = float(radius_m[row]), place_m[row]
+                end[row] = edge[row] = _circle_edge_m(before, place, radius)
+                circles[row] = CircleTask.of(
+                    radius,
+                    float(turns[row]),
+                    start_m=math.dist(edge[row, :2], place[:2]),
                     speed_m_s=float(speed_m_s[row]),
                     parameters=parameters,
+                    drag=drag,
                 )
-    return np.vstack((np.zeros((1, 3)), end[:-1])), end, edge
+                if circles[row].leads_round:
+                    stop_m = np.array([[circle_path(circles[row]).stop_m]])
+                    about = edge[[row]], place_m[[row]], radius_m[[row]]
+                    end[row] = places_about_m(stop_m, *about)[0, 0]
+    return np.vstack((np.zeros((1, 3)), end[:-1])), end, edge, circles
 
 
-def circle_rate_rad_s(
-    radius_m: FloatArray, speed_m_s: FloatArray, parameters: ArduPilotParameters
-) -> FloatArray:
-    """Return the rates at which circles are flown, without sign. (n,) [rad s⁻¹]
-
-    Notes
-    -----
-    ``AC_Circle::calc_velocities``: CIRCLE_RATE, at most v/R with v the speed or sqrt(A R / 2).
-    """
-    size = np.abs(radius_m)
-    fastest = np.minimum(speed_m_s, np.sqrt(0.5 * parameters.acceleration_m_s2 * size))
-    return np.minimum(abs(parameters.circle_rate_rad_s), quotient(fastest, size, np.inf))
-
-
-def stopping_point_m(speed_m_s: float, parameters: ArduPilotParameters) -> float:
-    """Return how far ahead the position controller puts its stopping point. [m]
-
-    Notes
-    -----
-    ``stopping_distance`` of AP_Math/control.cpp, the inverse of its square-root controller.
-    """
-    acceleration, gain = parameters.acceleration_m_s2, _STOPPING_GAIN_PER_S
-    linear = acceleration / gain
-    if speed_m_s <= linear:
-        return speed_m_s / gain
-    return 0.5 * (linear / gain + speed_m_s**2 / acceleration)
-
-
-def _circle_ends_m(
-    before_m: FloatArray,
-    place_m: FloatArray,
-    *,
-    turns: float,
-    radius_m: float,
-    speed_m_s: float,
-    parameters: ArduPilotParameters,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the point of a circle nearest to where the vehicle comes from, and where it stops."""
-    size = abs(radius_m)
-    rate_rad_s = float(circle_rate_rad_s(np.array(radius_m), np.array(speed_m_s), parameters))
+def _circle_edge_m(before_m: FloatArray, place_m: FloatArray, radius_m: float) -> FloatArray:
+    """Return where a circle begins: nearest to where the vehicle comes from, or there if it is near."""
     away = before_m[:2] - place_m[:2]
     distance = math.hypot(*away)
     # At the centre ArduPilot takes the point at the back of the vehicle; the heading is not known here.
     direction = away / distance if distance >= 0.5 else np.array([0.0, -1.0])
-    edge = np.array([*(place_m[:2] + size * direction), place_m[2]])
-    if math.dist(edge, before_m) <= _EDGE_NEAR_M:
-        edge = before_m.copy()
-        direction, size = (away / distance, distance) if distance > 0.0 else (direction, 0.0)
-    if turns == 0.0 or rate_rad_s == 0.0:
-        return edge, edge.copy()
-    # Clockwise from above for a positive radius.
-    angle = -math.copysign(2.0 * math.pi * turns, radius_m)
-    sine, cosine = math.sin(angle), math.cos(angle)
-    out = np.array(
-        [direction[0] * cosine - direction[1] * sine, direction[0] * sine + direction[1] * cosine]
-    )
-    ahead = math.copysign(1.0, -radius_m) * np.array([-out[1], out[0]])
-    stop_m = stopping_point_m(rate_rad_s * size, parameters)
-    return edge, np.array([*(place_m[:2] + size * out + stop_m * ahead), edge[2]])
+    edge = np.array([*(place_m[:2] + abs(radius_m) * direction), place_m[2]])
+    return before_m.copy() if math.dist(edge, before_m) <= _EDGE_NEAR_M else edge
+
+
+def places_about_m(
+    places: ComplexArray, edge_m: FloatArray, centre_m: FloatArray, radius_m: FloatArray
+) -> FloatArray:
+    """Return places (n, k) on the ways round n circles from their edges, level with these. (n, k, 3) [m]"""
+    found = vectors_about(places, edge_m, centre_m, radius_m)
+    found[..., :2] += centre_m[:, None, :2]
+    found[..., 2] = edge_m[:, None, 2]
+    return found
+
+
+def vectors_about(
+    vectors: ComplexArray, edge_m: FloatArray, centre_m: FloatArray, radius_m: FloatArray
+) -> FloatArray:
+    """Return vectors (n, k) on the ways round n circles, clockwise for a positive radius. (n, k, 3)"""
+    away = edge_m[:, 0] - centre_m[:, 0] + 1j * (edge_m[:, 1] - centre_m[:, 1])
+    away = np.where(away == 0.0, -1j, away)
+    vectors = np.where(radius_m[:, None] > 0.0, vectors.conj(), vectors)
+    vectors = vectors * (away / np.abs(away))[:, None]
+    return np.stack((vectors.real, vectors.imag, np.zeros(vectors.shape)), axis=-1)
 
 
 def _return_end_m(

@@ -67,7 +67,7 @@ class LegTimes(Value, eq=False):
     """Beginning of each phase. (n, k) [s]"""
     end_s: FloatArray
     begun_s: FloatArray
-    """When the leg is the current one: half-way through the corner before. (n,) [s]"""
+    """When the leg is the current one: half-way through the corner before, or out of a circle. (n,) [s]"""
     reached_s: FloatArray
     """When its end is announced: half-way through the corner after. (n,) [s]"""
 
@@ -77,13 +77,15 @@ class LegTimes(Value, eq=False):
         phases, end = legs.curves.phases(), start_s + legs.curves.duration_s
         acceleration, jerk = 0.5 * phases.acceleration_m_s2, phases.jerk_m_s3 / 6.0
         before = np.concatenate((np.zeros(1), legs.half_overlap_s))[: len(end)]
+        reached_s = end - legs.half_overlap_s
+        begun_s = start_s + np.maximum(before, legs.hidden_s)
         return cls(
             legs=legs,
             phases=np.stack((phases.way_m, phases.speed_m_s, acceleration, jerk), axis=-1),
             breaks_s=start_s[:, None] + phases.start_s,
             end_s=end,
-            begun_s=start_s + before,
-            reached_s=end - legs.half_overlap_s,
+            begun_s=np.where(legs.early_s > legs.hidden_s, reached_s, begun_s),
+            reached_s=reached_s,
         )
 
     def pieces(self, per_metre: FloatArray) -> ArduPilotPieces:
@@ -96,10 +98,12 @@ class LegTimes(Value, eq=False):
         passed = legs.half_overlap_s > 0.0
         entered = np.zeros_like(passed)
         entered[1:] = passed[:-1]
+        is_shown = self.breaks_s > np.where(legs.hidden_s > 0.0, self.begun_s, -np.inf)[:, None]
+        entered |= legs.hidden_s > 0.0
         times = np.sort(
             np.concatenate(
                 (
-                    self.breaks_s[leads, 1:].ravel(),
+                    self.breaks_s[leads, 1:][is_shown[leads, 1:]],
                     self.breaks_s[~entered, 0],
                     self.end_s[~passed],
                     self.begun_s,
@@ -115,7 +119,8 @@ class LegTimes(Value, eq=False):
         start, end = times[:-1], times[1:]
         middle = 0.5 * (start + end)
         latest = np.searchsorted(self.breaks_s[:, 0], middle, side="right") - 1
-        flying = middle < self.end_s[latest] if len(times) else np.zeros(0, np.bool_)
+        shown_s = self.breaks_s[:, 0] + legs.hidden_s
+        flying = (middle > shown_s[latest]) & (middle < self.end_s[latest])
         start, end, middle = start[flying], end[flying], middle[flying]
         latest = latest[flying]
         columns = self._along(direction, latest, start, middle)
@@ -212,12 +217,15 @@ def make_motion(
 
     ``scale`` is the autopilot's metres per metre, eastward and northward.
     """
-    key = np.concatenate((legs.key, *(m.key for m in manoeuvres), circles.key))
+    steady = np.flatnonzero(circles.steady_s > INSTANT_S)
+    key = np.concatenate(
+        (legs.key, *(m.key for m in manoeuvres), circles.stage[steady] * SLOTS + 2)
+    )
     duration = np.concatenate(
         (
-            legs.curves.duration_s - 2.0 * legs.half_overlap_s,
+            legs.curves.duration_s - 2.0 * legs.half_overlap_s - legs.hidden_s,
             *(m.duration_s.sum(axis=1) for m in manoeuvres),
-            circles.duration_s,
+            circles.steady_s[steady],
         )
     )
     order = np.argsort(key, kind="stable")
@@ -229,27 +237,17 @@ def make_motion(
     leg_start, *manoeuvre_start, circle_start = np.split(start, counts)
 
     per_metre = np.array([1.0 / scale[0], 1.0 / scale[1], 1.0])
-    timed = LegTimes.of(legs, leg_start)
+    timed = LegTimes.of(legs, leg_start - legs.early_s)
     sources, segments = [timed.pieces(per_metre)], [timed.segments(stopping_distance_m)]
     for manoeuvre, begin in zip(manoeuvres, manoeuvre_start, strict=True):
         sources.append(_manoeuvre_pieces(manoeuvre, begin, per_metre))
         segments.append(_manoeuvre_segments(manoeuvre, begin, stopping_distance_m))
-    if len(circles.key):
-        segments.append(
-            FlownSegments(
-                start_s=circle_start,
-                stage=circles.key // SLOTS,
-                state=np.full(len(circles.key), STATE_INDEX[FlightState.CRUISE]),
-                speed_m_s=circles.speed_m_s,
-                stopping_distance_m=stopping_distance_m(circles.speed_m_s),
-            )
-        )
     flown = FlownSegments.joined(segments)
     flown = flown.select(np.lexsort((flown.stage, flown.start_s)))
     begin, stage = flown.start_s, flown.stage
 
     cubic = np.concatenate([source.columns for source in sources], axis=-1)
-    rows = [cubic.shape[-1], len(circles.key)]
+    rows = [cubic.shape[-1], len(steady)]
     start = np.concatenate([*(source.start_s for source in sources), circle_start])
     order = np.argsort(start, kind="stable")
     start = start[order]
@@ -262,16 +260,13 @@ def make_motion(
     )
     distance_m, climb_m = (
         np.bincount(piece_segment, np.concatenate(both)[order], len(begin)).astype(np.float64)
-        for both in (
-            (way, circles.speed_m_s * circles.duration_s),
-            (rise, np.zeros(len(circles.key))),
-        )
+        for both in ((way, circles.way_m[steady]), (rise, np.zeros(len(steady))))
     )
-    idle = [*(source.is_grounded for source in sources), np.zeros(len(circles.key), np.bool_)]
+    idle = [*(source.is_grounded for source in sources), np.zeros(len(steady), np.bool_)]
     done = np.searchsorted(stage, np.arange(len(item)), side="right") - 1
     # Braking out of a circle comes after its last turn.
-    leaving = (done > 0) & np.isin(np.arange(len(item)), circles.key // SLOTS)
-    circle = circles.law
+    leaving = (done > 0) & np.isin(np.arange(len(item)), circles.stage)
+    circle = circles.law.select(steady)
     return Motion(
         segments=SegmentColumns(
             item=item[stage],

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 ATTITUDE_LAG_FACTOR = 2.0
 """Time lost at a start from rest in time constants of the attitude, see :func:`_start_delay_s`. [-]"""
-_VELOCITY_GAIN_PER_S = 2.0
+VELOCITY_GAIN_PER_S = 2.0
 """PSC_NE_VEL_P, its default. [s⁻¹]"""
-_VELOCITY_INTEGRAL_PER_S2 = 1.0
+VELOCITY_INTEGRAL_PER_S2 = 1.0
 """PSC_NE_VEL_I, its default. [s⁻²]"""
-_VELOCITY_DERIVATIVE = 0.25
+VELOCITY_DERIVATIVE = 0.25
 """PSC_NE_VEL_D, its default. [-]"""
-_POSITION_GAIN_PER_S = 1.0
+POSITION_GAIN_PER_S = 1.0
 """PSC_NE_POS_P, its default. [s⁻¹]"""
 _TIME_BUFFER = 0.05
 """``advance_wp_target_along_track`` forgives so much of the speed. [-]"""
@@ -44,7 +44,16 @@ _STOP_STEPS = 150
 _SLOWEST_PACE = 0.05
 """Time along the track passes at least so fast here: where it stands still the filter counts. [-]"""
 
+_FROM_MOTION_S = 12.0
+"""So long after a turn a leg is as far behind as it will be: six times `CORRECTED_S`. [s]"""
+_FROM_MOTION_STEP_S = 0.05
+
 Vector = tuple[float, float, float]
+
+
+def drag_m_s2(drag: float, speed_m_s: float) -> float:
+    """Return the deceleration by drag at a speed."""
+    return float(drag * speed_m_s**_DRAG_EXPONENT)
 
 
 class TrackLag(NamedTuple):
@@ -88,7 +97,7 @@ class TrackLag(NamedTuple):
         """Return error and pace after a time of the target's, by its velocities before and then."""
         real_s = time_s / pace
         kept = math.exp(-real_s / CORRECTED_S)
-        gained = (1.0 - kept) / (time_s * _VELOCITY_INTEGRAL_PER_S2)
+        gained = (1.0 - kept) / (time_s * VELOCITY_INTEGRAL_PER_S2)
         (e, n, u), (x, y, z), (a, b, c) = error_m_s, track, before
         squared = x * x + y * y + z * z
         now = gained * self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5)
@@ -149,6 +158,47 @@ class TrackLag(NamedTuple):
         still, halves = np.zeros_like(direction), np.zeros(len(direction))
         return self.lost_in_corners_s(none.beside(ramps), halves, before=still, after=direction)
 
+    def lost_from_motion_s(
+        self,
+        ramps: SpeedRamps,
+        direction: FloatArray,
+        *,
+        still_s: FloatArray,
+        ahead_m: FloatArray,
+        velocity_m_s: FloatArray,
+        asked_m_s2: FloatArray,
+    ) -> FloatArray:
+        """Return the time lost on legs begun from stopping points ahead of vehicles in motion. (n,) [s]
+
+        The targets rest at first (n,), ``ahead_m`` of the vehicles (n, 3), which have velocities (n, 3) and
+        hold what was asked of them for a turn and for their drag (n, 3): the controller's integral begins
+        with it (``NE_init_controller``).
+        """
+        speed_up_s, pace = np.zeros(len(still_s)), np.ones(len(still_s))
+        gap, velocity, held = ahead_m, velocity_m_s, asked_m_s2
+        for step in range(round(_FROM_MOTION_S / _FROM_MOTION_STEP_S)):
+            moving = step * _FROM_MOTION_STEP_S >= still_s
+            early, late = ramps.speed_after(
+                np.stack((speed_up_s, speed_up_s + _FROM_MOTION_STEP_S))
+            )
+            speed = early[:, None]
+            push = pace * (late - early) / _FROM_MOTION_STEP_S
+            target = speed * direction
+            closing = pace[:, None] * target - velocity
+            error = target - velocity + POSITION_GAIN_PER_S * gap
+            asked = (1.0 + VELOCITY_DERIVATIVE) * push[:, None] * direction + held
+            asked = asked + VELOCITY_GAIN_PER_S * error
+            asked += VELOCITY_DERIVATIVE * POSITION_GAIN_PER_S * closing
+            change = (asked - self.held(velocity)) / (1.0 + VELOCITY_DERIVATIVE)
+            gap = gap + (closing - 0.5 * change * _FROM_MOTION_STEP_S) * _FROM_MOTION_STEP_S
+            velocity = velocity + change * _FROM_MOTION_STEP_S
+            held = held + VELOCITY_INTEGRAL_PER_S2 * error * _FROM_MOTION_STEP_S
+            behind = quotient((error * target).sum(axis=1), early * early)
+            wanted = np.clip(1.0 + _TIME_BUFFER - behind, 0.0, 1.0)
+            pace = pace + (wanted - pace) * _FROM_MOTION_STEP_S / self.filter_s
+            speed_up_s = speed_up_s + np.where(moving, pace * _FROM_MOTION_STEP_S, 0.0)
+        return np.asarray(_FROM_MOTION_S - np.maximum(still_s, 0.0) - speed_up_s)
+
     def beyond_stops_m(self, ramps: SpeedRamps) -> FloatArray:
         """Return how far beyond the end of braking the vehicle's stopping point is. (n,) [m]
 
@@ -194,7 +244,7 @@ class _Following(NamedTuple):
     @property
     def error_m_s(self) -> FloatArray:
         """Input of the velocity controller."""
-        return self.slower_m_s + _POSITION_GAIN_PER_S * self.behind_m
+        return self.slower_m_s + POSITION_GAIN_PER_S * self.behind_m
 
     @classmethod
     def along(cls, velocity_m_s: FloatArray) -> _Following:
@@ -207,9 +257,9 @@ class _Following(NamedTuple):
         time = time_s[:, None]
         change = lag.held(velocity_m_s) - lag.held(self.velocity_m_s)
         error = self.error_m_s
-        uncovered = self.uncovered_m_s2 + change - _VELOCITY_INTEGRAL_PER_S2 * error * time
-        push = 0.5 * (uncovered + self.uncovered_m_s2) - _VELOCITY_GAIN_PER_S * error
-        push -= _VELOCITY_DERIVATIVE * _POSITION_GAIN_PER_S * self.slower_m_s
-        slower = self.slower_m_s + push * time / (1.0 + _VELOCITY_DERIVATIVE)
+        uncovered = self.uncovered_m_s2 + change - VELOCITY_INTEGRAL_PER_S2 * error * time
+        push = 0.5 * (uncovered + self.uncovered_m_s2) - VELOCITY_GAIN_PER_S * error
+        push -= VELOCITY_DERIVATIVE * POSITION_GAIN_PER_S * self.slower_m_s
+        slower = self.slower_m_s + push * time / (1.0 + VELOCITY_DERIVATIVE)
         behind = self.behind_m + 0.5 * (slower + self.slower_m_s) * time
         return _Following(velocity_m_s, behind, slower, uncovered)
