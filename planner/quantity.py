@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 ABSENT = "—"
-NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)"
+NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?)"
 """A number as people and TOML write it."""
 _PERCENT = re.compile(rf"{NUMBER}\s*%", re.IGNORECASE)
 PLUS_MINUS = re.compile(r"±|\+/?-")

@@ -410,11 +410,16 @@ def _raster_problem(raster: Any) -> str | None:  # noqa: ANN401 - rasterio has n
     crs = raster.crs
     if crs is None or tuple(raster.transform)[:6] == (1.0, 0.0, 0.0, 0.0, 1.0, 0.0):
         return "the file does not say where on the Earth it is; georeference it"
+    a, b, _, d, e, _ = tuple(raster.transform)[:6]
     unit = (raster.units[0] or "").lower()
     problems = (
         (
             not (crs.is_geographic or crs.is_projected),
             "the file's coordinates are not tied to the Earth; georeference it",
+        ),
+        (
+            not 0.0 < abs(a * e - b * d) < math.inf,
+            "its cells have no width or no height; georeference the file",
         ),
         (
             crs.to_epsg() == 4979,

@@ -52,8 +52,10 @@ _SCHEMES = {
 }
 _LISTENING = frozenset({LinkKind.UDP_LISTEN, LinkKind.TCP_LISTEN})
 _SCHEME = re.compile(r"(?P<scheme>[a-z][a-z0-9_+-]*):(?P<rest>.*)", re.IGNORECASE | re.DOTALL)
-_DEVICE = re.compile(r"(?P<device>/dev/[^\s:,]+|COM\d{1,3})(?:[:,](?P<baud>\d+))?", re.IGNORECASE)
-_DEVICE_BEGUN = re.compile(r"(?:/dev/[^\s:,]+|COM\d{1,3})(?=[:,])", re.IGNORECASE)
+_DEVICE = re.compile(
+    r"(?P<device>/dev/[^\s:,?]+|COM\d{1,3})(?:[:,](?P<baud>\d{1,9}))?", re.IGNORECASE
+)
+_DEVICE_BEGUN = re.compile(r"(?:/dev/[^\s:,?]+|COM\d{1,3})(?=[:,])", re.IGNORECASE)
 _HOST = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_])?", re.ASCII)
 
 

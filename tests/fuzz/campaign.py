@@ -1,63 +1,107 @@
 """Fuzz for a time, and say what was fed: ``make fuzz SECONDS=600``.
 
-Each target gets its part of the time; what is found is kept in tests/fuzz/crashers and printed.  With
-atheris, where it is installed, ``--coverage`` lets it choose the inputs of one target.
+The targets take turns; what is found is kept in tests/fuzz/crashers and printed, and what was fed is added
+up in the file of ``--record``.  With atheris, where it is installed, ``--coverage`` lets it choose the inputs
+of one target.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import resource
+import signal
 import sys
 import time
 import traceback
 import warnings
-from typing import TYPE_CHECKING
+from collections import defaultdict
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
 from fuzz.pipeline import pipeline
 from fuzz.readers import targets as readers
+from fuzz.relations import relations
+from fuzz.target import LONGEST_S, Target, TooSlowError
 from fuzz.vehicles import targets as vehicles
 
 if TYPE_CHECKING:
-    from fuzz.target import Target
+    from collections.abc import Iterator
+
+_TURN_S = 5.0
+"""So much processor time a target has, and at most six times as long, until it is the next one's turn."""
+_MOST_MEMORY = 4 << 30
+"""Address space [B] that no input may exceed: an allocation beyond it is a finding, not a full computer."""
 
 
 def all_targets() -> tuple[Target, ...]:
     """Return every target."""
-    return (*readers(), *vehicles(), pipeline())
+    return (*readers(), *vehicles(), pipeline(), relations())
 
 
-def fuzz(target: Target, *, seconds: float, seed: int) -> tuple[int, int, float]:
+def _too_slow(*_: object) -> NoReturn:
+    msg = f"still not done after {LONGEST_S:.0f} s"
+    raise TooSlowError(msg)
+
+
+def fuzz(target: Target, inputs: Iterator[bytes], *, seconds: float) -> tuple[int, int, float]:
     """Feed a target for a time; return inputs, findings and processor time [s]."""
     count, found, seen = 0, 0, set[str]()
     began_s, processor_s = time.monotonic(), time.process_time()
-    for data in target.inputs(seed):
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
+    before = signal.signal(signal.SIGVTALRM, _too_slow)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for data in inputs:
+            signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST_S)
+            try:
                 target.try_one(data)
-        except Exception as error:  # noqa: BLE001 - what it looks for
-            last = traceback.extract_tb(error.__traceback__)[-1]
-            where = f"{type(error).__name__} {last.filename}:{last.lineno}"
-            found += 1
-            if where not in seen:
-                seen.add(where)
-                print(
-                    f"  {target.name}: {where}: {error!s:.200}\n    {target.keep(data)}", flush=True
-                )
-        count += 1
-        if time.monotonic() - began_s >= seconds:
-            break
+            except Exception as error:  # noqa: BLE001 - what it looks for
+                last = traceback.extract_tb(error.__traceback__)[-1]
+                where = f"{type(error).__name__} {last.filename}:{last.lineno}"
+                found += 1
+                if where not in seen:
+                    seen.add(where)
+                    print(f"  {target.name}: {where}: {error!s:.200}\n    {target.keep(data)}")
+                    sys.stdout.flush()
+            count += 1
+            if (
+                time.process_time() - processor_s >= seconds
+                or time.monotonic() - began_s >= 6.0 * seconds
+            ):
+                break
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+    signal.signal(signal.SIGVTALRM, before)
     return count, found, time.process_time() - processor_s
 
 
-def _with_coverage(target: Target) -> None:
+def campaign(targets: list[Target], *, seconds: float, seed: int, record: Path | None) -> int:
+    """Let targets take turns for a time; return how many inputs were findings."""
+    fed: dict[str, list[float]] = defaultdict(lambda: [0, 0, 0.0])
+    if record is not None and record.exists():
+        fed.update(json.loads(record.read_text()))
+    ended_s, turn_s = time.monotonic() + seconds, min(_TURN_S, seconds / len(targets))
+    inputs = {target.name: target.inputs(seed) for target in targets}
+    total = 0
+    while time.monotonic() < ended_s:
+        for target in targets:
+            told = fuzz(target, inputs[target.name], seconds=turn_s)
+            fed[target.name] = [sum(pair) for pair in zip(fed[target.name], told, strict=True)]
+            total += told[1]
+            if record is not None:
+                record.write_text(json.dumps(fed))
+    print(f"seed {seed}\n{'target':16}{'inputs':>10}{'a second':>10}{'findings':>10}{'hours':>8}")
+    for name, (count, found, processor_s) in fed.items():
+        rate, hours = count / max(processor_s, 1e-9), processor_s / 3600
+        print(f"{name:16}{count:10}{rate:10.0f}{found:10}{hours:8.2f}")
+    return total
+
+
+def _with_coverage(target: Target, arguments: list[str]) -> None:
     """Let atheris choose inputs, until it is interrupted or finds something."""
-    from importlib import import_module
-
     atheris = import_module("atheris")  # an option
-
     atheris.instrument_all()
-    atheris.Setup(sys.argv[:1], target.try_one)
+    atheris.Setup([sys.argv[0], *arguments], target.try_one)
     atheris.Fuzz()
 
 
@@ -67,22 +111,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="for all targets together")
     parser.add_argument("--seed", type=int, default=int(time.time()))
-    parser.add_argument("--target", action="append", choices=known)
+    parser.add_argument("--target", action="append", choices=known, help="twice: twice as often")
+    parser.add_argument("--record", type=Path, help="where inputs, findings and seconds add up")
     parser.add_argument("--coverage", action="store_true", help="by atheris, one target")
-    given = parser.parse_args()
+    given, further = parser.parse_known_args()
     chosen = [known[name] for name in given.target or known]
     if given.coverage:
-        _with_coverage(chosen[0])
-    total = 0
-    print(f"seed {given.seed}\n{'target':16}{'inputs':>10}{'a second':>10}{'findings':>10}")
-    for target in chosen:
-        count, found, processor_s = fuzz(
-            target, seconds=given.seconds / len(chosen), seed=given.seed
-        )
-        total += found
-        rate = count / max(processor_s, 1e-9)
-        print(f"{target.name:16}{count:10}{rate:10.0f}{found:10}", flush=True)
-    return min(total, 1)
+        _with_coverage(chosen[0], further)
+    resource.setrlimit(resource.RLIMIT_AS, (_MOST_MEMORY, _MOST_MEMORY))
+    found = campaign(chosen, seconds=given.seconds, seed=given.seed, record=given.record)
+    return min(found, 1)
 
 
 if __name__ == "__main__":

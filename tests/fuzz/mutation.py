@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import islice
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -23,7 +24,15 @@ _NUMBERS = (
         b"NaN",
         b"Infinity",
     ),
-    *(b"65535", b"65536", b"2147483648", b"-2147483649", b"18446744073709551616", b"9" * 400),
+    *(
+        b"65535",
+        b"65536",
+        b"2147483648",
+        b"-2147483649",
+        b"18446744073709551616",
+        b"9" * 400,
+        b"9" * 5000,
+    ),
     *(
         b"0.1",
         b"90.0000001",
@@ -54,6 +63,10 @@ _PIECES = (
     *(b"#", b"=", b":", b"e", b"-", b"\xc2\xb1", b"QGC WPL 110\n", b"\x1f\x8b", b"PK\x03\x04"),
 )
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?")
+_VALUE = re.compile(
+    rb'"[^"\n]{0,99}"|-?\d+(?:\.\d+)?(?:e-?\d+)?|\[[^][]{0,99}\]|\{[^{}]{0,99}\}|true|false|null'
+)
+_MOST_PLACES = 50
 _MOST_BYTES = 1 << 20
 
 
@@ -93,7 +106,7 @@ def _garble(data: bytes, draw: Random) -> bytes:
 
 
 def _renumber(data: bytes, draw: Random) -> bytes:
-    found = list(_NUMBER.finditer(data, draw.randrange(len(data)), len(data)))[:50]
+    found = list(islice(_NUMBER.finditer(data, draw.randrange(len(data))), _MOST_PLACES))
     if not found:
         return _set(data, draw)
     one = draw.choice(found)
@@ -107,10 +120,24 @@ def _exchange_lines(data: bytes, draw: Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _exchange_values(data: bytes, draw: Random) -> bytes:
+    """Put one value of a text where another is: a list for a number, a name for a table."""
+    found = list(islice(_VALUE.finditer(data, draw.randrange(len(data))), _MOST_PLACES))
+    if not found:
+        return _set(data, draw)
+    into, other = draw.choice(found), draw.choice(found)
+    return data[: into.start()] + other.group() + data[into.end() :]
+
+
 _WAYS: tuple[Callable[[bytes, Random], bytes], ...] = (
     *(_flip, _set, _cut, _leave_out, _repeat, _put_in, _garble),
-    *(_renumber, _renumber, _renumber, _exchange_lines),
+    *(_renumber, _renumber, _renumber, _exchange_lines, _exchange_values, _exchange_values),
 )
+
+
+def damaged(data: bytes, draw: Random) -> bytes:
+    """Return bytes with damage at one place."""
+    return draw.choice(_WAYS)(data, draw) if data else data
 
 
 def mutated(seeds: Sequence[bytes], draw: Random) -> bytes:
@@ -120,7 +147,5 @@ def mutated(seeds: Sequence[bytes], draw: Random) -> bytes:
         other = draw.choice(seeds)
         data = data[: draw.randrange(len(data) + 1)] + other[draw.randrange(len(other) + 1) :]
     for _ in range(draw.choice((1, 1, 1, 2, 3, 5))):
-        if not data:
-            break
-        data = draw.choice(_WAYS)(data, draw)
+        data = damaged(data, draw)
     return data[:_MOST_BYTES]

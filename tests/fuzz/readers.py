@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import gzip
 import mmap
+import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
 from dataflash_writer import copter_log
+from fuzz.frames import dataflash_maker, stream_maker, tlog_maker, ulog_maker
 from fuzz.target import Target
 from made_missions import HOME
+from rasterio import Affine
 from telemetry_writer import copter_telemetry
 from ulog_writer import px4_log
 
 from planner.cli.configuration import OWN_FILE, read_configuration
 from planner.errors import MavjouleError
+from planner.geo.terrain import read_terrain
+from planner.link.address import is_address, read_address
+from planner.link.files import read_packet
+from planner.link.wire import Codec
 from planner.logs.csv import read_csv_mapping
 from planner.logs.dataflash import read_binary, read_text
 from planner.logs.files import read_log
@@ -28,6 +35,7 @@ from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
 from planner.selection import read_baseline
+from planner.setup import Setup, settings
 from planner.site_profile import read_profile
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.reader import models_root, vehicle_from_toml
@@ -36,7 +44,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _ROOT = Path(__file__).parents[2]
-_FOLDER = TemporaryDirectory(prefix="mavjoule-fuzz-")
+_MEMORY = Path("/dev/shm")
+_KEPT = TemporaryDirectory(prefix="mavjoule-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None)
+_FOLDER = Path(_KEPT.name)
+"""In memory where the computer has such a place: a disk is ten times slower than most readers."""
 
 
 def _mission(data: bytes) -> None:
@@ -65,9 +76,11 @@ def _parameters(data: bytes) -> None:
 
 
 def _by_path(name: str, read: Callable[[Path], object]) -> Callable[[bytes], None]:
+    path = _FOLDER / name
+
     def run(data: bytes) -> None:
-        path = Path(_FOLDER.name) / name
-        path.write_bytes(data)
+        with open(path, "wb") as file:  # noqa: PTH123 - a third of the time of Path's own
+            file.write(data)
         read(path)
 
     return run
@@ -163,15 +176,127 @@ _TEXT_LOG = (
     b"FMT, 130, 20, BAT, Qff, TimeUS,Volt,Curr\nBAT, 1000000, 15.1, 10.2\nBAT, 1100000, 15.0, 10.3\n"
 )
 
-_LOGS = (px4_log().content(), copter_log().content(), copter_telemetry().content())
+_FULL_LOGS = (px4_log(), copter_log(), copter_telemetry())
+_LOGS = tuple(log.content() for log in _FULL_LOGS)
 _KIB = 1 << 10
 
 
+def _raster(
+    folder: Path, *, width: int = 5, height: int = 4, kind: str = "float32", **profile: object
+) -> bytes:
+    import rasterio
+
+    path = folder / "a.tif"
+    heights = np.arange(width * height).astype(kind).reshape(1, height, width)
+    shape = {"width": width, "height": height, "count": 1, "dtype": kind}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a raster that is nowhere
+        with rasterio.open(path, "w", driver="GTiff", **shape, **profile) as raster:
+            raster.write(heights)
+    return path.read_bytes()
+
+
+def _rasters() -> list[bytes]:
+    """Return heights in the kinds of GeoTIFF that are about."""
+    place = Affine(0.001, 0.0, 8.0, 0.0, -0.001, 47.1)
+    grid = Affine(30.0, 0.0, 4e5, 0.0, -30.0, 5e6)
+    tiled = {"compress": "deflate", "tiled": True, "blockxsize": 16, "blockysize": 16}
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        return [
+            _raster(folder, crs="EPSG:4326", transform=place, nodata=-9999),
+            _raster(
+                folder, width=40, height=40, kind="int16", crs="EPSG:32632", transform=grid, **tiled
+            ),
+            _raster(folder),
+        ]
+
+
+def _terrain(data: bytes) -> None:
+    path = _FOLDER / "a.tif"
+    path.write_bytes(data)
+    terrain = read_terrain(path)
+    [tile] = terrain.tiles
+    south, west, north, east = tile.bounds_deg
+    heights = terrain.height_amsl_m(
+        [south, (south + north) / 2, 0.0], [west, (west + east) / 2, 0.0]
+    )
+    known = heights.compressed()
+    assert ((known > -500.0) & (known < 9000.0)).all()
+    terrain.under(np.array([[south, north]]), np.array([[west, east]]))
+
+
+def _stream(data: bytes) -> None:
+    """Decode a stream in two chunks; what follows it is decoded too."""
+    codec, middle = Codec(255, 190), len(data) // 2
+    codec.decode(data[:middle])
+    for one in codec.decode(data[middle:]):
+        assert one.name
+        read_packet(one) if one.name == "FILE_TRANSFER_PROTOCOL" else None
+
+
+_ADDRESSES = tuple(
+    text.encode()
+    for text in (
+        *("udpin:0.0.0.0:14550", "udpout://host:1", "tcp:[::1]:5760", "udp://:14540@host:14557"),
+        *("/dev/ttyUSB0,57600", "COM3:57600", "serial:///dev/ttyACM0:115200", "127.0.0.1:14550"),
+    )
+)
+
+
+def _address(data: bytes) -> None:
+    text = data.decode("utf-8", "surrogateescape")
+    is_address(text)
+    read = read_address(text)
+    assert read_address(read.text) == read
+
+
+_TYPED = tuple(
+    f"{key}={text}".encode()
+    for key, text in (
+        *(
+            ("battery", "5.2Ah@14.8V"),
+            ("battery", "77Wh"),
+            ("charge", "95±2%"),
+            ("reserve", "3min"),
+        ),
+        *(("wind", "5±2@270±20"), ("wind_profile", "log:0.03@10"), ("home_amsl_m", "488 m")),
+        *(("temperature_c", "15±5"), ("payload_kg", "500 g"), ("speed_m_s", "18 km/h")),
+        *(("ignore", "E105,T"), ("select", "ALL"), ("fail_on", "warning"), ("risk", "1%")),
+        *(("target", "px4-1.16"), ("autopilot", "auto"), ("reaction_time_s", "1.5 s")),
+        *(("battery_health", "85%"), ("position_error_m", "3 m"), ("position_noise_m", "0.3")),
+    )
+)
+_KINDS = {key: setting.kind for key, setting in settings().items()}
+
+
+def _typed(data: bytes) -> None:
+    """Read what is typed for a setting: a sentence, or a value that can be written and read again."""
+    key, _, text = data.decode("utf-8", "surrogateescape").partition("=")
+    if key not in _KINDS or key in _OF_FILES:
+        return
+    try:
+        value = _KINDS[key].read(text)
+    except ValueError:  # as it is declared
+        return
+    assert _KINDS[key].read(_KINDS[key].text(value)) == value  # which no NaN does
+    Setup.of({key: value})
+
+
+_OF_FILES = frozenset({"vehicle", "parameters", "terrain", "per_file_ignores"})
+"""Settings whose files have targets of their own."""
+
+
+_SEEDS = 0.25
+
+
 def targets() -> tuple[Target, ...]:
-    """Return a target for each reader."""
+    """Return the targets."""
     ulog, dataflash, tlog = _LOGS
-    heads = [log[: 8 * _KIB] for log in _LOGS]
+    writers = _FULL_LOGS
     models = [path.read_bytes() for path in sorted(models_root().glob("*.toml"))[:3]]
+    thin_tlog = b"".join(writers[2].frames[::10])
+    heads = [content[: 8 * _KIB] for content in _LOGS]
     return (
         Target("mission", _plans(), _mission),
         Target("parameters", _PARAM_SEEDS, _parameters),
@@ -180,13 +305,23 @@ def targets() -> tuple[Target, ...]:
         Target("configuration", [_CONFIGURATION_SEED], _by_path(OWN_FILE, read_configuration)),
         Target("profile", [_PROFILE_SEED], _by_path("site.toml", read_profile)),
         Target("baseline", [_BASELINE_SEED], _by_path("known.json", read_baseline)),
-        Target("ulog", [ulog[: 4 * _KIB], ulog[: 16 * _KIB]], _ulog),
-        Target("dataflash", [dataflash[: 4 * _KIB], dataflash[: 8 * _KIB]], _dataflash),
+        Target("typed", _TYPED, _typed),
+        Target("address", _ADDRESSES, _address),
+        Target("terrain", _rasters(), _terrain),
+        Target("ulog", [ulog[: 4 * _KIB]], _ulog, ulog_maker(ulog), _SEEDS),
+        Target(
+            "dataflash",
+            [dataflash[: 4 * _KIB]],
+            _dataflash,
+            dataflash_maker(writers[1].messages),
+            _SEEDS,
+        ),
         Target("dataflash-text", [_TEXT_LOG], _dataflash_text),
-        Target("tlog", [tlog[:1500], tlog[: 4 * _KIB]], _tlog),
+        Target("tlog", [tlog[:1500]], _tlog, tlog_maker(writers[2].frames), _SEEDS),
+        Target("stream", [tlog[8:300]], _stream, stream_maker(), _SEEDS),
         Target(
             "log",
-            [*heads, *_LOGS, _CSV_SEED, gzip.compress(_CSV_SEED)],
+            [*heads, *_LOGS, thin_tlog, _CSV_SEED, _TEXT_LOG, gzip.compress(_CSV_SEED)],
             _by_path("a.log", read_log),
         ),
     )

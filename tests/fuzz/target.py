@@ -38,12 +38,15 @@ class Target:
     """Fails in any way but with one of our own errors: a finding."""
     make: Callable[[Random], bytes] | None = None
     """Makes an input; by default a seed is damaged."""
+    damaged_seeds: float = 0.0
+    """So many inputs of a target that makes its own are damaged seeds all the same."""
 
     def inputs(self, seed: int) -> Iterator[bytes]:
         """Yield inputs without end, the same for the same seed."""
         draw = Random(f"{self.name} {seed}")
         while True:
-            yield mutated(self.seeds, draw) if self.make is None else self.make(draw)
+            is_made = self.make is not None and draw.random() >= self.damaged_seeds
+            yield self.make(draw) if self.make and is_made else mutated(self.seeds, draw)
 
     def try_one(self, data: bytes) -> None:
         """Feed one input; raise what is a finding."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 TARGETS = {target.name: target for target in all_targets()}
-FEW = {"pipeline": 4, "log": 10, "vehicle": 20, "line": 20}
+FEW = {"pipeline": 4, "relations": 4, "log": 10, "terrain": 20, "vehicle": 20, "line": 20}
 """Inputs of the slow targets; the others take a millisecond each."""
 
 
@@ -29,6 +30,18 @@ def test_every_seed_and_past_finding_is_taken_or_refused_with_a_word(target: Tar
 def test_damaged_inputs_are_taken_or_refused_with_a_word(target: Target) -> None:
     for data in islice(target.inputs(1), FEW.get(target.name, 60)):
         target.try_one(data)
+
+
+@pytest.mark.parametrize("unit", [b"9", b"\n", b" ", b"[", b'"'], ids=repr)
+@pytest.mark.parametrize("name", ["mission", "parameters", "mapping", "typed", "address"])
+def test_a_run_of_anything_takes_no_more_than_its_length(name: str, unit: bytes) -> None:
+    """A pattern that begins again at each of 20,000 bytes takes some seconds, all of them together 10 ms."""
+    target = TARGETS[name]
+    for seed in target.seeds[:3]:
+        middle = seed.find(b"3") + 1
+        began_s = time.process_time()
+        target.try_one(seed[:middle] + unit * 20_000 + b"x" + seed[middle:])
+        assert time.process_time() - began_s < 1.0
 
 
 def test_every_folder_of_findings_has_its_target() -> None:
@@ -49,7 +62,8 @@ def test_a_campaign_counts_inputs_and_keeps_findings(
             raise KeyError(message)
 
     monkeypatch.setattr("fuzz.target.CRASHERS", tmp_path)
-    count, found, _ = fuzz(Target("made-up", [b"ab"], fail), seconds=0.05, seed=1)
+    target = Target("made-up", [b"ab"], fail)
+    count, found, _ = fuzz(target, target.inputs(1), seconds=0.05)
     assert 0 < found < count
     [kept] = (tmp_path / "made-up").iterdir()
     assert len(kept.read_bytes()) % 2

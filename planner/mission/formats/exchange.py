@@ -119,12 +119,12 @@ def describe_xml(text: str) -> str:
 
 def describe_text(text: str) -> str:
     """Return the sentence about a text that is no mission."""
-    head = text[:20_000]
+    head = text.lstrip()[:20_000]
     if _PYTHON.search(head):
         return f"this is Python source, not a mission: {_GIVE_A_MISSION}"
     if len(_PARAMETERS.findall(head)) >= 3:
         return "this is a parameter file, not a mission: give it with --params"
-    first = head.strip().splitlines()[0][:40]
+    first = head.splitlines()[0][:40]
     return f"this is no mission, it begins with {first!r}: {_GIVE_A_MISSION}"
 
 

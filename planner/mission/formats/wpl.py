@@ -64,7 +64,7 @@ _LIMITS_OF_A_PLACE = (
     *((90.0, _DEGREES), (180.0, _DEGREES), (100_000.0, "an altitude within 100 km")),
 )
 """Beyond these a latitude [°], longitude [°] or altitude [m] is a mistake."""
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _TOKEN = re.compile(r"[^\s,]+")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 
@@ -512,7 +512,7 @@ def _mixed_areas(areas: Sequence[MissionItem], *, has_items: bool) -> Finding:
     return TEXT_FENCE_ROWS.finding(message, place=areas[0].place)
 
 
-_FENCE_LINE = re.compile(r"[+-]?\d+\.?\d*[\s,]+[+-]?\d+\.?\d*")
+_FENCE_LINE = re.compile(r"[+-]?\d+(?:\.\d*)?[\s,]+[+-]?\d+(?:\.\d*)?")
 _RALLY_LINE = re.compile(r"RALLY\s", re.IGNORECASE)
 
 

@@ -45,7 +45,7 @@ _AUTOPILOT_COMPONENT = "1"
 """MAV_COMP_ID_AUTOPILOT1; gimbals and cameras have parameters of their own."""
 _NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
 _NUMBER = re.compile(
-    r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)|0[xX][0-9a-fA-F]{1,16}",
+    r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)|0[xX][0-9a-fA-F]{1,16}",
     re.ASCII | re.IGNORECASE,
 )
 _FORMS = "a line is NAME,value or NAME value, or QGroundControl's five columns"
