@@ -39,7 +39,7 @@ chargers end, 2 to 7 % of the rate (Battery University BU-409 has 3 %).  At 1C t
 power to the end would be 60: a pack that takes longer than planned is short at its next flight. [-]"""
 
 
-class Operation(Part):
+class FleetOperation(Part):
     """The operation as a whole; optional."""
 
     start: Annotated[dt.datetime | None, Key("when it begins: 0 s of every time in this file")] = (
@@ -333,7 +333,7 @@ class Fleet(Value):
     pads: Mapping[str, Pad] = field(default_factory=dict)
     sorties: Mapping[str, Sortie] = field(default_factory=dict)
     """In the order of the file."""
-    operation: Operation = Operation()
+    operation: FleetOperation = FleetOperation()
     separation: Separation | None = None
     """``None``: of a single vehicle."""
     layers: Layers | None = None

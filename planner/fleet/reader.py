@@ -16,11 +16,11 @@ from planner.files import read_bounded, toml_document
 from planner.fleet.fleet import (
     Charger,
     Fleet,
+    FleetOperation,
     FleetVehicle,
     Job,
     Layers,
     NamedPart,
-    Operation,
     Pack,
     Pad,
     Separation,
@@ -165,10 +165,10 @@ class _FleetReading(Reading):
             pads=dict(_right(named, Pad)),
             jobs=dict(_right(named, Job)),
             sorties=dict(_right(named, Sortie)),
-            operation=self._single(document, Operation) or Operation(),
-            separation=self._single(document, Separation),
-            layers=self._single(document, Layers),
-            swap=self._single(document, Swap),
+            operation=self._single(document, "operation", FleetOperation) or FleetOperation(),
+            separation=self._single(document, "separation", Separation),
+            layers=self._single(document, "layers", Layers),
+            swap=self._single(document, "swap", Swap),
         )
 
     def _table_of(self, document: Mapping[str, Any], name: str, where: str = "") -> dict[str, Any]:
@@ -179,8 +179,7 @@ class _FleetReading(Reading):
         self.note(where + name, f"must be a table [{where}{name}], got {described(raw)}")
         return {}
 
-    def _single(self, document: Mapping[str, Any], part: type[P]) -> P | None:
-        name = part.__name__.lower()
+    def _single(self, document: Mapping[str, Any], name: str, part: type[P]) -> P | None:
         if name not in document:
             return None
         found = self.part(part, self._table_of(document, name), f"{name}.")
