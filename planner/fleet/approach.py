@@ -30,17 +30,52 @@ _BLOCK = 1_000_000
 """Cells that are looked at together."""
 
 
+class Cylinder(Value):
+    """What two vehicles keep apart by: beside each other, or one above the other."""
+
+    horizontal_m: float
+    over_m: float
+    """Height kept where the second is above the first; infinite: none is enough. [m]"""
+    under_m: float
+    """Height kept where it is below. [m]"""
+
+    is_on_ground: bool = False
+    """Whether it is kept while both are near the ground, instead of while one flies."""
+
+    def of_height_m(self, above_m: FloatArray) -> FloatArray:
+        """Return what a height of the second above the first counts as, beside each other. [m]"""
+        return np.maximum(above_m * self._per_over, -above_m * self._per_under)
+
+    @property
+    def _per_over(self) -> float:
+        return self.horizontal_m / self.over_m
+
+    @property
+    def _per_under(self) -> float:
+        return self.horizontal_m / self.under_m
+
+    @property
+    def steepest(self) -> float:
+        """What an error of height counts as, at most. [-]"""
+        return max(self._per_over, self._per_under)
+
+
 class ClosestApproach(Value):
     """Where two vehicles come nearest to each other."""
 
     distance_m: float
-    """No more than the distance, and less by the accuracy asked for at most. [m]"""
+    """No more than the distance, and less by the accuracy asked for at most; for a cylinder heights
+    count as many times as it is flatter, and what the parts are grown by is taken off. [m]"""
     first_s: float
     """Time since the start of the first; negative before it. [s]"""
     second_s: float
     """The same of the second. [s]"""
     first_item: int
     second_item: int
+    beside_m: float = 0.0
+    """Level distance then. [m]"""
+    above_m: float = 0.0
+    """Height of the second above the first then. [m]"""
 
 
 class _Side(Columns, eq=False):
@@ -95,6 +130,7 @@ def closest_approach(
     second_above_m: float = 0.0,
     within_m: float = np.inf,
     accuracy_m: float = ACCURACY_M,
+    zone: Cylinder | None = None,
 ) -> ClosestApproach | None:
     """Return the closest approach of two vehicles while not both are near the ground.
 
@@ -111,124 +147,269 @@ def closest_approach(
     second_above_m : float
         Home of the second above that of the first. [m]
     within_m : float
-        What is not nearer is not looked for. [m]
+        What is not nearer is not looked for; the radius of a zone by default. [m]
     accuracy_m : float
         How much less than the distance is good enough where they certainly come so near; two in
         formation take many times as long to 1 cm as to 1 m. [m]
+    zone : Cylinder, optional
+        What they keep apart by; without it they keep a distance in space.
     """
-    cells = _cells(
-        first,
-        second,
+    meeting = Meeting(
+        first=first,
+        second=second,
         later_s=second_later_s,
         shift_s=shift_s,
         above_m=second_above_m,
-        within_m=within_m,
+        zone=zone,
     )
-    one, two = (
-        _Side(
-            part=part,
-            start_s=side.start_s[part],
-            end_s=side.end_s[part],
-            control_m=side.control_m[part],
-        )
-        for side, part in zip((first, second), cells, strict=True)
-    )
-    two.control_m[..., 2] += second_above_m
+    if zone is not None:
+        within_m = min(within_m, zone.horizontal_m)
+    one, two = meeting.sides(within_m)
     limit_m = within_m
     best: ClosestApproach | None = None
     for _ in range(_MOST_ROUNDS):
-        one, two = _side_by_side(one, two, second_later_s, shift_s)
-        near = np.flatnonzero(_box_distance_m(one.control_m, two.control_m) < limit_m)
-        one, two = one.select(near), two.select(near)
-        if not len(near):
+        one, two = meeting.near(one, two, limit_m)
+        if not len(one.part):
             break
-        distance_m, first_s, second_s = _straight_approach(one, two, second_later_s, shift_s)
-        bends_m = one.bend_m, two.bend_m
-        cubic_m = first.error_m[one.part] + second.error_m[two.part]
-        off_m = bends_m[0] + bends_m[1]
-        least_m = np.maximum(distance_m - off_m - cubic_m, 0.0)
-        limit_m = min(limit_m, float(np.min(distance_m + off_m + cubic_m)))
-        is_done = off_m <= STRAIGHT_TOLERANCE_M
+        bounds = meeting.bounds(one, two)
+        limit_m = min(limit_m, float(np.min(bounds.most_m)))
+        is_done = bounds.is_exact
         if limit_m < within_m:
-            is_done |= least_m >= limit_m - accuracy_m
+            is_done = is_done | (bounds.least_m >= limit_m - accuracy_m)
         if is_done.any():
-            at = int(np.flatnonzero(is_done)[np.argmin(least_m[is_done])])
-            if least_m[at] < min(within_m, np.inf if best is None else best.distance_m):
-                best = ClosestApproach(
-                    distance_m=float(least_m[at]),
-                    first_s=float(first_s[at]),
-                    second_s=float(second_s[at]),
-                    first_item=int(first.item[one.part[at]]),
-                    second_item=int(second.item[two.part[at]]),
-                )
-        rest = np.flatnonzero(~is_done & (least_m < limit_m))
-        is_first = bends_m[0][rest] >= bends_m[1][rest]
-        one, two = one.select(rest).halves(is_first), two.select(rest).halves(~is_first)
+            at = int(np.flatnonzero(is_done)[np.argmin(bounds.least_m[is_done])])
+            if bounds.least_m[at] < min(within_m, np.inf if best is None else best.distance_m):
+                best = meeting.approach(one, two, bounds, at)
+        one, two = bounds.divided(one, two, ~is_done & (bounds.least_m < limit_m))
     return best
 
 
-def _cells(
-    first: Trajectory,
-    second: Trajectory,
-    *,
-    later_s: float,
-    shift_s: float,
-    above_m: float,
-    within_m: float,
-) -> tuple[IntArray, IntArray]:
-    """Return the parts of both that may be near each other at the same time, one of them flown."""
-    above = np.array([0.0, 0.0, above_m])
-    gap = np.maximum(
-        second.low_m.min(axis=0) + above - first.high_m.max(axis=0),
-        first.low_m.min(axis=0) - second.high_m.max(axis=0) - above,
-    )
-    if np.linalg.norm(np.maximum(gap, 0.0)) >= within_m:
-        return np.zeros(0, np.intp), np.zeros(0, np.intp)
-    low = np.searchsorted(second.end_s, first.start_s - later_s - shift_s, side="left")
-    high = np.searchsorted(second.start_s, first.end_s - later_s + shift_s, side="right")
-    count = np.maximum(high - low, 0)
-    found = []
-    # In blocks: with starts as uncertain as the flights are long every part may meet every other.
-    for block in np.split(
-        np.arange(len(count)), np.flatnonzero(np.diff(np.cumsum(count) // _BLOCK)) + 1
-    ):
-        own = count[block]
-        one = np.repeat(block, own)
-        two = np.arange(len(one)) - np.repeat(np.cumsum(own) - own - low[block], own)
-        # Where both are at rest they are as far apart as at the end of the later flight.
-        kept = ~(first.is_low[one] & second.is_low[two])
-        kept &= ~(first.is_rest[one] & second.is_rest[two])
-        for axis in range(3):
-            one, two = one[kept], two[kept]
-            below = second.low_m[two, axis] + above[axis] - first.high_m[one, axis]
-            over = first.low_m[one, axis] - second.high_m[two, axis] - above[axis]
-            kept = (below < within_m) & (over < within_m)
-        found.append((one[kept], two[kept]))
-    ones, twos = zip(*found, strict=True)
-    return np.concatenate(ones), np.concatenate(twos)
+def groups_within(meeting: Meeting, group: IntArray, within_m: float) -> BoolArray:
+    """Return which groups of the first's parts come nearer to the second than they may, or may do so.
+
+    ``group`` is that of each of the first's parts, counted from 0.  Certain to the accuracy: a group that is
+    nearer is always among them.
+    """
+    found = np.zeros(int(group.max(initial=-1)) + 1, np.bool_)
+    one, two = meeting.sides(within_m)
+    for _ in range(_MOST_ROUNDS):
+        one, two = meeting.near(one, two, within_m)
+        if not len(one.part):
+            break
+        bounds = meeting.bounds(one, two)
+        is_near = bounds.is_exact | (bounds.most_m < within_m)
+        found[group[one.part[is_near & (bounds.least_m < within_m)]]] = True
+        open_ = ~bounds.is_exact & (bounds.least_m < within_m) & ~found[group[one.part]]
+        one, two = bounds.divided(one, two, open_)
+    return found
 
 
-def _side_by_side(one: _Side, two: _Side, later_s: float, shift_s: float) -> tuple[_Side, _Side]:
+class _Bounds(Value, eq=False):
+    """How near the sides of cells come to each other."""
+
+    least_m: FloatArray
+    """No more than the least distance in each cell. (n,) [m]"""
+    most_m: FloatArray
+    """No less than it. (n,) [m]"""
+    is_exact: BoolArray
+    """Whether these two are as near to each other as they have to be. (n,)"""
+    first_s: FloatArray
+    second_s: FloatArray
+    sizes: tuple[FloatArray, FloatArray]
+    """What makes either side of a cell uncertain: the greater is divided. (n,)"""
+
+    def divided(self, one: _Side, two: _Side, kept: BoolArray) -> tuple[_Side, _Side]:
+        """Return both halves of some cells."""
+        rest = np.flatnonzero(kept)
+        is_first = self.sizes[0][rest] >= self.sizes[1][rest]
+        return one.select(rest).halves(is_first), two.select(rest).halves(~is_first)
+
+
+class Meeting(Value, eq=False):
+    """Two vehicles in the air at the same time, and what they keep apart by."""
+
+    first: Trajectory
+    second: Trajectory
+    later_s: float = 0.0
+    """Start of the second after that of the first. [s]"""
+    shift_s: float = 0.0
+    """The second may start so much sooner or later than that. [s]"""
+    above_m: float = 0.0
+    """Home of the second above that of the first. [m]"""
+    zone: Cylinder | None = None
+
+    def sides(self, within_m: float) -> tuple[_Side, _Side]:
+        """Return the cells of parts that may be near each other at the same time."""
+        one, two = (
+            _Side(
+                part=part,
+                start_s=side.start_s[part],
+                end_s=side.end_s[part],
+                control_m=side.control_m[part],
+            )
+            for side, part in zip((self.first, self.second), self._cells(within_m), strict=True)
+        )
+        two.control_m[..., 2] += self.above_m
+        return one, two
+
+    def near(self, one: _Side, two: _Side, limit_m: float) -> tuple[_Side, _Side]:
+        """Return the cells that can be flown at the same time, and in which both may be so near."""
+        one, two = _side_by_side(one, two, self.later_s, self._shifts_s(one.part, two.part))
+        gap = np.maximum(
+            one.control_m.min(axis=1) - two.control_m.max(axis=1),
+            two.control_m.min(axis=1) - one.control_m.max(axis=1),
+        )
+        above = two.control_m[..., 2].min(axis=1) > one.control_m[..., 2].max(axis=1)
+        gap_m = np.maximum(gap, 0.0)
+        if self.zone is None:
+            box_m = np.sqrt(np.sum(gap_m**2, axis=1))
+        else:
+            level_m = np.hypot(gap_m[:, 0], gap_m[:, 1])
+            height_m = self.zone.of_height_m(np.where(above, gap_m[:, 2], -gap_m[:, 2]))
+            box_m = np.maximum(level_m - self._grown_m(one.part, two.part), height_m)
+        rows = np.flatnonzero(box_m < limit_m)
+        return one.select(rows), two.select(rows)
+
+    def bounds(self, one: _Side, two: _Side) -> _Bounds:
+        """Return how near the sides of cells come to each other."""
+        bends_m = one.bend_m, two.bend_m
+        cubic_m = self.first.error_m[one.part] + self.second.error_m[two.part]
+        off_m = bends_m[0] + bends_m[1]
+        shift_s = self._shifts_s(one.part, two.part)
+        if self.zone is None:
+            distance_m, first_s, second_s = _straight_approach(
+                one, two, self.later_s, shift_s, axes=3
+            )
+            return _Bounds(
+                least_m=np.maximum(distance_m - off_m - cubic_m, 0.0),
+                most_m=distance_m + off_m + cubic_m,
+                is_exact=off_m <= STRAIGHT_TOLERANCE_M,
+                first_s=first_s,
+                second_s=second_s,
+                sizes=bends_m,
+            )
+        zone = self.zone
+        level_m, first_s, second_s = _straight_approach(one, two, self.later_s, shift_s, axes=2)
+        level_m = level_m - self._grown_m(one.part, two.part)
+        low_m, high_m = (side.control_m[..., 2] for side in (one, two))
+        # While both are flown at the same times the height between them is even too.
+        ends_m = high_m[:, [0, 3]] - low_m[:, [0, 3]]
+        is_joint = shift_s == 0.0
+        least_above_m = np.where(
+            is_joint, ends_m.min(axis=1) - off_m, high_m.min(axis=1) - low_m.max(axis=1)
+        )
+        most_above_m = np.where(
+            is_joint, ends_m.max(axis=1) + off_m, high_m.max(axis=1) - low_m.min(axis=1)
+        )
+        nearest_m = np.clip(0.0, least_above_m, most_above_m)
+        above_m = _chord_height_m(two, second_s) - _chord_height_m(one, first_s)
+        steepest = zone.steepest
+        off_height_m, cubic_m = off_m * steepest, cubic_m * max(1.0, steepest)
+        least_m = np.maximum(level_m - off_m, zone.of_height_m(nearest_m)) - cubic_m
+        most_m = np.maximum(level_m + off_m, zone.of_height_m(above_m) + off_height_m) + cubic_m
+        climbs = (np.ptp(low_m, axis=1) * steepest, np.ptp(high_m, axis=1) * steepest)
+        return _Bounds(
+            least_m=np.maximum(least_m, 0.0),
+            most_m=most_m,
+            is_exact=most_m - least_m - 2.0 * cubic_m
+            <= 2.0 * STRAIGHT_TOLERANCE_M * max(1.0, steepest),
+            first_s=first_s,
+            second_s=second_s,
+            sizes=(bends_m[0] + climbs[0], bends_m[1] + climbs[1]),
+        )
+
+    def approach(self, one: _Side, two: _Side, bounds: _Bounds, row: int) -> ClosestApproach:
+        """Return how near the sides of one cell come."""
+        rows = np.array([row])
+        one, two = one.select(rows), two.select(rows)
+        first_s, second_s = bounds.first_s[rows], bounds.second_s[rows]
+        between_m = (_chord_m(two, second_s) - _chord_m(one, first_s))[0]
+        return ClosestApproach(
+            distance_m=float(bounds.least_m[row]),
+            first_s=float(first_s[0]),
+            second_s=float(second_s[0]),
+            first_item=int(self.first.item[one.part[0]]),
+            second_item=int(self.second.item[two.part[0]]),
+            beside_m=float(np.hypot(*between_m[:2])),
+            above_m=float(between_m[2]),
+        )
+
+    def _shifts_s(self, one: IntArray, two: IntArray) -> FloatArray:
+        """Return how much sooner or later than planned parts may be flown, beside each other. (n,)"""
+        return self.shift_s + self.first.slack_s[one] + self.second.slack_s[two]
+
+    def _grown_m(self, one: IntArray, two: IntArray) -> FloatArray:
+        return self.first.grown_m[one] + self.second.grown_m[two]
+
+    def _cells(self, within_m: float) -> tuple[IntArray, IntArray]:
+        """Return the parts of both that may be near each other at the same time, one of them flown."""
+        first, second = self.first, self.second
+        above = np.array([0.0, 0.0, self.above_m])
+        reach_m = np.array([within_m, within_m, within_m])
+        down_m = within_m
+        if self.zone is not None:
+            reach_m[:2] += float(first.grown_m.max() + second.grown_m.max())
+            reach_m[2], down_m = self.zone.over_m, self.zone.under_m
+        gap = np.maximum(
+            second.low_m.min(axis=0) + above - first.high_m.max(axis=0) - reach_m,
+            first.low_m.min(axis=0) - second.high_m.max(axis=0) - above - [*reach_m[:2], down_m],
+        )
+        if (gap >= 0.0).any():
+            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+        slack_s = self.shift_s + first.slack_s + float(second.slack_s.max())
+        low = np.searchsorted(second.end_s, first.start_s - self.later_s - slack_s, side="left")
+        high = np.searchsorted(second.start_s, first.end_s - self.later_s + slack_s, side="right")
+        count = np.maximum(high - low, 0)
+        found = []
+        # In blocks: with starts as uncertain as the flights are long every part may meet every other.
+        for block in np.split(
+            np.arange(len(count)), np.flatnonzero(np.diff(np.cumsum(count) // _BLOCK)) + 1
+        ):
+            own = count[block]
+            one = np.repeat(block, own)
+            two = np.arange(len(one)) - np.repeat(np.cumsum(own) - own - low[block], own)
+            # Where both are at rest they are as far apart as at the end of the later flight.
+            kept = ~(first.is_rest[one] & second.is_rest[two])
+            both_low = first.is_low[one] & second.is_low[two]
+            kept &= both_low if self.zone is not None and self.zone.is_on_ground else ~both_low
+            for axis in range(3):
+                one, two = one[kept], two[kept]
+                below = second.low_m[two, axis] + above[axis] - first.high_m[one, axis]
+                over = first.low_m[one, axis] - second.high_m[two, axis] - above[axis]
+                kept = (below < reach_m[axis]) & (over < (down_m if axis == 2 else reach_m[axis]))
+            found.append((one[kept], two[kept]))
+        ones, twos = zip(*found, strict=True)
+        return np.concatenate(ones), np.concatenate(twos)
+
+
+def _side_by_side(
+    one: _Side, two: _Side, later_s: float, shift_s: FloatArray
+) -> tuple[_Side, _Side]:
     """Return the parts of cells that can be flown at the same time."""
     together = np.flatnonzero(
         (one.start_s - later_s - shift_s <= two.end_s)
         & (two.start_s <= one.end_s - later_s + shift_s)
     )
-    one, two = one.select(together), two.select(together)
+    one, two, shift_s = one.select(together), two.select(together), shift_s[together]
     return (
         one.within(two.start_s + later_s - shift_s, two.end_s + later_s + shift_s),
         two.within(one.start_s - later_s - shift_s, one.end_s - later_s + shift_s),
     )
 
 
-def _box_distance_m(one_m: FloatArray, two_m: FloatArray) -> FloatArray:
-    """Return how far the boxes about control points are apart. (n,) [m]"""
-    gap = np.maximum(one_m.min(axis=1) - two_m.max(axis=1), two_m.min(axis=1) - one_m.max(axis=1))
-    return np.asarray(np.sqrt(np.sum(np.maximum(gap, 0.0) ** 2, axis=1)))
+def _chord_m(side: _Side, time_s: FloatArray) -> FloatArray:
+    """Return the places on the chords of parts at times. (n, 3) [m]"""
+    width_s = np.maximum(side.end_s - side.start_s, 1e-12)
+    fraction = ((time_s - side.start_s) / width_s)[:, None]
+    return side.control_m[:, 0] + fraction * (side.control_m[:, 3] - side.control_m[:, 0])
+
+
+def _chord_height_m(side: _Side, time_s: FloatArray) -> FloatArray:
+    return _chord_m(side, time_s)[:, 2]
 
 
 def _straight_approach(
-    one: _Side, two: _Side, later_s: float, shift_s: float
+    one: _Side, two: _Side, later_s: float, shift_s: FloatArray, *, axes: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     r"""Return the least distance of even straight motions, and both times of it. (n,) [m, s, s]
 
@@ -238,9 +419,10 @@ def _straight_approach(
     on one of the six edges, along each of which it is a parabola.
     """
     width_1, width_2 = one.end_s - one.start_s, two.end_s - two.start_s
-    v = (one.control_m[:, 3] - one.control_m[:, 0]) / np.maximum(width_1, 1e-12)[:, None]
-    w = (two.control_m[:, 3] - two.control_m[:, 0]) / np.maximum(width_2, 1e-12)[:, None]
-    p = one.control_m[:, 0] - two.control_m[:, 0]
+    one_m, two_m = one.control_m[..., :axes], two.control_m[..., :axes]
+    v = (one_m[:, 3] - one_m[:, 0]) / np.maximum(width_1, 1e-12)[:, None]
+    w = (two_m[:, 3] - two_m[:, 0]) / np.maximum(width_2, 1e-12)[:, None]
+    p = one_m[:, 0] - two_m[:, 0]
     apart_s = one.start_s - later_s - two.start_s
     vv, ww, vw, pv, pw = (
         np.sum(a * b, axis=1) for a, b in ((v, v), (w, w), (v, w), (p, v), (p, w))
@@ -266,7 +448,7 @@ def _straight_approach(
         tries.append((np.where(low <= high, np.clip(best, low, high), np.nan), fixed))
     relative = v - w
     squared = np.sum(relative**2, axis=1)
-    for shift in {-shift_s, shift_s}:  # along a shift: r = s + c
+    for shift in (-shift_s, shift_s):  # along a shift: r = s + c
         ahead = apart_s + shift
         at = p - w * ahead[:, None]
         best = np.divide(

@@ -46,6 +46,10 @@ class Trajectory(Value, eq=False):
     counts as flying. (n,)"""
     duration_s: float
     """Duration of the flight. [s]"""
+    slack_s: FloatArray
+    """How much sooner or later each part may be flown, by the spread of times. (n,) [s]"""
+    grown_m: FloatArray
+    """How much farther beside it the vehicle may be, by the error of its position. (n,) [m]"""
 
     @property
     def is_rest(self) -> BoolArray:
@@ -119,6 +123,8 @@ def make_trajectory(
         item=np.concatenate((item[:1], item, item[-1:])),
         is_low=np.concatenate(([True], is_low, [lands or bool(is_low.all())])),
         duration_s=duration_s,
+        slack_s=np.zeros(len(control_m)),
+        grown_m=np.zeros(len(control_m)),
     )
 
 

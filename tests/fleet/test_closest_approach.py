@@ -61,6 +61,8 @@ def trajectory(
         item=np.arange(len(whole)),
         is_low=is_low,
         duration_s=knots_s[-1],
+        slack_s=np.zeros(len(whole)),
+        grown_m=np.zeros(len(whole)),
     )
 
 
