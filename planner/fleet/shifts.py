@@ -105,10 +105,10 @@ def _joined(low_s: FloatArray, high_s: FloatArray) -> Iterator[tuple[float, floa
     """Yield intervals that do not touch, rising; those that end in a rest are without an end."""
     order = np.argsort(low_s, kind="stable")
     low_s, high_s = low_s[order], np.maximum.accumulate(high_s[order])
-    is_apart = np.append(True, low_s[1:] > high_s[:-1])[: len(low_s)]
-    begins = np.flatnonzero(is_apart)
-    ends = np.append(begins[1:], len(low_s)) - 1
-    for begin, end in zip(low_s[begins].tolist(), high_s[ends].tolist(), strict=True):
+    is_apart = low_s[1:] > high_s[:-1]
+    begins = low_s[np.append(True, is_apart)[: len(low_s)]]
+    ends = high_s[np.append(is_apart, True)[: len(low_s)]]
+    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
         yield (
             -math.inf if begin < -0.5 * AT_REST_S else begin,
             math.inf if end > 0.5 * AT_REST_S else end,
