@@ -32,6 +32,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.mission.parts import FlownItems, SplitPoint
@@ -50,6 +51,7 @@ _TRIES = 60
 """Earlier places a part is tried to end at, where more than energy is wrong with its longest form."""
 _GUESSES = 8
 """Places looked at by what the flight in one piece takes; then the rest is halved."""
+_HALVINGS = 40
 _TOO_MUCH = 1.02
 """Legs that alone take so much more than there is fit no part, for they are the same in it. [-]"""
 
@@ -119,6 +121,33 @@ class _Forecast:
         return used_wh - home_wh
 
 
+class _PartTimes:
+    """How long parts take, by the flight in one piece: enough to make them even."""
+
+    def __init__(self, whole: Assessment, flown: FlownItems) -> None:
+        self._flown = flown
+        returns = whole.returns
+        points = returns.end_points(returns.stage_ends)
+        way_s, _ = returns.fly(points.stop_m, points.stage, HOME)
+        every = np.arange(len(whole.route.stages))
+        self._elapsed_s = np.interp(every, points.stage, points.time_s)
+        self._home_s = np.interp(every, points.stage, points.stop_s + way_s)
+
+    def until_s(self, end: SplitPoint) -> float:
+        """Return the time from the beginning of the mission to home from a cut. [s]"""
+        return self._at(self._elapsed_s, end) + self._at(self._home_s, end)
+
+    def before_s(self, start: SplitPoint) -> float:
+        """Return what of that a part saves by beginning there, its way out taken for one home. [s]"""
+        return self._at(self._elapsed_s, start) - self._at(self._home_s, start)
+
+    def _at(self, time_s: FloatArray, cut: SplitPoint) -> float:
+        stage = self._flown.stages[cut.step]
+        assert stage is not None  # cuts are at items that are flown
+        before_s, after_s = time_s[stage - 1 : stage + 1].tolist()
+        return float(before_s + cut.fraction * (after_s - before_s))
+
+
 class PartSearch:
     """The search for the parts of one mission, given its check in one flight."""
 
@@ -129,6 +158,7 @@ class PartSearch:
         self._flown = flown
         self._setup = replace(setup, with_trace=False)
         self._on_step = on_step
+        self._whole = whole
         self._tried: dict[Range, _Trial] = {}
         battery, assessment = whole.battery, whole.assessment
         self._above_wh = None if battery is None else battery.usable_wh - battery.reserve_wh
@@ -140,6 +170,15 @@ class PartSearch:
     def fewest(self) -> int:
         """Return a number of parts below which the energy of the mission alone does not go."""
         return 1 if self._above_wh is None else math.ceil(self._whole_wh / self._above_wh)
+
+    def fewest_ranges(self) -> list[Range] | None:
+        """Return the fewest parts; ``None`` with a `refusal`: there are none."""
+        ranges = self.ranges(inside_legs=False)
+        if ranges is None or len(ranges) > self.fewest():
+            finer = self.ranges(inside_legs=True)
+            if finer is not None and (ranges is None or len(finer) < len(ranges)):
+                return finer
+        return ranges
 
     def ranges(self, *, inside_legs: bool) -> list[Range] | None:
         """Return where each part begins and ends; ``None`` with a `refusal` where one does not fit."""
@@ -172,6 +211,47 @@ class PartSearch:
             )
             start = resumption(self._flown, cuts[end])
             first = end + 1
+
+    def even(self, count: int) -> list[Range] | None:
+        """Return so many parts, as even in time as the places between items allow.
+
+        Fewer where there are not so many places; ``None`` with a `refusal` where one would be no go.
+        """
+        assessment = self._whole.assessment
+        assert assessment is not None  # as for `ranges`
+        cuts = split_points(self._flown, inside_legs=False)
+        starts = [None, *(resumption(self._flown, cut) for cut in cuts)]
+        times = _PartTimes(assessment, self._flown)
+        ends_s = np.maximum.accumulate([*map(times.until_s, cuts), assessment.flight.time_s])
+        begun_s = np.array([0.0 if start is None else times.before_s(start) for start in starts])
+
+        def places(most_s: float) -> list[int]:
+            """Return where each part ends, which is as far as the time allows."""
+            found: list[int] = []
+            at = 0
+            while at < len(ends_s):
+                reach = int(np.searchsorted(ends_s, most_s + begun_s[at], side="right"))
+                at = max(reach, at + 1)
+                found.append(at - 1)
+            return found
+
+        low_s, high_s = 0.0, float(ends_s[-1])
+        for _ in range(_HALVINGS):
+            middle_s = 0.5 * (low_s + high_s)
+            is_enough = len(places(middle_s)) <= count
+            low_s, high_s = (low_s, middle_s) if is_enough else (middle_s, high_s)
+        ends = places(high_s)
+        ranges = [
+            (starts[first], cuts[last] if last < len(cuts) else None)
+            for first, last in zip([0, *(end + 1 for end in ends)], ends, strict=False)
+        ]
+        if not all(self._trial(*one).goes for one in ranges):
+            self.refusal = (
+                f"{self._flown.mission.source}: cannot be split into {count} even parts: not each of "
+                "them is a go"
+            )
+            return None
+        return ranges
 
     def _farthest(
         self,
@@ -356,10 +436,14 @@ def split_under(
     mission: Mission,
     setup: Setup,
     *,
+    parts: int | None = None,
     folder: Path | str = "",
     on_step: Callable[[str], None] = lambda _: None,
 ) -> Split:
-    """Return the fewest flights that together fly a mission under a setup; see `split_mission`."""
+    """Return the flights that together fly a mission under a setup; see `split_mission`.
+
+    The fewest, or so many ``parts`` as even in time as they can be.
+    """
     if setup.speed_m_s is not None:
         mission = mission_at_speed(mission, setup.speed_m_s)
         setup = replace(setup, speed_m_s=None)
@@ -370,11 +454,7 @@ def split_under(
     dialect = None if assessment.target is None else assessment.target.autopilot
     flown = flown_items(mission, assessment.route, dialect)
     search = PartSearch(flown, setup, whole, on_step)
-    ranges = search.ranges(inside_legs=False)
-    if ranges is None or len(ranges) > search.fewest():
-        finer = search.ranges(inside_legs=True)
-        if finer is not None and (ranges is None or len(finer) < len(ranges)):
-            ranges = finer
+    ranges = search.fewest_ranges() if parts is None else search.even(parts)
     if ranges is None:
         raise SplitError(search.refusal)
     before = [None, *(end for _, end in ranges)]
@@ -383,13 +463,13 @@ def split_under(
         _written(flown, ends, after, file, setup)
         for ends, after, file in zip(ranges, before, files, strict=False)
     ]
-    parts = [part for part, _ in made]
+    written = [part for part, _ in made]
     losses = {finding.code: finding for _, lost in reversed(made) for finding in lost}
     return Split(
         file=mission.source,
         whole=whole,
-        parts=tuple(parts),
-        findings=(*_remarks(flown, parts), *losses.values()),
+        parts=tuple(written),
+        findings=(*_remarks(flown, written), *losses.values()),
     )
 
 

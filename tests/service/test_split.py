@@ -465,3 +465,40 @@ def test_a_place_too_far_for_a_battery_is_named_not_the_return_from_it() -> None
     far = mission(takeoff(20.0), waypoint(9000.0, 20.0), rtl())
     with pytest.raises(SplitError, match=r"flight to item 2 is a go.* home nearer to it"):
         split_mission(far, ARTICLE, battery=Battery(capacity_wh=7.0))
+
+
+@pytest.mark.parametrize(
+    ("parts", "energy_wh", "longest_s", "largest_wh"),
+    [(2, 63.81, 857.9, 31.91), (3, 65.93, 590.2, 21.98), (12, 84.99, 188.5, 7.08)],
+)
+def test_twelve_targets_are_shared_out_evenly(
+    parts: int, energy_wh: float, longest_s: float, largest_wh: float
+) -> None:
+    # 600 m out and back from one pad, 100 m, 10 m/s: E = N (E_up + E_down) + 24 E_leg and
+    # T = T_up + 2 ceil(12 / N) T_leg + T_down of the article's vehicle, by closed form.
+    targets = [
+        one
+        for number in range(12)
+        for angle in [2.0 * math.pi * number / 12.0]
+        for one in (
+            item(
+                16,
+                north(600.0 * math.cos(angle)),
+                100.0,
+                longitude_deg=8.0
+                + 600.0 * math.sin(angle) / (111_320.0 * math.cos(math.radians(north(0.0)))),
+            ),
+            waypoint(0.0, 100.0),
+        )
+    ]
+    made = split_under(
+        mission(takeoff(100.0), *targets, rtl()),
+        Setup(planner.load_vehicle(), battery=Battery(capacity_wh=90.0)),
+        parts=parts,
+    )
+    flown = [part.result.totals for part in made.parts]
+    assert len(flown) == parts
+    # legs end within 1 m or 2 % of it, the places are good to 0.2 m
+    assert sum(one.energy_wh for one in flown) == pytest.approx(energy_wh, rel=3e-3)
+    assert max(one.time_s for one in flown) == pytest.approx(longest_s, rel=3e-3)
+    assert max(one.energy_wh for one in flown) == pytest.approx(largest_wh, rel=3e-3)
