@@ -32,6 +32,8 @@ _LEAST_FAILSAFE_PWM = 910
 """Least FS_THR_VALUE: receivers lose their signal at 900. [µs]"""
 _LEAST_FLOOR_M = -100.0
 """Least FENCE_ALT_MIN. [m]"""
+_SATELLITES = 3
+"""EK3_SRC1_POSXY of a position by satellites."""
 _WITHOUT_THROTTLE = 2
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
 _CIRCLE = 2
@@ -70,6 +72,20 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
         ALWAYS,
         "MOT_SPIN_MIN is above 0.3",
         lambda p: p.value("MOT_SPIN_MIN", default=0.15) > _MOST_SPIN_MIN + 1e-6,
+    ),
+    (
+        ALWAYS,
+        "no satellites (GPS1_TYPE 0) and no other position",
+        lambda p: (
+            p.value("GPS1_TYPE", "GPS_TYPE", default=1) == 0
+            and p.value("GPS2_TYPE", "GPS_TYPE2", default=0) == 0
+            and p.value("EK3_SRC1_POSXY", default=_SATELLITES) == _SATELLITES
+        ),
+    ),
+    (
+        ALWAYS,
+        "EK3_SRC1_POSXY is 0: no position",
+        lambda p: p.value("EK3_SRC1_POSXY", default=_SATELLITES) == 0,
     ),
     (
         PARAMETERS,
@@ -148,10 +164,11 @@ WOULD_NOT_ARM = Rule(
     why="A vehicle that refuses to arm on the field costs the day; the reason stands in its parameter "
     "file the evening before.",
     how="ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  Always: FRAME_CLASS 0, "
-    "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3.  Parameters: PILOT_SPEED_UP 0, "
-    "FS_THR_VALUE below 910, ACRO_BAL_ROLL or _PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 "
-    "and no rangefinder.  A fence in use: FENCE_TYPE 0, FENCE_MARGIN at or above half of FENCE_ALT_MAX less "
-    "FENCE_ALT_MIN, or above FENCE_RADIUS; FENCE_ALT_MIN below -100 m.  Battery: BATT_CRT_VOLT or "
+    "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3, GPS1_TYPE 0 with EK3_SRC1_POSXY 3 "
+    "(satellites), EK3_SRC1_POSXY 0.  Parameters: PILOT_SPEED_UP 0, FS_THR_VALUE below 910, ACRO_BAL_ROLL or "
+    "_PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 and no rangefinder.  A fence in use: "
+    "FENCE_TYPE 0, FENCE_MARGIN at or above half of FENCE_ALT_MAX less FENCE_ALT_MIN, or above "
+    "FENCE_RADIUS; FENCE_ALT_MIN below -100 m.  Battery: BATT_CRT_VOLT or "
     "BATT_CRT_MAH at or above BATT_LOW_VOLT or BATT_LOW_MAH (above it from 4.7 on), all above 0.",
     fix="correct the parameter on the vehicle",
     instead="the parameters of --params",

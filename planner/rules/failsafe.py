@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _MOST_RALLY_PLACES = 200
@@ -137,7 +138,12 @@ def _milliampere_hours(charge_ah: float) -> str:
 
 def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
-    kind = a.route.stages[a.returns.segment_stage[event.segment]].kind
+    number = int(a.returns.segment_stage[event.segment])
+    kind = a.route.stages[number].kind
+    if number + 1 < len(
+        a.route.stages
+    ):  # it lands and takes off again: the failsafe leaves it there
+        return False
     if kind is StageKind.RETURN and event.action in {RETURNS, WARNS}:
         return True
     state = a.flight.motion.segments.state[event.segment]
@@ -160,8 +166,9 @@ ARMING_REFUSED = Rule(
     summary="The vehicle would not arm with this battery.",
     why="A vehicle that refuses to arm on the field costs the day.",
     how="Charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR where that is negative (PX4); "
-    "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_CAPACITY below BATT_ARM_MAH "
-    "(ArduPilot, where ARMING_CHECK and ARMING_SKIPCHK leave the check of the battery on).",
+    "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_LOW_VOLT or BATT_CRT_VOLT, BATT_CAPACITY "
+    "below BATT_ARM_MAH, BATT_LOW_MAH or BATT_CRT_MAH, whatever the action (ArduPilot, where ARMING_CHECK "
+    "and ARMING_SKIPCHK leave the check of the battery on).",
     fix="charge the battery, or correct the parameter",
     instead="--charge, or the parameters of --params",
 )
@@ -187,19 +194,31 @@ def _arming_refused(
                 f"{quantity.percent(least)}",
             )
         return
-    if profile.rest_v is not None and profile.rest_v[0] < parameters.arm_battery_min_v:
-        yield a.finding(
-            ARMING_REFUSED,
-            f"ArduPilot does not arm at {quantity.decimals(float(profile.rest_v[0]), 1)} V: BATT_ARM_VOLT "
-            f"is {quantity.decimals(parameters.arm_battery_min_v, 1)} V",
-        )
-    if parameters.battery_capacity_ah < parameters.arm_battery_min_ah:
-        yield a.finding(
-            ARMING_REFUSED,
-            f"ArduPilot never arms: BATT_ARM_MAH is "
-            f"{quantity.charge(1000.0 * parameters.arm_battery_min_ah)}, BATT_CAPACITY "
-            f"{quantity.charge(1000.0 * parameters.battery_capacity_ah)}",
-        )
+    for name in ("arm_battery_min_v", "battery_low_v", "battery_critical_v"):
+        least_v, spelt = getattr(parameters, name), _spelt(parameters, name)
+        if spelt and profile.rest_v is not None and profile.rest_v[0] < least_v:
+            yield a.finding(
+                ARMING_REFUSED,
+                f"ArduPilot does not arm at {quantity.decimals(float(profile.rest_v[0]), 1)} V: {spelt} is "
+                f"{quantity.decimals(least_v, 1)} V",
+            )
+            break
+    for name in ("arm_battery_min_ah", "battery_low_ah", "battery_critical_ah"):
+        least_ah, spelt = getattr(parameters, name), _spelt(parameters, name)
+        is_counted = parameters.measures_current or name == "arm_battery_min_ah"
+        if spelt and is_counted and parameters.battery_capacity_ah < least_ah:
+            yield a.finding(
+                ARMING_REFUSED,
+                f"ArduPilot never arms: {spelt} is {_milliampere_hours(least_ah)}, BATT_CAPACITY "
+                f"{_milliampere_hours(parameters.battery_capacity_ah)}",
+            )
+            break
+
+
+def _spelt(parameters: ArduPilotParameters, name: str) -> str:
+    """Return the name of a parameter that is stated; empty where its default is assumed."""
+    origin = parameters.origins.get(name)
+    return "" if origin is None or origin.kind is OriginKind.DEFAULT else origin.name
 
 
 RALLY_UNREACHABLE = Rule(

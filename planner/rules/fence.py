@@ -48,7 +48,7 @@ _ARDUPILOT_VERTICES = 255
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
 _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
-_PATH_JUDGED = frozenset(StageKind) - {StageKind.LAND, StageKind.RETURN, StageKind.SET_DOWN}
+_PATH_JUDGED = frozenset(StageKind) - {StageKind.LAND, StageKind.RETURN}
 """Stages whose heights between their ends are those of the flight, not of a landing."""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
 

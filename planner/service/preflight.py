@@ -64,10 +64,6 @@ Verdict = Literal["go", "no-go"]
 VerdictText = Literal["GO", "NO-GO", "NOT CHECKED"]
 
 
-_COPTER_ONLY = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP", "LAND_SPEED"})
-"""Of ArduPilot's vehicles only Copter has these: a plane's begin with Q_."""
-
-
 class CheckResult(Value):
     """What the check of one mission comes to: what is predicted, the findings and the verdict."""
 
@@ -284,7 +280,11 @@ _STANDS = "every item is where the vehicle stands: it never moves"
 
 def _is_of_copter(given: ParameterSet | None) -> bool:
     """Return whether a parameter file holds what only ArduCopter has: it says what vehicle flies."""
-    return given is not None and not _COPTER_ONLY.isdisjoint(given.values)
+    if given is None:
+        return False
+    from planner.vehicle.parameters.resolve import COPTER_ONLY
+
+    return not COPTER_ONLY.isdisjoint(given.values)
 
 
 def assess(prepared: Preparation) -> Assessment | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from made_missions import METRES_PER_DEGREE_NORTH, mission, rtl, takeoff, waypoint
+from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -276,6 +276,10 @@ def test_a_battery_too_empty_to_arm_is_refused() -> None:
     assert told(checked(autopilot=Autopilot.PX4, charge=0.05, BAT_CRIT_THR=0.07), "E114")
     assert told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3001), "E114")
     assert not told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3000), "E114")
+    # AP_BattMonitor_Backend::arming_checks asks for the failsafes' thresholds whatever they do.
+    assert told(checked(BATT_CAPACITY=3000, BATT_LOW_MAH=3001), "E114")
+    assert not told(checked(BATT_CAPACITY=3000, BATT_LOW_MAH=3000), "E114")
+    assert not told(checked(BATT_CAPACITY=3000, BATT_LOW_MAH=3001, BATT_MONITOR=3), "E114")
 
 
 def test_ardupilot_does_not_arm_below_its_voltage() -> None:
@@ -395,3 +399,17 @@ def test_px4_averages_its_current_over_50_s() -> None:
     # A step from 2 to 12 A is followed to 1 - 1/e after the time constant.
     mean_a = _mean_current_a(np.full(25, 12.0), 2.0, 2.0)
     assert mean_a[-1] == pytest.approx(12.0 - 10.0 / np.e)
+
+
+def test_a_failsafe_in_a_landing_that_is_not_the_last_leaves_the_vehicle_there() -> None:
+    there = (takeoff(20), waypoint(300, 20), item(21, north(300), 0.0))
+    twice = mission(*there, takeoff(20), waypoint(0, 20), item(21, north(0), 0.0))
+    whole = checked(twice, MIS_OPTIONS=4, BATT_CAPACITY=8000)
+    # In the middle of what the first landing takes.
+    left_mah = 8000.0 * 0.5 * (fraction_left(whole, 2) + fraction_left(whole, 3))
+    result = checked(
+        twice, MIS_OPTIONS=4, BATT_CAPACITY=8000, BATT_LOW_MAH=left_mah, BATT_FS_LOW_ACT=1
+    )
+    [finding] = told(result, "E103")
+    assert finding.severity is Severity.ERROR
+    assert finding.item == 3

@@ -524,3 +524,20 @@ def test_the_ledger_lists_the_ground_as_not_checked_without_terrain() -> None:
         result = check(LOW, STEP, battery=Battery(capacity_wh=5000.0), terrain=terrain)
         outcomes = {entry.code: entry.outcome for entry in result.checked}
         assert {outcomes[code] for code in ("A102", "A104", "A117")} == {outcome}
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.STEP, Autopilot.ARDUPILOT])
+@pytest.mark.parametrize("level_m", [-150.0, 0.0, 50.0])
+def test_a_load_is_lowered_to_the_ground_that_is_there(
+    autopilot: Autopilot, level_m: float
+) -> None:
+    """Its ground lies 150 m lower than home, or 50 m higher: from 80 m it is 230 m down, or 30 m."""
+    drop = mission(takeoff(80), item(94, north(250), 80.0), rtl())
+    heights = np.array(ground(0.0).tiles[0].heights_amsl_m, np.float64)
+    row = ROWS - 1 - round((250.0 + 1000.0) / CELL_M)
+    heights[row - 3 : row + 3] += level_m
+    known = of_heights(heights, ground(0.0).tiles[0])
+    result = check(drop, OF[autopilot], battery=Battery(capacity_wh=170.0), terrain=known)
+    assert of("A102", list(result.findings)) == []
+    lowered = [s for s in result.segments if s.item == 2 and s.state == "descend"]
+    assert sum(s.climb_m for s in lowered) == pytest.approx(level_m - 80.0, abs=1.0)

@@ -177,6 +177,24 @@ def test_a_file_that_could_be_of_either_is_taken_as_it_is() -> None:
     assert not messages(resolved("SERVO1_MIN,1100\n"), "P106")
 
 
+@pytest.mark.parametrize(
+    ("text", "whose"),
+    [
+        ("TECS_CLMB_MAX,5\nRTL_ALTITUDE,100\nBATT_CAPACITY,5000\n", "ArduPlane"),
+        ("AIRSPEED_MIN,12\nBATT_CAPACITY,5000\n", "ArduPlane"),
+        ("ATC_STR_RAT_P,0.2\nBATT_CAPACITY,5000\n", "Rover"),
+        ("TECS_CLMB_MAX,5\nWPNAV_SPEED,500\n", ""),
+        ("ARSPD_TYPE,1\nBATT_CAPACITY,5000\n", ""),
+    ],
+)
+def test_parameters_of_another_vehicle_of_ardupilots_are_not_a_copters(
+    text: str, whose: str
+) -> None:
+    said = messages(resolved(text), "P106")
+    assert len(said) == bool(whose)
+    assert all(f"holds parameters of {whose}" in message for _, message in said)
+
+
 def test_an_overruled_value_is_a_warning_with_both_values() -> None:
     result = resolved("MPC_XY_CRUISE,15\nMPC_XY_VEL_MAX,12\n", Autopilot.PX4)
     assert isinstance(result.values, Px4Parameters)

@@ -125,7 +125,7 @@ class StepLegs(Value, eq=False):
     ) -> StepLegs:
         """Return the stages of a route, each beginning where the one before ends.
 
-        Setting down a load takes two rows: down to the level of home, and back up.  So does a return whose
+        Setting down a load takes two rows: down to the ground, and back up.  So does a return whose
         height over home and wait there are known, ``over_home`` [m], [s]: to there, and down.
         """
         two = {StageKind.SET_DOWN} if over_home is None else {StageKind.SET_DOWN, StageKind.RETURN}
@@ -138,7 +138,7 @@ class StepLegs(Value, eq=False):
         hold_s = np.array([s.hold_s for s in flown])
         for stage, row in zip(stages, first.tolist(), strict=True):
             if stage.kind is StageKind.SET_DOWN:
-                end[row, 2], hold_s[row] = 0.0, set_down_s
+                end[row, 2], hold_s[row] = stage.height_m - stage.above_ground_m, set_down_s
             elif stage.kind is StageKind.RETURN and over_home is not None:
                 end[row, 2], hold_s[row] = over_home
                 landing[row] = False

@@ -34,6 +34,7 @@ FENCE_INCOMPLETE = Rule(
     how="The first parameter of each vertex is its polygon's number of vertices, at least 3; a circle "
     "has a centre and a radius above 0.",
     fix="save the fence again with a ground station, and send it to the vehicle",
+    instead="a fence whose areas are whole",
 )
 
 

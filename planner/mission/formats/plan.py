@@ -353,6 +353,7 @@ FENCE_VERSION = Rule(
     why="The file looks fenced and the vehicle flies without a fence; no program reports it.",
     how="Section version 1 or none, and something in it besides empty lists.",
     fix="draw the fence again in QGroundControl and save",
+    instead="a fence of a known version",
 )
 
 

@@ -25,6 +25,7 @@ COMPLEX_ITEM_UNKNOWN = Rule(
     why="QGroundControl continues without it: part of the mission is not flown, without a message.",
     how="complexItemType and version are compared with those that QGroundControl has written.",
     fix="upload the plan and fetch it back from the vehicle: then it holds plain items",
+    instead="a plan whose complex items are known",
 )
 
 

@@ -487,6 +487,7 @@ TEXT_FENCE_ROWS = Rule(
     "the whole upload, or flies without the fence.",
     how="Counts rows with commands 5000 to 5004 and 5100 in a file that also holds mission items.",
     fix="save fence and rally points in files of their own",
+    instead="a fence in a file of its own",
 )
 
 TEXT_NO_MISSION = Rule(

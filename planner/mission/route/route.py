@@ -430,6 +430,7 @@ ITEMS_NOT_FLOWN = Rule(
     "where a take-off is among those left out: a vehicle that is started again flies what is not counted.",
     fix="move the items before the landing, or delete them; to land and take off again, set MIS_OPTIONS "
     "to 4 and let the take-off follow the landing or its NAV_DELAY",
+    instead="a mission that ends with its landing",
 )
 
 

@@ -72,7 +72,7 @@ class Stage(Value, kw_only=False):
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
     above_ground_m: float = 0.0
     """Height above its ground of the place a return leads to, as the autopilot has it: of a rally point,
-    or of a home that DO_SET_HOME put elsewhere than on the ground. [m]"""
+    or of a home that DO_SET_HOME put elsewhere than on the ground; of where a load is set down from. [m]"""
     datum_m: float = 0.0
     """Height above the first home of the home that counts during a return. [m]"""
     return_path: ReturnPath | None = None

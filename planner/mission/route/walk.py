@@ -222,6 +222,7 @@ ITEM_NOT_MODELLED = Rule(
     "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
     "there is a fence or a terrain.",
     fix="allow for the item yourself, or replace it by one that is modelled",
+    instead="items that are modelled",
 )
 
 WAIT_NOT_COUNTED = Rule(
@@ -634,13 +635,13 @@ class MissionState:
     def set_down(self, item: MissionItem) -> None:
         """Lower a load to the ground."""
         self.move_to(item)
-        self._add(self._stage(StageKind.SET_DOWN))
-        message = (
-            "NAV_PAYLOAD_PLACE: the load is assumed to touch the ground at home's level and to weigh "
-            "nothing"
-        )
+        above_m = self.height_m - self.ground_m()
+        self._add(replace(self._stage(StageKind.SET_DOWN), above_ground_m=above_m))
+        known = self._known_ground_m() is not None
+        level = "" if known else "touch the ground at home's level and to "
+        message = f"NAV_PAYLOAD_PLACE: the load is assumed to {level}weigh nothing"
         deepest_m = item.param1 or 0.0
-        if 0.0 < deepest_m < self.height_m:
+        if 0.0 < deepest_m < above_m:
             message += f"; the vehicle gives up {quantity.height(deepest_m)} down"
         self.remark(ITEM_NOT_MODELLED, message)
 

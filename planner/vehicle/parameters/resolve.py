@@ -38,8 +38,10 @@ PARAMETERS_OF_ANOTHER_AUTOPILOT = Rule(
     Severity.ERROR,
     summary="The parameter file belongs to another autopilot than the one predicted.",
     why="None of its names means anything to the other: the prediction would rest on defaults.",
-    how="The file's header, or else the names in it, show whose it is.",
+    how="The file's header, or else the names in it, show whose it is; of ArduPilot's, names that only Plane "
+    "or Rover has (TECS_, AIRSPEED_, RTL_ALTITUDE, ATC_STR_RAT_ …) and none that only Copter has.",
     fix="give the file of this vehicle, or choose the autopilot with --autopilot",
+    instead="the vehicle's own parameters with --params",
 )
 
 PARAMETER_RENAMED = Rule(
@@ -51,6 +53,7 @@ PARAMETER_RENAMED = Rule(
     how="Both names of one quantity are present.  The one of the file's firmware version is used, the "
     "new one where no version is given.  Only a warning where both mean the same.",
     fix="save the parameters again from the vehicle, or delete the name that its firmware does not use",
+    instead="parameters of --params under one name each",
 )
 
 PARAMETER_IMPOSSIBLE = Rule(
@@ -61,6 +64,7 @@ PARAMETER_IMPOSSIBLE = Rule(
     "would be 500 m/s, WPNAV_SPEED = 5 would be 5 cm/s (ArduPilot #31562).",
     how="The value in SI is outside what a multicopter can mean, or is no number.",
     fix="correct the value; look at the unit first",
+    instead="--params with possible values",
 )
 
 PARAMETER_OVERRULED = Rule(
@@ -105,6 +109,7 @@ PARAMETER_MISSPELT = Rule(
     "not hold: one letter too many, too few or wrong, or two swapped.  A digit makes another parameter "
     "(BATT2_CAPACITY).",
     fix="correct the name, or delete the line",
+    instead="--params with the right name",
 )
 
 FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
@@ -127,8 +132,29 @@ _NOTED = (
 """What is noted of single parameters, in the order of the findings."""
 _UNUSUAL = 30.0
 """A value so many times larger or smaller than usual may be in another unit."""
+COPTER_ONLY = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP", "LAND_SPEED"})
+"""Of ArduPilot's vehicles only Copter has these: a plane's begin with Q_."""
+_OTHER_VEHICLES = (
+    (("TECS_", "AIRSPEED_", "ARSPD_FBW_", "RTL_ALTITUDE", "LIM_PITCH_", "PTCH_LIM_"), "ArduPlane"),
+    (("ATC_STR_RAT_", "CRUISE_SPEED"), "Rover"),
+)
+"""Beginnings of names that Copter has none of, and whose they are."""
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
+
+
+def _other_vehicle(file: ParameterSet) -> str:
+    """Return which of ArduPilot's other vehicles a file is of; empty where it may be Copter's."""
+    if file.stack is not Autopilot.ARDUPILOT or not COPTER_ONLY.isdisjoint(file.values):
+        return ""
+    return next(
+        (
+            vehicle
+            for beginnings, vehicle in _OTHER_VEHICLES
+            if any(name.startswith(beginnings) for name in file.values)
+        ),
+        "",
+    )
 
 
 class ResolvedParameters(Value):
@@ -174,13 +200,15 @@ def resolve_parameters(
     findings: list[Finding] = []
     if file is not None:
         findings += file.findings
-        if file.stack is None or file.stack is autopilot:
+        other = _other_vehicle(file)
+        if file.stack in {None, autopilot} and not other:
             resolution.take(file, OriginKind.FILE)
             resolution.note_misspelt(file)
         else:
-            theirs, ours = file.stack.label, autopilot.label
+            theirs = other or ("" if file.stack is None else file.stack.label)
             message = (
-                f"{file.source} holds parameters of {theirs}, the flight is predicted for {ours}"
+                f"{file.source} holds parameters of {theirs}, the flight is predicted for "
+                f"{'ArduCopter' if other else autopilot.label}"
             )
             findings.append(PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(message))
     if model is not None and model.reference is autopilot:

@@ -266,7 +266,8 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
     rows = stages.where(StageKind.SET_DOWN)
     if not len(rows):
         return ()
-    return set_down(rows * SLOTS + 1, stages.end_m[rows], stages.climb_m_s[rows], parameters)
+    down_m, climb_m_s = stages.above_ground_m[rows], stages.climb_m_s[rows]
+    return set_down(rows * SLOTS + 1, stages.end_m[rows], down_m, climb_m_s, parameters)
 
 
 def _flown_splines(

@@ -218,9 +218,13 @@ def _approach(
 
 
 def set_down(
-    key: IntArray, start_m: FloatArray, climb_m_s: FloatArray, parameters: ArduPilotParameters
+    key: IntArray,
+    start_m: FloatArray,
+    down_m: FloatArray,
+    climb_m_s: FloatArray,
+    parameters: ArduPilotParameters,
 ) -> tuple[Manoeuvres, Manoeuvres, Manoeuvres]:
-    """Return how loads are set down at home's level: descents, waits, climbs back.
+    """Return how loads are set down on the ground, so far below: descents, waits, climbs back.
 
     ``key`` is the place of the descents in the flight; waits and climbs follow.
 
@@ -231,18 +235,18 @@ def set_down(
     """
     down = min(parameters.place_descent_speed_m_s, parameters.descent_speed_m_s)
     a = parameters.vertical_acceleration_m_s2
-    high, zero = start_m[:, 2], np.zeros(len(key))
-    gained = np.minimum(0.5 * down**2 / a, np.maximum(high, 0.0))
+    high, zero, down_m = start_m[:, 2], np.zeros(len(key)), np.maximum(down_m, 0.0)
+    gained = np.minimum(0.5 * down**2 / a, down_m)
     fast = np.sqrt(2.0 * a * gained)
     descent = make_vertical(
         key,
         FlightState.DESCEND,
         place_m=start_m,
-        height_m=(high, high - gained, np.minimum(high, 0.0)),
+        height_m=(high, high - gained, high - down_m),
         climb_m_s=(zero, -fast, -fast),
-        duration_s=(fast / a, np.maximum(high - gained, 0.0) / down),
+        duration_s=(fast / a, (down_m - gained) / down),
     )
-    low = np.column_stack((start_m[:, :2], np.minimum(high, 0.0)))
+    low = np.column_stack((start_m[:, :2], high - down_m))
     placed_s = zero + _PLACED_S + parameters.place_delay_s
     wait = hold(key + 1, FlightState.HOVER, place_m=low, duration_s=placed_s)
     return descent, wait, takeoff(key + 2, low, high, climb_m_s, parameters, from_ground=False)
