@@ -365,7 +365,8 @@ class Px4Pilot(Value):
         """Return the distance and the time until a vehicle in mid-leg turns back."""
         from planner.flight.motion.px4.braking import turning_back
 
-        return turning_back(speed_m_s, self.parameters)
+        p = self.parameters
+        return turning_back(speed_m_s, p.acceleration_m_s2, p.jerk_m_s3)
 
 
 class ArduPilotPilot(Value):

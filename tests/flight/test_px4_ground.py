@@ -97,6 +97,14 @@ def test_a_low_takeoff_ends_below_its_height_and_never_above(height_m: float) ->
     assert heights[-1] == pytest.approx(height_m, abs=0.01)
 
 
+def test_a_low_takeoff_brakes_at_the_acceleration_of_its_thrust_ramp() -> None:
+    """Below MPC_LAND_ALT1 1.5 m/s in 3 s: u² + b u = 2 · 0.5 · 0.8, b = 4 · 0.5²/4, 0.8 m below the end."""
+    motion = fly_px4((takeoff(8.0), go(0.0, 0.0, 8.0, hold=30.0)), PX4)
+    done = motion.state_at_time(motion.segments.end_s[motion.done_segment[:1]])
+    assert done.height_m == pytest.approx(7.2)
+    assert done.climb_m_s == pytest.approx(-0.125 + math.sqrt(0.125**2 + 0.8), abs=0.03)
+
+
 def test_a_takeoff_to_no_height_flies_nowhere() -> None:
     motion = fly_px4((takeoff(0.0), go(0.0, 0.0, 0.0)), PX4)
     assert motion.segments.end_s[-1] == pytest.approx(4.2)
@@ -135,8 +143,8 @@ def test_a_mission_disarms_as_soon_as_it_has_landed_and_a_return_later() -> None
     for end, delay_s in ((land(), 0.0), (stage(StageKind.RETURN, height_m=0.0), 2.0)):
         motion = fly_px4((takeoff(40.0), end), PX4)
         stood_s = motion.segments.end_s[-1] - touched_s(motion)
-        assert stood_s == pytest.approx(3.6 + delay_s, abs=0.05)
-        assert grounded_s(motion) == pytest.approx(2.5 + 3.6 + delay_s)
+        assert stood_s == pytest.approx(3.45 + delay_s, abs=0.05)
+        assert grounded_s(motion) == pytest.approx(2.5 + 3.45 + delay_s)
 
 
 def test_a_landing_elsewhere_is_flown_to_level() -> None:

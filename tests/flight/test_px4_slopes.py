@@ -216,3 +216,14 @@ def test_no_leg_beats_either_of_its_axes(way_m: float, climb_m: float, speed_m_s
     least = max((way_m - 2.0) / speed_m_s, vertical / (3.0 if climb_m > 0.0 else 1.5))
     assert took > least
     assert took < math.hypot((way_m + 45.0) / speed_m_s + 12.0, abs(climb_m) / 1.5 + 12.0)
+
+
+def test_a_climb_turns_into_a_descent_in_one_change_of_speed() -> None:
+    """From u up to 1.5 m/s down at a jerk of 4 m/s³ without a rest between: 2 √((u + 1.5)/4) s."""
+    motion = fly_px4((takeoff(), go(0.0, 0.0, 80.0), go(0.0, 0.0, 60.0, hold=1.0)), PX4)
+    top_s = motion.segments.end_s[motion.arrival_segment[1]]
+    climb_m_s = float(motion.state_at_time(np.array([top_s])).climb_m_s[0])
+    assert 0.3 < climb_m_s < 0.5
+    times_s = top_s + np.arange(0.0, 5.0, 0.01)
+    down_s = times_s[motion.state_at_time(times_s).climb_m_s < -1.499][0]
+    assert down_s - top_s == pytest.approx(2.0 * math.sqrt((climb_m_s + 1.5) / 4.0), abs=0.04)

@@ -213,15 +213,18 @@ def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> 
     return np.maximum(hold, 0.5 * speed * reversing_s)
 
 
-def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
-    """Return distance and time until a vehicle that is to return in mid-leg turns back. [m], [s]
+def turning_back(
+    speed_m_s: FloatArray, acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float
+) -> tuple[FloatArray, FloatArray]:
+    """Return distance and time until a vehicle that is to fly the other way turns back. [m], [s]
 
     Notes
     -----
     It stands for no longer than an instant: its acceleration grows at limited jerk, and is not taken back
-    before the vehicle speeds up towards home.  From 12 m/s 28.4 m and 4.375 s; 28 m and 4.3 s measured.
+    before the vehicle speeds up again.  From 12 m/s, to return, 28.4 m and 4.375 s; 28 m and 4.3 s
+    measured.
     """
-    a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
+    a, j = acceleration_m_s2, jerk_m_s3
     jerk_s = np.minimum(a / j, np.sqrt(2.0 * speed_m_s / j))
     left = np.maximum(speed_m_s - 0.5 * j * jerk_s**2, 0.0)
     way = jerk_s * (speed_m_s - j * jerk_s**2 / 6.0) + 0.5 * left**2 / a

@@ -26,10 +26,14 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
-LANDED_AFTER_S = 3.6
-"""From touch-down to the landed flag: three times 1 s, and 0.6 s until the thrust has gone (measured;
-``MulticopterLandDetector``).  That is with a range sensor, which cannot see the ground below its feet; no
-parameter states whether there is one, and without it is 2 s sooner. [s]"""
+LANDED_AFTER_S = 3.45
+"""From touch-down to the landed flag: three times 1 s, and 0.45 s until the thrust has gone (3.43 to 3.46 s
+measured in six landings; ``MulticopterLandDetector``).  That is with a range sensor, which cannot see the
+ground below its feet; no parameter states whether there is one, and without it is 2 s sooner. [s]"""
+
+RANGE_LATE_S = 0.11
+"""Age of the distance to the ground, by which a landing slows down: the estimator's, delayed as much as GPS
+is (``Ekf::getHagl``, EKF2_GPS_DELAY; 0.11 s measured). [s]"""
 
 _RESTS_M = 1e-5
 """Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory rests. [m]"""
@@ -67,17 +71,19 @@ class DescentProfile(Value):
         """Return the profile of a vehicle."""
         fast, full = parameters.descent_speed_m_s, parameters.descent_speed_max_m_s
         slow = min(parameters.land_speed_m_s, fast)
-        low = parameters.land_slowest_height_m
-        high = max(parameters.land_slow_height_m, low)
+        # Seen late, the ground is nearer than it seems: v = slow + g (h + v late − low).
+        low = max(parameters.land_slowest_height_m - slow * RANGE_LATE_S, 0.0)
+        high = max(parameters.land_slow_height_m - full * RANGE_LATE_S, low)
         gain = (full - slow) / (high - low) if high > low and full > slow else 0.0
         crawls = parameters.land_crawl_speed_m_s < slow
+        crawl_m = max(parameters.land_crawl_height_m - slow * RANGE_LATE_S, 0.0)
         return cls(
             fast_m_s=fast,
             slow_m_s=slow,
             crawl_m_s=parameters.land_crawl_speed_m_s,
             high_m=min(low + (fast - slow) / gain, high) if gain > 0.0 else low,
             low_m=low,
-            crawl_height_m=min(parameters.land_crawl_height_m, low) if crawls else 0.0,
+            crawl_height_m=min(crawl_m, low) if crawls else 0.0,
             gain_per_s=gain,
         )
 
@@ -299,19 +305,22 @@ def settlings(legs: Px4Legs, parameters: Px4Parameters) -> Curves:
     """Return how vehicles in motion settle on the targets near by.
 
     They take the time to stop and turn back, and for twice the way at the speed allowed at its
-    beginning.
+    beginning; but no longer than a cubic that does not pass the target, if they can stop in that.
     """
     (begin, velocity), target = arrivals(legs), legs.planned.target_m
     way = lengths(target - begin)
+    toward = quotient((velocity * (target - begin)).sum(axis=1), way)
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
     allowed = np.minimum(allowed_speed_m_s(way, 0.0, a, j), legs.planned.speed_m_s)
     vertical_m_s, _ = vertical_limits(target[:, 2] > begin[:, 2], parameters)
+    stop_s = lengths(velocity) / a + a / j
+    straight_s = np.maximum(quotient(3.0 * way, toward, np.inf, above=STILL_M), stop_s)
     return Curves.between(
         begin,
         velocity,
         target,
         np.zeros_like(begin),
-        duration_s=quotient(2.0 * way, allowed) + 2.0 * (lengths(velocity) / a + a / j),
+        duration_s=np.minimum(quotient(2.0 * way, allowed) + 2.0 * stop_s, straight_s),
         level_m_s=allowed,
         upright_m_s=np.minimum(allowed, vertical_m_s),
     )
@@ -351,6 +360,9 @@ CLIMB_LATE_S = 0.83
 """Time the climb is late against one at full speed from lift-off on: 10 m at 1.5 m/s are reached 11.7 s after
 arming, not 10.9 s (measured).  PX4 only begins to raise the speed while the thrust ramps up. [s]"""
 
+_LEFT_TO_LEG_M = 0.001
+"""Least height left to the leg a take-off ends as, which hands on its speed. [m]"""
+
 IDLE_FRACTION = 0.5
 """Part of the thrust ramp that counts as waiting with idle motors: thrust grows evenly to that of the
 hover. [-]"""
@@ -375,6 +387,25 @@ class Takeoffs(Columns, eq=False):
     """Whether that is climbed at MPC_Z_V_AUTO_UP; else MPC_TKO_SPEED holds to the end."""
 
 
+def takeoff_acceleration_m_s2(parameters: Px4Parameters) -> float:
+    """Return the greatest vertical acceleration of a take-off near the ground, braking included. [m s⁻²]
+
+    ``FlightTaskAuto::_updateTrajConstraints``.
+    """
+    ramp_s = parameters.takeoff_ramp_s
+    most = parameters.acceleration_up_m_s2
+    return min(most, parameters.takeoff_speed_m_s / ramp_s) if ramp_s > 0.0 else most
+
+
+def takeoff_band_m(height_m: FloatArray, parameters: Px4Parameters) -> FloatArray:
+    """Return how far below their height take-offs count as reached. [m]
+
+    NAV_MC_ALT_RAD; half the height of a take-off lower than that (``is_mission_item_reached``).
+    """
+    band = np.full_like(height_m, parameters.altitude_acceptance_m)
+    return np.where((height_m > 0.0) & (height_m < band), 0.5 * height_m, band)
+
+
 def make_takeoffs(
     ground_m: FloatArray, target_m: FloatArray, parameters: Px4Parameters
 ) -> Takeoffs:
@@ -384,19 +415,26 @@ def make_takeoffs(
     -----
     COM_SPOOLUP_TIME, then thrust ramps up over MPC_TKO_RAMP_T (``TakeoffHandling``); MPC_TKO_SPEED up to
     MPC_LAND_ALT1 over ground, then the climb speed of missions (``FlightTaskAuto::
-    _updateTrajConstraints``).  A low take-off is climbed no faster than it can be braked again.
+    _updateTrajConstraints``).  A low take-off is climbed no faster than it can be braked again, which
+    below MPC_LAND_ALT1 is at MPC_TKO_SPEED/MPC_TKO_RAMP_T.
     """
     height = np.maximum(target_m[:, 2] - ground_m[:, 2], 0.0)
-    a, j = parameters.acceleration_up_m_s2, parameters.jerk_m_s3
-    half = half_b_m_s(a, j) + a * CLIMB_LATE_S
-    # The highest speed v with v · 0.83 s for the rise and its braking distance within the height.
-    fitting = np.sqrt(half**2 + 2.0 * a * height) - half
+    a, j = takeoff_acceleration_m_s2(parameters), parameters.jerk_m_s3
+    rising = parameters.takeoff_speed_m_s / (2.0 * CLIMB_LATE_S)
+    # The highest speed v with v²/2 rising for the rise, and its braking distance, within the height.
+    half, both = half_b_m_s(a, j) / a, 1.0 / rising + 1.0 / a
+    fitting = (np.sqrt(half**2 + 2.0 * both * height) - half) / both
     speed = np.minimum(parameters.takeoff_speed_m_s, fitting)
-    risen = speed * CLIMB_LATE_S
+    risen = 0.5 * speed**2 / rising
     kept = braking_distance_m(speed, 0.0, a, j)
     slow = np.maximum(parameters.land_slow_height_m, risen)
     is_free = height - kept > slow
     upper = np.where(is_free, slow, np.maximum(height - kept, risen))
+    # Never above where the take-off counts as reached.
+    band = takeoff_band_m(height, parameters)
+    upper = np.minimum(upper, np.maximum(height - band - _LEFT_TO_LEG_M, 0.0))
+    risen = np.minimum(risen, upper)
+    speed = np.sqrt(2.0 * rising * risen)
     place = ground_m.copy()
     place[:, 2] += upper
     grounded_s = parameters.spool_up_s + parameters.takeoff_ramp_s + LIFT_OFF_AFTER_S
@@ -404,7 +442,7 @@ def make_takeoffs(
         ground_m=ground_m,
         grounded_s=np.full_like(height, grounded_s),
         speed_m_s=speed,
-        rise_s=np.where(speed > 0.0, 2.0 * CLIMB_LATE_S, 0.0),
+        rise_s=speed / rising,
         steady_s=quotient(upper - risen, speed),
         place_m=place,
         is_free=is_free,

@@ -15,10 +15,16 @@ from planner.flight.motion.px4.braking import (
     vertical_limits,
     yaw_time_s,
 )
-from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs
+from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs, takeoff_band_m
 from planner.flight.motion.px4.moves import Moves, directions
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
-from planner.flight.motion.px4.turns import cut_short, joined_turns, leg_entries, slowed_turns
+from planner.flight.motion.px4.turns import (
+    SLOWEST_TURN_M_S,
+    cut_short,
+    joined_turns,
+    leg_entries,
+    slowed_turns,
+)
 from planner.values import field_values, replace
 
 if TYPE_CHECKING:
@@ -236,10 +242,9 @@ def _aims(
     way = moves.target_m - begins_m
     way = np.where(np.abs(way) < STILL_M, 0.0, way)
     direction, _ = directions(way)
-    # NAV_MC_ALT_RAD; half the height of a take-off lower than that (``is_mission_item_reached``).
-    band = np.full(len(way), parameters.altitude_acceptance_m)
-    low = moves.is_takeoff & (way[:, 2] > 0.0) & (way[:, 2] < band)
-    band = np.where(low, 0.5 * way[:, 2], band)
+    band = np.where(
+        moves.is_takeoff, takeoff_band_m(way[:, 2], parameters), parameters.altitude_acceptance_m
+    )
     tail = np.minimum(
         quotient(moves.reach_m, horizontal(direction), np.inf),
         quotient(band, np.abs(direction[:, 2]), np.inf),
@@ -402,7 +407,8 @@ def _starts(
     scale = np.where(shallow & (level > 0.0), level, 1.0)
     projected = np.maximum((velocity_m_s * limits.direction).sum(axis=1), 0.0)
     start = np.where(shallow, turns.speed_m_s / scale, projected)
-    return start, np.where(shallow, turns.acceleration_m_s2 / scale, 0.0)
+    turned = ~shallow & (horizontal(velocity_m_s) > SLOWEST_TURN_M_S)
+    return start, np.where(turned, 0.0, turns.acceleration_m_s2 / scale)
 
 
 def _unmoved(speed_m_s: FloatArray) -> Straights:

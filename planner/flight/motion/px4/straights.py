@@ -15,6 +15,7 @@ from planner.flight.motion.px4.braking import (
     ramp_time_s,
     vertical_limits,
 )
+from planner.flight.motion.px4.landing import takeoff_acceleration_m_s2
 from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.turns import CLAMPED_M_S
 from planner.values import field_values
@@ -464,6 +465,8 @@ def limits_along(
     speed, tail = planned.speed_m_s, planned.tail_m
     level, upright = horizontal(direction), np.abs(direction[:, 2])
     vertical_speed, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
+    low = planned.is_takeoff & ~planned.takeoffs.is_free
+    vertical = np.where(low, takeoff_acceleration_m_s2(parameters), vertical)
     jerk = np.full_like(length, parameters.jerk_m_s3)
     shares = np.maximum(np.column_stack((level, upright)), 1e-9)
     cruise = np.minimum(speed / shares[:, 0], vertical_speed / shares[:, 1])

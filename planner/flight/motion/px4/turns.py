@@ -13,6 +13,7 @@ from planner.flight.motion.px4.braking import (
     Px4Ramps,
     braking_distance_m,
     ramp_time_s,
+    turning_back,
     vertical_limits,
 )
 from planner.flight.motion.px4.moves import directions
@@ -49,7 +50,7 @@ class Turns(Columns, eq=False):
     speed_m_s: FloatArray
     """Horizontal speed there, towards the target. [m s⁻¹]"""
     acceleration_m_s2: FloatArray
-    """Horizontal acceleration there, zero or more. [m s⁻²]"""
+    """Acceleration there, zero or more: horizontal after a turn, along the leg after a reversal. [m s⁻²]"""
 
 
 def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
@@ -307,6 +308,8 @@ _SHORTEST_JOIN_S = 0.1
 """Changes of velocity that take less are taken at once: 0.01 m/s. [s]"""
 _NEARLY_STRAIGHT = 2.0 * ALIGNED_COS**2 - 1.0
 """Cosine of twice the angle at which a turn counts as done: a turn by less is little more than a join."""
+_MOSTLY = 0.999
+"""Part of a velocity along a leg that is all of it: 2.6°. [-]"""
 _LONGEST_JOIN = 0.5
 """Part of a leg beyond which it is too short to be joined at its speed. [-]"""
 _LONGEST_SLOW_JOIN = 0.9
@@ -388,7 +391,9 @@ def joined_turns(
 
     What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
     limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
-    Legs too short for that are joined at a fraction of the speed.
+    A climb that becomes a descent is one change of speed (``VelocitySmoothing::computeDirection``): it
+    joins the leg at rest, with the acceleration it has by then.  Legs too short for that are joined at a
+    fraction of the speed.
     """
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     direction, length = directions(part.ends_m - place)
@@ -429,6 +434,12 @@ def joined_turns(
     growing = np.where(grows & (fraction == 1.0), growing, 0.0)
     after = speed + 0.5 * jerk * growing**2
     end = place + 0.5 * (velocity + direction * after[:, None]) * time[:, None]
+    backward = -(velocity * direction).sum(axis=1)
+    reverses = joins & ~shallow & (backward > _MOSTLY * lengths(velocity))
+    back_m, back_s = turning_back(np.where(reverses, backward, 0.0), vertical, jerk)
+    end = np.where(reverses[:, None], place - direction * back_m[:, None], end)
+    time = np.where(reverses, back_s, time)
+    turned_m_s2 = np.minimum(vertical, np.sqrt(2.0 * jerk * np.where(reverses, backward, 0.0)))
     longest = _LONGEST_JOIN if fraction == 1.0 else _LONGEST_SLOW_JOIN
     fits = ((end - place) * direction).sum(axis=1) < longest * length
     short = np.flatnonzero(joins & ~fits)
@@ -437,8 +448,10 @@ def joined_turns(
         duration_s=np.where(joins, time, turns.duration_s),
         end_m=np.where(joins[:, None], end, turns.end_m),
         speed_m_s=np.where(joins & shallow, after * level, turns.speed_m_s),
-        acceleration_m_s2=np.where(
-            joins & shallow, jerk * growing * level, turns.acceleration_m_s2
+        acceleration_m_s2=np.select(
+            [joins & shallow, joins & reverses],
+            [jerk * growing * level, turned_m_s2],
+            turns.acceleration_m_s2,
         ),
     )
     if len(short) and fraction > _LEAST_FRACTION:
