@@ -140,9 +140,9 @@ class TrackLag(NamedTuple):
         for step, then in _times(-braking, -half_s, _CORNER_STEPS[0]):
             braked = braked.after(step, velocity(then), self)
         for step, then in _times(-half_s, speeding - 2.0 * half_s, _CORNER_STEPS[1]):
-            real = step / np.maximum(pace, _SLOWEST_PACE)
-            was = braked.velocity_m_s
-            braked = braked.after(real, velocity(then), self)
+            slowed = np.maximum(pace, _SLOWEST_PACE)
+            real, was = step / slowed, braked.velocity_m_s
+            braked = braked.after(real, velocity(then), self, slowed[:, None])
             mean = 0.5 * (was + braked.velocity_m_s)
             behind = quotient((braked.error_m_s * mean).sum(axis=1), (mean * mean).sum(axis=1))
             asked = np.clip(1.0 + _TIME_BUFFER - behind, 0.0, 1.0)
@@ -252,14 +252,26 @@ class _Following(NamedTuple):
         none = np.zeros_like(velocity_m_s)
         return cls(velocity_m_s, none, none, none)
 
-    def after(self, time_s: FloatArray, velocity_m_s: FloatArray, lag: TrackLag) -> _Following:
-        """Return them a time later, when the targets' velocities are others."""
-        time = time_s[:, None]
-        change = lag.held(velocity_m_s) - lag.held(self.velocity_m_s)
+    def after(
+        self,
+        time_s: FloatArray,
+        velocity_m_s: FloatArray,
+        lag: TrackLag,
+        pace: FloatArray | float = 1.0,
+    ) -> _Following:
+        """Return them a time later, when the targets' velocities are others.
+
+        Where the time along the track passes by ``pace``, targets move on by so much of their velocity
+        only, and the acceleration that the vehicle is told of is not reached so soon.
+        """
+        time, change = time_s[:, None], velocity_m_s - self.velocity_m_s
+        drag = lag.held(velocity_m_s) - lag.held(self.velocity_m_s)
+        missed = (1.0 - pace) * (self.velocity_m_s + 0.5 * change)
         error = self.error_m_s
-        uncovered = self.uncovered_m_s2 + change - VELOCITY_INTEGRAL_PER_S2 * error * time
+        uncovered = self.uncovered_m_s2 + drag - VELOCITY_INTEGRAL_PER_S2 * error * time
         push = 0.5 * (uncovered + self.uncovered_m_s2) - VELOCITY_GAIN_PER_S * error
-        push -= VELOCITY_DERIVATIVE * POSITION_GAIN_PER_S * self.slower_m_s
-        slower = self.slower_m_s + push * time / (1.0 + VELOCITY_DERIVATIVE)
-        behind = self.behind_m + 0.5 * (slower + self.slower_m_s) * time
+        push -= VELOCITY_DERIVATIVE * POSITION_GAIN_PER_S * (self.slower_m_s - missed)
+        told = (1.0 / pace - 1.0) * change
+        slower = self.slower_m_s + (push * time - told) / (1.0 + VELOCITY_DERIVATIVE)
+        behind = self.behind_m + (0.5 * (slower + self.slower_m_s) - missed) * time
         return _Following(velocity_m_s, behind, slower, uncovered)
