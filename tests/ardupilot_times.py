@@ -9,8 +9,9 @@ RISE_S = 0.3
 START_S = 0.3
 """What a start from rest loses: twice ATC_INPUT_TC."""
 VERTICAL_START_S = 0.37
-STEP_S = 8 * (0.01 * RISE_S / 8) ** 0.25
-"""The S-curve of the centimetre to which heights are rounded before landings."""
+STEP_S = 0.8 * 8 * (0.01 * RISE_S / 8) ** 0.25
+"""The S-curve of what heights are rounded by before landings: t ~ L^(1/4) for L up to a centimetre, on the
+mean 4/5 of that of the centimetre."""
 
 
 def leg_s(length: float, v: float = 10.0, a: float = 2.5, j: float = 1.0) -> float:

@@ -16,6 +16,7 @@ from planner.flight.motion.ardupilot.legs import stopping_distance_m
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.stage import StageKind
+from planner.values import replace
 from planner.vehicle.model import AltitudeResponse, ManoeuvreResponse, Responses, SpeedResponse
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -171,3 +172,31 @@ def test_stops_grow_with_speed_and_shrink_with_acceleration(
     assert 0.0 < slow < fast
     assert stopping_distance_m(np.array([speed]), more)[0] <= slow + 1e-9
     assert slow > 0.5 * speed**2 / acceleration * 0.97**2
+
+
+def test_a_stop_waits_until_what_the_drag_carried_past_is_within_the_radius() -> None:
+    # Recorded in SITL, limit 10.24 m/s: legs of 60 m to a WP_RADIUS of 0.3 m take 1.53 s longer, and
+    # 2 m are never left.
+    def took(radius_m: float) -> float:
+        stages = (takeoff(20.0), go(60.0, 0.0, 20.0, hold=2.0), go(60.0, 60.0, 20.0, hold=5.0))
+        parameters = ArduPilotParameters(waypoint_radius_m=radius_m)
+        return took_s(fly_ardupilot(stages, parameters, airspeed_limit_m_s=10.24), 2)
+
+    assert took(0.3) - took(2.0) == pytest.approx(1.53, abs=0.15)
+    assert took(5.0) == took(2.0)
+
+
+def test_a_place_to_stay_that_names_none_is_flown_to_all_the_same() -> None:
+    # Recorded in SITL: a LOITER_TIME of 15 s without coordinates takes 16.68 s, twice.
+    stay = stage(StageKind.LOITER, 60.0, hold=15.0)
+    for here, more in ((True, 1.68), (False, 0.0)):
+        motion = fly(takeoff(), go(60.0, hold=1.0), replace(stay, is_here=here))
+        assert took_s(motion, 2) == pytest.approx(15.0 + more, abs=0.1)
+
+
+def test_a_turn_back_costs_what_was_recorded() -> None:
+    # SITL, legs of 60 m to and fro at 10 m/s: 10.0 s each; of 40 m at 5 m/s: 9.52 s.
+    for speed, length, recorded in ((10.0, 60.0, 10.0), (5.0, 40.0, 9.52)):
+        there = [stage(StageKind.GO, 0.0, length * (n % 2), 20.0, speed=speed) for n in range(1, 6)]
+        motion = fly_ardupilot((takeoff(20.0), *there, home()), DEFAULTS, airspeed_limit_m_s=10.24)
+        assert took_s(motion, 3) == pytest.approx(recorded, abs=0.1)

@@ -91,3 +91,11 @@ def test_too_many_repeats_are_cut_and_said() -> None:
 def test_jumps_that_lead_in_a_circle_without_an_item_between_end() -> None:
     found = flown_order(mission(takeoff(10), jump(3, -1), jump(2, -1)).items, None)
     assert found.lap_item == 3
+
+
+def test_a_loop_in_a_loop_starts_again_on_ardupilot_alone() -> None:
+    # Flown by ArduCopter 4.7.0-dev: 2, 3 twice more, and the same in the second lap of the outer loop.
+    items = mission(takeoff(10), waypoint(5, 10), waypoint(9, 10), jump(2, 2), jump(2, 1)).items
+    inner = (2, 3, 4)
+    assert flown_order(items, Autopilot.ARDUPILOT).visits == (1, *inner * 3, 5, *inner * 3, 5)
+    assert flown_order(items, Autopilot.PX4).visits == (1, *inner * 3, 5, *inner, 5)

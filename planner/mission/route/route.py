@@ -1,9 +1,10 @@
 """From a mission to the route it asks for: jumps followed, places in metres, heights above home.
 
 DO_JUMP names its target by id (``doJumpId`` of a plan, the row's number in a text file),
-DO_JUMP_TAG by the tag of a JUMP_TAG item.  Both autopilots count how often each jump was taken for
-the whole mission: an outer loop does not start an inner one again (ArduPilot AP_Mission
-``jump_tracking``; PX4 ``do_jump_current_count``).
+DO_JUMP_TAG by the tag of a JUMP_TAG item.  PX4 counts how often each jump was taken for the whole
+mission: an outer loop does not start an inner one again (``do_jump_current_count``).  So did ArduPilot;
+since April 2025 (#29763, Copter 4.7) the count starts again when a loop is over, unless bit 3 of
+MIS_OPTIONS is set.  Which it is does not show in a mission: ArduPilot's longer flight is predicted.
 """
 
 from __future__ import annotations
@@ -106,6 +107,8 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
                 taken[at] = taken.get(at, 0) + 1
                 at = target
             else:
+                if dialect is Autopilot.ARDUPILOT:
+                    taken.pop(at, None)
                 at += 1
     return FlownOrder(
         visits=tuple(visits),

@@ -70,6 +70,8 @@ class Stage(Value, kw_only=False):
     follows it. [m AMSL]"""
     is_underway: bool = False
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
+    is_here: bool = False
+    """Whether its item names no place: the vehicle stays where it is sent to already."""
     above_ground_m: float = 0.0
     """Height above its ground of the place a return leads to, as the autopilot has it: of a rally point,
     or of a home that DO_SET_HOME put elsewhere than on the ground; of where a load is set down from. [m]"""

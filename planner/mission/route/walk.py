@@ -538,6 +538,7 @@ class MissionState:
                 acceptance_radius_m=acceptance_radius_m,
                 yaw_deg=item.param4,
                 followed_ground_m=ground_m,
+                is_here=not (item.latitude_deg or item.longitude_deg),
             )
         )
 

@@ -215,12 +215,12 @@ def _followed_stop_m(
 
 
 def settling_waits_s(
-    legs: ArduPilotLegs, responses: Responses | None, parameters: ArduPilotParameters
+    legs: ArduPilotLegs, responses: Responses | None, parameters: ArduPilotParameters, lag: TrackLag
 ) -> FloatArray:
     """Return how long after its reference the vehicle is within WP_RADIUS of where legs stop. (n,) [s]
 
-    Level legs wait for the speed, steep ones for the altitude; nothing waits where the end is passed, or
-    for a response that was not identified.
+    Level legs wait for the speed, and for what the drag carries past, steep ones for the altitude;
+    nothing waits where the end is passed, or for a response that was not identified.
 
     Notes
     -----
@@ -228,16 +228,19 @@ def settling_waits_s(
     within the radius.
     """
     waits = np.zeros(len(legs.key))
-    if responses is None:
-        return waits
     stops = (legs.half_overlap_s == 0.0) & (legs.corner_speed_m_s == 0.0)
     steep = np.abs(legs.direction[:, 2]) > horizontal(legs.direction)
+    level = np.flatnonzero(stops & ~steep)
+    waits[level] = lag.settling_s(legs.curves.down.select(level), parameters.waypoint_radius_m)
+    if responses is None:
+        return waits
     for response, some in ((responses.speed, ~steep), (responses.altitude, steep)):
         rows = np.flatnonzero(stops & some & legs.direction.any(axis=1))
         if response is not None and len(rows):
-            waits[rows] = _waits_s(
+            followed_s = _waits_s(
                 legs, rows, response.transfer_function, parameters.waypoint_radius_m
             )
+            waits[rows] = np.maximum(waits[rows], followed_s)
     return waits
 
 
@@ -281,6 +284,12 @@ _COORDINATE_M = 1e-7 * math.radians(6_378_100.0)
 """Coordinates are whole 1e-7 degrees: 1.1 cm. [m]"""
 _HEIGHT_STEP_M = 0.01
 """Altitudes of locations are whole centimetres. [m]"""
+_MEAN_STEP_M = 0.8**4 * _HEIGHT_STEP_M
+"""An S-curve so short takes a time by the fourth root of its length: on the mean of all lengths up to a
+centimetre 4/5 of that of the centimetre. [m]"""
+_HERE_M = math.hypot(_COORDINATE_M, _COORDINATE_M, _HEIGHT_STEP_M)
+"""``ModeAuto::loc_from_cmd`` makes a location of where the vehicle is sent to: each of its three whole
+numbers is cut off by one as recorded.  A leg leads there. [m]"""
 
 
 class ArduPilotLegs(Value, eq=False):
@@ -354,10 +363,10 @@ def plan_legs(
     commanded[entered], commanded[under + 1] = stage[rows], stage[under]
     is_changed = _is_another_speed(stages, stage, commanded)
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
-    delay = start_delay_s(direction, parameters)
 
     # From its stopping point the vehicle moves back already.
-    wait_s = np.where(from_rest & (leads | (shortest == _COORDINATE_M)), delay, 0.0)
+    moves = leads | np.isin(shortest, (_COORDINATE_M, _HERE_M))
+    wait_s = np.where(from_rest & moves, start_delay_s(direction, parameters), 0.0)
 
     def flown_curves(changed_s: FloatArray) -> SCurves:
         return s_curves(
@@ -486,23 +495,26 @@ def _shortest_m(
 ) -> FloatArray:
     """Return the length that even legs to where the vehicle stands have. (n,) [m]
 
-    After a take-off the vehicle stands up to a step of the coordinates beside what a file can name; the
-    altitude that a landing or a return begins with is rounded to the centimetre.  Both cost the S-curve
-    of that step, a good second.  A return flies home from the stopping point, which is beyond the place
-    that the vehicle has come to (``ModeRTL::build_path``).
+    After a take-off the vehicle stands up to a step of the coordinates beside what a file can name, and
+    what names no place of its own is made a location all the same; the altitude that a landing or a
+    return begins with is rounded to the centimetre.  All cost the S-curve of that step, about a second.
+    A return flies home from the stopping point, which is beyond the place that the vehicle has come to
+    (``ModeRTL::build_path``).
     """
     stage = key // SLOTS
     rounded = is_kind(stages.kind[stage], StageKind.LAND, StageKind.RETURN)
     step = np.where(stages.is_first_leg[stage], _COORDINATE_M, 0.0)
-    shortest = np.where(key % SLOTS == 0, np.where(rounded, _HEIGHT_STEP_M, step), 0.0)
+    step[stages.is_here[stage]] = _HERE_M
+    shortest = np.where(key % SLOTS == 0, np.where(rounded, _MEAN_STEP_M, step), 0.0)
     home = np.flatnonzero((key % SLOTS == 1) & (stage > 0))
     came = stage[home] - 1
     way = lengths(stages.end_m[came] - stages.start_m[came])
     speed = np.minimum(
         stages.speed_m_s[came], peak_speed_from_rest_m_s(way, _level_limits(way.shape, parameters))
     )
-    beyond = lag.beyond_stops_m(speed_ramps(speed, _level_limits(way.shape, parameters)))
-    shortest[home] = beyond * np.exp(-stages.hold_s[came] / CORRECTED_S)
+    ramps = speed_ramps(speed, _level_limits(way.shape, parameters))
+    since_s = stages.hold_s[came] + lag.settling_s(ramps, parameters.waypoint_radius_m)
+    shortest[home] = lag.beyond_stops_m(ramps) * np.exp(-since_s / CORRECTED_S)
     return shortest
 
 
@@ -511,7 +523,7 @@ def _corner_rows(stages: StageColumns, key: IntArray, leads: BoolArray) -> IntAr
     stage, slot = key // SLOTS, key % SLOTS
     onward = (stage[1:] == stage[:-1] + 1) & (slot[1:] == 0) & stages.is_passed[stage[:-1]]
     returning = (stage[1:] == stage[:-1]) & (slot[1:] == 1)
-    return np.flatnonzero(((onward & leads[:-1]) | returning) & leads[1:])
+    return np.flatnonzero((onward & leads[1:]) | returning)
 
 
 def _speed_along(

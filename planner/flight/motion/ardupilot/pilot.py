@@ -141,7 +141,7 @@ def _flown(
         circles.entries,
         *leaving,
         *_flown_splines(stages, splines, legs),
-        *_settling(legs, responses, parameters),
+        *_settling(legs, responses, parameters, lag),
     ]
     return make_motion(
         legs,
@@ -155,10 +155,10 @@ def _flown(
 
 
 def _settling(
-    legs: ArduPilotLegs, responses: Responses | None, parameters: ArduPilotParameters
+    legs: ArduPilotLegs, responses: Responses | None, parameters: ArduPilotParameters, lag: TrackLag
 ) -> list[Manoeuvres]:
     """Return the waits at the ends of legs until the vehicle has come near enough."""
-    waits = settling_waits_s(legs, responses, parameters)
+    waits = settling_waits_s(legs, responses, parameters, lag)
     rows = np.flatnonzero(waits)
     if not len(rows):
         return []

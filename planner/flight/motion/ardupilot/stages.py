@@ -71,6 +71,8 @@ class StageColumns(Value, eq=False):
     """Whether the end is only a place on the way: one leg to the autopilot. (n,)"""
     is_first_leg: BoolArray
     """Whether the stage before was a take-off, whose end no file's coordinates meet exactly. (n,)"""
+    is_here: BoolArray
+    """Whether a stage names no place of its own. (n,)"""
     from_ground: BoolArray
     """Whether a take-off leaves the ground. (n,)"""
     above_ground_m: FloatArray
@@ -172,6 +174,7 @@ def stage_columns(
         circles=circles,
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
         is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
+        is_here=np.array([stage.is_here for stage in stages], np.bool_),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
         above_ground_m=column("above_ground_m"),
@@ -208,6 +211,7 @@ def return_columns(
         circles={},
         is_passed=never,
         is_underway=never,
+        is_here=never,
         is_first_leg=never,
         from_ground=never,
         above_ground_m=np.asarray(above_ground_m, np.float64),

@@ -44,6 +44,9 @@ _STOP_STEPS = 150
 _SLOWEST_PACE = 0.05
 """Time along the track passes at least so fast here: where it stands still the filter counts. [-]"""
 
+_LONGEST_SETTLING_S = 15.0
+"""Seven times `CORRECTED_S`: no vehicle is off by a thousandth of what it was. [s]"""
+_SETTLING_STEP_S = 0.05
 _FROM_MOTION_S = 12.0
 """So long after a turn a leg is as far behind as it will be: six times `CORRECTED_S`. [s]"""
 _FROM_MOTION_STEP_S = 0.05
@@ -207,18 +210,43 @@ class TrackLag(NamedTuple):
         ``get_stopping_point_NE_m``: slow as it is there, v/k_p ahead of the vehicle, which is as far ahead
         of its target as its controller's input E is.
         """
+        return np.asarray(np.abs(self._stopped(ramps).error_m_s[:, 0]))
+
+    def settling_s(self, ramps: SpeedRamps, radius_m: float) -> FloatArray:
+        """Return how long after the end of braking a vehicle is within a radius of its target. (n,) [s]
+
+        The drag that the controller still holds against carries it past.
+        """
+        waits = np.zeros_like(ramps.duration_s)
+        # No change of drag carries farther than this part of it: the peak of the step's answer.
+        fast = np.flatnonzero(
+            drag_m_s2(self.drag, 1.0) * ramps.change_m_s**_DRAG_EXPONENT > 3.0 * radius_m
+        )
+        if not len(fast):
+            return waits
+        followed = self._stopped(ramps.select(fast))
+        still, step = np.zeros_like(followed.velocity_m_s), np.full(len(fast), _SETTLING_STEP_S)
+        for _ in range(round(_LONGEST_SETTLING_S / _SETTLING_STEP_S)):
+            is_off = lengths(followed.behind_m) > radius_m
+            if not is_off.any():
+                break
+            waits[fast] += is_off * _SETTLING_STEP_S
+            followed = followed.after(step, still, self)
+        return waits
+
+    def _stopped(self, ramps: SpeedRamps) -> _Following:
+        """Return vehicles that have followed their targets to a stop."""
         braking = ramps.duration_s
-        if self.drag == 0.0 or not len(braking):
-            return np.zeros_like(braking)
 
         def velocity(time_s: FloatArray) -> FloatArray:
             speed = ramps.speed_after(-time_s)
             return np.stack((speed, np.zeros_like(speed), np.zeros_like(speed)), axis=1)
 
         followed = _Following.along(velocity(-braking))
-        for step, then in _times(-braking, np.zeros_like(braking), _STOP_STEPS):
-            followed = followed.after(step, velocity(then), self)
-        return np.asarray(np.abs(followed.error_m_s[:, 0]))
+        if self.drag > 0.0 and len(braking):
+            for step, then in _times(-braking, np.zeros_like(braking), _STOP_STEPS):
+                followed = followed.after(step, velocity(then), self)
+        return followed
 
 
 def _times(
