@@ -26,10 +26,11 @@ def identify_drag(records: Sequence[FlightRecord]) -> Estimate | None:
 
     Notes
     -----
-    The velocity controller asks for k q + i ∫ q, q = P e + v_t − v with the error e of the position and the
-    velocity v_t of the trajectory; that is D v where the flight is steady (``TrackingLag``).  The integral
-    follows D v with the time constant k/i, so that what is left is k q = D x, x the velocity less itself
-    smoothed with k/i: a line through zero, for east and north alike.  A steady wind leaves both alone.
+    The velocity controller asks for a_t + k q + i ∫ q = D v + v̇, q = P e + v_t − v with the error e of the
+    position and the velocity v_t and acceleration a_t of the trajectory (``TrackingLag``).  The integral
+    follows D v + v̇ − a_t with the time constant k/i, so that what is left of k q and of v̇ − a_t is D x, x
+    the velocity less itself smoothed with k/i: a line through zero, for east and north alike.  A steady
+    wind leaves both alone.
     """
     spans = [span for record in records for span in _spans(record)]
     if not spans:
@@ -67,12 +68,28 @@ def _spans(record: FlightRecord) -> list[tuple[FloatArray, FloatArray]]:
     longest = int(np.argmax(ends - begins))
     flown = slice(begins[longest], ends[longest])
     fading = np.exp(-record.step_s * integral / gain)
+    widest = given.get("MPC_XY_ERR_MAX", defaults.position_error_max_m)
+    scale = _time_scale(np.array(axes)[:, 1, flown], np.array(errors)[:, flown], widest)
     result = []
     for (velocity, reference), error in zip(axes, errors, strict=True):
         v = velocity[flown]
+        gained = (
+            np.gradient(v, record.step_s) - np.gradient(reference[flown], record.step_s) / scale
+        )
         asked = gain * (position * error[flown] + reference[flown] - v)
-        result.append((v - _smoothed(v, fading), asked))
+        result.append((v - _smoothed(v, fading), asked - (gained - _smoothed(gained, fading))))
     return result
+
+
+_LEAST_SCALE = 0.2
+"""Of the trajectory's time: where it nearly stands, its acceleration cannot be told from its change. [-]"""
+
+
+def _time_scale(reference_m_s: FloatArray, error_m: FloatArray, widest_m: float) -> FloatArray:
+    """Return seconds of the trajectory's time per second (``PositionSmoothing``); axes are (2, n)."""
+    behind = (reference_m_s * error_m).sum(axis=0) >= 0.0
+    slowed = 1.0 - np.hypot(*error_m) / widest_m
+    return np.where(behind, np.maximum(slowed, _LEAST_SCALE), 1.0)
 
 
 def _smoothed(values: FloatArray, fading: float) -> FloatArray:

@@ -22,26 +22,31 @@ def flown(
 ) -> FlightRecord:
     """Return a flight to and fro at 6 m/s, its controller and drag integrated at 100 Hz.
 
-    v' = a − D (v − w), a = k q + i ∫ q + v_t', q = P e + v_t − v; the trajectory's speed changes at 2 m/s².
+    v' = a − D (v − w), a = a_t + k q + i ∫ q, q = P e + v_t − v; the trajectory's speed changes at 2 m/s²,
+    in a time of its own that runs at 1 − |e|/2 m while the vehicle is behind.
     """
     count, part = 1500 * legs, 0.01
     speed = np.tile(np.concatenate((np.full(1500, 6.0), np.full(1500, -6.0))), legs)[:count]
-    reference = np.empty(count)
+    planned = np.empty(count)
     now = 0.0
     for k in range(count):
         now += float(np.clip(speed[k] - now, -2.0 * part, 2.0 * part))
-        reference[k] = now
-    place, velocity, built, aim = 0.0, 0.0, drag_per_s * -wind_m_s, 0.0
-    rows = np.empty((count, 3))
-    slopes = np.gradient(reference, part)
+        planned[k] = now
+    place, velocity, built, aim, passed = 0.0, 0.0, drag_per_s * -wind_m_s, 0.0, 0.0
+    rows, reference = np.empty((count, 3)), np.empty(count)
+    slopes = np.gradient(planned, part)
     for k in range(count):
-        aim += reference[k] * part
+        at = round(passed)
+        reference[k], behind = planned[at], aim - place
+        scale = 1.0 - min(abs(behind) / 2.0, 0.9) if behind * reference[k] >= 0.0 else 1.0
+        passed = min(passed + scale, count - 1)
+        aim += scale * reference[k] * part
+        rows[k] = aim, place, velocity
         q = 0.95 * (aim - place) + reference[k] - velocity
         built += 0.4 * q * part
-        rate = 1.8 * q + built + slopes[k] - drag_per_s * (velocity - wind_m_s)
+        rate = 1.8 * q + built + slopes[at] - drag_per_s * (velocity - wind_m_s)
         velocity += rate * part
         place += velocity * part
-        rows[k] = aim, place, velocity
     some = slice(None, None, 10)
     still = np.zeros(count)[some]
     noise = noise_m_s * np.random.default_rng(1).standard_normal(still.size)

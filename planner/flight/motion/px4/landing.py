@@ -149,6 +149,7 @@ class _Descents:
         offset = (legs.place_m - ground)[:, :2]
         off = horizontal(offset)
         allowed = allowed_speed_m_s(off, 0.0, parameters.acceleration_m_s2, parameters.jerk_m_s3)
+        allowed = np.minimum(allowed, legs.planned.speed_m_s)
         rate = quotient(allowed, off, 1.0)
         beyond = legs.velocity_m_s[:, :2] + rate[:, None] * offset
         faster = parameters.acceleration_m_s2 / np.maximum(horizontal(beyond), _BEYOND_M_S)

@@ -183,10 +183,10 @@ def _fly(
     if tracking.drag_per_s:
         lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
         # The place of the vehicle, not that of its trajectory, decides what counts as reached.
-        reach = moves.reach_m + lag.ahead_m(ordered, moves.is_first)
+        reach = moves.reach_m + lag.ahead_m(ordered, moves)
         moves = replace(moves, reach_m=np.maximum(reach, _LEAST_REACH * moves.reach_m))
         legs, ordered = _flown(moves, parameters, time_scale)
-        ordered = lag.waited_for(ordered, moves.is_first)
+        ordered = lag.waited_for(ordered, moves)
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)

@@ -166,8 +166,11 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     most_m_s2 = parameters.acceleration_m_s2
     height = begun.planned.target_m[:, 2] - begun.place_m[:, 2]
     vertical_m_s, vertical_m_s2 = vertical_limits(height > 0.0, parameters)
-    held = _held_speed_m_s(v, np.abs(height), l1, vertical_m_s)
-    rate = np.minimum(vertical_m_s, held * np.abs(height) / l1)
+    # The point steered for lies on the leg, and is as much higher as the leg has risen by there.
+    rise = np.abs(begun.planned.target_m[:, 2] - begun.planned.begins_m[:, 2])
+    steep = quotient(rise, frame.length_m, np.abs(height) / l1, above=STILL_M)
+    held = _held_speed_m_s(v, steep, vertical_m_s)
+    rate = np.minimum(vertical_m_s, held * steep)
     lift = np.abs(np.sign(height) * rate - begun.velocity_m_s[:, 2])
     jerk = np.full(len(v), parameters.jerk_m_s3)
     steered = np.clip(-frame.y_m / l1, -1.0, 1.0)
@@ -292,16 +295,14 @@ def _climbed_m(
 
 
 def _held_speed_m_s(
-    speed_m_s: FloatArray, height_m: FloatArray, l1_m: FloatArray, vertical_m_s: FloatArray
+    speed_m_s: FloatArray, steepness: FloatArray, vertical_m_s: FloatArray
 ) -> FloatArray:
     """Return the horizontal speed kept in a turn onto a leg that climbs or descends.
 
-    The point steered for has the height of the target already: towards it the way is steeper than the
-    leg, and the vertical limit slows both axes.
+    The vertical limit slows both axes, as on the leg.
     """
-    steep = height_m / l1_m
-    slowed = np.minimum(speed_m_s, quotient(vertical_m_s, steep, np.inf, above=STILL_M))
-    return np.where(speed_m_s * steep < CLAMPED_M_S, speed_m_s, slowed)
+    slowed = np.minimum(speed_m_s, quotient(vertical_m_s, steepness, np.inf, above=STILL_M))
+    return np.where(speed_m_s * steepness < CLAMPED_M_S, speed_m_s, slowed)
 
 
 _SHORTEST_JOIN_S = 0.1
@@ -359,7 +360,7 @@ def slowed_turns(
         return turns, slows
     after = np.where(slows, np.minimum(left, part.speed_m_s), turns.speed_m_s)
     reached = np.minimum(limit, quotient(after * height, level, limit, above=STILL_M))
-    climbing = np.clip(upward * velocity[:, 2], -limit, limit)
+    climbing = np.minimum(upward * velocity[:, 2], limit)
     jerk = parameters.jerk_m_s3
     time = np.maximum(
         ramp_time_s(turns.speed_m_s - after, parameters.acceleration_m_s2, jerk),
