@@ -21,6 +21,8 @@ from planner.quantity import Spread as Spread
 from planner.selection import Selection as Selection
 from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
+from planner.service.fleet import FleetResult as FleetResult
+from planner.service.fleet import check_fleet as check_fleet
 from planner.service.preflight import CheckResult as CheckResult
 from planner.service.preflight import check as check
 from planner.service.separation import check_together as check_together

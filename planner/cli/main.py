@@ -23,6 +23,7 @@ COMMANDS = {
     "review": "review",
     "speed": "speed",
     "split": "split",
+    "fleet": "fleet",
     "compare": "compare",
     "convert": "convert",
     "identify": "identify",

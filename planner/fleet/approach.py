@@ -76,6 +76,8 @@ class ClosestApproach(Value):
     """Level distance then. [m]"""
     above_m: float = 0.0
     """Height of the second above the first then. [m]"""
+    grown_m: float = 0.0
+    """What the parts that are flown then are grown by. [m]"""
 
 
 class _Side(Columns, eq=False):
@@ -265,7 +267,8 @@ class Meeting(Value, eq=False):
             box_m = np.sqrt(np.sum(gap_m**2, axis=1))
         else:
             level_m = np.hypot(gap_m[:, 0], gap_m[:, 1])
-            height_m = self.zone.of_height_m(np.where(above, gap_m[:, 2], -gap_m[:, 2]))
+            apart_m = np.maximum(gap_m[:, 2] - self._lifted_m(one.part, two.part), 0.0)
+            height_m = self.zone.of_height_m(np.where(above, apart_m, -apart_m))
             box_m = np.maximum(level_m - self._grown_m(one.part, two.part), height_m)
         rows = np.flatnonzero(box_m < limit_m)
         return one.select(rows), two.select(rows)
@@ -301,8 +304,10 @@ class Meeting(Value, eq=False):
         most_above_m = np.where(
             is_joint, ends_m.max(axis=1) + off_m, high_m.max(axis=1) - low_m.min(axis=1)
         )
-        nearest_m = np.clip(0.0, least_above_m, most_above_m)
-        above_m = _chord_height_m(two, second_s) - _chord_height_m(one, first_s)
+        lifted_m = self._lifted_m(one.part, two.part)
+        nearest_m = np.clip(0.0, least_above_m - lifted_m, most_above_m + lifted_m)
+        above_m = (_chord_m(two, second_s) - _chord_m(one, first_s))[:, 2]
+        above_m = np.sign(above_m) * np.maximum(np.abs(above_m) - lifted_m, 0.0)
         steepest = zone.steepest
         off_height_m, cubic_m = off_m * steepest, cubic_m * max(1.0, steepest)
         least_m = np.maximum(level_m - off_m, zone.of_height_m(nearest_m)) - cubic_m
@@ -332,6 +337,7 @@ class Meeting(Value, eq=False):
             second_item=int(self.second.item[two.part[0]]),
             beside_m=float(np.hypot(*between_m[:2])),
             above_m=float(between_m[2]),
+            grown_m=float(self._grown_m(one.part, two.part)[0]),
         )
 
     def _shifts_s(self, one: IntArray, two: IntArray) -> FloatArray:
@@ -341,6 +347,9 @@ class Meeting(Value, eq=False):
     def _grown_m(self, one: IntArray, two: IntArray) -> FloatArray:
         return self.first.grown_m[one] + self.second.grown_m[two]
 
+    def _lifted_m(self, one: IntArray, two: IntArray) -> FloatArray:
+        return self.first.lifted_m[one] + self.second.lifted_m[two]
+
     def _cells(self, within_m: float) -> tuple[IntArray, IntArray]:
         """Return the parts of both that may be near each other at the same time, one of them flown."""
         first, second = self.first, self.second
@@ -349,7 +358,8 @@ class Meeting(Value, eq=False):
         down_m = within_m
         if self.zone is not None:
             reach_m[:2] += float(first.grown_m.max() + second.grown_m.max())
-            reach_m[2], down_m = self.zone.over_m, self.zone.under_m
+            lifted_m = float(first.lifted_m.max() + second.lifted_m.max())
+            reach_m[2], down_m = self.zone.over_m + lifted_m, self.zone.under_m + lifted_m
         gap = np.maximum(
             second.low_m.min(axis=0) + above - first.high_m.max(axis=0) - reach_m,
             first.low_m.min(axis=0) - second.high_m.max(axis=0) - above - [*reach_m[:2], down_m],
@@ -402,10 +412,6 @@ def _chord_m(side: _Side, time_s: FloatArray) -> FloatArray:
     width_s = np.maximum(side.end_s - side.start_s, 1e-12)
     fraction = ((time_s - side.start_s) / width_s)[:, None]
     return side.control_m[:, 0] + fraction * (side.control_m[:, 3] - side.control_m[:, 0])
-
-
-def _chord_height_m(side: _Side, time_s: FloatArray) -> FloatArray:
-    return _chord_m(side, time_s)[:, 2]
 
 
 def _straight_approach(

@@ -198,6 +198,14 @@ class Charger(NamedPart):
             Range(-60.0, 60.0),
         ),
     ] = 0.0
+    air_c: Annotated[
+        float | None,
+        Key(
+            "temperature where it charges; of the air at home where not given",
+            "°C",
+            Range(-60.0, 60.0),
+        ),
+    ] = None
 
     def inconsistencies(self) -> Problems:
         """Yield what does not fit together."""
@@ -211,6 +219,17 @@ class Charger(NamedPart):
             yield "charge_soc", "must begin at 0 and end at 1"
         if self.charge_soc is not None and self.taper_soc is not None:
             yield "taper_soc", "is in charge_s already: give one of them"
+
+    def charge_after(self, battery: Battery, begin: float, time_s: float) -> float:
+        """Return the state of charge of a pack after a time on the charger. [-]"""
+        if self.charge_time_s(battery, begin) <= time_s:
+            return 1.0
+        low, high = begin, 1.0
+        for _ in range(50):  # to 1e-15
+            middle = 0.5 * (low + high)
+            is_reached = self.charge_time_s(battery, begin, middle) <= time_s
+            low, high = (middle, high) if is_reached else (low, middle)
+        return low
 
     def charges(self, pack: "Pack") -> bool:
         """Return whether it may charge a pack."""

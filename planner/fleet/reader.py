@@ -59,7 +59,7 @@ _NAMED: Mapping[type[NamedPart], str] = {
 }
 TABLES = ("operation", "conditions", "separation", "layers", "swap", *_NAMED.values())
 """Tables of a fleet file, in the order of the documentation."""
-_WHOLE = frozenset({"fail_on", "per_file_ignores"})
+_WHOLE = frozenset({"fail_on", "per_file_ignores", "select", "extend_select", "ignore", "baseline"})
 """Settings of the whole group, not of a vehicle."""
 _OF_PAD = frozenset({"vehicle", "home_amsl_m"})
 """What the file says otherwise: ``model``, and ``amsl_m`` of a pad."""

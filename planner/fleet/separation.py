@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fleet.approach import ACCURACY_M, closest_approach
+from planner.fleet.approach import ACCURACY_M, Cylinder, closest_approach
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -35,6 +34,12 @@ class Member(Value, eq=False):
     """When its mission starts, on a clock of all. [s]"""
     home_amsl_m: float | None
     """``None``: not known. [m AMSL]"""
+    above_m: float = 0.0
+    """Height kept free above it, where a cylinder is kept. [m]"""
+    below_m: float = 0.0
+    """Height kept free below it. [m]"""
+    vehicle: str = ""
+    """Two flights of one vehicle are not in each other's way; empty: each is of its own."""
 
 
 class Spacing(Value):
@@ -44,6 +49,19 @@ class Spacing(Value):
     """Distance; more than :data:`planner.fleet.approach.ACCURACY_M` less is too near. [m]"""
     start_error_s: float = 0.0
     """How much sooner or later than planned each may start. [s]"""
+    height_error_m: float | None = None
+    """How wrong the height of each may be; ``None``: the distance is one in space, and no cylinder. [m]"""
+
+    def zone(self, first: Member, second: Member) -> Cylinder | None:
+        """Return what two members keep apart by; ``None``: a distance in space."""
+        if self.height_error_m is None:
+            return None
+        more_m = 2.0 * self.height_error_m
+        return Cylinder(
+            horizontal_m=max(self.separation_m - ACCURACY_M, ACCURACY_M),
+            over_m=max(first.above_m, second.below_m) + more_m,
+            under_m=max(first.below_m, second.above_m) + more_m,
+        )
 
 
 class Conflict(Value):
@@ -59,10 +77,29 @@ def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Con
 
     The closest approach is that at whatever starts, to 5 % of the separation.
     """
-    for (first, one), (second, two) in combinations(enumerate(fleet), 2):
+    for first, second in sorted(near_pairs(fleet, spacing)):
+        one, two = fleet[first], fleet[second]
         approach = _approach(one, two, spacing, accuracy_m=_ROUGHLY * spacing.separation_m)
         if approach is not None:
             yield Conflict(first=first, second=second, approach=approach)
+
+
+def near_pairs(fleet: Sequence[Member], spacing: Spacing) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of members of two vehicles whose boxes in space and time are not too far apart."""
+    if len(fleet) < 2:
+        return
+    flown = [one.trajectory for one in fleet]
+    reach_m = 0.5 * spacing.separation_m + np.array([one.grown_m.max() for one in flown])
+    low = np.array([one.low_m.min(axis=0) for one in flown])[:, :2] - reach_m[:, None]
+    high = np.array([one.high_m.max(axis=0) for one in flown])[:, :2] + reach_m[:, None]
+    order = np.argsort(low[:, 0], kind="stable")
+    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    for place, first in enumerate(order.tolist()):
+        later = order[place + 1 : ends[place]]
+        beside = (low[later, 1] < high[first, 1]) & (low[first, 1] < high[later, 1])
+        for second in later[beside].tolist():
+            if not fleet[first].vehicle or fleet[first].vehicle != fleet[second].vehicle:
+                yield min(first, second), max(first, second)
 
 
 def predict_approach(first: Member, second: Member, spacing: Spacing) -> ClosestApproach | None:
@@ -105,6 +142,13 @@ def are_heights_known(first: Member, second: Member) -> bool:
     return is_known or _have_one_home(first, second)
 
 
+def home_above_m(first: Member, second: Member) -> float:
+    """Return how far the home of the second is above that of the first; 0 where it is not known. [m]"""
+    if _have_one_home(first, second) or first.home_amsl_m is None or second.home_amsl_m is None:
+        return 0.0
+    return second.home_amsl_m - first.home_amsl_m
+
+
 def _have_one_home(first: Member, second: Member) -> bool:
     one, two = (member.trajectory.control_m[0, 0, :2] for member in (first, second))
     return float(np.hypot(*(one - two))) <= SAME_HOME_M
@@ -119,19 +163,13 @@ def _approach(
     accuracy_m: float = ACCURACY_M,
 ) -> ClosestApproach | None:
     """Return the closest approach where it is too close."""
-    above_m = 0.0
-    if not _have_one_home(first, second):
-        above_m = (
-            0.0
-            if first.home_amsl_m is None or second.home_amsl_m is None
-            else second.home_amsl_m - first.home_amsl_m
-        )
     return closest_approach(
         first.trajectory,
         second.trajectory,
         second_later_s=second.start_s - first.start_s + delay_s,
         shift_s=2.0 * spacing.start_error_s,
-        second_above_m=above_m,
+        second_above_m=home_above_m(first, second),
         accuracy_m=accuracy_m,
         within_m=max(spacing.separation_m - ACCURACY_M, 0.0),
+        zone=spacing.zone(first, second),
     )

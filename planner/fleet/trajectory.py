@@ -50,6 +50,8 @@ class Trajectory(Value, eq=False):
     """How much sooner or later each part may be flown, by the spread of times. (n,) [s]"""
     grown_m: FloatArray
     """How much farther beside it the vehicle may be, by the error of its position. (n,) [m]"""
+    lifted_m: FloatArray
+    """How much higher or lower than it. (n,) [m]"""
 
     @property
     def is_rest(self) -> BoolArray:
@@ -79,12 +81,8 @@ def make_trajectory(
     min_nav_alt_m : float
         Height above the take-off place, and above a landing place, from which it counts as flying. [m]
     """
-    piece, start_s, end_s, control_m, error_m = _cubics(motion)
-    if route.frame != frame:
-        east, north = control_m[..., 0], control_m[..., 1]
-        control_m[..., 0], control_m[..., 1] = frame.east_north_m(
-            *route.frame.latitude_longitude_deg(east, north)
-        )
+    piece, start_s, end_s, control_m, error_m = cubics(motion)
+    control_m = in_frame(control_m, route, frame)
     item = motion.segments.item[motion.piece_segment[piece]]
     lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
     last = np.repeat(control_m[-1:, -1:], 4, axis=1)
@@ -125,7 +123,16 @@ def make_trajectory(
         duration_s=duration_s,
         slack_s=np.zeros(len(control_m)),
         grown_m=np.zeros(len(control_m)),
+        lifted_m=np.zeros(len(control_m)),
     )
+
+
+def in_frame(control_m: FloatArray, route: Route, frame: LocalFrame) -> FloatArray:
+    """Return places of a route's own frame in another one. (…, 3) [m]"""
+    if route.frame == frame:
+        return control_m
+    there = route.frame.latitude_longitude_deg(control_m[..., 0], control_m[..., 1])
+    return np.stack((*frame.east_north_m(*there), control_m[..., 2]), axis=-1)
 
 
 def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
@@ -153,7 +160,7 @@ def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> 
     )
 
 
-def _cubics(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+def cubics(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return piece, beginning, end, control points and error of cubics that follow a motion."""
     flown = np.flatnonzero(motion.piece_duration_s > 0.0)
     begun_s = motion.piece_start_s()

@@ -7,6 +7,7 @@ steps of the reference (the article), PX4, ArduPilot.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.lag import Tracking
     from planner.flight.power import Transients
     from planner.mission.route.stage import Route
+    from planner.physics.response import TransferFunction
     from planner.physics.wind import Wind
     from planner.setup import Setup
     from planner.vehicle.model import Responses, VehicleModel
@@ -60,6 +62,9 @@ NOISE_ASSUMED = Rule(
 _CONTINUE_AFTER_LAND = 4
 """Bit of ArduPilot's MIS_OPTIONS."""
 _BISECTIONS = 60
+_RESIDENCES, _STOP_SAMPLES = 20.0, 1001
+"""After so many mean residence times a response has ended; places looked at until then, and about the
+greatest way. [-]"""
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
 
@@ -86,6 +91,10 @@ class Pilot(Protocol):
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance and time to stand still, from ground speeds. (n,) [m], (n,) [s]"""
+        ...
+
+    def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return how far stops get, from ground speeds, before the vehicle swings back. (n,) [m]"""
         ...
 
 
@@ -311,6 +320,17 @@ class StepPilot(Value):
         fraction = np.minimum(speed_m_s / self._speed_m_s, 1.0)
         return speed_m_s * residence_s, 2.0 * residence_s * fraction
 
+    def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return the way up to where the response of the speed first passes zero.
+
+        An underdamped response swings back from there to where `stop` has it stand.
+        """
+        if self.vehicle.ramps is not None:
+            return self.stop(speed_m_s)[0]
+        response = self.vehicle.responses.speed
+        factor_s = 0.0 if response is None else _farthest_s(response.transfer_function)
+        return speed_m_s * factor_s
+
     @property
     def _speed_m_s(self) -> float:
         # A model of step references has one: __post_init__ of the model sees to it.
@@ -368,6 +388,10 @@ class Px4Pilot(Value):
         p = self.parameters
         return turning_back(speed_m_s, p.acceleration_m_s2, p.jerk_m_s3)
 
+    def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return the distance until a vehicle in mid-leg turns back."""
+        return self.stop(speed_m_s)[0]
+
 
 class ArduPilotPilot(Value):
     """ArduPilot's Copter with the vehicle's parameters."""
@@ -422,6 +446,15 @@ class ArduPilotPilot(Value):
         way_m = stopping_distance_m(speed_m_s, self.parameters, speed_response)
         zero = np.zeros_like(way_m)  # braking it has half the speed on average
         return way_m, np.divide(2.0 * way_m, speed_m_s, out=zero, where=speed_m_s > 0.0)
+
+    def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return the whole way of an S-curve's braking, from its command on, and that of the lag."""
+        from planner.flight.motion.ardupilot.legs import braking_distance_m
+
+        lag_s = 0.0
+        if self.responses is not None and self.responses.speed is not None:
+            lag_s = self.responses.speed.transfer_function.mean_residence_time_s
+        return braking_distance_m(speed_m_s, self.parameters) + lag_s * speed_m_s
 
 
 def _return_heights_m(
@@ -483,6 +516,31 @@ def _residence_s(vehicle: VehicleModel) -> float:
     """Return the mean residence time of the response of the speed; 0 where there is none. [s]"""
     response = vehicle.responses.speed
     return 0.0 if response is None else response.transfer_function.mean_residence_time_s
+
+
+@lru_cache(maxsize=64)
+def _farthest_s(response: TransferFunction) -> float:
+    """Return the greatest way of a stop over the speed it begins from. [s]
+
+    The integral of what the response to a unit step lacks is greatest where the response first passes its
+    steady value; without overshoot it grows to the mean residence time.
+    """
+    residence_s = response.mean_residence_time_s
+    gain = response.dc_gain or 1.0
+    least_s, most_s = 0.0, _RESIDENCES * residence_s
+    for _ in range(2):  # about the greatest once more, closely
+        time_s = np.linspace(least_s, most_s, _STOP_SAMPLES)
+        way_s = time_s - _lost_s(response, time_s) / gain
+        nearest = int(np.argmax(way_s))
+        least_s, most_s = time_s[[max(nearest - 1, 0), min(nearest + 1, len(time_s) - 1)]]
+    return max(float(way_s[nearest]), residence_s)
+
+
+def _lost_s(response: TransferFunction, time_s: FloatArray) -> FloatArray:
+    """Return the integral of the response to a unit step, up to times. [s]"""
+    return np.asarray(
+        response.modes.impulse_integral(np.maximum(time_s - response.delay_s, 0.0), 2)
+    )
 
 
 class StopRoom(Value):

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from planner.fleet.separation import Conflict
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.files import ParameterSet
 
 SEPARATION = Rule(
     "S101 separation",
@@ -123,7 +124,7 @@ def keep_apart(
                 min_nav_alt_m=together.min_nav_alt_m,
             ),
             start_s=starts_s[position],
-            home_amsl_m=_known_home_amsl_m(assessment),
+            home_amsl_m=known_home_amsl_m(assessment),
         )
         for position, assessment in flown
     ]
@@ -141,7 +142,7 @@ def keep_apart(
         added[position] += _too_near(
             number, fleet, conflicts, spacing, assessment.mission, details=details
         )
-        added[position] += _same_system_id(number, cases, fleet)
+        added[position] += _samesystem_id(number, cases, fleet)
     for position, reasons in enumerate(_unchecked(results, flown, fleet, together.min_nav_alt_m)):
         if reasons:
             added[position].append(SEPARATION_UNCHECKED.finding("; ".join(reasons)))
@@ -168,7 +169,7 @@ def _starts_s(results: Sequence[object], together: Together) -> tuple[float, ...
     return starts
 
 
-def _known_home_amsl_m(assessment: Assessment) -> float | None:
+def known_home_amsl_m(assessment: Assessment) -> float | None:
     """Return the altitude of home; ``None`` where it is not known. [m AMSL]"""
     home, setup = assessment.mission.home, assessment.setup
     # 0 is what programs write who do not know.
@@ -237,17 +238,17 @@ def _when(member: Member, time_s: float, item: int) -> str:
     return f"at {quantity.duration(time_s)} (item {item})"
 
 
-def _same_system_id(
+def _samesystem_id(
     number: int, cases: Sequence[Assessment], fleet: Sequence[Member]
 ) -> Iterator[Finding]:
     """Yield that another vehicle, by another file of parameters, has the system id of this one."""
-    own = _system_id(cases[number])
+    own = system_id(cases[number].setup.parameters)
     if own is None:
         return
     same = [
         (fleet[position].file, found[1])
         for position, assessment in enumerate(cases)
-        if (found := _system_id(assessment)) is not None
+        if (found := system_id(assessment.setup.parameters)) is not None
         and found[0] == own[0]
         and found[1] != own[1]
     ]
@@ -257,9 +258,8 @@ def _same_system_id(
         )
 
 
-def _system_id(assessment: Assessment) -> tuple[float, str] | None:
+def system_id(given: ParameterSet | None) -> tuple[float, str] | None:
     """Return the system id a vehicle's own parameters give, and their source."""
-    given = assessment.setup.parameters
     if given is None:
         return None
     for name in _SYSTEM_IDS:
@@ -268,7 +268,8 @@ def _system_id(assessment: Assessment) -> tuple[float, str] | None:
     return None
 
 
-def _why_left_out(result: CheckResult | UnreadableMission) -> str:
+def why_left_out(result: CheckResult | UnreadableMission) -> str:
+    """Return why a mission takes no part in the separation."""
     if isinstance(result, UnreadableMission):
         return "cannot be read" if result.verdict is None else "cannot be checked"
     return "flies nothing"
@@ -283,7 +284,7 @@ def _unchecked(
     """Yield for each result why its separation is not, or not fully, checked."""
     numbered = {position: number for number, (position, _) in enumerate(flown)}
     left_out = [
-        f"{result.file} {_why_left_out(result)}"
+        f"{result.file} {why_left_out(result)}"
         for position, result in enumerate(results)
         if position not in numbered
     ]

@@ -159,6 +159,13 @@ def _level_limits(shape: tuple[int, ...], parameters: ArduPilotParameters) -> Sp
     return SpeedLimits(*(np.full(shape, limit) for limit in limits))
 
 
+def braking_distance_m(speed_m_s: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
+    """Return the whole way of the S-curve's braking from a speed, its command included. (n,) [m]"""
+    speed = np.asarray(speed_m_s, np.float64)
+    ramps = speed_ramps(speed, _level_limits(speed.shape, parameters))
+    return np.asarray(0.5 * speed * ramps.duration_s)
+
+
 def stopping_distance_m(
     speed_m_s: FloatArray,
     parameters: ArduPilotParameters,

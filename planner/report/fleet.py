@@ -1,0 +1,152 @@
+"""The check of a fleet, as text and JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.findings import Severity
+from planner.report.json import (
+    envelope,
+    finding_document,
+    json_text,
+    mission_document,
+    plain,
+    value,
+    values,
+)
+from planner.report.text import closing_line, finding_lines, printable, table_lines
+from planner.values import field_names
+
+if TYPE_CHECKING:
+    from planner.report.json import Document
+    from planner.report.text import Medium
+    from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
+
+_TOTALS = (
+    "vehicles",
+    "sorties",
+    "packs",
+    "energy_wh",
+    "is_energy_whole",
+    "largest_sortie_wh",
+    "makespan_s",
+    "flight_s",
+    "energy_by_state_wh",
+)
+
+
+def fleet_text(result: FleetResult, *, medium: Medium) -> str:
+    """Return the report of a fleet: the verdict first, then its sorties, then what is wrong."""
+    totals = result.totals
+    energy = _energy(totals.energy_wh, is_whole=totals.is_energy_whole)
+    counts = (
+        quantity.count(totals.vehicles, "vehicle"),
+        quantity.count(totals.sorties, "sortie", "sorties"),
+        quantity.count(totals.packs, "pack"),
+    )
+    in_air = quantity.duration(totals.flight_s)
+    largest = quantity.energy(totals.largest_sortie_wh)
+    lines = [
+        f"{result.verdict_text}  {printable(result.file)}",
+        "",
+        f"  Fleet       {', '.join(counts)}",
+        f"  Makespan    {quantity.duration(totals.makespan_s)}; {in_air} in the air",
+        f"  Energy      {energy}; largest sortie {largest}",
+    ]
+    if totals.energy_by_state_wh:
+        shares = ", ".join(
+            f"{state} {quantity.energy(energy_wh)}"
+            for state, energy_wh in totals.energy_by_state_wh.items()
+        )
+        lines += medium.wrapped(f"  By state    {shares}", indent=14)
+    lines.append("")
+    heads = ("", "sortie", "vehicle", "pack", "start", "lands", "energy", "charge", "left")
+    lines += table_lines([heads, *map(_row, result.sorties)], alignment="<<<<>>>>>")
+    if len(totals.by_vehicle) > 1:
+        lines.append("")
+        rows = [
+            (
+                one.vehicle,
+                quantity.count(one.sorties, "sortie", "sorties"),
+                quantity.duration(one.time_s),
+                quantity.energy(one.energy_wh),
+            )
+            for one in totals.by_vehicle
+        ]
+        lines += table_lines([("vehicle", "", "in the air", "energy"), *rows], alignment="<>>>")
+    shown = [one for one in result.findings if one.finding.severity > Severity.INFO]
+    if shown:
+        lines.append("")
+    for one in shown:
+        lines += finding_lines(one.finding, file=result.file, medium=medium)
+    for sortie in result.sorties:
+        own = [one for one in sortie.result.findings if one.severity > Severity.INFO]
+        if own:
+            lines += ["", f"{sortie.name}:"]
+        for finding in own:
+            lines += finding_lines(finding, file=sortie.result.file, medium=medium)
+    suppressed = (
+        *(one.finding for one in result.suppressed),
+        *(one for sortie in result.sorties for one in sortie.result.suppressed),
+    )
+    lines += ["", closing_line(result.all_findings, suppressed=suppressed)]
+    return "\n".join(lines) + "\n"
+
+
+def fleet_json(result: FleetResult, *, version: str) -> str:
+    """Return the check of a fleet as a JSON document; each mission is as in that of a check."""
+    totals = result.totals
+    return json_text(
+        envelope(version)
+        | {
+            "file": value(result, "file"),
+            "verdict": result.verdict if result.is_readable else None,
+            "verdict_text": result.verdict_text,
+            "totals": values(totals, _TOTALS)
+            | {"by_vehicle": [values(one, field_names(one)) for one in totals.by_vehicle]},
+            "sorties": [_sortie_document(one) for one in result.sorties],
+            "charges": [values(one, field_names(one)) for one in result.charges],
+            "findings": [_finding_document(one) for one in result.findings],
+            "suppressed": [
+                _finding_document(one) | {"suppression": one.finding.suppression}
+                for one in result.suppressed
+            ],
+        },
+        indent=2,
+    )
+
+
+def _energy(energy_wh: float | None, *, is_whole: bool) -> str:
+    text = quantity.energy(energy_wh)
+    return text if is_whole else f"{text}, not of every sortie"
+
+
+def _row(one: FlownSortie) -> tuple[str, ...]:
+    return (
+        one.result.verdict_text,
+        one.name,
+        one.sortie.vehicle,
+        one.sortie.pack or quantity.ABSENT,
+        quantity.clock(one.start_s),
+        quantity.clock(one.end_s) if one.time_s else quantity.ABSENT,
+        quantity.energy(one.energy_wh),
+        quantity.percent(one.charge),
+        quantity.percent(one.charge_left),
+    )
+
+
+def _sortie_document(one: FlownSortie) -> Document:
+    sortie = one.sortie
+    return {
+        **values(sortie, ("name", "job", "vehicle", "pack", "pad")),
+        "start_s": plain(one.start_s),
+        "end_s": plain(one.end_s) if one.time_s else None,
+        "charge": plain(one.charge),
+        "charge_left": plain(one.charge_left),
+        "mission": mission_document(one.result),
+    }
+
+
+def _finding_document(one: FleetFinding) -> Document:
+    return finding_document(one.finding) | {"sorties": list(one.sorties)}

@@ -1,0 +1,396 @@
+"""A fleet judged as a whole: every sortie's own check, what they share, how far they keep apart."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import MissionFileError, UsageError
+from planner.fleet.charging import PackDay
+from planner.fleet.fleet import Fleet
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
+from planner.mission.files import read_mission
+from planner.mission.items import Home
+from planner.quantity import mean_of
+from planner.service.preflight import CheckResult, Verdict, check_read, verdict, verdict_text
+from planner.units import wh_from_j
+from planner.values import Value, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.findings import Finding
+    from planner.fleet.charging import Charge
+    from planner.fleet.fleet import Charger, Pack, Pad, Sortie
+    from planner.mission.items import Mission
+    from planner.rules.assessment import Assessment
+    from planner.service.preflight import UnreadableMission, VerdictText
+    from planner.setup import Setup
+    from planner.vehicle.battery import Battery
+
+_LAND = STATE_INDEX[FlightState.LAND]
+
+
+class FlownSortie(Value):
+    """One sortie with the check of its mission, on its vehicle, pack, payload and weather."""
+
+    sortie: Sortie
+    result: CheckResult | UnreadableMission
+    charge: float | None = None
+    """State of charge of its pack at the start; ``None``: no pack is named. [-]"""
+    charge_left: float | None = None
+    """At the end; ``None``: not known. [-]"""
+
+    @property
+    def name(self) -> str:
+        """Its name in the fleet file."""
+        return self.sortie.name
+
+    @property
+    def assessment(self) -> Assessment | None:
+        """Everything predicted of it; ``None``: nothing is flown."""
+        return self.result.assessment if isinstance(self.result, CheckResult) else None
+
+    @property
+    def start_s(self) -> float:
+        """When its mission starts. [s]"""
+        return self.sortie.start_s
+
+    @property
+    def time_s(self) -> float:
+        """Duration of the flight; 0 where nothing is flown. [s]"""
+        return self.assessment.flight.time_s if self.assessment is not None else 0.0
+
+    @property
+    def end_s(self) -> float:
+        """When it has landed. [s]"""
+        return self.start_s + self.time_s
+
+    @property
+    def energy_wh(self) -> float | None:
+        """Energy it takes; ``None``: not known. [Wh]"""
+        if self.assessment is None or not self.assessment.vehicle.is_power_known:
+            return None
+        return self.assessment.totals.energy_wh
+
+    @property
+    def lands(self) -> bool:
+        """Whether the flight ends on the ground."""
+        if self.assessment is None:
+            return False
+        return bool(self.assessment.flight.motion.segments.state[-1] == _LAND)
+
+
+class VehicleTotals(Value):
+    """What one vehicle of a fleet flies."""
+
+    vehicle: str
+    sorties: int
+    time_s: float
+    """In the air. [s]"""
+    energy_wh: float | None
+    """``None``: its power is not known. [Wh]"""
+
+
+class FleetTotals(Value):
+    """The whole operation."""
+
+    vehicles: int
+    """That fly."""
+    sorties: int
+    packs: int
+    """That are flown on."""
+    energy_wh: float | None
+    """Of all sorties whose energy is known; ``None``: of none. [Wh]"""
+    is_energy_whole: bool
+    """Whether the energy of every sortie is in it."""
+    largest_sortie_wh: float | None
+    makespan_s: float
+    """From the first start to the last landing. [s]"""
+    flight_s: float
+    """Time in the air of all together. [s]"""
+    energy_by_state_wh: Mapping[str, float]
+    by_vehicle: tuple[VehicleTotals, ...]
+
+
+class FleetFinding(Value):
+    """A finding about several sorties, or about the fleet."""
+
+    finding: Finding
+    sorties: tuple[str, ...] = ()
+    """Those it is about; empty: the fleet as a whole."""
+
+
+class FleetResult(Value):
+    """What the check of a fleet comes to."""
+
+    file: str
+    fleet: Fleet
+    verdict: Verdict
+    sorties: tuple[FlownSortie, ...]
+    """In the order of their starts."""
+    totals: FleetTotals
+    charges: tuple[Charge, ...]
+    findings: tuple[FleetFinding, ...]
+    """About several sorties or the fleet; those about one are with its check."""
+    suppressed: tuple[FleetFinding, ...] = ()
+
+    @property
+    def all_findings(self) -> tuple[Finding, ...]:
+        """Every finding, of the sorties too."""
+        own = (finding for one in self.sorties for finding in one.result.findings)
+        return (*(one.finding for one in self.findings), *own)
+
+    @property
+    def is_readable(self) -> bool:
+        """Whether the mission of every sortie could be read."""
+        return all(one.result.verdict is not None for one in self.sorties)
+
+    @property
+    def verdict_text(self) -> VerdictText:
+        """The verdict as it is printed."""
+        if not self.is_readable:
+            return "NOT CHECKED"
+        fail_on = next(iter(self.fleet.vehicles.values())).setup.fail_on
+        return verdict_text(self.verdict, self.all_findings, fail_on)
+
+
+def check_fleet(fleet: Fleet) -> FleetResult:
+    """Judge a whole fleet: each sortie as `planner.check` does, then all of them together.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        As `planner.read_fleet` returns it.
+
+    Returns
+    -------
+    FleetResult
+        Verdict, sorties with their checks, totals, charges and findings.
+
+    Raises
+    ------
+    UsageError
+        If a vehicle cannot be flown as asked, or no fleet is given.
+    """
+    from planner.service.fleet_separation import separation_findings
+    from planner.service.fleet_times import time_findings
+
+    given: object = fleet
+    if not isinstance(given, Fleet):
+        msg = f"fleet must be planner.read_fleet(path): got {given!r:.60}"
+        raise UsageError(msg)
+    flown, charges = fly_sorties(fleet)
+    found = [*time_findings(fleet, flown, charges), *separation_findings(fleet, flown)]
+    setup = next(iter(fleet.vehicles.values())).setup
+    reported, suppressed = setup.selection.divide([one.finding for one in found], file=fleet.source)
+    result = FleetResult(
+        file=fleet.source,
+        fleet=fleet,
+        verdict="go",
+        sorties=flown,
+        totals=fleet_totals(flown),
+        charges=charges,
+        findings=_about(reported, found),
+        suppressed=_about(suppressed, found),
+    )
+    is_go = result.is_readable and all(one.result.verdict == "go" for one in flown)
+    return replace(
+        result, verdict=verdict(result.all_findings, setup.fail_on) if is_go else "no-go"
+    )
+
+
+def _about(findings: Sequence[Finding], found: Sequence[FleetFinding]) -> tuple[FleetFinding, ...]:
+    """Return findings with the sorties they were found of."""
+    sorties = {replace(one.finding, suppression=""): one.sorties for one in found}
+    return tuple(
+        FleetFinding(finding=one, sorties=sorties[replace(one, suppression="")]) for one in findings
+    )
+
+
+def fly_sorties(fleet: Fleet) -> tuple[tuple[FlownSortie, ...], tuple[Charge, ...]]:
+    """Return every sortie with its check, in the order of the starts, and every charge of a pack.
+
+    A pack has what its last flight left of it and chargers have added since: nothing of the chargers
+    depends on a sortie that starts later.
+    """
+    order = sorted(fleet.sorties.values(), key=lambda one: (one.start_s, one.name))
+    needs_s: dict[str, list[float]] = {}
+    for sortie in order:
+        if sortie.pack is not None:
+            needs_s.setdefault(sortie.pack, []).append(sortie.start_s)
+    day = PackDay(
+        fleet.packs, lambda pack: _battery_of(fleet, pack), usable_chargers(fleet), needs_s
+    )
+    for pack in fleet.packs.values():
+        day.put_down(pack.name, 0.0, mean_of(_initial_charge(pack)))
+    checks = _Checks(fleet)
+    flown = []
+    for sortie in order:
+        charge = None if sortie.pack is None else day.take(sortie.pack, sortie.start_s)
+        one = checks.flown(sortie, charge)
+        flown.append(one)
+        if sortie.pack is not None:
+            swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
+            # What is not known is taken for empty: then it is charged the longer.
+            day.put_down(sortie.pack, one.end_s + swap_s, one.charge_left or 0.0)
+    return tuple(flown), day.finish()
+
+
+def usable_chargers(fleet: Fleet) -> tuple[Charger, ...]:
+    """Return the chargers that may charge at the temperature where they stand."""
+    return tuple(
+        charger
+        for charger in fleet.chargers.values()
+        if (air_c := charging_temperature_c(fleet, charger)) is None or air_c >= charger.lowest_c
+    )
+
+
+def charging_temperature_c(fleet: Fleet, charger: Charger) -> float | None:
+    """Return the temperature where a charger stands; ``None``: nobody says. [°C]"""
+    if charger.air_c is not None:
+        return charger.air_c
+    stated = [one.setup.temperature_c for one in fleet.vehicles.values()]
+    known = [mean_of(air_c) for air_c in stated if air_c is not None]
+    return min(known) if known else None
+
+
+def _battery_of(fleet: Fleet, pack: Pack) -> Battery | None:
+    """Return the battery of a pack: its own, else that of the model of the first vehicle it fits."""
+    if pack.battery is not None:
+        return pack.battery
+    fits = [one for one in fleet.vehicles.values() if not pack.fits or one.name in pack.fits]
+    return fits[0].setup.vehicle.battery if fits else None
+
+
+def _initial_charge(pack: Pack) -> float:
+    charge: float = mean_of(pack.settings.get("charge", 1.0))  # type: ignore[arg-type]
+    return charge
+
+
+class _Checks:
+    """The checks of sorties: missions are read once, and what is flown alike is checked once."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self._fleet = fleet
+        self._missions: dict[str, Mission | MissionFileError] = {}
+        self._checked: dict[tuple[object, ...], CheckResult | UnreadableMission] = {}
+
+    def flown(self, sortie: Sortie, charge: float | None) -> FlownSortie:
+        """Return a sortie with its check, on a pack that is so full."""
+        fleet = self._fleet
+        path, pad = fleet.mission_of(sortie), fleet.pad_of(sortie)
+        pack = None if sortie.pack is None else fleet.packs[sortie.pack]
+        payload_kg = fleet.jobs[sortie.job].payload_kg
+        key = (
+            path,
+            None if pad is None else pad.name,
+            sortie.vehicle,
+            None if pack is None else pack.group,
+            charge,
+            payload_kg,
+        )
+        if key not in self._checked:
+            setup = _setup_of(fleet.vehicles[sortie.vehicle].setup, pack, charge, payload_kg)
+            if pad is not None and pad.amsl_m is not None:
+                setup = replace(setup, home_amsl_m=pad.amsl_m)
+            self._checked[key] = check_read(lambda: self._mission(path, pad), setup, file=path)
+        result = self._checked[key]
+        return FlownSortie(
+            sortie=sortie, result=result, charge=charge, charge_left=_charge_left(result, charge)
+        )
+
+    def _mission(self, path: str, pad: Pad | None) -> Mission:
+        """Return a mission whose home is at its pad."""
+        if path not in self._missions:
+            try:
+                self._missions[path] = read_mission(path)
+            except MissionFileError as error:
+                self._missions[path] = error
+        mission = self._missions[path]
+        if isinstance(mission, MissionFileError):
+            raise mission
+        if pad is None:
+            return mission
+        amsl_m = pad.amsl_m
+        if amsl_m is None and mission.home is not None:
+            amsl_m = mission.home.altitude_amsl_m
+        home = Home(
+            latitude_deg=pad.latitude_deg, longitude_deg=pad.longitude_deg, altitude_amsl_m=amsl_m
+        )
+        return replace(mission, home=home)
+
+
+def _setup_of(setup: Setup, pack: Pack | None, charge: float | None, payload_kg: float) -> Setup:
+    """Return how a vehicle is flown with a pack and a payload."""
+    if payload_kg:
+        carried = setup.payload_kg
+        setup = replace(
+            setup,
+            payload_kg=carried + payload_kg
+            if isinstance(carried, float | int)
+            else replace(carried, mean=carried.mean + payload_kg),
+        )
+    if pack is None or charge is None:
+        return setup
+    given = dict(pack.settings)
+    if mean_of(given.get("charge", 1.0)) != charge:  # type: ignore[arg-type]
+        given["charge"] = charge
+    return replace(setup, battery=pack.battery, **given)
+
+
+def _charge_left(result: CheckResult | UnreadableMission, charge: float | None) -> float | None:
+    """Return the state of charge at the end of a flight; ``None``: not known. [-]"""
+    budget = result.battery if isinstance(result, CheckResult) else None
+    if budget is None or charge is None:
+        return None
+    left = budget.charge_left_fraction
+    return max(charge - budget.used_fraction if left is None else left, 0.0)
+
+
+def fleet_totals(flown: Sequence[FlownSortie]) -> FleetTotals:
+    """Return the totals of an operation."""
+    known = [one.energy_wh for one in flown if one.energy_wh is not None]
+    by_state = np.zeros(len(STATES))
+    for one in flown:
+        if one.energy_wh is not None and one.assessment is not None:
+            flight = one.assessment.flight
+            state = flight.motion.segments.state
+            by_state += np.bincount(state, wh_from_j(flight.segment_energy_j), len(STATES))
+    names = dict.fromkeys(one.sortie.vehicle for one in flown)
+    return FleetTotals(
+        vehicles=len(names),
+        sorties=len(flown),
+        packs=len({one.sortie.pack for one in flown} - {None}),
+        energy_wh=sum(known) if known else None,
+        is_energy_whole=len(known) == len(flown),
+        largest_sortie_wh=max(known, default=None),
+        makespan_s=_span_s(flown),
+        flight_s=sum(one.time_s for one in flown),
+        energy_by_state_wh={
+            str(state): float(energy_wh)
+            for state, energy_wh in zip(STATES, by_state, strict=True)
+            if energy_wh
+        },
+        by_vehicle=tuple(
+            _vehicle_totals(name, [one for one in flown if one.sortie.vehicle == name])
+            for name in names
+        ),
+    )
+
+
+def _span_s(flown: Sequence[FlownSortie]) -> float:
+    ends_s = [one.end_s for one in flown]
+    return max(ends_s) - min(one.start_s for one in flown) if ends_s else 0.0
+
+
+def _vehicle_totals(name: str, flown: Sequence[FlownSortie]) -> VehicleTotals:
+    energies_wh = [one.energy_wh for one in flown]
+    known = [energy_wh for energy_wh in energies_wh if energy_wh is not None]
+    return VehicleTotals(
+        vehicle=name,
+        sorties=len(flown),
+        time_s=sum(one.time_s for one in flown),
+        energy_wh=sum(known) if len(known) == len(flown) else None,
+    )

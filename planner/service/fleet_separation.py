@@ -1,0 +1,432 @@
+"""How far the sorties of a fleet keep apart: in the air, on the ground, and on every return."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.fleet.approach import ACCURACY_M, Cylinder, Meeting, closest_approach
+from planner.fleet.return_flights import ReturnFlights, return_conflict
+from planner.fleet.separation import (
+    Member,
+    Spacing,
+    are_heights_known,
+    clearing_delay_s,
+    home_above_m,
+    near_pairs,
+    predict_approach,
+    predict_conflicts,
+)
+from planner.fleet.trajectory import Trajectory, make_trajectory
+from planner.flight.pilot import make_pilot
+from planner.service.fleet import FleetFinding
+from planner.service.fleet_times import at, stands
+from planner.service.separation import (
+    DUPLICATE_SYSTEM_ID,
+    SEPARATION,
+    SEPARATION_UNCHECKED,
+    known_home_amsl_m,
+    system_id,
+    why_left_out,
+)
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.arrays import FloatArray
+    from planner.fleet.approach import ClosestApproach
+    from planner.fleet.fleet import Fleet, Separation
+    from planner.physics.response import TransferFunction
+    from planner.rules.assessment import Assessment
+    from planner.service.fleet import FlownSortie
+
+_SHOWN_M = 0.05
+_MOST_PAIRS = 50
+"""Pairs reported one by one; then how many more there are."""
+_MOST_DELAYS = 10
+"""Pairs of which a clearing delay is looked for: that takes many times as long as the conflict."""
+
+DOWNWASH = Rule(
+    "S114 downwash",
+    Severity.ERROR,
+    summary="One vehicle flies over another without the height it has to keep above it.",
+    why="The air below a multicopter falls at some 10 m/s: 0.6 to 1 m below another was not enough for "
+    "vehicles of 30 g (Crazyswarm #97), and what spacing beside each other clears, it does not.",
+    how="As S101 in a fleet: an upright cylinder about each vehicle, below_m of the upper or above_m of the "
+    "lower, whichever is more, and the height errors of both; fires where they are more above than beside "
+    "each other.",
+    fix="fly them at heights farther apart, or one after the other",
+)
+
+RETURN_CROSSES = Rule(
+    "S115 return-crosses",
+    Severity.ERROR,
+    summary="A return of one vehicle comes too near to another that flies on.",
+    why="A failsafe brings a vehicle home at any moment, at its own height and across whatever is there; "
+    "the others do not know.",
+    how="The returns from every moment of a flight, by the vehicle's own rules, against every other sortie "
+    "as planned, with the separation of [separation].  A warning where the other stands on the ground.  "
+    "Returns of two vehicles at once are not judged.",
+    fix="give the vehicles return heights that differ by more than the separation, fly them at other places, "
+    "or one after the other",
+)
+
+GROUND_SEPARATION = Rule(
+    "S116 ground-separation",
+    Severity.ERROR,
+    summary="Two vehicles stand, take off or land too near to each other.",
+    why="A landing is as wrong as its position, and rotor wash moves what stands beside it.",
+    how="The level distance while both are below min_nav_alt_m, one of them moving: ground_m, or the "
+    "position errors of both.",
+    fix="move the pads apart, or land one after the other is cleared away",
+)
+
+LAYER_STEP = Rule(
+    "S117 layer-step",
+    Severity.WARNING,
+    summary="The layers of the fleet are nearer to each other than vehicles in two of them may be.",
+    why="A plan that puts flights into neighbouring layers to clear them would not clear them.",
+    how="step_m of [layers] against the greatest above_m or below_m of two vehicles, the height errors of "
+    "both, and by how much each overshoots a climb to highest_m (G1 of a step-response model).",
+    fix="make step_m of [layers] larger",
+)
+
+
+def separation_findings(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield what is found of the distances between the sorties of several vehicles."""
+    separation = fleet.separation
+    yield from _same_system_ids(fleet, flown)
+    if separation is None or len({one.sortie.vehicle for one in flown}) < 2:
+        return
+    yield from _layer_steps(fleet, separation)
+    yield from _left_out(flown)
+    pairs = _Pairs(fleet, separation, [one for one in flown if one.time_s > 0.0])
+    yield from pairs.unknown_heights()
+    yield from pairs.conflicts()
+    yield from pairs.ground_conflicts()
+    yield from pairs.return_conflicts()
+
+
+def _left_out(flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    for one in flown:
+        if one.time_s > 0.0:
+            continue
+        why = "flies nothing" if one.assessment is not None else why_left_out(one.result)
+        message = f"{one.name} {why}: no separation from it is checked"
+        yield FleetFinding(
+            finding=SEPARATION_UNCHECKED.finding(message, severity=Severity.ERROR),
+            sorties=(one.name,),
+        )
+
+
+def members(fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) -> list[Member]:
+    """Return what is flown, in the frame of the first home, with its errors."""
+    stand_of = stands(fleet, flown)
+    found = []
+    for one in flown:
+        assessment, vehicle = one.assessment, fleet.vehicles[one.sortie.vehicle]
+        assert assessment is not None  # something is flown
+        first = flown[0].assessment
+        assert first is not None
+        whole = make_trajectory(
+            assessment.flight.motion,
+            assessment.route,
+            first.route.frame,
+            min_nav_alt_m=separation.min_nav_alt_m,
+        )
+        stand = stand_of[one.name]
+        start_s, end_s = whole.start_s.copy(), whole.end_s.copy()
+        start_s[0], end_s[-1] = -stand.before_s, whole.duration_s + stand.after_s
+        above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
+        below_m = above_m if separation.below_m is None else separation.below_m
+        found.append(
+            Member(
+                file=one.name,
+                trajectory=replace(
+                    whole,
+                    start_s=start_s,
+                    end_s=end_s,
+                    slack_s=_time_fraction(assessment)
+                    * np.clip(whole.end_s, 0.0, whole.duration_s),
+                    grown_m=_grown_m(assessment, whole, may_stop=separation.may_stop),
+                ),
+                start_s=one.start_s,
+                home_amsl_m=known_home_amsl_m(assessment),
+                above_m=above_m if vehicle.above_m is None else vehicle.above_m,
+                below_m=below_m if vehicle.below_m is None else vehicle.below_m,
+                vehicle=one.sortie.vehicle,
+            )
+        )
+    return found
+
+
+def _time_fraction(assessment: Assessment) -> float:
+    """Return how much of its time a flight may be sooner or later, by the spread of its model. [-]"""
+    totals = assessment.totals
+    if totals.time_s_p10 is None or totals.time_s_p90 is None or not totals.time_s:
+        return 0.0
+    away_s = max(totals.time_s - totals.time_s_p10, totals.time_s_p90 - totals.time_s)
+    return max(away_s, 0.0) / totals.time_s
+
+
+def _grown_m(assessment: Assessment, flown: Trajectory, *, may_stop: bool) -> FloatArray:
+    """Return how far beside its parts a vehicle may be, by its position error and by stops. (n,) [m]"""
+    setup = assessment.setup
+    grown_m = np.where(flown.is_rest & flown.is_low, 0.0, setup.position_error_m)
+    if not may_stop:
+        return grown_m
+    width_s = np.maximum(flown.end_s - flown.start_s, 1e-9)
+    steps_m = np.diff(flown.control_m[..., :2], axis=1)
+    fastest_m_s = 3.0 * np.hypot(steps_m[..., 0], steps_m[..., 1]).max(axis=1) / width_s
+    pilot = make_pilot(setup, assessment.own_parameters)
+    stop_m = pilot.farthest_stop_m(fastest_m_s) + setup.reaction_time_s * fastest_m_s
+    return grown_m + np.where(fastest_m_s > 1e-3, stop_m, 0.0)
+
+
+class _Pairs:
+    """The sorties that fly, in pairs of several vehicles."""
+
+    def __init__(self, fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) -> None:
+        self._flown = flown
+        self._separation = separation
+        self._members = members(fleet, separation, flown)
+        self._spacing = Spacing(
+            separation_m=separation.horizontal_m,
+            start_error_s=separation.start_error_s,
+            height_error_m=separation.height_error_m,
+        )
+
+    def unknown_heights(self) -> Iterator[FleetFinding]:
+        """Yield pairs whose heights cannot be compared."""
+        pairs = [
+            (one, two)
+            for one, two in combinations(self._members, 2)
+            if one.vehicle != two.vehicle and not are_heights_known(one, two)
+        ]
+        if not pairs:
+            return
+        one, two = pairs[0]
+        more = f", and of {quantity.count(len(pairs) - 1, 'more pair')}" if len(pairs) > 1 else ""
+        message = (
+            f"heights of {one.file} and {two.file} cannot be compared{more}: the altitude of a home is "
+            "not known"
+        )
+        yield FleetFinding(
+            finding=SEPARATION_UNCHECKED.finding(
+                message,
+                fix="give the pads their amsl_m, or the conditions a terrain",
+                severity=Severity.ERROR,
+            ),
+            sorties=(one.file, two.file),
+        )
+
+    def conflicts(self) -> Iterator[FleetFinding]:
+        """Yield every two sorties that come too near to each other in the air."""
+        found = list(predict_conflicts(self._members, self._spacing))
+        for number, conflict in enumerate(found[:_MOST_PAIRS]):
+            pair = self._members[conflict.first], self._members[conflict.second]
+            approach = predict_approach(*pair, self._spacing) or conflict.approach
+            delay_s, is_tried = None, number < _MOST_DELAYS
+            if is_tried:
+                delay_s = clearing_delay_s(*pair, self._spacing)
+            yield self._too_near(
+                conflict.first, conflict.second, approach, delay_s, is_tried=is_tried
+            )
+        if len(found) > _MOST_PAIRS:
+            more = quantity.count(len(found) - _MOST_PAIRS, "more pair")
+            message = f"{more} of sorties come too near to each other"
+            yield FleetFinding(finding=SEPARATION.finding(message))
+
+    def _too_near(
+        self,
+        first: int,
+        second: int,
+        approach: ClosestApproach,
+        delay_s: float | None,
+        *,
+        is_tried: bool,
+    ) -> FleetFinding:
+        one, two = self._members[first], self._members[second]
+        is_over = abs(approach.above_m) > approach.beside_m
+        rule = DOWNWASH if is_over else SEPARATION
+        message = (
+            f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}): {_apart(approach)} each other "
+            f"{at(one.start_s + approach.first_s)}, items {approach.first_item} and "
+            f"{approach.second_item}; {self._required(one, two, approach)}"
+        )
+        fix = "fly them at other heights or places, or one after the other"
+        if is_tried and delay_s is None:
+            fix = f"no later start of {two.file} keeps the two apart: fly them at other heights or places"
+        elif delay_s is not None:
+            fix = (
+                f"start {two.file} {quantity.duration(delay_s)} later, which keeps these two apart "
+                "(perhaps not from a third), or fly them at other heights or places"
+            )
+        return FleetFinding(finding=rule.finding(message, fix=fix), sorties=(one.file, two.file))
+
+    def _required(self, one: Member, two: Member, approach: ClosestApproach) -> str:
+        zone = self._spacing.zone(one, two)
+        assert zone is not None  # of a fleet it is a cylinder
+        height_m = zone.over_m if approach.above_m >= 0.0 else zone.under_m
+        errors_m = approach.grown_m
+        beside_m = self._separation.horizontal_m + errors_m
+        text = (
+            f"{quantity.height(beside_m)} beside or {quantity.height(height_m)} above each other "
+            "required"
+        )
+        if errors_m:
+            text += f" ({quantity.height(errors_m)} of it for position errors"
+            text += " and stops)" if self._separation.may_stop else ")"
+        return text
+
+    def ground_conflicts(self) -> Iterator[FleetFinding]:
+        """Yield every two that are too near to each other while both are near the ground."""
+        for first, second in sorted(near_pairs(self._members, self._spacing)):
+            one, two = self._members[first], self._members[second]
+            least_m = self._separation.ground_m
+            if least_m is None:
+                least_m = sum(
+                    assessment.setup.position_error_m
+                    for place in (first, second)
+                    if (assessment := self._flown[place].assessment) is not None
+                )
+            if least_m <= ACCURACY_M:
+                continue
+            zone = Cylinder(
+                horizontal_m=least_m - ACCURACY_M, over_m=np.inf, under_m=np.inf, is_on_ground=True
+            )
+            approach = closest_approach(
+                _without_errors(one.trajectory),
+                _without_errors(two.trajectory),
+                second_later_s=two.start_s - one.start_s,
+                shift_s=2.0 * self._spacing.start_error_s,
+                zone=zone,
+            )
+            if approach is None:
+                continue
+            message = (
+                f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}) are "
+                f"{quantity.height(approach.beside_m)} apart near the ground "
+                f"{at(one.start_s + approach.first_s)}; {quantity.height(least_m)} required"
+            )
+            yield FleetFinding(
+                finding=GROUND_SEPARATION.finding(message), sorties=(one.file, two.file)
+            )
+
+    def return_conflicts(self) -> Iterator[FleetFinding]:
+        """Yield the returns that come too near to what another vehicle flies as planned."""
+        for first, flown in enumerate(self._flown):
+            one, assessment = self._members[first], flown.assessment
+            assert assessment is not None  # something is flown
+            own = fan = None
+            for two in self._members:
+                if two.vehicle == one.vehicle:
+                    continue
+                if own is None or fan is None:
+                    own = self._returns(assessment)
+                    fan = own.fan(*own.first_intervals())
+                if not len(fan.group):
+                    break
+                meeting = Meeting(
+                    first=fan.trajectory,
+                    second=two.trajectory,
+                    later_s=two.start_s - one.start_s,
+                    shift_s=2.0 * self._spacing.start_error_s,
+                    above_m=home_above_m(one, two),
+                    zone=self._spacing.zone(one, two),
+                )
+                within_m = max(self._spacing.separation_m - ACCURACY_M, ACCURACY_M)
+                found = return_conflict(own, fan, meeting, within_m)
+                if found is None:
+                    continue
+                approach = found.approach
+                stands_ = approach.second_s <= 0.0 or approach.second_s >= two.trajectory.duration_s
+                is_low = stands_ and two.trajectory.is_low[0 if approach.second_s <= 0.0 else -1]
+                doing = "which stands on the ground" if is_low else f"item {approach.second_item}"
+                message = (
+                    f"a return of {one.file} ({one.vehicle}) begun {at(one.start_s + found.begun_s)} at item "
+                    f"{found.item} comes within {_apart(approach)} {two.file} ({two.vehicle}), {doing}, "
+                    f"{at(one.start_s + approach.first_s)}; {self._required(one, two, approach)}"
+                )
+                yield FleetFinding(
+                    finding=RETURN_CROSSES.finding(
+                        message, severity=Severity.WARNING if is_low else None
+                    ),
+                    sorties=(one.file, two.file),
+                )
+
+    def _returns(self, assessment: Assessment) -> ReturnFlights:
+        first = self._flown[0].assessment
+        assert first is not None
+        return ReturnFlights(
+            returns=assessment.returns,
+            frame=first.route.frame,
+            grown_m=assessment.setup.position_error_m,
+            time_fraction=_time_fraction(assessment),
+        )
+
+
+def _without_errors(one: Trajectory) -> Trajectory:
+    return replace(one, grown_m=np.zeros_like(one.grown_m))
+
+
+def _apart(approach: ClosestApproach) -> str:
+    above_m = abs(approach.above_m)
+    above = f" and {quantity.height(above_m)} above" if above_m >= _SHOWN_M else ""
+    return f"{quantity.height(approach.beside_m)} beside{above}"
+
+
+def _same_system_ids(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    ids: dict[float, str] = {}
+    for name in dict.fromkeys(one.sortie.vehicle for one in flown):
+        vehicle = fleet.vehicles[name]
+        given = vehicle.system_id
+        if given is None:
+            found = system_id(vehicle.setup.parameters)
+            given = None if found is None else int(found[0])
+        if given is None:
+            continue
+        if given in ids:
+            message = f"{name} and {ids[given]} both have system id {given:g}"
+            yield FleetFinding(finding=DUPLICATE_SYSTEM_ID.finding(message))
+        ids.setdefault(given, name)
+
+
+def _layer_steps(fleet: Fleet, separation: Separation) -> Iterator[FleetFinding]:
+    layers = fleet.layers
+    if layers is None:
+        return
+    heights_m = []
+    for vehicle in fleet.vehicles.values():
+        response = vehicle.setup.vehicle.responses.altitude
+        overshoot = 0.0 if response is None else _overshoot(response.transfer_function)
+        above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
+        below_m = above_m if separation.below_m is None else separation.below_m
+        free_m = max(
+            above_m if vehicle.above_m is None else vehicle.above_m,
+            below_m if vehicle.below_m is None else vehicle.below_m,
+        )
+        heights_m.append((free_m, separation.height_error_m + overshoot * layers.highest_m))
+    free_m = max(free_m for free_m, _ in heights_m)
+    errors_m = sum(sorted(error_m for _, error_m in heights_m)[-2:])
+    if layers.step_m < free_m + errors_m:
+        message = (
+            f"step_m of [layers] is {quantity.height(layers.step_m)}, {quantity.height(free_m + errors_m)} "
+            f"needed: {quantity.height(free_m)} of separation, {quantity.height(errors_m)} of height "
+            "errors and overshoots"
+        )
+        yield FleetFinding(finding=LAYER_STEP.finding(message))
+
+
+def _overshoot(response: TransferFunction) -> float:
+    """Return how far a second-order response passes a step, over the step. [-]"""
+    damping = response.damping_ratio
+    if damping is None or not 0.0 < damping < 1.0:
+        return 0.0
+    return math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))

@@ -1,0 +1,449 @@
+"""What the sorties of a fleet share: packs, vehicles, pads, chargers and the hours of the day."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.fleet.fleet import LATEST_S
+from planner.fleet.separation import SAME_HOME_M
+from planner.fleet.trajectory import AT_REST_S
+from planner.geo.geodesy import LocalFrame
+from planner.service.fleet import FleetFinding, charging_temperature_c, usable_chargers
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from planner.arrays import FloatArray
+    from planner.fleet.charging import Charge
+    from planner.fleet.fleet import Fleet
+    from planner.service.fleet import FlownSortie
+
+PAD_RADIUS_M = 5.0
+"""A vehicle this near to the middle of a pad stands on it: the position error of a landing, 2.5 m, and as
+much again for the vehicle. [m]"""
+_FULL = 0.995
+
+PACK_CLASH = Rule(
+    "S105 pack-clash",
+    Severity.ERROR,
+    summary="Two sorties need one battery pack at the same time.",
+    why="Whoever is at the field finds no pack in the rack, takes the nearest one, and flies a battery "
+    "nobody checked.",
+    how="A sortie has its pack from its start until it has landed and the pack is changed ([swap] time_s).",
+    fix="give one of them another pack, or start it later",
+    instead="another pack, or another start",
+)
+
+PACK_NOT_FULL = Rule(
+    "S106 pack-not-full",
+    Severity.WARNING,
+    summary="A pack is not fully charged when its sortie starts.",
+    why="A schedule that counts on full packs is short by what the chargers have not put back yet; the last "
+    "fifth takes as long as half of the rest.",
+    how="The charge the last flight left, and what the chargers add until the start, by their power and "
+    "their taper; a free charger takes the pack that is needed next.  The sortie is checked with what is in "
+    "the pack: whether that is enough is E101's to say.  Fires below 99.5 %.",
+    fix="start the sortie later, or add a pack or a charger",
+)
+
+PACK_NOT_CHARGED = Rule(
+    "S107 pack-not-charged",
+    Severity.WARNING,
+    summary="No charger may charge a pack that is flown again.",
+    why="Charging lithium cells below freezing plates metal on them, and most chargers refuse to.",
+    how="The air where the charger stands (its air_c, else the lowest temperature of the conditions) is "
+    "below its lowest_c, 0 °C where not given, or no charger takes the pack.  It is counted with what the "
+    "flight before left.",
+    fix="charge indoors and give the charger's air_c, or plan with more packs",
+)
+
+VEHICLE_CLASH = Rule(
+    "S108 vehicle-clash",
+    Severity.ERROR,
+    summary="A vehicle is to start before it is back and ready.",
+    why="The sortie cannot start when the others count on it: everything after it is late, and no "
+    "separation that was checked holds.",
+    how="The sorties of one vehicle, each until it has landed and the pack is changed ([swap] time_s); and "
+    "its own available_from_s and available_until_s.",
+    fix="start the sortie later, or give it to another vehicle",
+    instead="another start, or another vehicle",
+)
+
+PAD_OCCUPIED = Rule(
+    "S109 pad-occupied",
+    Severity.ERROR,
+    summary="A pad is to be used while another vehicle stands on it.",
+    why="A vehicle that comes down on another wrecks both; one that finds its pad taken lands where nobody "
+    "planned.",
+    how="A vehicle stands on the pad it starts from, and on one within 5 m of which it landed, between its "
+    "flights; on a pad that several use it is put as long before its start as a swap takes ([swap] time_s), "
+    "and cleared away as long after its landing.",
+    fix="give the vehicles a pad each, or start one after the other has left",
+)
+
+SORTIE_UNSUITED = Rule(
+    "S110 sortie-unsuited",
+    Severity.ERROR,
+    summary="A sortie is given to a vehicle or a pack that cannot fly it.",
+    why="A camera that is not there takes no pictures, and a pack that does not fit flies nothing.",
+    how="needs of the job against equipment of the vehicle; fits of the pack against the vehicle.",
+    fix="give the sortie to a vehicle and a pack that suit it",
+)
+
+OUT_OF_HOURS = Rule(
+    "S111 out-of-hours",
+    Severity.ERROR,
+    summary="A sortie is flown outside the times of its job, or after the operation has to end.",
+    why="Permits, daylight and the people who wait for it have hours.",
+    how="Start against earliest_s of the job, landing against latest_s of the job and of [operation].",
+    fix="start it at another time, or add a vehicle",
+)
+
+JOB_NOT_FLOWN = Rule(
+    "S112 job-not-flown",
+    Severity.ERROR,
+    summary="A job of the fleet file has no sortie, or none of it flies a part of its mission.",
+    why="A plan that leaves work out looks like one that does it all.",
+    how="Every job needs a [sortie]; where its sorties fly files of their own, each waypoint of the job's "
+    "mission is in one of them, to 1 m.",
+    fix="plan its sorties, or take the job out of the file",
+    leaves_open=True,
+)
+
+UNKNOWN_ENERGY = Rule(
+    "S113 fleet-energy-incomplete",
+    Severity.WARNING,
+    summary="The energy of the group is not that of every sortie.",
+    why="A sum that leaves vehicles out makes plans look better than they are.",
+    how="The power of a vehicle is not identified, or its mission is not flown.",
+    fix="give the vehicle a model with its power",
+)
+
+
+def time_findings(
+    fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
+) -> Iterator[FleetFinding]:
+    """Yield what is wrong with who flies what, when and on what."""
+    yield from _packs(fleet, flown, charges)
+    yield from _vehicles(fleet, flown)
+    yield from _pads(fleet, flown)
+    yield from _suited(fleet, flown)
+    yield from _hours(fleet, flown)
+    yield from _jobs(fleet, flown)
+    unknown = [one for one in flown if one.energy_wh is None]
+    if unknown:
+        message = (
+            f"energy of the group without {_names(unknown)}: "
+            f"{quantity.count(len(flown) - len(unknown), 'sortie')} of {len(flown)} counted"
+        )
+        yield FleetFinding(
+            finding=UNKNOWN_ENERGY.finding(message), sorties=tuple(one.name for one in unknown)
+        )
+
+
+def at(time_s: float) -> str:
+    """Return a time of the operation as messages have it: ``at 12:30``."""
+    return f"at {quantity.clock(time_s)}"
+
+
+def _names(flown: Sequence[FlownSortie]) -> str:
+    more = f" and {len(flown) - 1} more" if len(flown) > 1 else ""
+    return f"{flown[0].name}{more}"
+
+
+def _grouped(flown: Iterable[FlownSortie], key: str) -> Mapping[str, list[FlownSortie]]:
+    """Return the sorties that have something in common, by what it is called."""
+    groups: dict[str, list[FlownSortie]] = {}
+    for one in flown:
+        name = getattr(one.sortie, key)
+        if name is not None:
+            groups.setdefault(name, []).append(one)
+    return groups
+
+
+def _swap_s(fleet: Fleet) -> float:
+    return 0.0 if fleet.swap is None else fleet.swap.time_s
+
+
+def _packs(
+    fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
+) -> Iterator[FleetFinding]:
+    swap_s = _swap_s(fleet)
+    usable = usable_chargers(fleet)
+    cold = [one for one in fleet.chargers.values() if one not in usable]
+    for name, sorties in _grouped(flown, "pack").items():
+        clashes = False
+        for one, two in pairwise(sorties):
+            ready_s = one.end_s + swap_s
+            if two.start_s < ready_s:
+                clashes = True
+                message = (
+                    f"pack {name} is needed by {two.name} {at(two.start_s)} and is in {one.name} "
+                    f"until {quantity.clock(ready_s)}"
+                )
+                yield FleetFinding(
+                    finding=PACK_CLASH.finding(message), sorties=(one.name, two.name)
+                )
+        if clashes:
+            continue
+        short = [one for one in sorties if one.charge is not None and one.charge < _FULL]
+        for one in short:
+            full = next((c for c in charges if c.pack == name and c.end_s == one.start_s), None)
+            charge = quantity.percent(one.charge)
+            message = f"pack {name} is at {charge} when {one.name} starts {at(one.start_s)}"
+            if full is not None:
+                message += f": on the charger since {quantity.clock(full.start_s)}"
+            yield FleetFinding(finding=PACK_NOT_FULL.finding(message), sorties=(one.name,))
+        again = [one for one in short if one is not sorties[0]]
+        if again and not any(one.charges(fleet.packs[name]) for one in usable):
+            message = f"pack {name} is flown again by {again[0].name} and no charger takes it"
+            taking = [one for one in cold if one.charges(fleet.packs[name])]
+            if taking:
+                air_c = charging_temperature_c(fleet, taking[0])
+                message = (
+                    f"pack {name} is not charged for {again[0].name}: charger {taking[0].name} charges "
+                    f"from {quantity.temperature(taking[0].lowest_c)} up, it is "
+                    f"{quantity.temperature(air_c)} there"
+                )
+            yield FleetFinding(finding=PACK_NOT_CHARGED.finding(message), sorties=(again[0].name,))
+
+
+def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    swap_s = _swap_s(fleet)
+    for name, sorties in _grouped(flown, "vehicle").items():
+        vehicle = fleet.vehicles[name]
+        for one, two in pairwise(sorties):
+            ready_s = one.end_s + swap_s
+            if two.start_s < ready_s:
+                message = (
+                    f"{two.name} starts {at(two.start_s)}; {name} is back from {one.name} and ready "
+                    f"{at(ready_s)}"
+                )
+                yield FleetFinding(
+                    finding=VEHICLE_CLASH.finding(message), sorties=(one.name, two.name)
+                )
+            elif one.assessment is not None and not one.lands:
+                message = f"{two.name} cannot start: {one.name} leaves {name} in the air, without a landing"
+                yield FleetFinding(
+                    finding=VEHICLE_CLASH.finding(
+                        message, fix="end the mission before with a landing or a return"
+                    ),
+                    sorties=(one.name, two.name),
+                )
+        until_s = vehicle.available_until_s
+        for one in sorties:
+            if one.start_s < vehicle.available_from_s:
+                from_ = quantity.clock(vehicle.available_from_s)
+                message = f"{one.name} starts {at(one.start_s)}; {name} is there from {from_}"
+            elif until_s is not None and one.end_s > until_s:
+                message = f"{one.name} lands {at(one.end_s)}; {name} is there until {quantity.clock(until_s)}"
+            else:
+                continue
+            yield FleetFinding(finding=VEHICLE_CLASH.finding(message), sorties=(one.name,))
+
+
+class Stand(Value):
+    """How long a vehicle stands about one of its flights."""
+
+    before_s: float
+    """At the place where it takes off. [s]"""
+    after_s: float
+    """At the place where it ended. [s]"""
+
+
+def stands(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, Stand]:
+    """Return how long vehicles stand before and after each sortie, by its name."""
+    users: dict[str, set[str]] = {}
+    for one in flown:
+        if (pad := fleet.pad_of(one.sortie)) is not None:
+            users.setdefault(pad.name, set()).add(one.sortie.vehicle)
+    swap_s = _swap_s(fleet)
+    found = {}
+    for sorties in _grouped(flown, "vehicle").values():
+        ends_s = [-AT_REST_S, *(one.end_s for one in sorties[:-1])]
+        starts_s = [*(one.start_s for one in sorties[1:]), AT_REST_S]
+        for one, before_s, next_s in zip(sorties, ends_s, starts_s, strict=True):
+            pad = fleet.pad_of(one.sortie)
+            longest_s = np.inf
+            if pad is not None and len(users[pad.name]) > 1:
+                longest_s = swap_s
+            found[one.name] = Stand(
+                before_s=min(max(one.start_s - before_s, 0.0), longest_s),
+                after_s=min(max(next_s - one.end_s, 0.0), longest_s),
+            )
+    return found
+
+
+def _pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield pads that two vehicles stand on, or come down on, at the same time."""
+    told: set[tuple[str, str, str]] = set()
+    for name, of_pad in _stays(fleet, flown).items():
+        of_pad.sort(key=lambda stay: (stay.from_s, stay.until_s, stay.flown.name))
+        for number, stay in enumerate(of_pad):
+            one = stay.flown
+            for later in of_pad[number + 1 :]:
+                two = later.flown
+                if later.from_s >= stay.until_s or one.sortie.vehicle == two.sortie.vehicle:
+                    continue
+                pair = (name, min(one.name, two.name), max(one.name, two.name))
+                if pair in told:
+                    continue
+                told.add(pair)
+                until = "the end" if stay.until_s > LATEST_S else quantity.clock(stay.until_s)
+                message = (
+                    f"pad {name}: {two.sortie.vehicle} ({two.name}) needs it from "
+                    f"{quantity.clock(max(later.from_s, 0.0))}, {one.sortie.vehicle} ({one.name}) "
+                    f"stands there until {until}"
+                )
+                yield FleetFinding(
+                    finding=PAD_OCCUPIED.finding(message), sorties=(one.name, two.name)
+                )
+
+
+class _Stay(Value):
+    """A vehicle on a pad."""
+
+    from_s: float
+    until_s: float
+    flown: FlownSortie
+
+
+def _stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[_Stay]]:
+    """Return who stands on each pad and when."""
+    if not fleet.pads:
+        return {}
+    pads = [*fleet.pads.values()]
+    frame = LocalFrame(latitude_deg=pads[0].latitude_deg, longitude_deg=pads[0].longitude_deg)
+    place_m = np.stack(
+        frame.east_north_m(
+            np.array([pad.latitude_deg for pad in pads]),
+            np.array([pad.longitude_deg for pad in pads]),
+        ),
+        axis=-1,
+    )
+    stays: dict[str, list[_Stay]] = {}
+    stand_of = stands(fleet, flown)
+    for one in flown:
+        stand, pad = stand_of[one.name], fleet.pad_of(one.sortie)
+        if pad is not None:
+            stay = _Stay(from_s=one.start_s - stand.before_s, until_s=one.start_s, flown=one)
+            stays.setdefault(pad.name, []).append(stay)
+        landing_m = _landing_m(one, frame)
+        if landing_m is None:
+            continue
+        away_m = np.hypot(*(place_m - landing_m).T)
+        nearest = int(np.argmin(away_m))
+        if away_m[nearest] <= PAD_RADIUS_M:
+            stay = _Stay(from_s=one.end_s, until_s=one.end_s + stand.after_s, flown=one)
+            stays.setdefault(pads[nearest].name, []).append(stay)
+    return stays
+
+
+def _landing_m(one: FlownSortie, frame: LocalFrame) -> FloatArray | None:
+    """Return where a flight ends on the ground, east and north; ``None``: nowhere. [m]"""
+    if one.assessment is None or not one.lands:
+        return None
+    flight = one.assessment.flight
+    state = flight.motion.state_at_time(np.array([flight.time_s]))
+    there = one.assessment.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
+    return np.asarray(np.stack(frame.east_north_m(*there), axis=-1)[0])
+
+
+def _suited(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    for one in flown:
+        sortie = one.sortie
+        vehicle = fleet.vehicles[sortie.vehicle]
+        for need in fleet.jobs[sortie.job].needs:
+            if need not in vehicle.equipment:
+                message = (
+                    f"{one.name}: job {sortie.job} needs {need}, {vehicle.name} does not carry it"
+                )
+                yield FleetFinding(finding=SORTIE_UNSUITED.finding(message), sorties=(one.name,))
+        pack = None if sortie.pack is None else fleet.packs[sortie.pack]
+        if pack is not None and pack.fits and vehicle.name not in pack.fits:
+            message = (
+                f"{one.name}: pack {pack.name} fits {', '.join(pack.fits)}, not {vehicle.name}"
+            )
+            yield FleetFinding(finding=SORTIE_UNSUITED.finding(message), sorties=(one.name,))
+
+
+def _hours(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    for one in flown:
+        job = fleet.jobs[one.sortie.job]
+        limits = [(f"job {job.name}", job.latest_s), ("the operation", fleet.operation.latest_s)]
+        if one.start_s < job.earliest_s:
+            message = (
+                f"{one.name} starts {at(one.start_s)}, job {job.name} not before "
+                f"{quantity.clock(job.earliest_s)}"
+            )
+            yield FleetFinding(finding=OUT_OF_HOURS.finding(message), sorties=(one.name,))
+        for what, latest_s in limits:
+            if latest_s is not None and one.end_s > latest_s:
+                message = (
+                    f"{one.name} lands {at(one.end_s)}, {what} ends at {quantity.clock(latest_s)} "
+                    f"({quantity.duration(one.end_s - latest_s)} late)"
+                )
+                yield FleetFinding(finding=OUT_OF_HOURS.finding(message), sorties=(one.name,))
+
+
+def _jobs(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    by_job = _grouped(flown, "job")
+    for name, job in fleet.jobs.items():
+        sorties = by_job.get(name, [])
+        if not sorties:
+            message = f"job {name} has no sortie"
+            yield FleetFinding(
+                finding=JOB_NOT_FLOWN.finding(
+                    message, fix="add a [sortie.NAME] for it, or take the job out of the file"
+                )
+            )
+        elif all(one.sortie.mission not in {None, job.mission} for one in sorties):
+            missing = _places_left_out(job.mission, sorties)
+            if missing:
+                message = (
+                    f"job {name}: {quantity.count(len(missing), 'item')} of its mission in none of its "
+                    f"sorties, item {missing[0]} first"
+                )
+                yield FleetFinding(
+                    finding=JOB_NOT_FLOWN.finding(message),
+                    sorties=tuple(one.name for one in sorties),
+                )
+
+
+def _places_left_out(mission: str, sorties: Sequence[FlownSortie]) -> list[int]:
+    """Return the items of a mission at whose place no sortie of its job flies."""
+    from planner.errors import MissionFileError
+    from planner.mission.commands import Command
+    from planner.mission.files import read_mission
+
+    try:
+        items = read_mission(mission).items
+    except MissionFileError:
+        return []  # each sortie has a file of its own that is checked
+    flown = [
+        (item.latitude_deg, item.longitude_deg)
+        for one in sorties
+        if one.assessment is not None
+        for item in one.assessment.mission.items
+        if item.latitude_deg is not None and item.longitude_deg is not None
+    ]
+    if not flown:
+        return []  # each of them says itself that it flies nothing
+    frame = LocalFrame(latitude_deg=flown[0][0], longitude_deg=flown[0][1])
+    there_m = np.stack(frame.east_north_m(*np.array(flown).T), axis=-1)
+    missing = []
+    for number, item in enumerate(items, 1):
+        if item.command != Command.NAV_WAYPOINT:
+            continue
+        if item.latitude_deg is None or item.longitude_deg is None:
+            continue
+        own_m = np.array(frame.east_north_m(item.latitude_deg, item.longitude_deg))
+        if np.hypot(*(there_m - own_m).T).min() > SAME_HOME_M:
+            missing.append(number)
+    return missing
