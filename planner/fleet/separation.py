@@ -59,8 +59,8 @@ class Spacing(Value):
         more_m = 2.0 * self.height_error_m
         return Cylinder(
             horizontal_m=max(self.separation_m - ACCURACY_M, ACCURACY_M),
-            over_m=max(first.above_m, second.below_m) + more_m,
-            under_m=max(first.below_m, second.above_m) + more_m,
+            over_m=max(max(first.above_m, second.below_m) + more_m - ACCURACY_M, ACCURACY_M),
+            under_m=max(max(first.below_m, second.above_m) + more_m - ACCURACY_M, ACCURACY_M),
         )
 
 

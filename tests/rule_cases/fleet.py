@@ -1,0 +1,182 @@
+"""Family S: several vehicles, in a fleet file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from made_fleet import OUT, PACK, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
+from made_missions import mission, rtl
+from rule_cases.case import RuleCases
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+
+PADS = pad("a", 0, 0) + pad("b", 0, 200)
+ALONE = pad("a", 0, 0) + vehicles("a")
+TWO = SEPARATION + PADS + vehicles("a", "b")
+
+
+def found(*tables: str, **missions: Mission) -> tuple[Finding, ...]:
+    """Return what is found of a fleet as a whole."""
+    return tuple(one.finding for one in checked(*tables, **missions).findings)
+
+
+def one_s() -> float:
+    """Return the time of a single flight."""
+    return checked(ALONE, sortie("s1", "a", 0.0)).sorties[0].time_s
+
+
+def pack_again(after_s: float) -> tuple[Finding, ...]:
+    """Two vehicles on one pack, the second so long after the first has landed."""
+    pack = 'pack = "P"'
+    second = sortie("s2", "b", one_s() + after_s, more=pack)
+    return found(TWO, SWAP, PACK, sortie("s1", "a", 0.0, more=pack), second)
+
+
+def charged(charge: float) -> tuple[Finding, ...]:
+    """A sortie on a pack that is so full."""
+    first = sortie("s1", "a", 0.0, more='pack = "P"')
+    return found(ALONE, SWAP, f"{PACK}charge = {charge!r}\n", first)
+
+
+def charger(air_c: float) -> tuple[Finding, ...]:
+    """A pack flown twice, whose charger stands in such air."""
+    sorties = [sortie(f"s{n}", "a", 2000.0 * n, more='pack = "P"') for n in range(2)]
+    return found(ALONE, SWAP, PACK, f"[charger.bench]\nc_rate = 1\nair_c = {air_c!r}\n", *sorties)
+
+
+def vehicle_again(after_s: float) -> tuple[Finding, ...]:
+    """A vehicle that starts again so long after it has landed."""
+    return found(ALONE, SWAP, sortie("s1", "a", 0.0), sortie("s2", "a", one_s() + after_s))
+
+
+def one_pad(start_s: float) -> tuple[Finding, ...]:
+    """Two vehicles from one pad, the second so long after the first; a swap takes a minute."""
+    both = vehicles("a") + vehicles("b").replace('pad = "b"', 'pad = "a"')
+    tables = SEPARATION + pad("a", 0, 0) + both
+    return found(tables, SWAP, sortie("s1", "a", 0.0), sortie("s2", "b", start_s))
+
+
+def needing(needs: str) -> tuple[Finding, ...]:
+    """A job with such needs for a vehicle that carries a lamp."""
+    job = f'[job.out]\nmission = "out.plan"\nneeds = {needs}\n'
+    tables = pad("a", 0, 0) + vehicles("a", more='equipment = ["lamp"]')
+    return found(job, tables, sortie("s1", "a", 0.0), out=OUT)
+
+
+def until(before_s: float) -> tuple[Finding, ...]:
+    """An operation that has to end so long before the only landing."""
+    return found(ALONE, f"[operation]\nlatest_s = {one_s() - before_s!r}\n", sortie("s1", "a", 0.0))
+
+
+def part(metres_north: float) -> tuple[Finding, ...]:
+    """A job whose only sortie flies so far, where 100 m are asked for."""
+    own = mission(up(20), place(metres_north, 0, 20), rtl())
+    flown = sortie("s1", "a", 0.0, more='mission = "part_1.plan"')
+    return found(ALONE, flown, out=OUT, part_1=own)
+
+
+def powered(model: str) -> tuple[Finding, ...]:
+    """A sortie of a vehicle of a model."""
+    return found(pad("a", 0, 0) + vehicles("a", model=model), sortie("s1", "a", 0.0))
+
+
+def over(height_m: float) -> tuple[Finding, ...]:
+    """Two that fly towards each other, one so high above the other; 10 m and twice 2.5 m are asked for."""
+    tables = "[separation]\nhorizontal_m = 5\nabove_m = 10\n" + pad("a", 0, 0) + pad("b", 200, 0)
+    back = mission(
+        up(20 + height_m), place(0, 0, 20 + height_m), place(200, 0, 20 + height_m), rtl()
+    )
+    there = mission(up(20), place(200, 0, 20), place(0, 0, 20), rtl())
+    first = sortie("s1", "a", 0.0, job="there")
+    return found(
+        tables,
+        vehicles("a", "b"),
+        first,
+        sortie("s2", "b", 0.0, job="back"),
+        there=there,
+        back=back,
+    )
+
+
+def beside_the_way_home(height_m: float) -> tuple[Finding, ...]:
+    """One around three sides of a square at 40 m, another over its middle, so much higher."""
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 50, 50) + vehicles("a", "b")
+    around = mission(
+        up(40), place(0, 100, 40), place(100, 100, 40), place(0, 100, 40), place(0, 0, 40), rtl()
+    )
+    hover = mission(up(40 + height_m), place(50, 50, 40 + height_m, 120.0), rtl())
+    first = sortie("s1", "a", 30.0, job="around")
+    return found(tables, first, sortie("s2", "b", 0.0, job="hover"), around=around, hover=hover)
+
+
+def pads_apart(metres: float) -> tuple[Finding, ...]:
+    """Two that take off together so far from each other, where 5 m are asked for."""
+    tables = SEPARATION + "ground_m = 5\n" + pad("a", 0, 0) + pad("b", 0, metres)
+    east = mission(up(20), place(100, metres, 20), rtl())
+    sorties = sortie("s1", "a", 0.0, job="out"), sortie("s2", "b", 0.0, job="east")
+    return found(tables, vehicles("a", "b"), *sorties, out=OUT, east=east)
+
+
+def layers(step_m: float) -> tuple[Finding, ...]:
+    """Layers so far apart, where 5 m of separation and twice 2.5 m of height errors are needed."""
+    tables = TWO + f"[layers]\nlowest_m = 40\nhighest_m = 80\nstep_m = {step_m!r}\n"
+    return found(tables, sortie("s1", "a", 0.0), sortie("s2", "b", 1000.0))
+
+
+CASES: Mapping[str, RuleCases] = {
+    "S105": RuleCases(
+        fires=lambda: pack_again(59.0),
+        boundary=lambda: pack_again(60.0),
+        silent=lambda: pack_again(90.0),
+    ),
+    "S106": RuleCases(
+        fires=lambda: charged(0.9), boundary=lambda: charged(0.995), silent=lambda: charged(1.0)
+    ),
+    "S107": RuleCases(
+        fires=lambda: charger(-0.1), boundary=lambda: charger(0.0), silent=lambda: charger(5.0)
+    ),
+    "S108": RuleCases(
+        fires=lambda: vehicle_again(59.0),
+        boundary=lambda: vehicle_again(60.0),
+        silent=lambda: vehicle_again(90.0),
+    ),
+    "S109": RuleCases(
+        fires=lambda: one_pad(59.0), boundary=lambda: one_pad(60.0), silent=lambda: one_pad(1000.0)
+    ),
+    "S110": RuleCases(
+        fires=lambda: needing('["camera"]'),
+        boundary=lambda: needing("[]"),
+        silent=lambda: needing('["lamp"]'),
+    ),
+    "S111": RuleCases(
+        fires=lambda: until(0.1), boundary=lambda: until(0.0), silent=lambda: until(-1.0)
+    ),
+    "S112": RuleCases(
+        fires=lambda: part(98.5), boundary=lambda: part(99.01), silent=lambda: part(100.0)
+    ),
+    "S113": RuleCases(
+        fires=lambda: powered("unpowered.toml"),
+        boundary=lambda: powered("px4-quad-2kg"),
+        silent=lambda: powered("arducopter-sitl-quad"),
+    ),
+    "S114": RuleCases(
+        fires=lambda: over(14.98), boundary=lambda: over(15.0), silent=lambda: over(15.5)
+    ),
+    "S115": RuleCases(
+        fires=lambda: beside_the_way_home(9.9),
+        boundary=lambda: beside_the_way_home(10.0),
+        silent=lambda: beside_the_way_home(11.0),
+    ),
+    "S116": RuleCases(
+        fires=lambda: pads_apart(4.9),
+        boundary=lambda: pads_apart(5.0),
+        silent=lambda: pads_apart(5.5),
+    ),
+    "S117": RuleCases(
+        fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
+    ),
+}
