@@ -52,7 +52,7 @@ class ReturnFlights(Value, eq=False):
             return kept, kept
         return kept[:-1], kept[1:]
 
-    def fan(self, begin_s: FloatArray, end_s: FloatArray) -> ReturnFan:
+    def fan(self, begin_s: FloatArray, end_s: FloatArray) -> FlownFan:
         """Return the flights from the middles of intervals. (n,)"""
         count = len(begin_s)
         time_s = np.stack((0.5 * (begin_s + end_s), begin_s, end_s)).ravel()
@@ -95,7 +95,7 @@ class ReturnFlights(Value, eq=False):
             grown_m=np.full(len(group), self.grown_m),
             lifted_m=np.zeros(len(group)),
         )
-        return ReturnFan(
+        return FlownFan(
             trajectory=trajectory,
             group=group,
             away_m=np.hypot(away_m[..., 0], away_m[..., 1]).max(axis=(0, 2)),
@@ -106,7 +106,7 @@ class ReturnFlights(Value, eq=False):
         )
 
 
-class ReturnFan(Value, eq=False):
+class FlownFan(Value, eq=False):
     """Returns that stand for n intervals."""
 
     trajectory: Trajectory
@@ -162,7 +162,7 @@ class ReturnConflict(Value):
 
 
 def return_conflict(
-    own: ReturnFlights, fan: ReturnFan, meeting: Meeting, within_m: float
+    own: ReturnFlights, fan: FlownFan, meeting: Meeting, within_m: float
 ) -> ReturnConflict | None:
     """Return the first return found that comes nearer to another flight than it may; ``None``: none does.
 
