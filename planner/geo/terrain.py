@@ -354,6 +354,8 @@ def _read_tile(path: Path) -> TerrainTile:
     cells = ((row, column), (row, column + 1), (row + 1, column))
     xs, ys = zip(*((a * j + b * i + c, d * j + e * i + f) for i, j in cells), strict=True)
     longitude, latitude = transform(crs, _WGS84, xs, ys)
+    if not np.isfinite([*latitude, *longitude, south, west, north, east]).all():
+        raise TerrainFileError("its cells are nowhere on the Earth; georeference it", source=source)
     sides = distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])
     return TerrainTile(
         source=source,
@@ -398,8 +400,9 @@ def _heights(
     """Return heights of a window, or of all; NaN where there are none. [m]"""
     read = raster.read(1, window=window, masked=True)
     heights: npt.NDArray[np.float32] = read.astype(np.float32).filled(np.nan)
-    heights *= np.float32(raster.scales[0])
-    heights += np.float32(raster.offsets[0])
+    with np.errstate(over="ignore", invalid="ignore"):  # what is no height then is none below
+        heights *= np.float32(raster.scales[0])
+        heights += np.float32(raster.offsets[0])
     heights[~((heights > _LOWEST_GROUND_M) & (heights < _HIGHEST_GROUND_M))] = np.nan
     heights.flags.writeable = False
     return heights

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gzip
 import mmap
 import warnings
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 _ROOT = Path(__file__).parents[2]
 _MEMORY = Path("/dev/shm")
 _KEPT = TemporaryDirectory(prefix="mavjoule-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None)
+atexit.register(_KEPT.cleanup)
 _FOLDER = Path(_KEPT.name)
 """In memory where the computer has such a place: a disk is ten times slower than most readers."""
 
