@@ -13,10 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from fuzz.target import Target
 
 from planner.cli.check_output import rendered
 from planner.errors import ExitCode, MavjouleError
+from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
@@ -110,7 +112,7 @@ def _made(draw: Random) -> bytes:
         for name in draw.sample(_PARAMETERS[stack], draw.randrange(1, 6))
     ]
     document = {
-        "mission": _plan(draw) if draw.random() < 0.6 else sound_plan(draw),
+        "mission": rough_plan(draw) if draw.random() < 0.6 else sound_plan(draw),
         "settings": options,
         "parameters": "\n".join(lines) if draw.random() < 0.4 else "",
         "page": draw.random() < 0.001,  # its pictures take a hundred times as long as the check
@@ -119,42 +121,53 @@ def _made(draw: Random) -> bytes:
     return json.dumps(document).encode()
 
 
+def _item(number: int, command: int, frame: int, *parameters: float | None) -> dict[str, Any]:
+    return {
+        "type": "SimpleItem",
+        "command": command,
+        "frame": frame,
+        "params": list(parameters),
+        "doJumpId": number,
+        "autoContinue": True,
+    }
+
+
 def sound_plan(draw: Random) -> str:
     """Return a mission as people plan them: places on the grid of MAVLink's degrees."""
     height_m = draw.choice((15, 30, 50, 100))
     reach_deg = draw.choice((5e-4, 2e-3, 5e-3, 2e-2))
 
-    def item(number: int, command: int, frame: int, *parameters: float | None) -> dict[str, Any]:
-        return {
-            "type": "SimpleItem",
-            "command": command,
-            "frame": frame,
-            "params": list(parameters),
-            "doJumpId": number,
-            "autoContinue": True,
-        }
+    def near(times: float = 1.0) -> list[float]:
+        reach = times * reach_deg
+        return [round(at + reach * draw.uniform(-1.0, 1.0), 7) for at in (47.0, 8.0)]
 
-    items = [item(1, 22, 3, 0, 0, 0, None, 47.0, 8.0, height_m)]
-    for number in range(2, draw.choice((3, 4, 4, 5, 8, 12))):
-        place = [round(at + reach_deg * draw.uniform(-1, 1), 7) for at in (47.0, 8.0)]
-        chance = draw.random()
-        if chance < 0.75:
-            height = draw.choice((height_m, height_m, height_m + 20))
-            items.append(item(number, 16, 3, draw.choice((0, 0, 5)), 0, 0, None, *place, height))
-        elif chance < 0.85:
-            items.append(item(number, 19, 3, draw.choice((5, 60)), 0, 0, None, *place, height_m))
-        elif chance < 0.95:
-            items.append(item(number, 178, 2, 1, draw.choice((3, 8)), -1, 0, 0, 0, 0))
-        elif number > 3:
-            items.append(item(number, 177, 2, 2, draw.choice((1, 3)), 0, 0, 0, 0, 0))
+    items = [_item(1, 22, 3, 0, 0, 0, None, 47.0, 8.0, height_m)]
+    for _ in range(draw.choice((1, 2, 2, 3, 6, 10))):
+        number, height = len(items) + 1, draw.choice((height_m, height_m, height_m + 20))
+        waypoint = _item(number, 16, 3, draw.choice((0, 0, 5)), 0, 0, None, *near(), height)
+        loiter = _item(number, 19, 3, draw.choice((5, 60)), 0, 0, None, *near(), height_m)
+        speed = _item(number, 178, 2, 1, draw.choice((3, 8)), -1, 0, 0, 0, 0)
+        jump = _item(number, 177, 2, 2, draw.choice((1, 3)), 0, 0, 0, 0, 0)
+        chosen = draw.choices((waypoint, loiter, speed, jump), (15, 2, 2, 1 if number > 2 else 0))
+        items += chosen
     number = len(items) + 1
-    for n, one in enumerate(items, 1):
-        one["doJumpId"] = n
-    if draw.random() < 0.7:
-        items.append(item(number, 20, 2, 0, 0, 0, 0, 0, 0, 0))
-    else:
-        items.append(item(number, 21, 3, 0, 0, 0, None, 47.0, 8.0, 0))
-    return plan_of(items, home=[47.0, 8.0, 400], firmware=draw.choice((3, 12)))
+    way_home = _item(number, 20, 2, *[0] * 7), _item(number, 21, 3, 0, 0, 0, None, 47.0, 8.0, 0)
+    items.append(draw.choice(way_home))
+    fence: dict[str, Any] = {"version": 2, "circles": [], "polygons": []}
+    if draw.random() < 0.25:
+        circle = {"center": near(1.5), "radius": 40.0}
+        fence["circles"] = [{"circle": circle, "inclusion": False, "version": 1}]
+    if draw.random() < 0.25:
+        sides = ((-1, -1), (-1, 1), (1, 1), (1, -1))
+        corners = [[47.0 + 1.2 * reach_deg * i, 8.0 + 1.2 * reach_deg * j] for i, j in sides]
+        fence["polygons"] = [{"polygon": corners, "inclusion": True, "version": 1}]
+    return plan_of(
+        items,
+        home=[47.0, 8.0, 400],
+        firmware=draw.choice((3, 12)),
+        fence=fence,
+        rally=[[*near(1.5), 30.0]] if draw.random() < 0.15 else [],
+    )
 
 
 def plan_of(
@@ -185,7 +198,8 @@ def plan_of(
     return json.dumps(plan)
 
 
-def _plan(draw: Random) -> str:
+def rough_plan(draw: Random) -> str:
+    """Return a mission of any commands, frames and places."""
     home = [47.0, 8.0, draw.choice((400, 0, None, 9000))]
     reach_deg = draw.choice((0.0, 1e-7, 1e-4, 3e-3, 3e-3, 0.05, 5.0))
     count = draw.choice((0, 1, 2, 2, 3, 3, 4, 4, 5, 6, 8, draw.choice((8, 20, 60))))
@@ -254,7 +268,22 @@ def checked(document: dict[str, Any], **more: Any) -> CheckResult:  # noqa: ANN4
     if document["parameters"]:
         text = document["parameters"].encode()
         setup = replace(setup, parameters=parameters_from_text(text, source="a.param"))
+    if document.get("ground_amsl_m") is not None:
+        setup = replace(setup, terrain=level_ground(document["ground_amsl_m"]))
     return check_mission(mission, setup)
+
+
+def level_ground(height_m: float) -> TerrainGrid:
+    """Return level ground around the missions."""
+    tile = TerrainTile(
+        source="level.tif",
+        heights_amsl_m=np.full((3, 3), height_m, np.float32),
+        transform=(1.0, 0.0, 7.0, 0.0, -1.0, 49.0),
+        projection_wkt=None,
+        bounds_deg=(46.0, 7.0, 49.0, 10.0),
+        cell_m=70_000.0,
+    )
+    return TerrainGrid(tiles=(tile,))
 
 
 def run(data: bytes) -> None:

@@ -6,6 +6,7 @@ import atexit
 import gzip
 import mmap
 import warnings
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -38,11 +39,14 @@ from planner.mission.items import MissionFormat
 from planner.selection import read_baseline
 from planner.setup import Setup, settings
 from planner.site_profile import read_profile
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.reader import models_root, vehicle_from_toml
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from planner.vehicle.model import VehicleModel
 
 _ROOT = Path(__file__).parents[2]
 _MEMORY = Path("/dev/shm")
@@ -272,6 +276,11 @@ _TYPED = tuple(
 _KINDS = {key: setting.kind for key, setting in settings().items()}
 
 
+@cache
+def _vehicle() -> VehicleModel:
+    return load_vehicle()
+
+
 def _typed(data: bytes) -> None:
     """Read what is typed for a setting: a sentence, or a value that can be written and read again."""
     key, _, text = data.decode("utf-8", "surrogateescape").partition("=")
@@ -282,7 +291,7 @@ def _typed(data: bytes) -> None:
     except ValueError:  # as it is declared
         return
     assert _KINDS[key].read(_KINDS[key].text(value)) == value  # which no NaN does
-    Setup.of({key: value})
+    Setup.of({"vehicle": _vehicle(), key: value})
 
 
 _OF_FILES = frozenset({"vehicle", "parameters", "terrain", "per_file_ignores"})

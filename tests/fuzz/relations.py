@@ -11,13 +11,11 @@ import math
 from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-from fuzz.pipeline import checked, drawn_settings, sound_plan
+from fuzz.pipeline import checked, drawn_settings, rough_plan, sound_plan
 from fuzz.target import Target
 
 from planner.cli.check_output import rendered
 from planner.errors import ExitCode
-from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
@@ -86,6 +84,12 @@ def _no_better(one: CheckResult, other: CheckResult) -> None:
         assert other.verdict == "no-go", f"{_errors(one)} gone"
 
 
+def _no_harsher(one: CheckResult, other: CheckResult) -> None:
+    """Hold that the second, of which more is known or allowed, flies the same and finds no more errors."""
+    _same_figures(one, other)
+    assert _errors(other) <= _errors(one), f"{_errors(other) - _errors(one)} added"
+
+
 def _same_bytes(one: CheckResult, other: CheckResult) -> None:
     for name in ("json", "text"):
         texts = [
@@ -123,11 +127,17 @@ def _moved(plan: Any, place: Callable[[float, float], tuple[float, float]]) -> A
     for one in plan["mission"]["items"]:
         if one["params"][4:6] != [0, 0]:
             one["params"][4:6] = place(*one["params"][4:6])
+    for one in plan["geoFence"]["circles"]:
+        one["circle"]["center"] = place(*one["circle"]["center"])
+    for one in plan["geoFence"]["polygons"]:
+        one["polygon"] = [place(*corner) for corner in one["polygon"]]
+    for one in plan["rallyPoints"]["points"]:
+        one[:2] = place(*one[:2])
     return plan
 
 
 def _eastward(document: Document, amount: float) -> Document:
-    turn = round(amount * 360.0) - 180.0
+    turn = round(amount * 360.0) - 180.0 if amount < 0.7 else 172.0  # home is on the antimeridian
 
     def place(latitude: float, longitude: float) -> tuple[float, float]:
         east = round((longitude + turn + 180.0) % 360.0 - 180.0, 7)
@@ -166,9 +176,10 @@ def _unrolled(document: Document, _: float) -> Document | None:
 
 def _as_text(document: Document, _: float) -> Document | None:
     """Convert to a waypoint file, which has no firmware: that of the model counts."""
-    if document["settings"]["vehicle"] not in {"px4-sih-quad", "arducopter-sitl-quad"}:
-        return None
     mission = read_mission_bytes(document["mission"].encode(), source="a.plan")
+    has_areas = bool(mission.fence or mission.rally)  # the text has neither
+    if has_areas or document["settings"]["vehicle"] not in {"px4-sih-quad", "arducopter-sitl-quad"}:
+        return None
     return document | {"mission": convert_mission(mission, MissionFormat.WPL).text}
 
 
@@ -198,27 +209,33 @@ def _kept_out(document: Document, amount: float) -> Document:
     return _with_plan(document, plan)
 
 
+def _fenced_far(document: Document, _: float) -> Document:
+    plan = _plan(document)
+    corners = [[47.0 + i, 8.0 + j] for i, j in ((-0.5, -0.7), (-0.5, 0.7), (0.5, 0.7), (0.5, -0.7))]
+    plan["geoFence"]["polygons"].append({"polygon": corners, "inclusion": True, "version": 1})
+    return _with_plan(document, plan)
+
+
+def _with_camera(document: Document, amount: float) -> Document | None:
+    plan = _plan(document)
+    items = plan["mission"]["items"]
+    if any(one["command"] == 177 for one in items):
+        return None
+    camera = items[-1] | {"command": 206, "frame": 2, "params": [0, 0, 0, 0, 0, 0, 0]}
+    items.insert(1 + int(amount * (len(items) - 1)), camera)
+    plan["mission"]["items"] = [one | {"doJumpId": n} for n, one in enumerate(items, 1)]
+    return _with_plan(document, plan)
+
+
+def _on_ground(document: Document, _: float) -> Document:
+    return document | {"ground_amsl_m": _HOME_AMSL_M}
+
+
 def _commented(document: Document, _: float) -> Document | None:
     if not document["parameters"]:
         return None
     lines = document["parameters"].splitlines()
     return document | {"parameters": "\n".join(["# a vehicle", *reversed(lines)])}
-
-
-def flat(height_m: float) -> TerrainGrid:
-    """Return level ground around the missions."""
-    heights = np.full((3, 3), height_m, np.float32)
-    bounds = 46.0, 7.0, 49.0, 10.0
-    transform = (1.0, 0.0, 7.0, 0.0, -1.0, 49.0)
-    tile = TerrainTile(
-        source="flat.tif",
-        heights_amsl_m=heights,
-        transform=transform,
-        projection_wkt=None,
-        bounds_deg=bounds,
-        cell_m=70_000.0,
-    )
-    return TerrainGrid(tiles=(tile,))
 
 
 RELATIONS: Mapping[str, Relation] = {
@@ -239,6 +256,11 @@ RELATIONS: Mapping[str, Relation] = {
     "full": Relation(_set(charge="100%"), _same_judgement),
     "fifth": Relation(_set(reserve="20%"), _same_judgement),
     "empty": Relation(_set(payload_kg="0"), _same_judgement),
+    # A camera is no part of the flight; level ground at home's height is what every flight assumes, and a
+    # fence that nothing comes near forbids nothing.
+    "camera": Relation(_with_camera, _same_figures),
+    "ground": Relation(_on_ground, _no_harsher),
+    "fenced-far": Relation(_fenced_far, _no_harsher),
     # Less in the battery, more to keep in it, more to carry, longer to hover: none of them helps.
     "reserve": Relation(_less("reserve", 20, 100, "{:.0f}%"), _no_better),
     "charge": Relation(_less("charge", 100, 1, "{:.0f}%"), _no_better),
@@ -247,6 +269,8 @@ RELATIONS: Mapping[str, Relation] = {
     "risk": Relation(_less("risk", 50, 0.1, "{:.1f}%"), _no_better),
     "warnings": Relation(_set(fail_on="warning"), _no_better),
     "longer": Relation(_held_longer, _no_better),
+    "vaguer": Relation(_less("position_error_m", 0, 30, "{:.1f}"), _no_better),
+    "slower": Relation(_less("reaction_time_s", 0, 20, "{:.1f}"), _no_better),
     # A place that may not be flown over is one more way to be wrong.
     "kept-out": Relation(_kept_out, _no_better),
 }
@@ -257,10 +281,17 @@ _BEGUN: Mapping[str, Mapping[str, str]] = {
     "health": {"battery_health": "100%", "reserve": "12Wh"},  # a share of less is less
     "payload": {"payload_kg": "0"},
     "risk": {"risk": "50%"},
+    "vaguer": {"position_error_m": "0"},
+    "slower": {"reaction_time_s": "0"},
     "warnings": {"fail_on": "error"},
 }  # fmt: skip
 """Settings that a relation begins from; all others are drawn."""
 _KEYS = {"full": "charge", "fifth": "reserve", "empty": "payload_kg", "home": "home_amsl_m"}
+_ROUGH = frozenset(
+    {"again", "laid-out", "reordered", "full", "fifth", "empty"}
+    | {"reserve", "charge", "health", "payload", "risk", "warnings", "vaguer", "slower"}
+)
+"""What holds of any mission, and not only of those on the grid of degrees."""
 _PARAMETERS = {
     "px4-sih-quad": ("MPC_XY_CRUISE,7", "RTL_RETURN_ALT,40", "NAV_ACC_RAD,5", "MPC_Z_V_AUTO_DN,2"),
     "arducopter-sitl-quad": (
@@ -282,7 +313,7 @@ def _made(draw: Random) -> bytes:
     lines = _PARAMETERS.get(options["vehicle"], ())
     chosen = draw.sample(lines, draw.randrange(len(lines) + 1)) if draw.random() < 0.4 else []
     document = {
-        "mission": sound_plan(draw),
+        "mission": rough_plan(draw) if name in _ROUGH and draw.random() < 0.4 else sound_plan(draw),
         "settings": options,
         "parameters": "\n".join(chosen),
         "relation": name,
