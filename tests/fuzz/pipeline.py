@@ -28,7 +28,10 @@ from planner.selection import is_kept_on
 from planner.service.preflight import CheckResult, check_mission
 from planner.setup import FORMATS, Output, Setup, settings
 from planner.values import replace
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from random import Random
@@ -42,16 +45,9 @@ _COMMANDS = (
 )
 _FRAMES = (0, 2, 3, 3, 3, 3, 5, 6, 10, 11, 99)
 _ODD = (0.0, 1.0, -1.0, 2.0, 3.0, 5.0, 10.0, 100.0, -5.0, 0.001, 65_535.0, 1e6, -1e6, 3e38, None)
-_PARAMETERS = {
-    "px4": ("MPC_XY_CRUISE", "MPC_XY_VEL_MAX", "MPC_ACC_HOR", "MPC_JERK_AUTO", "MPC_Z_VEL_MAX_UP",
-            "RTL_RETURN_ALT", "RTL_TYPE", "RTL_CONE_ANG", "RTL_DESCEND_ALT", "GF_MAX_HOR_DIST",
-            "GF_ACTION", "NAV_ACC_RAD", "MIS_TAKEOFF_ALT", "COM_LOW_BAT_ACT", "BAT_CRIT_THR",
-            "MPC_Z_V_AUTO_DN", "MPC_LAND_SPEED", "MPC_YAWRAUTO_MAX"),
-    "ardupilot": ("WPNAV_SPEED", "WPNAV_ACCEL", "WPNAV_RADIUS", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN",
-                  "RTL_ALT", "RTL_ALT_FINAL", "RTL_SPEED", "RTL_CONE_SLOPE", "LAND_SPEED", "FENCE_ENABLE",
-                  "FENCE_TYPE", "FENCE_RADIUS", "FENCE_ALT_MAX", "FENCE_MARGIN", "BATT_LOW_VOLT",
-                  "BATT_FS_LOW_ACT", "BATT_LOW_MAH", "RALLY_LIMIT_KM", "WPNAV_JERK", "PSC_JERK_XY"),
-}  # fmt: skip
+_TABLES = {"px4": parameter_table(Px4Parameters), "ardupilot": parameter_table(ArduPilotParameters)}
+_FACTORS = (0.0, 0.01, 0.5, 1.0, 1.0, 1.5, 10.0, -1.0)
+"""Of the default, a value may be so many times."""
 _SETTINGS: dict[str, tuple[str, ...]] = {
     "battery": ("5.2Ah@14.8V", "170Wh", "4000Wh", "0.1Wh", "99Ah@22.2V", "1Ah@3.7V"),
     "charge": ("100%", "50%", "5%", "0%", "95±2%"),
@@ -106,11 +102,9 @@ def _made(draw: Random) -> bytes:
     options = drawn_settings(draw)
     if draw.random() < 0.7:
         options["battery"] = draw.choice(_SETTINGS["battery"])
-    stack = _AUTOPILOT_OF.get(options["vehicle"], draw.choice(tuple(_PARAMETERS)))
-    lines = [
-        f"{name},{draw.choice(_ODD) or draw.uniform(0, 30):g}"
-        for name in draw.sample(_PARAMETERS[stack], draw.randrange(1, 6))
-    ]
+    stack = _AUTOPILOT_OF.get(options["vehicle"], draw.choice(tuple(_TABLES)))
+    rows = draw.sample(tuple(_TABLES[stack].values()), draw.choice((1, 2, 5, 30)))
+    lines = [f"{row.now.name},{_drawn_value(row.usual, draw):g}" for row in rows]
     document = {
         "mission": rough_plan(draw) if draw.random() < 0.6 else sound_plan(draw),
         "settings": options,
@@ -130,6 +124,14 @@ def _item(number: int, command: int, frame: int, *parameters: float | None) -> d
         "doJumpId": number,
         "autoContinue": True,
     }
+
+
+def _drawn_value(usual: float, draw: Random) -> float:
+    if isinstance(usual, int):  # a choice, a set of bits
+        return draw.choice((usual, 0, 1, 2, 3, 4, 7, 1 << draw.randrange(16), -1))
+    if draw.random() < 0.2:
+        return draw.choice(_ODD) or draw.uniform(0, 30)
+    return usual * draw.choice(_FACTORS)
 
 
 def sound_plan(draw: Random) -> str:

@@ -20,6 +20,7 @@ from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
 from planner.setup import Output
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -227,6 +228,19 @@ def _with_camera(document: Document, amount: float) -> Document | None:
     return _with_plan(document, plan)
 
 
+def _given_in_full(document: Document, _: float) -> Document | None:
+    """Give every parameter that the flight is predicted with, as the file of the vehicle would."""
+    flown = checked(document).parameters
+    if flown is None:
+        return None
+    rows = parameter_table(type(flown)).items()
+    lines = [
+        f"{row.now.name},{getattr(flown, quantity) / (1.0 if row.is_choice else row.now.si(1.0))!r}"
+        for quantity, row in rows
+    ]
+    return document | {"parameters": "\n".join(lines)}
+
+
 def _on_ground(document: Document, _: float) -> Document:
     return document | {"ground_amsl_m": _HOME_AMSL_M}
 
@@ -252,6 +266,7 @@ RELATIONS: Mapping[str, Relation] = {
     "as-text": Relation(_as_text, _same_judgement),
     "unrolled": Relation(_unrolled, _same_figures),
     # What is the default may be typed: knowing it is no worse, and no better.
+    "in-full": Relation(_given_in_full, _same_figures),
     "home": Relation(_set(home_amsl_m="400"), _same_judgement),
     "full": Relation(_set(charge="100%"), _same_judgement),
     "fifth": Relation(_set(reserve="20%"), _same_judgement),
