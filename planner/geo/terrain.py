@@ -347,13 +347,13 @@ def _read_tile(path: Path) -> TerrainTile:
             heights = _heights(raster, None)
         crs, affine = raster.crs, tuple(raster.transform)[:6]
         west, south, east, north = transform_bounds(crs, _WGS84, *raster.bounds)
+        # The cell in the middle and its neighbours to the right and below.
+        row, column = (size / 2.0 for size in heights.shape)
+        a, b, c, d, e, f = affine
+        cells = ((row, column), (row, column + 1), (row + 1, column))
+        xs, ys = zip(*((a * j + b * i + c, d * j + e * i + f) for i, j in cells), strict=True)
+        longitude, latitude = transform(crs, _WGS84, xs, ys)
 
-    # The cell in the middle and its neighbours to the right and below.
-    row, column = (size / 2.0 for size in heights.shape)
-    a, b, c, d, e, f = affine
-    cells = ((row, column), (row, column + 1), (row + 1, column))
-    xs, ys = zip(*((a * j + b * i + c, d * j + e * i + f) for i, j in cells), strict=True)
-    longitude, latitude = transform(crs, _WGS84, xs, ys)
     if not np.isfinite([*latitude, *longitude, south, west, north, east]).all():
         raise TerrainFileError("its cells are nowhere on the Earth; georeference it", source=source)
     sides = distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])
@@ -372,7 +372,8 @@ def _opened(path: Path, driver: str) -> Iterator[Any]:
     """Open a raster; what is wrong with it, then or while it is read, is an error of its file."""
     try:
         import rasterio
-        from rasterio.errors import NotGeoreferencedWarning, RasterioError
+        from rasterio._err import CPLE_BaseError
+        from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
     except ImportError as error:
         msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
         raise TerrainFileError(msg, source=str(path)) from error
@@ -385,7 +386,7 @@ def _opened(path: Path, driver: str) -> Iterator[Any]:
             raster = rasterio.open(path, driver=driver)
         with raster:
             yield raster
-    except RasterioError as error:
+    except (RasterioError, CRSError, CPLE_BaseError) as error:  # the last ones are GDAL's own
         msg = (
             "this is no readable GeoTIFF or .hgt file (a .hgt file must be complete and named "
             "after its place, such as N47E008.hgt)"
