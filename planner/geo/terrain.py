@@ -355,7 +355,8 @@ def _read_tile(path: Path) -> TerrainTile:
         longitude, latitude = transform(crs, _WGS84, xs, ys)
 
     if not np.isfinite([*latitude, *longitude, south, west, north, east]).all():
-        raise TerrainFileError("its cells are nowhere on the Earth; georeference it", source=source)
+        msg = "its cells are nowhere on the Earth; georeference it"
+        raise TerrainFileError(msg, source=source)
     sides = distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])
     return TerrainTile(
         source=source,
