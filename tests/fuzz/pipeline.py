@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from fuzz.setups import setup_of
 from fuzz.target import Target
 
 from planner.cli.check_output import rendered
@@ -26,7 +27,7 @@ from planner.report.columns import columns_csv, segments_csv, segments_text
 from planner.report.html.page import check_html
 from planner.selection import is_kept_on
 from planner.service.preflight import CheckResult, check_mission
-from planner.setup import FORMATS, Output, Setup, settings
+from planner.setup import FORMATS, Output, settings
 from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import parameters_from_text
@@ -266,7 +267,7 @@ def checked(document: dict[str, Any], **more: Any) -> CheckResult:  # noqa: ANN4
         document["mission"].encode(), source=document.get("name", "a.plan")
     )
     values = {key: _value(key, text) for key, text in document["settings"].items()}
-    setup = replace(Setup.of(values), **more)
+    setup = replace(setup_of(values), **more)
     if document["parameters"]:
         text = document["parameters"].encode()
         setup = replace(setup, parameters=parameters_from_text(text, source="a.param"))

@@ -6,7 +6,6 @@ import atexit
 import gzip
 import mmap
 import warnings
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from dataflash_writer import copter_log
 from fuzz.frames import dataflash_maker, stream_maker, tlog_maker, ulog_maker
+from fuzz.setups import setup_of
 from fuzz.target import Target
 from made_missions import HOME
 from rasterio import Affine
@@ -37,16 +37,13 @@ from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
 from planner.selection import read_baseline
-from planner.setup import Setup, settings
+from planner.setup import settings
 from planner.site_profile import read_profile
-from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.reader import models_root, vehicle_from_toml
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from planner.vehicle.model import VehicleModel
 
 _ROOT = Path(__file__).parents[2]
 _MEMORY = Path("/dev/shm")
@@ -276,11 +273,6 @@ _TYPED = tuple(
 _KINDS = {key: setting.kind for key, setting in settings().items()}
 
 
-@cache
-def _vehicle() -> VehicleModel:
-    return load_vehicle()
-
-
 def _typed(data: bytes) -> None:
     """Read what is typed for a setting: a sentence, or a value that can be written and read again."""
     key, _, text = data.decode("utf-8", "surrogateescape").partition("=")
@@ -291,7 +283,7 @@ def _typed(data: bytes) -> None:
     except ValueError:  # as it is declared
         return
     assert _KINDS[key].read(_KINDS[key].text(value)) == value  # which no NaN does
-    Setup.of({"vehicle": _vehicle(), key: value})
+    setup_of({key: value})
 
 
 _OF_FILES = frozenset({"vehicle", "parameters", "terrain", "per_file_ignores"})
