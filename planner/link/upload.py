@@ -62,6 +62,18 @@ def _event_text(event: VehicleEvent) -> str:
 
 _ORDER = (MissionKind.FENCE, MissionKind.RALLY, MissionKind.MISSION)
 """PX4 judges a mission by the fence it has when the mission comes."""
+
+
+def sending_order(lists: Mapping[MissionKind, Sequence[WireItem]]) -> tuple[MissionKind, ...]:
+    """Return the kinds of lists in the order in which they replace those of a vehicle.
+
+    What is there comes first, what is removed goes last, the mission before its fence: wherever this
+    program is killed, no mission is without the fence that it came with.
+    """
+    there = tuple(kind for kind in _ORDER if lists[kind])
+    return there + tuple(kind for kind in reversed(_ORDER) if not lists[kind])
+
+
 _SETTLED_S = 1.0
 """In which PX4's navigator has judged what it was sent. [s]"""
 _LOOKS = 3
@@ -121,18 +133,21 @@ def upload_mission(
     before = {kind: link.fetch_items(kind) for kind in MissionKind}
     wanted = _lists(link, mission, before)
     touched: list[MissionKind] = []
+    is_new = any(one.matters for one in _differences(link, mission, before))
     link.listen(0.0)  # earlier reports are about something else
     link.fetch_events()
     try:
-        for kind in _ORDER:
+        for kind in sending_order(wanted):
             had = before[kind]
             if had is None or kind in kept:
                 continue
             if kind is not MissionKind.MISSION and is_same(had, wanted[kind]):
                 continue
-            is_new = any(one.matters for one in _differences(link, mission, before))
-            if kind is MissionKind.MISSION and touched and is_new:
-                link.listen(_SETTLED_S)  # what PX4 has against the old one, in the new fence
+            is_rejudged = is_new if kind is MissionKind.MISSION else kind is MissionKind.FENCE
+            if touched and is_rejudged and not link.identity.has_home_slot:
+                # What PX4 has against the old mission in the new fence, or the new one in the old: each
+                # other mission or fence has it judge again (``MissionBase::updateMavlinkMission``).
+                link.listen(_SETTLED_S)
                 link.fetch_events()
             touched.append(kind)
             outcome, why = link.upload_items(kind, wanted[kind])
@@ -251,7 +266,9 @@ def _restore(
 ) -> str:
     """Put the old lists back; return why one was not read back so, empty where all were."""
     skipped = 1 if link.identity.has_home_slot else 0
-    for kind in touched:
+    for kind in sending_order({kind: before[kind] or () for kind in MissionKind}):
+        if kind not in touched:
+            continue
         old, why = before[kind] or (), ""
         back = link.fetch_items(kind) or ()
         start = skipped if kind is MissionKind.MISSION else 0

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import pytest
+from fenced_missions import box
 from made_missions import mission, rtl, takeoff, waypoint
 from simulated_vehicles import MemoryLine, wire
 from virtual_vehicle import VirtualLine, VirtualVehicle, waypoints
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
+from planner.geo.fence import Fence
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind, MissionResult
 from planner.link.transfers import LinkSettings
 from planner.link.upload import BrokenUploadError, InterruptedUploadError, upload_mission
 from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message, message
+from planner.values import replace
 
 NEW = mission(takeoff(35.0), waypoint(300.0, 35.0), waypoint(600.0, 35.0), rtl())
 SENT = frozenset({44, 73})
@@ -108,3 +111,51 @@ def test_a_vehicle_that_falls_silent_is_called_so() -> None:
         InterruptedUploadError, match=r"interrupted; the vehicle does not answer any more"
     ):
         upload_mission(link, NEW, listen_s=1.0)
+
+
+class _KilledError(BaseException):
+    """SIGKILL: nothing is put back."""
+
+
+class _KilledLine(_StoppedLine):
+    """The program is killed by the n-th message of an upload."""
+
+    def send(self, data: bytes, peer: object = None) -> None:
+        try:
+            super().send(data, peer)
+        except KeyboardInterrupt as error:
+            raise _KilledError from error
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+@pytest.mark.parametrize("is_fenced", [True, False])
+def test_wherever_it_is_killed_no_mission_is_without_its_fence(
+    autopilot: Autopilot, *, is_fenced: bool
+) -> None:
+    new = replace(NEW, fence=Fence(polygons=(box(-700.0, -700.0, 700.0, 2500.0),)))
+    new = new if is_fenced else NEW
+    old_missions = new_missions = 0
+    for number in range(1, 30):
+        made = wire(autopilot)
+        lists = made.vehicle.missions.lists
+        before = {kind: tuple(items) for kind, items in lists.items()}
+        line = _KilledLine(made)
+        link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
+        line.left = number
+        try:
+            upload_mission(link, new, listen_s=0.0)
+        except _KilledError:
+            until_s = line.now_s() + 20.0  # what is under way arrives, a transfer is given up
+            while line.now_s() < until_s:
+                line.receive(until_s - line.now_s())
+        else:
+            break
+        skipped = int(autopilot is Autopilot.ARDUPILOT)
+        is_old = lists[MissionKind.MISSION][skipped:] == list(before[MissionKind.MISSION][skipped:])
+        old_missions, new_missions = old_missions + is_old, new_missions + (not is_old)
+        assert lists[MissionKind.FENCE] or not (is_old or is_fenced), number
+        if is_fenced and not is_old:
+            assert lists[MissionKind.FENCE] != list(before[MissionKind.FENCE])
+    assert old_missions
+    assert new_missions
+    assert bool(lists[MissionKind.FENCE]) == is_fenced
