@@ -174,6 +174,8 @@ _REOPENINGS = 8
 """How often a file is opened again without a byte of it; PX4 and ArduPilot close what is idle."""
 _BETWEEN_FILES = 0x800
 """Numbers left out before a file: more than one burst of ArduPilot's takes (2000)."""
+_LATE_PACKETS = 0x4000
+"""An answer that so many others have overtaken is none: a quarter of the numbers, 8 bursts of ArduPilot's."""
 _BUSY = frozenset({FileError.FAIL, FileError.NO_SESSIONS})
 """Answers to an opening while another file is open: perhaps one of ours, whose end was lost."""
 
@@ -305,6 +307,8 @@ class FileDownload(_PathTransfer):
         self._is_open = False
         self._stream: ChunkStream | None = None
         self._openings = 0
+        self._earliest = self._number
+        """Answers up to this number are of an earlier file; it follows those that come, which wrap."""
 
     @property
     def progress(self) -> tuple[int, int | None]:
@@ -314,9 +318,11 @@ class FileDownload(_PathTransfer):
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; `FileRefusedError` where the file cannot be read."""
         packet = read_packet(received)
-        if self.is_done or packet is None or not is_after(packet.number, self._number):
+        if self.is_done or packet is None or not is_after(packet.number, self._earliest):
             return ()  # of an earlier file
         self._numbers.see(packet.number)
+        if is_after(packet.number, (self._earliest + _LATE_PACKETS) & 0xFFFF):
+            self._earliest = (packet.number - _LATE_PACKETS) & 0xFFFF
         if not self._is_open:
             is_opened = packet.answered == Operation.OPEN_FILE_RO
             return self._take_opened(packet, now_s) if is_opened else ()
@@ -376,7 +382,7 @@ class FileDownload(_PathTransfer):
             )
             raise FileRefusedError(msg)
         self._session, self._is_open = 0, False
-        self._number = self._numbers.following()
+        self._number = self._earliest = self._numbers.following()
         self._timer = Retransmission(self._settings)
         self._timer.sent(now_s)
         return ()

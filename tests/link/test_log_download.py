@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from planner.errors import LinkError
 from planner.link.files import (
+    _HEAD,
     ChunkStream,
     FileDownload,
     FileNumbers,
@@ -109,6 +110,33 @@ def test_the_file_protocol_brings_files_whole_through_loss(
     _run(_download("/log/c.bin", second, numbers), server, loss=0.2, seed=seed)
     assert bytes(got) == CONTENT
     assert bytes(second) == CONTENT[::-1]
+
+
+def test_a_log_of_20_mb_comes_whole_though_the_numbers_of_its_pieces_wrap() -> None:
+    """83,683 pieces of 239 bytes: their 16-bit numbers come around, and half around before (7.8 MB)."""
+    large = random.Random(4).randbytes(20_000_000)
+    numbers, written = FileNumbers(60_000), bytearray()
+    download = _download("/log/a.bin", written, numbers)
+    payload_at = {  # what ArduPilot answers, without the objects of its server: those take seconds
+        Operation.OPEN_FILE_RO: lambda _: [
+            (large[:0] + len(large).to_bytes(4, "little"), 0, False)
+        ],
+        Operation.BURST_READ_FILE: lambda start: [
+            (large[at : at + 239], at, at == start + 1999 * 239)
+            for at in range(start, min(start + 2000 * 239, len(large)), 239)
+        ],
+        Operation.TERMINATE_SESSION: lambda _: [],
+    }
+    sent, now_s = list(download.begin(0.0)), 0.0
+    while sent:
+        number, _, operation, *_, offset = _HEAD.unpack_from(bytes(sent.pop()["payload"]))
+        for later, (piece, at, is_last) in enumerate(payload_at[Operation(operation)](offset), 1):
+            now_s += 0.001
+            head = _HEAD.pack((number + later) & 0xFFFF, 1, 128, len(piece), operation, is_last, at)
+            answer = Message(name="FILE_TRANSFER_PROTOCOL", fields={"payload": head + piece})
+            sent += download.feed(answer, now_s)
+    assert download.is_done
+    assert written == large
 
 
 @STACKS
