@@ -91,22 +91,6 @@ class FileServer:
         return said
 
 
-class FileAnswers:
-    """A file server on a line without a clock."""
-
-    def __init__(self, server: FileServer) -> None:
-        self._server = server
-        self._said: list[Message] = []
-
-    def take(self, received: Message) -> None:
-        if received.name == "FILE_TRANSFER_PROTOCOL":
-            self._said += self._server(received)
-
-    def answers(self) -> tuple[Message, ...]:
-        said, self._said = tuple(self._said), []
-        return said
-
-
 class Px4Files(FileServer):
     """One session, of whoever; a number that was answered last is answered the same again."""
 

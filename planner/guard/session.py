@@ -42,7 +42,7 @@ from planner.guard.decision import (
 )
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
-from planner.link.mission import ListIdRequest, MissionDownload, MissionKind
+from planner.link.mission import ListIdRequest, MissionKind
 from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot
 from planner.link.telemetry import BatteryState
 from planner.link.transfers import REQUEST_MESSAGE, EchoRequest, ParameterHashRequest
@@ -326,18 +326,17 @@ class PartReader:
     def _read_list(self, kind: MissionKind, settings: LinkSettings) -> PartRead:
         if kind in self._lists:
             return self._watch.take_list(kind, self._lists.pop(kind))
-        download = MissionDownload(kind, settings)
         began_s = self._connection.now_s
-        self._connection.run(download)
+        items, list_id = self._link.fetch_list(kind, settings)
         took_s = self._connection.now_s - began_s
-        round_trip_s = took_s / (1 + len(download.items))
+        round_trip_s = took_s / (1 + len(items or ()))
         self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
-        self._ids[kind] = download.list_id
-        if self._has_echo is None and download.list_id:
+        self._ids[kind] = list_id
+        if self._has_echo is None and list_id:
             echo = EchoRequest(self._settings, retries=_RETRIES)
             self._connection.run(echo)
             self._has_echo = echo.answer is not None
-        return self._watch.take_list(kind, download.items if download.is_supported else None)
+        return self._watch.take_list(kind, items)
 
     def _read_parameters(self, settings: LinkSettings) -> PartRead:
         if self._parameters is not None:

@@ -87,8 +87,10 @@ class FileError(IntEnum):
     """Why something is refused, as far as it is acted upon."""
 
     FAIL = 1
+    INVALID_SESSION = 4
     NO_SESSIONS = 5
     END_OF_FILE = 6
+    NOT_FOUND = 10
 
 
 class FilePacket(Value):
@@ -112,13 +114,13 @@ class FilePacket(Value):
         return self.content[0] if self.content else 0
 
 
-def read_packet(received: Message) -> FilePacket | None:
-    """Return what a message holds; ``None`` where it is no answer of the file protocol."""
+def read_packet(received: Message, *, answers: bool = True) -> FilePacket | None:
+    """Return what a message holds; ``None`` where it is no answer of the file protocol, or no request."""
     if received.name != _NAME:
         return None
     payload = bytes(received["payload"]).ljust(251, b"\0")
     number, session, operation, size, answered, last, offset = _HEAD.unpack_from(payload)
-    if operation not in {Operation.ACK, Operation.NAK}:
+    if answers != (operation in {Operation.ACK, Operation.NAK}):
         return None
     content = payload[_HEAD.size : _HEAD.size + min(size, MOST_CONTENT)]
     return FilePacket(
@@ -133,13 +135,18 @@ def read_packet(received: Message) -> FilePacket | None:
     )
 
 
-def packet_message(packet: FilePacket) -> Message:
-    """Return a request as a message."""
-    size = packet.size or len(packet.content)
+def packet_message(packet: FilePacket, **target: int) -> Message:
+    """Return a request or an answer as a message, perhaps to a target."""
     head = _HEAD.pack(
-        packet.number & 0xFFFF, packet.session, packet.operation, size, 0, 0, packet.offset
+        packet.number & 0xFFFF,
+        packet.session,
+        packet.operation,
+        packet.size or len(packet.content),
+        packet.answered,
+        packet.is_last,
+        packet.offset,
     )
-    return message(_NAME, payload=(head + packet.content).ljust(251, b"\0"))
+    return message(_NAME, payload=(head + packet.content).ljust(251, b"\0"), **target)
 
 
 class FileNumbers:
@@ -174,6 +181,8 @@ _REOPENINGS = 8
 """How often a file is opened again without a byte of it; PX4 and ArduPilot close what is idle."""
 _BETWEEN_FILES = 0x800
 """Numbers left out before a file: more than one burst of ArduPilot's takes (2000)."""
+_MOST_MADE_UP = 1 << 20
+"""A longer file that a vehicle makes up is not believed. [B]"""
 _LATE_PACKETS = 0x4000
 """An answer that so many others have overtaken is none: a quarter of the numbers, 8 bursts of ArduPilot's."""
 _BUSY = frozenset({FileError.FAIL, FileError.NO_SESSIONS})
@@ -291,7 +300,10 @@ class FolderListing(_PathTransfer):
 
 
 class FileDownload(_PathTransfer):
-    """One file by its path, from where it is there already [B]; each piece is written in its order."""
+    """One file by its path, from where it is there already [B]; each piece is written in its order.
+
+    A file without a size is made up by the vehicle as it is read: its end is where nothing more comes.
+    """
 
     def __init__(
         self,
@@ -300,8 +312,14 @@ class FileDownload(_PathTransfer):
         write: Callable[[bytes], None],
         settings: LinkSettings,
         numbers: FileNumbers,
+        *,
+        retries: int | None = None,
+        has_size: bool = True,
     ) -> None:
-        super().__init__(path, settings, numbers, leaving=_BETWEEN_FILES)
+        super().__init__(path, settings, numbers, retries=retries, leaving=_BETWEEN_FILES)
+        self._has_size = has_size
+        self._asked: tuple[int, int] | None = None
+        """Number and offset of the latest request for a piece."""
         self._start = start
         self._write = write
         self._is_open = False
@@ -313,7 +331,10 @@ class FileDownload(_PathTransfer):
     @property
     def progress(self) -> tuple[int, int | None]:
         """Bytes so far, and how many there are."""
-        return (0, None) if self._stream is None else (self._stream.offset, self._stream.size)
+        if self._stream is None:
+            return 0, None
+        is_known = self._has_size or self.is_done
+        return self._stream.offset, self._stream.size if is_known else None
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; `FileRefusedError` where the file cannot be read."""
@@ -341,7 +362,16 @@ class FileDownload(_PathTransfer):
         gap = stream.gap()
         operation = Operation.BURST_READ_FILE if gap is None else Operation.READ_FILE
         size = min(gap or MOST_CONTENT, MOST_CONTENT)
-        return (self._request(operation, size=size, offset=stream.offset),)
+        number = self._numbers.following()
+        self._asked = number, stream.offset
+        request = FilePacket(
+            number=number,
+            operation=operation,
+            session=self._session,
+            size=size,
+            offset=stream.offset,
+        )
+        return (packet_message(request),)
 
     def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - as every transfer
         return stalled_file(self._path, *self.progress)
@@ -356,6 +386,7 @@ class FileDownload(_PathTransfer):
         self._session, self._is_open = packet.session, True
         (size,) = struct.unpack_from("<I", packet.content)
         if self._stream is None:
+            size = size if self._has_size else _MOST_MADE_UP
             self._stream = ChunkStream(size, min(self._start, size), self._write)
         return self._go_on(now_s)
 
@@ -363,7 +394,7 @@ class FileDownload(_PathTransfer):
         assert self._stream is not None  # it is made when the file is opened
         if packet.operation == Operation.NAK:
             if packet.error == FileError.END_OF_FILE:
-                return ()  # a burst ran into it; what is missing is asked for again
+                return self._take_end(packet)
             return self._reopen(now_s)  # no longer open, which each autopilot reports in its way
         if self._stream.take(packet.offset, packet.content):
             self._openings = 0
@@ -371,6 +402,18 @@ class FileDownload(_PathTransfer):
             self._timer.sent(now_s)
         is_asked = packet.answered == Operation.READ_FILE or packet.is_last
         return self._requests() if is_asked or self._stream.is_whole else ()
+
+    def _take_end(self, packet: FilePacket) -> tuple[Message, ...]:
+        """Take it that there is nothing: a burst ran into the end, what is missing is asked for again."""
+        assert self._stream is not None  # as above
+        if self._has_size or self._asked is None:
+            return ()
+        number, offset = self._asked
+        if is_after(number, packet.number) or number == packet.number:
+            return ()  # asked again already
+        if packet.number == (number + 1) & 0xFFFF and offset == self._stream.offset:
+            self._stream.size = offset
+        return self._requests()
 
     def _reopen(self, now_s: float) -> tuple[Message, ...]:
         """Open it again, after a while: ArduPilot keeps what is idle for 3 s."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
@@ -114,6 +114,49 @@ class WireItem(Value):
     y: int = 0
     z: float = 0.0
     autocontinue: int = 1
+
+
+LIST_FILES = {
+    MissionKind.MISSION: "@MISSION/mission.dat",
+    MissionKind.FENCE: "@MISSION/fence.dat",
+    MissionKind.RALLY: "@MISSION/rally.dat",
+}
+"""What ArduPilot packs its lists into when they are read (``AP_Filesystem_Mission.cpp``)."""
+LIST_HEAD, LIST_MAGIC = struct.Struct("<HHHHH"), 0x763D
+"""Magic number, MAV_MISSION_TYPE, options, first item, items."""
+PACKED_ITEM = struct.Struct("<4f2if2H6B")
+"""A MISSION_ITEM_INT as it is in its frame."""
+
+
+def read_packed_items(data: bytes, kind: MissionKind) -> tuple[WireItem, ...]:
+    """Return the items of a file that ArduPilot packs a list into; `LinkError` where it is not whole."""
+    number = -1
+    if len(data) >= LIST_HEAD.size:
+        magic, packed_kind, _, start, count = LIST_HEAD.unpack_from(data)
+        if (magic, packed_kind, start) == (LIST_MAGIC, kind, 0):
+            number = count
+    if len(data) != LIST_HEAD.size + number * PACKED_ITEM.size:
+        msg = f"{LIST_FILES[kind]} is not whole: {len(data)} bytes for {max(number, 0)} items"
+        raise LinkError(msg)
+    rows = enumerate(PACKED_ITEM.iter_unpack(data[LIST_HEAD.size :]))
+    return tuple(_packed_item(row, kind, number) for number, row in rows)
+
+
+def _packed_item(row: tuple[Any, ...], kind: MissionKind, number: int) -> WireItem:
+    *params, x, y, z, seq, command, _, _, frame, _, autocontinue, packed_kind = row
+    if seq != number or packed_kind not in {0, kind}:
+        msg = f"{LIST_FILES[kind]} is damaged at item {number}"
+        raise LinkError(msg)
+    names = ("param1", "param2", "param3", "param4")
+    return WireItem(
+        frame=frame,
+        command=command,
+        x=x,
+        y=y,
+        z=z,
+        autocontinue=autocontinue,
+        **dict(zip(names, params, strict=True)),
+    )
 
 
 class MissionDownload(Transfer):

@@ -60,6 +60,48 @@ class WireParameter(Value):
         return self.kind < 9
 
 
+PARAMETER_FILE = "@PARAM/param.pck"
+"""What ArduPilot packs its parameters into when it is read (``AP_Filesystem_Param.cpp``)."""
+PACKED_HEAD, PACKED_MAGIC = struct.Struct("<HHH"), 0x671B
+"""Magic number, parameters in the file, parameters in all."""
+PACKED_KINDS = {1: (2, "<b"), 2: (4, "<h"), 3: (6, "<i"), 4: (9, "<f")}
+"""By ArduPilot's type, MAV_PARAM_TYPE and layout."""
+
+
+def read_packed_parameters(data: bytes) -> tuple[WireParameter, ...]:
+    """Return the parameters of a file that ArduPilot packs them into; `LinkError` where it is not whole."""
+    found: list[WireParameter] = []
+    try:
+        magic, number, total = PACKED_HEAD.unpack_from(data)
+        at, name = PACKED_HEAD.size, b""
+        while at < len(data) and magic == PACKED_MAGIC:
+            if not data[at]:  # a pad before a value that no packet is to cut
+                at += 1
+                continue
+            kind, layout = PACKED_KINDS[data[at]]
+            common, more = data[at + 1] & 15, (data[at + 1] >> 4) + 1
+            name = name[:common] + data[at + 2 : at + 2 + more]
+            at += 2 + more
+            (value,) = struct.unpack_from(layout, data, at)
+            at += struct.calcsize(layout)
+            found.append(
+                WireParameter(
+                    name=name.decode("utf-8", errors="replace"),
+                    value=float(value),
+                    content=struct.pack("<f", value),  # as PARAM_VALUE has it
+                    kind=kind,
+                )
+            )
+    except (struct.error, KeyError, IndexError) as error:
+        msg = f"{PARAMETER_FILE} is damaged after {len(found)} parameters"
+        raise LinkError(msg) from error
+    names = {one.name for one in found}
+    if magic != PACKED_MAGIC or not len(names) == len(found) == number == total:
+        msg = f"{PARAMETER_FILE} holds {len(names)} of {total} parameters"
+        raise LinkError(msg)
+    return tuple(found)
+
+
 class ParameterDownload(Transfer):
     """Every parameter that a vehicle is asked for."""
 

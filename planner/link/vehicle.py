@@ -8,10 +8,10 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.connection import OWN_SYSTEM, Connection, Purpose, uid_text
-from planner.link.files import FileNumbers
-from planner.link.mission import MissionDownload, MissionUpload
-from planner.link.parameters import ParameterDownload
+from planner.link.connection import OWN_SYSTEM, Connection, Purpose, TwoVehiclesError, uid_text
+from planner.link.files import FileDownload, FileNumbers, FileRefusedError
+from planner.link.mission import LIST_FILES, MissionDownload, MissionUpload, read_packed_items
+from planner.link.parameters import PARAMETER_FILE, ParameterDownload, read_packed_parameters
 from planner.link.signing import open_signer
 from planner.link.telemetry import EventRequest, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest, MessageRequests
@@ -48,6 +48,10 @@ _WARNING = 4
 """MAV_SEVERITY_WARNING; greater numbers are less."""
 _NO_MISSION = 1
 """MISSION_STATE."""
+_HAS_FILES = 1 << 5
+"""MAV_PROTOCOL_CAPABILITY_FTP."""
+_FILE_RETRIES = 5
+"""Of a request for a piece of what can be asked for otherwise."""
 _OPTIONAL_RETRIES = 6
 """Of a message that a vehicle may not have."""
 
@@ -91,6 +95,8 @@ class VehicleLink:
         self._on_progress = on_progress
         self._stray = 0
         self._stray_until_s = 0.0
+        self._unpacked: set[str] = set()
+        """Files that the vehicle does not make up."""
         self.file_numbers = FileNumbers(random.randrange(1 << 16))
         """Of the requests of its file protocol."""
         self.connection = Connection(
@@ -117,9 +123,21 @@ class VehicleLink:
 
     def fetch_items(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
         """Return one list of items; ``None`` where the vehicle knows no such list."""
-        download = MissionDownload(kind, self.settings)
+        return self.fetch_list(kind, self.settings)[0]
+
+    def fetch_list(
+        self, kind: MissionKind, settings: LinkSettings
+    ) -> tuple[tuple[WireItem, ...] | None, int]:
+        """Return one list of items, and the vehicle's own number of it; 0 where it has none."""
+        packed = self._fetch_packed(LIST_FILES[kind], kind.label, settings)
+        if packed is not None:
+            try:
+                return read_packed_items(packed, kind), 0
+            except LinkError:
+                self._unpacked.add(LIST_FILES[kind])
+        download = MissionDownload(kind, settings)
         self.run(download, kind.label)
-        return download.items if download.is_supported else None
+        return (download.items if download.is_supported else None), download.list_id
 
     def upload_items(
         self, kind: MissionKind, items: Sequence[WireItem]
@@ -132,9 +150,48 @@ class VehicleLink:
 
     def fetch_parameters(self) -> tuple[WireParameter, ...]:
         """Return every parameter, in the vehicle's order."""
+        packed = self._fetch_packed(PARAMETER_FILE, "parameters", self.settings)
+        if packed is not None:
+            try:
+                return read_packed_parameters(packed)
+            except LinkError:
+                self._unpacked.add(PARAMETER_FILE)
         download = ParameterDownload(self.settings)
         self.run(download, "parameters")
         return download.parameters
+
+    def _fetch_packed(self, path: str, what: str, settings: LinkSettings) -> bytes | None:
+        """Return a file that ArduPilot makes up of what it has: a burst in place of a question for each.
+
+        ``None`` where the vehicle offers none, or it did not come: then each is asked for.
+        """
+        capabilities = self.identity.capabilities or 0
+        if not (self.identity.has_home_slot and capabilities & _HAS_FILES):
+            return None
+        if path in self._unpacked:
+            return None
+        content = bytearray()
+        download = FileDownload(
+            path,
+            0,
+            content.extend,
+            settings,
+            self.file_numbers,
+            retries=min(settings.retries, _FILE_RETRIES),
+            has_size=False,
+        )
+        try:
+            self.connection.run(download, lambda: self._on_progress(what, 0, None))
+        except TwoVehiclesError:
+            raise
+        except FileRefusedError:
+            self._unpacked.add(path)
+        except LinkError:
+            if (
+                not content
+            ):  # nobody answers: the line may have broken, which the next question shows
+                self._unpacked |= {PARAMETER_FILE, *LIST_FILES.values()}
+        return bytes(content) if download.is_done else None
 
     def fetch_state(self, *, is_whole: bool = True) -> VehicleState:
         """Return what the vehicle reports of itself now; each part but its arming may be missing.

@@ -97,7 +97,7 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
 
 
 def make_simulated_wire(vehicle: SimulatedVehicle, request: SimulationRequest) -> SimulatedWire:
-    """Return a vehicle at the end of a line with the faults that are asked for, without files."""
+    """Return a vehicle at the end of a line with the faults that are asked for."""
     key = request.signing_key
     return SimulatedWire(
         vehicle,
@@ -110,17 +110,12 @@ def make_simulated_wire(vehicle: SimulatedVehicle, request: SimulationRequest) -
 def open_simulation(
     vehicle: SimulatedVehicle, request: SimulationRequest, address: LinkAddress
 ) -> tuple[SimulationRunner, SimulatedWire]:
-    """Return a vehicle on a real line, with its files.
+    """Return a vehicle on a real line.
 
-    `LinkError` where the line cannot be opened, `UsageError` where MAVSDK or pymavlink is not installed.
+    `LinkError` where the line cannot be opened, `UsageError` where pymavlink is not installed.
     """
-    from planner.simulator.servers import FileServer
-
     wire = make_simulated_wire(vehicle, request)
-    setup = vehicle.setup
-    files = FileServer(setup.system, setup.component, setup.logs)
-    wire.serve_files(files)
-    return SimulationRunner(wire, address, file_server=files), wire
+    return SimulationRunner(wire, address), wire
 
 
 def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission | None:

@@ -13,7 +13,14 @@ import zlib
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
-from planner.link.mission import MissionKind, MissionResult, WireItem
+from planner.link.mission import (
+    LIST_HEAD,
+    LIST_MAGIC,
+    PACKED_ITEM,
+    MissionKind,
+    MissionResult,
+    WireItem,
+)
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -492,6 +499,18 @@ class MissionServer:
         for kind in kinds:
             self._replace(kind, [])
         return (self._ack(received, MissionResult.ACCEPTED, number),)
+
+    def packed(self, kind: MissionKind) -> bytes:
+        """Return a list as ArduPilot packs it into a file."""
+        items = self.lists[kind]
+        rows = (
+            PACKED_ITEM.pack(
+                *(one.param1, one.param2, one.param3, one.param4, one.x, one.y, one.z),
+                *(number, one.command, 0, 0, one.frame, 0, one.autocontinue, int(kind)),
+            )
+            for number, one in enumerate(items)
+        )
+        return LIST_HEAD.pack(LIST_MAGIC, int(kind), 0, 0, len(items)) + b"".join(rows)
 
     def _replace(self, kind: MissionKind, items: list[WireItem]) -> None:
         before, self._ids[kind] = self._ids[kind], _list_id(items)

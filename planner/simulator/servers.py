@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import math
-import queue
-import tempfile
-import time
 from collections import deque
 from itertools import islice
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.autopilot import Autopilot
-from planner.errors import UsageError
 from planner.link.telemetry import event_number
-from planner.link.wire import Codec, message
+from planner.link.wire import message
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from planner.link.wire import Message
-    from planner.simulator.setup import StoredLog, VehicleSetup
+    from planner.simulator.setup import VehicleSetup
 
 
 NEVER_S = math.inf
@@ -46,78 +41,6 @@ def answer(received: Message, name: str, **fields: Any) -> Message:  # noqa: ANN
     return message(
         name, target_system=received.system, target_component=received.component, **fields
     )
-
-
-_NAME = "FILE_TRANSFER_PROTOCOL"
-_PEERS = frozenset({_NAME, "HEARTBEAT"})
-_BUSY_S = 2.0
-
-
-class FileServer:
-    """The files of a vehicle, served by MAVSDK from a folder that goes when this is closed.
-
-    `UsageError` where MAVSDK is not installed.
-    """
-
-    def __init__(self, system: int, component: int, logs: Sequence[StoredLog]) -> None:
-        try:
-            import mavsdk
-            from mavsdk.plugins.ftp_server import FtpServer
-        except ImportError as error:
-            msg = (
-                "MAVSDK 4 is missing, which serves the files of a simulated vehicle: install it with "
-                "pip install 'mavjoule[link]'"
-            )
-            raise UsageError(msg) from error
-
-        self._folder = tempfile.TemporaryDirectory(prefix="mavjoule-")
-        root = Path(self._folder.name)
-        for log in logs:
-            path = root / log.path.lstrip("/")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(log.content)
-        self._sent: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._codecs: dict[tuple[int, int], Codec] = {}
-        self._decoder = Codec(0, 0)
-        self._busy_until_s = 0.0
-        mavsdk.log_subscribe(lambda *_: True)  # it would talk to standard error
-        self._mavsdk: Any = mavsdk.Mavsdk(
-            mavsdk.Configuration.create_manual(system, component, always_send_heartbeats=False)
-        )
-        self._mavsdk.add_any_connection("raw://")
-        self._handle = self._mavsdk.subscribe_raw_bytes_to_be_sent(self._sent.put)
-        self._server: Any = FtpServer(self._mavsdk.server_component(0))
-        self._server.set_root_dir(str(root))
-
-    @property
-    def is_busy(self) -> bool:
-        """Whether an answer may still come."""
-        return time.monotonic() < self._busy_until_s
-
-    def take(self, received: Message) -> None:
-        """Take a message of a ground station, of any kind."""
-        if received.name not in _PEERS:
-            return
-        sender = received.system, received.component
-        if sender not in self._codecs:
-            self._codecs[sender] = Codec(*sender)
-        if received.name == _NAME:
-            self._busy_until_s = time.monotonic() + _BUSY_S
-        self._mavsdk.pass_received_raw_bytes(self._codecs[sender].encode(received))
-
-    def answers(self) -> tuple[Message, ...]:
-        """Return its answers about files; its heartbeats are the vehicle's matter."""
-        found: list[Message] = []
-        while not self._sent.empty():
-            found += self._decoder.decode(self._sent.get())
-        return tuple(one for one in found if one.name == _NAME)
-
-    def close(self) -> None:
-        """Stop serving and remove the folder."""
-        self._server.destroy()
-        self._mavsdk.unsubscribe_raw_bytes_to_be_sent(self._handle)
-        self._mavsdk.destroy()
-        self._folder.cleanup()
 
 
 _CHUNK = 90

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import struct
 import zlib
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.link.mission import home_row, lists_of_mission
+from planner.link.parameters import PACKED_HEAD, PACKED_KINDS, PACKED_MAGIC
 from planner.link.telemetry import AUTOPILOTS, VehicleIdentity
 from planner.link.wire import message
 from planner.mission.items import Home
@@ -42,6 +44,8 @@ class Misbehaviour(Value):
 
     count_error: int = 0
     """Added to every MISSION_COUNT that it sends."""
+    has_files: bool = True
+    """Whether it knows the file protocol."""
     has_twin: bool = False
     """Whether a second vehicle with the same system id, but another uid, is on the line."""
     rejection: str = ""
@@ -242,6 +246,28 @@ def make_parameters(
         known = found.get(name, VehicleParameter(name=name, value=value))
         found[name] = replace(known, value=value)
     return tuple(found[name] for name in sorted(found))
+
+
+_PACKET = 239
+"""A value is never cut by the end of a packet that is read. [B]"""
+
+
+def packed_parameters(parameters: tuple[VehicleParameter, ...]) -> bytes:
+    """Return the parameters as ArduPilot packs them into a file."""
+    kinds = {kind: (number, layout) for number, (kind, layout) in PACKED_KINDS.items()}
+    count, before = len(parameters), b""
+    content = bytearray(PACKED_HEAD.pack(PACKED_MAGIC, count, count))
+    for one in parameters:
+        name, (number, layout) = one.name.encode(), kinds[one.kind]
+        same = takewhile(lambda pair: pair[0] == pair[1], zip(name, before, strict=False))
+        common = min(sum(1 for _ in same), len(name) - 1)
+        size = struct.calcsize(layout)
+        over = (len(content) + 2 + len(name) - common + size) % _PACKET
+        content += bytes(size - over if 0 < over < size else 0)
+        content += bytes([number, common | (len(name) - common - 1) << 4]) + name[common:]
+        content += struct.pack(layout, one.value if layout == "<f" else int(one.value))
+        before = name
+    return bytes(content)
 
 
 def parameter_values(parameters: Iterable[VehicleParameter]) -> dict[str, float]:

@@ -37,6 +37,8 @@ _CAPABILITIES: Mapping[Autopilot, int] = {
     Autopilot.PX4: 0xE02F | 1 << 4,
     Autopilot.ARDUPILOT: 0xE02F | 1 << 17,
 }
+_FILES = 1 << 5
+"""MAV_PROTOCOL_CAPABILITY_FTP."""
 _RELEASE = 255
 """FIRMWARE_VERSION_TYPE_OFFICIAL."""
 _SENSORS = 0b10_1111
@@ -243,7 +245,8 @@ def _autopilot_version(at: Situation) -> Message:
     major, minor, patch = at.setup.version
     return message(
         "AUTOPILOT_VERSION",
-        capabilities=_CAPABILITIES[at.setup.autopilot],
+        capabilities=_CAPABILITIES[at.setup.autopilot]
+        & (-1 if at.setup.misbehaviour.has_files else ~_FILES),
         flight_sw_version=major << 24 | minor << 16 | patch << 8 | _RELEASE,
         flight_custom_version=[0] * 8,
         middleware_custom_version=[0] * 8,

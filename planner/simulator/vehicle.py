@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.link.mission import MissionKind, mission_of_lists
+from planner.link.mission import LIST_FILES, MissionKind, mission_of_lists
+from planner.link.parameters import PARAMETER_FILE
 from planner.link.wire import message
 from planner.mission.items import Mission
 from planner.simulator.arming import Arming, ArmingState, rejection
+from planner.simulator.files import FileServer
 from planner.simulator.flown import FlownMission, FlownState
 from planner.simulator.missions import MissionServer
 from planner.simulator.servers import NEVER_S, EventServer, LogServer, ParameterServer
+from planner.simulator.setup import packed_parameters
 from planner.simulator.telemetry import Situation, TelemetryServer
 
 if TYPE_CHECKING:
@@ -64,6 +68,20 @@ class SimulatedVehicle:
             self._events,
             self._telemetry,
         )
+        if setup.misbehaviour.has_files:
+            self._servers += (FileServer(setup.autopilot, self._files()),)
+
+    def _files(self) -> dict[str, Callable[[], bytes]]:
+        """Return its files by path: logs, and what ArduPilot makes up of what it holds."""
+        files: dict[str, Callable[[], bytes]] = {
+            log.path: partial(bytes, log.content) for log in self.setup.logs
+        }
+        if self.setup.autopilot is Autopilot.PX4:
+            return files
+        files[PARAMETER_FILE] = partial(packed_parameters, self.setup.parameters)
+        for kind, path in LIST_FILES.items():
+            files[path] = partial(self.missions.packed, kind)
+        return files
 
     @property
     def acts(self) -> deque[Message]:

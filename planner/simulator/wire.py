@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from planner.link.address import LinkAddress
     from planner.link.signing import Signer
     from planner.link.wire import Message, VehicleLine
-    from planner.simulator.servers import FileServer
     from planner.simulator.setup import VehicleSetup
     from planner.simulator.vehicle import Predict
 
@@ -60,7 +59,6 @@ class SimulatedWire:
         if vehicle.setup.misbehaviour.has_twin:
             self._vehicles.append(SimulatedVehicle(_twin(vehicle.setup), predict))
         self._faults = faults
-        self._file_server: FileServer | None = None
         self._inwards = Direction(faults.to_vehicle, faults.seed)
         self._outwards = Direction(faults.from_vehicle, faults.seed + 1)
         self._encoders = [
@@ -82,10 +80,6 @@ class SimulatedWire:
         deadlines += [waiting[0][0] for waiting in (self._coming, self._going) if waiting]
         return min(deadlines)
 
-    def serve_files(self, server: FileServer) -> None:
-        """Have MAVFTP answered, which otherwise nobody does."""
-        self._file_server = server
-
     def receive(self, data: bytes, now_s: float, peer: Hashable = None) -> None:
         """Take bytes of a ground station; what comes of them is sent when it is `due`."""
         for received in self._decoders.decode(data, peer):
@@ -103,9 +97,6 @@ class SimulatedWire:
             if vehicle.deadline_s <= now_s:
                 for sent in vehicle.expire(now_s):
                     self._send(sent, index, now_s)
-        if self._file_server is not None:
-            for sent in self._file_server.answers():
-                self._send(sent, 0, now_s)
         arrived = []
         while self._going and self._going[0][0] <= now_s:
             arrived.append(heapq.heappop(self._going)[2])
@@ -116,8 +107,6 @@ class SimulatedWire:
         for index, vehicle in enumerate(self._vehicles):
             for sent in vehicle.feed(received, now_s):
                 self._send(sent, index, now_s)
-        if self._file_server is not None:
-            self._file_server.take(received)
 
     def _send(self, sent: Message, index: int, now_s: float) -> None:
         self._note(sent, now_s, is_to_vehicle=False)
@@ -230,29 +219,19 @@ class TcpServerLine:
 
 _LONGEST_WAIT_S = 0.1
 """Until it is seen that somebody wants it to stop. [s]"""
-_FILES_WAIT_S = 0.003
-"""Files are served by a thread of MAVSDK's: it is asked this often while it may answer. [s]"""
 
 
 class SimulationRunner:
-    """Keeps a simulated vehicle speaking on its end of a line; closes the file server with it.
+    """Keeps a simulated vehicle speaking on its end of a line.
 
     `LinkError` where the line cannot be opened.
     """
 
-    def __init__(
-        self, wire: SimulatedWire, address: LinkAddress, *, file_server: FileServer | None = None
-    ) -> None:
+    def __init__(self, wire: SimulatedWire, address: LinkAddress) -> None:
         self._wire = wire
-        self._file_server = file_server
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        try:
-            self._line = _open(address)
-        except BaseException:
-            if file_server is not None:
-                file_server.close()
-            raise
+        self._line = _open(address)
 
     def __enter__(self) -> SimulationRunner:
         """Speak in a thread."""
@@ -283,17 +262,12 @@ class SimulationRunner:
             self._thread.join()
             self._thread = None
         self._line.close()
-        if self._file_server is not None:
-            self._file_server.close()
-            self._file_server = None
 
     def _turn(self) -> None:
         now_s = self._line.now_s()
         for frame in self._wire.due(now_s):
             self._line.send(frame)
-        is_serving = self._file_server is not None and self._file_server.is_busy
-        longest_s = _FILES_WAIT_S if is_serving else _LONGEST_WAIT_S
-        wait_s = min(max(self._wire.deadline_s - now_s, 0.0), longest_s)
+        wait_s = min(max(self._wire.deadline_s - now_s, 0.0), _LONGEST_WAIT_S)
         for peer, data in self._line.receive(wait_s):
             self._wire.receive(data, self._line.now_s(), peer)
 

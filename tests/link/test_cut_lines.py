@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from file_servers import ArdupilotFiles, FileAnswers, Px4Files
 from made_missions import mission, rtl, takeoff, waypoint
 from simulated_vehicles import memory_line, out_and_back, vehicle
 
@@ -39,12 +38,7 @@ def _content(autopilot: Autopilot) -> bytes:
 
 
 def _line(autopilot: Autopilot, faults: str, *, has_files: bool = False) -> MemoryLine:
-    line = memory_line(autopilot, faults)
-    if has_files:
-        made = Px4Files if autopilot is PX4 else ArdupilotFiles
-        (log,) = vehicle(autopilot).setup.logs
-        line._wire.serve_files(FileAnswers(made({log.path: log.content})))  # type: ignore[arg-type] # as one
-    return line
+    return memory_line(autopilot, faults if has_files else f"{faults},no-files")
 
 
 @pytest.fixture

@@ -6,9 +6,8 @@ import threading
 from typing import TYPE_CHECKING
 
 import pytest
-from file_servers import ArdupilotFiles, FileAnswers, Px4Files
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from simulated_vehicles import memory_line, vehicle
+from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
 from planner.cli.main import main
@@ -72,9 +71,6 @@ class _Recorded:
 def _recorded(autopilot: Autopilot, faults: str = "loss=10%", until_s: float = 900.0) -> _Recorded:
     authoriser = 245 if autopilot is PX4 else None
     line = memory_line(autopilot, faults, authoriser=authoriser)
-    made = vehicle(autopilot).setup.logs[0]
-    server = (Px4Files if autopilot is PX4 else ArdupilotFiles)({made.path: made.content})
-    line._wire.serve_files(FileAnswers(server))  # type: ignore[arg-type] # as one
     line._wire.vehicle.arm_at(30.0, retry_s=15.0)
     return _Recorded(line, until_s)
 

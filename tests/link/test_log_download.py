@@ -117,10 +117,9 @@ def test_a_log_of_20_mb_comes_whole_though_the_numbers_of_its_pieces_wrap() -> N
     large = random.Random(4).randbytes(20_000_000)
     numbers, written = FileNumbers(60_000), bytearray()
     download = _download("/log/a.bin", written, numbers)
-    payload_at = {  # what ArduPilot answers, without the objects of its server: those take seconds
-        Operation.OPEN_FILE_RO: lambda _: [
-            (large[:0] + len(large).to_bytes(4, "little"), 0, False)
-        ],
+    # What ArduPilot answers, without the objects of its server: those take seconds.
+    payload_at: dict[Operation, Callable[[int], list[tuple[bytes, int, bool]]]] = {
+        Operation.OPEN_FILE_RO: lambda _: [(len(large).to_bytes(4, "little"), 0, False)],
         Operation.BURST_READ_FILE: lambda start: [
             (large[at : at + 239], at, at == start + 1999 * 239)
             for at in range(start, min(start + 2000 * 239, len(large)), 239)
