@@ -32,7 +32,7 @@ def _reader(
     autopilot: Autopilot, *, is_known: bool = False
 ) -> tuple[PartReader, VehicleWatch, list[PassedMessage]]:
     """Return a reader, what it reads into, and what is sent to the vehicle."""
-    line = memory_line(autopilot)
+    line = memory_line(autopilot, "no-files")
     link = VehicleLink(line, name="simulated")
     watch = VehicleWatch(link.identity, own_system=245)
     known = read_vehicle(link) if is_known else None
