@@ -238,6 +238,18 @@ class Gate:
         return number in MESSAGES[self.purpose]
 
 
+_RECEIVED = frozenset(
+    {
+        *("HEARTBEAT", "AUTOPILOT_VERSION", "COMMAND_ACK", "COMMAND_LONG", "STATUSTEXT"),
+        *("SYS_STATUS", "BATTERY_STATUS", "EXTENDED_SYS_STATE", "HOME_POSITION", "TIMESYNC"),
+        *("GLOBAL_POSITION_INT", "WIND", "WIND_COV", "EVENT", "CURRENT_EVENT_SEQUENCE"),
+        *("MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK", "MISSION_REQUEST"),
+        *("MISSION_REQUEST_INT", "MISSION_CLEAR_ALL", "MISSION_WRITE_PARTIAL_LIST"),
+        *("MISSION_CURRENT", "PARAM_VALUE", "PARAM_SET"),
+        *("FILE_TRANSFER_PROTOCOL", "LOG_ENTRY", "LOG_DATA"),
+    }
+)
+"""What is looked at; of all that vehicles send, most is something else."""
 OWN_SYSTEM, OWN_COMPONENT = 245, 190
 """A ground station of its own: 255 is usually the pilot's, whose absence ArduPilot acts upon."""
 _HEARTBEAT_S = 1.0
@@ -271,7 +283,7 @@ class Connection:
         self._settings = settings
         self.own_system = own_system
         self._encoder = Codec(own_system, OWN_COMPONENT, signer)
-        self._decoders = Decoders(own_system, OWN_COMPONENT, signer)
+        self._decoders = Decoders(own_system, OWN_COMPONENT, signer, used=_RECEIVED)
         self._next_heartbeat_s = line.now_s()
         self._watch = HeartbeatWatch(system)
         self._vehicle: VehicleIdentity | None = None
@@ -339,12 +351,13 @@ class Connection:
                 f"{missing} that is signed by the key: {refused} other messages were refused; does the "
                 "vehicle have this key (--signing-key), and is the clock of this computer right?"
             )
-        if self._bytes and not self._messages:
+        heard = self._messages + self._decoders.skipped
+        if self._bytes and not heard:
             return (
                 f"{missing}: {self._bytes} bytes came, but no MAVLink; is the speed of the line right "
                 "(--baud, of telemetry radios 57600, of USB and companions often 115200 or 921600)?"
             )
-        if self._messages:
+        if heard:
             return f"{missing}: only ground stations and other devices were heard; {_TO_TRY}"
         return f"{missing}: {_TO_TRY}"
 

@@ -85,6 +85,12 @@ _MOST_DATAGRAMS, _MOST_BYTES = 256, 1 << 16
 """Taken at a time; what is left waits in the system's own buffer, which is bounded.  Garbage takes
 1.4 µs a byte, so that a flood never keeps a heartbeat or an answer waiting for more than 0.2 s."""
 _CONNECT_S = 5.0
+_KEPT_BYTES = 1 << 22
+"""For some 30 s of a busy vehicle; of 208 kB, the usual buffer, 700 messages were lost in 30 s. [B]"""
+RECONNECT_S = 10.0
+"""So long a stream that broke is made again: what restarts between here and there takes seconds. [s]"""
+_AGAIN_S = 0.5
+"""Between two attempts. [s]"""
 _SLICE_S = 0.02
 """So long a serial port is waited for at a time: to change it, pyserial sets the port up again. [s]"""
 
@@ -129,12 +135,19 @@ class _Clocked:
         return time.monotonic()
 
 
+def _enlarge(one: socket.socket) -> None:
+    """Have the system keep what comes while this program is busy, as much as it allows."""
+    with suppress(OSError):
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KEPT_BYTES)
+
+
 class UdpLine(_Clocked):
     """Datagrams; a listening line answers whoever spoke to it."""
 
     def __init__(self, address: LinkAddress) -> None:
         family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        _enlarge(self._socket)
         self._named: Any = None
         """The other side, where the address names one."""
         self._heard: dict[Any, None] = {}
@@ -189,40 +202,48 @@ class UdpLine(_Clocked):
 
 
 class TcpLine(_Clocked):
-    """A stream; a listening line waits for the vehicle to connect."""
+    """A stream; a listening line waits for the vehicle to connect.
+
+    A stream that breaks is made again, for some time: what was under way is asked for again.
+    """
 
     def __init__(self, address: LinkAddress) -> None:
+        self._place = (address.host, address.port)
         self._listener: socket.socket | None = None
         self._stream: socket.socket | None = None
+        self._broken_s: float | None = None
+        """Since when nothing has come, once the stream broke. [s]"""
         if address.kind is LinkKind.TCP_LISTEN:
             family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
-            self._listener = socket.create_server((address.host, address.port), family=family)
+            self._listener = socket.create_server(self._place, family=family)
         else:
-            place = (address.host, address.port)
-            self._stream = socket.create_connection(place, timeout=_CONNECT_S)
-            self._stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._stream = self._connected(_CONNECT_S)
 
     def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
         """Return what has come, once somebody is connected."""
+        if self._stream is None and self._listener is None:
+            self._connect_again(timeout_s)
+            return []
         waited_on = self._stream or self._listener
         assert waited_on is not None
         if not select.select([waited_on], [], [], max(timeout_s, 0.0))[0]:
+            self._refuse_absence()
             return []
         if self._stream is None:
             assert self._listener is not None
             self._stream, _ = self._listener.accept()
             self._stream.settimeout(_CONNECT_S)
+            _enlarge(self._stream)
             return []
         try:
             data = self._stream.recv(_CHUNK)
         except OSError as error:
-            raise _broken(error) from error
+            self._break(error)
+            return []
         if not data:
-            msg = (
-                "the other side closed the line: is the vehicle, or its simulator, still running, and "
-                "has it another ground station where it takes one only?"
-            )
-            raise LinkError(msg)
+            self._break(None)
+            return []
+        self._broken_s = None
         return [(None, data)]
 
     def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one peer
@@ -232,13 +253,51 @@ class TcpLine(_Clocked):
         try:
             self._stream.sendall(data)
         except OSError as error:
-            raise _broken(error) from error
+            self._break(error)
 
     def close(self) -> None:
         """Close the sockets."""
         for one in (self._stream, self._listener):
             if one is not None:
                 one.close()
+
+    def _connected(self, timeout_s: float) -> socket.socket:
+        stream = socket.create_connection(self._place, timeout=timeout_s)
+        stream.settimeout(_CONNECT_S)
+        stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        _enlarge(stream)
+        return stream
+
+    def _break(self, error: OSError | None) -> None:
+        """Leave a stream that broke; `LinkError` where none has brought anything for too long."""
+        assert self._stream is not None  # it has just been used
+        self._stream.close()
+        self._stream = None
+        if self._broken_s is None:
+            self._broken_s = self.now_s()
+        self._refuse_absence(error)
+
+    def _connect_again(self, timeout_s: float) -> None:
+        began_s = self.now_s()
+        if self._broken_s is None:
+            self._broken_s = began_s
+        try:
+            self._stream = self._connected(min(max(timeout_s, _SLICE_S), _CONNECT_S))
+        except OSError as error:
+            self._refuse_absence(error)
+            time.sleep(min(max(timeout_s - (self.now_s() - began_s), 0.0), _AGAIN_S))
+
+    def _refuse_absence(self, error: OSError | None = None) -> None:
+        if self._broken_s is None or self.now_s() - self._broken_s < RECONNECT_S:
+            return
+        self._broken_s = None  # whoever calls again may want to put back what the vehicle had
+        if error is not None:
+            raise _broken(error) from error
+        msg = (
+            "the other side closed the line: is the vehicle, or its simulator, still running, and "
+            "has it another ground station where it takes one only?"
+        )
+        raise LinkError(msg)
 
 
 class SerialLine(_Clocked):
@@ -426,15 +485,87 @@ def load_dialect() -> ModuleType:
     return dialect
 
 
-class Codec:
-    """Encodes for one sender, decodes one stream of bytes; signed where there is a signer."""
+_MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
+_SIGNED, _SIGNATURE = 1, 13
 
-    def __init__(self, system: int, component: int, signer: Signer | None = None) -> None:
+
+class FrameFilter:
+    """Leaves frames of other messages than those used out of a stream: decoding is what takes time.
+
+    Only a frame that another one follows at once is left out; whatever else looks like one is decoded.
+    """
+
+    def __init__(self, used: frozenset[int]) -> None:
+        self._used = used
+        self._rest = b""
+        self.skipped = 0
+        """Frames left out so far."""
+
+    def take(self, data: bytes) -> bytes:
+        """Return what is to be decoded of these bytes, and of those kept before."""
+        data = self._rest + data
+        kept = bytearray()
+        at = 0
+        while at < len(data):
+            number, size = _frame(data, at)
+            if size == 0:  # not the beginning of a frame
+                kept.append(data[at])
+                at += 1
+                continue
+            end = at + size
+            if end > len(data):
+                break
+            is_followed = end == len(data) or data[end] in {_MAGIC_1, _MAGIC_2}
+            if number in self._used or not is_followed:
+                kept += data[at:end]
+            else:
+                self.skipped += 1
+            at = end
+        self._rest = data[at:]
+        return bytes(kept)
+
+
+def _frame(data: bytes, at: int) -> tuple[int, int]:
+    """Return number of the message and size of a frame; no size where none begins, too much of a part."""
+    left = len(data) - at
+    if data[at] == _MAGIC_2:
+        if left < 10:
+            return 0, left + 1
+        signature = _SIGNATURE if data[at + 2] & _SIGNED else 0
+        return int.from_bytes(data[at + 7 : at + 10], "little"), 12 + data[at + 1] + signature
+    if data[at] == _MAGIC_1:
+        return (data[at + 5], 8 + data[at + 1]) if left >= 6 else (0, left + 1)
+    return 0, 0
+
+
+@cache
+def _numbers(names: frozenset[str]) -> frozenset[int]:
+    """Return the numbers of messages by their names."""
+    dialect = load_dialect()
+    named = {kind.msgname: number for number, kind in dialect.mavlink_map.items()}
+    return frozenset(named[name] for name in names)
+
+
+class Codec:
+    """Encodes for one sender, decodes one stream of bytes; signed where there is a signer.
+
+    Of a stream, others than the used messages are left out where these are named.
+    """
+
+    def __init__(
+        self,
+        system: int,
+        component: int,
+        signer: Signer | None = None,
+        *,
+        used: frozenset[str] | None = None,
+    ) -> None:
         self._dialect = load_dialect()
         self._signer = signer
         self._encoder = self._dialect.MAVLink(None, srcSystem=system, srcComponent=component)
         self.refused = 0
         """Frames that were not signed, or not by the key, or not new."""
+        self.filter = None if used is None else FrameFilter(_numbers(used))
         self._decoder = self._new_decoder()
 
     def encode(self, sent: Message, *, target: tuple[int, int] = (0, 0)) -> bytes:
@@ -458,7 +589,7 @@ class Codec:
         """Return the messages that are complete with these bytes; what is none is passed over."""
         decoder = self._decoder
         try:
-            found = decoder.parse_buffer(data) or []
+            found = decoder.parse_buffer(data if self.filter is None else self.filter.take(data))
         except (self._dialect.MAVError, struct.error, ValueError, IndexError, TypeError):
             self._decoder = self._new_decoder()  # nothing of it is worth keeping
             return []
@@ -467,7 +598,7 @@ class Codec:
         decoder.buf_index = 0
         return [
             self._message(one)
-            for one in found
+            for one in found or ()
             if one.get_type() != "BAD_DATA"
             and not one.get_type().startswith("UNKNOWN")
             and self._is_proven(bytes(one.get_msgbuf()))
@@ -504,14 +635,26 @@ class Codec:
 class Decoders:
     """Decoders of one line's senders, whose frames may be interleaved; the latest `MOST_PEERS` are kept."""
 
-    def __init__(self, system: int, component: int, signer: Signer | None = None) -> None:
-        self._new = partial(Codec, system, component, signer)
+    def __init__(
+        self,
+        system: int,
+        component: int,
+        signer: Signer | None = None,
+        *,
+        used: frozenset[str] | None = None,
+    ) -> None:
+        self._new = partial(Codec, system, component, signer, used=used)
         self._of: dict[Hashable, Codec] = {}
 
     @property
     def refused(self) -> int:
         """Frames that were not signed, or not by the key, or not new, of the senders kept."""
         return sum(one.refused for one in self._of.values())
+
+    @property
+    def skipped(self) -> int:
+        """Frames of messages that are not used, of the senders kept."""
+        return sum(one.filter.skipped for one in self._of.values() if one.filter is not None)
 
     def decode(self, data: bytes, peer: Hashable) -> list[Message]:
         """Return the messages of a sender that are complete with these bytes."""

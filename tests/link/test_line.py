@@ -12,15 +12,17 @@ from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
+from made_missions import mission, rtl, takeoff, waypoint
 from simulated_vehicles import free_port, request, vehicle, wire
 from virtual_vehicle import VirtualLine, VirtualVehicle
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
 from planner.link.address import LinkAddress, LinkKind, read_address
-from planner.link.connection import Connection
+from planner.link.connection import Connection, Purpose
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
+from planner.link.upload import is_same, upload_mission
 from planner.link.vehicle import LinkRequest, VehicleLink, open_link
 from planner.link.wire import Codec, message, open_line, opening_error
 from planner.service.simulation import open_simulation
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.link.wire import Message, VehicleLine
+    from planner.simulator.wire import PassedMessage, SimulatedWire
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
@@ -103,7 +106,7 @@ def test_everything_comes_over_a_serial_line(
         fetched = fetch_logs(LinkRequest(address=ours), is_all=True, folder=tmp_path)
     (log,) = vehicle(autopilot).setup.logs
     assert fetched.downloaded[0].path.read_bytes() == log.content
-    assert fetched.downloaded[0].is_confirmed  # by the checksum of MAVSDK's server
+    assert fetched.downloaded[0].is_confirmed  # by the checksum of its server
 
 
 def _use(line: VehicleLine) -> None:
@@ -148,15 +151,64 @@ def test_a_vehicle_may_connect_to_us_over_tcp(autopilot: Autopilot) -> None:
     assert [item.command for item in items or ()][-4:] == [22, 16, 16, 20]
 
 
-def test_a_vehicle_that_hangs_up_ends_the_transfer_at_once() -> None:
+def _tcp() -> tuple[LinkAddress, LinkAddress]:
+    """Return the addresses of a vehicle that listens, and of who calls it."""
     port = free_port(socket.SOCK_STREAM)
     theirs = LinkAddress(kind=LinkKind.TCP_LISTEN, host="127.0.0.1", port=port)
-    ours = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
+    return theirs, LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
+
+
+def test_a_vehicle_that_hangs_up_for_good_ends_the_transfer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("planner.link.wire.RECONNECT_S", 0.3)
+    theirs, ours = _tcp()
     runner = SimulationRunner(wire(PX4), theirs)
     with runner, open_link(LinkRequest(address=ours)) as link:
         runner.close()
         with pytest.raises(LinkError, match=r"closed the line|the line broke"):
             link.fetch_items(MissionKind.MISSION)
+
+
+def _hang_up(runner: SimulationRunner, made: SimulatedWire, name: str, count: int) -> None:
+    """Have the line of everyone break with the n-th message of a name."""
+    left = [count]
+
+    def hear(passed: PassedMessage) -> None:
+        left[0] -= passed.message.name == name
+        if not left[0]:
+            left[0] = -1
+            for stream in runner._line._streams:  # type: ignore[attr-defined] # a server's
+                stream.shutdown(socket.SHUT_RDWR)
+
+    made.on_message = hear
+
+
+@BOTH
+def test_a_stream_that_breaks_is_made_again_and_the_transfer_goes_on(autopilot: Autopilot) -> None:
+    theirs, ours = _tcp()
+    made = wire(autopilot, "no-files")
+    runner = SimulationRunner(made, theirs)
+    with runner, open_link(LinkRequest(address=ours)) as link:
+        _hang_up(runner, made, "MISSION_ITEM_INT", 2)
+        items = link.fetch_items(MissionKind.MISSION)
+    assert [item.command for item in items or ()][-4:] == [22, 16, 16, 20]
+
+
+def test_an_upload_whose_stream_breaks_for_a_while_leaves_the_old_mission_or_the_new(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It breaks for longer than the transfer waits: the old mission is put back by another stream."""
+    monkeypatch.setattr("planner.link.wire.RECONNECT_S", 0.0)
+    theirs, ours = _tcp()
+    made = wire(Autopilot.ARDUPILOT)
+    before = {kind: list(items) for kind, items in made.vehicle.missions.lists.items()}
+    runner = SimulationRunner(made, theirs)
+    with runner, open_link(LinkRequest(address=ours), purpose=Purpose.UPLOAD) as link:
+        _hang_up(runner, made, "MISSION_ITEM_INT", 2)
+        with pytest.raises(LinkError, match="the old mission is on the vehicle"):
+            upload_mission(link, mission(takeoff(35.0), waypoint(300.0, 35.0), rtl()), listen_s=0.0)
+    assert all(is_same(made.vehicle.missions.lists[kind], before[kind]) for kind in MissionKind)
 
 
 @pytest.mark.parametrize(

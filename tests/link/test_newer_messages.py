@@ -126,3 +126,32 @@ def test_mavsdk_sends_and_reads_the_same_bytes() -> None:
         (read,) = found
         assert (read["seq"], read["total"], read["mission_state"]) == (3, 9, 2)
         assert [read[name] for name in NEWER["MISSION_CURRENT"]] == [11, 2**31, 13]
+
+
+def _stream(*names: str) -> bytes:
+    sender = Codec(1, 1)
+    return b"".join(sender.encode(message(name)) for name in names)
+
+
+@pytest.mark.parametrize("size", [1, 7, 40, 1000])
+def test_what_nobody_looks_at_is_not_decoded_however_the_stream_is_cut(size: int) -> None:
+    data = _stream("ATTITUDE", "HEARTBEAT", "VFR_HUD", "HEARTBEAT", "ATTITUDE")
+    codec = Codec(0, 0, used=frozenset({"HEARTBEAT"}))
+    found = [
+        one
+        for start in range(0, len(data), size)
+        for one in codec.decode(data[start : start + size])
+    ]
+    assert [one.name for one in found] == ["HEARTBEAT", "HEARTBEAT"]
+    assert codec.filter is not None
+    assert codec.filter.skipped == 3
+
+
+def test_garbage_that_looks_like_a_frame_nobody_looks_at_hides_no_message() -> None:
+    """It claims 20 bytes more, which are of the message behind it: no other frame follows it."""
+    garbage = bytes([0xFD, 30, 0, 0, 0, 1, 1, 30, 0, 0]) + b"nothing"
+    codec = Codec(0, 0, used=frozenset({"HEARTBEAT"}))
+    plain = Codec(0, 0)
+    stream = garbage + _stream(*["HEARTBEAT"] * 9)
+    assert [one.name for one in codec.decode(stream)] == [one.name for one in plain.decode(stream)]
+    assert len(codec.decode(_stream("HEARTBEAT"))) == 1
