@@ -74,8 +74,8 @@ _RETRY_S = 10.0
     default="",
     metavar="LIST",
     help="what goes wrong: loss=20%,duplication=,reordering=,delay=S,garbage=,truncation= (-in or "
-    "-out for one way), silence=K[:S] after K messages, count=+2, twin, no-files, reject=TEXT, event=NAME, "
-    "seed=N",
+    "-out for one way), silence=K[:S] after K messages, count=+2, twin, no-files, no-terrain, reject=TEXT, "
+    "event=NAME, seed=N",
 )
 @path_option(
     "--log",

@@ -62,6 +62,8 @@ class WireParameter(Value):
 
 PARAMETER_FILE = "@PARAM/param.pck"
 """What ArduPilot packs its parameters into when it is read (``AP_Filesystem_Param.cpp``)."""
+STORAGE_FILE = "@SYS/storage.bin"
+"""ArduPilot's storage for parameters and lists, as it is (``AP_Filesystem_Sys.cpp``)."""
 PACKED_HEAD, PACKED_MAGIC = struct.Struct("<HHH"), 0x671B
 """Magic number, parameters in the file, parameters in all."""
 PACKED_KINDS = {1: (2, "<b"), 2: (4, "<h"), 3: (6, "<i"), 4: (9, "<f")}

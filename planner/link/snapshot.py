@@ -10,6 +10,7 @@ from planner.autopilot import Autopilot
 from planner.fetched import FetchMark
 from planner.findings import Rule, Severity
 from planner.link.mission import MissionKind, mission_of_lists, shortest
+from planner.mission.commands import TERRAIN_FRAMES
 from planner.values import Value, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleLink
     from planner.mission.items import Mission
 
+_LONG_MISSION = 160
+"""Items that the smallest storage holds beside home."""
 _CAPACITIES_MAH = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
 _NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
 _STACKS = {Autopilot.PX4: "PX4 Pro", Autopilot.ARDUPILOT: "ArduPilot"}
@@ -48,6 +51,10 @@ class VehicleSnapshot(Value):
     mission: Mission
     """Mission, fence and rally points, home as the vehicle has it."""
     parameters: tuple[WireParameter, ...]
+    storage_b: int | None = None
+    """Storage of ArduPilot's for parameters and lists, where it was asked for. [B]"""
+    terrain_pending: int | None = None
+    """Blocks of terrain that ArduPilot waits for; ``None`` where it was not asked, or has none. [-]"""
     findings: tuple[Finding, ...] = ()
 
 
@@ -60,9 +67,20 @@ def read_vehicle(link: VehicleLink) -> VehicleReading:
     )
 
 
-def fetch_snapshot(link: VehicleLink) -> VehicleSnapshot:
-    """Return everything that a vehicle reports, put together."""
-    return make_snapshot(link.identity, read_vehicle(link), address=link.connection.name)
+def fetch_snapshot(link: VehicleLink, mission: Mission | None = None) -> VehicleSnapshot:
+    """Return everything that a vehicle reports, put together.
+
+    Of ArduPilot, also what matters to a mission, by default its own: whether it has the terrain that
+    heights are counted from, and where the mission is long, room for it.
+    """
+    snapshot = make_snapshot(link.identity, read_vehicle(link), address=link.connection.name)
+    items = (snapshot.mission if mission is None else mission).items
+    if not link.identity.has_home_slot:
+        return snapshot
+    storage_b = link.fetch_storage_b() if len(items) >= _LONG_MISSION else None
+    is_over_terrain = any(item.frame in TERRAIN_FRAMES for item in items)
+    terrain_pending = link.fetch_terrain_pending() if is_over_terrain else None
+    return replace(snapshot, storage_b=storage_b, terrain_pending=terrain_pending)
 
 
 HOME_NOT_TOLD = Rule(
@@ -134,6 +152,7 @@ def parameter_set(snapshot: VehicleSnapshot) -> ParameterSet:
             for one in snapshot.parameters
         },
         stack=identity.autopilot,
+        storage_b=snapshot.storage_b,
         version=None if version is None else version[:2],
     )
 

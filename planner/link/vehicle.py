@@ -11,7 +11,12 @@ from planner.errors import LinkError
 from planner.link.connection import OWN_SYSTEM, Connection, Purpose, TwoVehiclesError, uid_text
 from planner.link.files import FileDownload, FileNumbers, FileRefusedError
 from planner.link.mission import LIST_FILES, MissionDownload, MissionUpload, read_packed_items
-from planner.link.parameters import PARAMETER_FILE, ParameterDownload, read_packed_parameters
+from planner.link.parameters import (
+    PARAMETER_FILE,
+    STORAGE_FILE,
+    ParameterDownload,
+    read_packed_parameters,
+)
 from planner.link.signing import open_signer
 from planner.link.telemetry import EventRequest, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest, MessageRequests
@@ -159,6 +164,16 @@ class VehicleLink:
         download = ParameterDownload(self.settings)
         self.run(download, "parameters")
         return download.parameters
+
+    def fetch_storage_b(self) -> int | None:
+        """Return the size of ArduPilot's storage for parameters and lists; ``None`` where unknown. [B]"""
+        storage = self._fetch_packed(STORAGE_FILE, "storage", self.settings)
+        return len(storage) if storage else None
+
+    def fetch_terrain_pending(self) -> int | None:
+        """Return how many blocks of terrain ArduPilot waits for; ``None`` where it uses no terrain."""
+        report = self._ask("TERRAIN_REPORT", 136, retries=_OPTIONAL_RETRIES).answer
+        return None if report is None else report["pending"]
 
     def _fetch_packed(self, path: str, what: str, settings: LinkSettings) -> bytes | None:
         """Return a file that ArduPilot makes up of what it has: a burst in place of a question for each.

@@ -90,7 +90,7 @@ def send_mission(
     """
     setup.require_named("upload")
     with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
-        snapshot = fetch_snapshot(link)
+        snapshot = fetch_snapshot(link, mission)
         if not options.is_forced:
             _refuse_hazard(snapshot)
         kept = tuple(_removed(mission, snapshot)) if options.keeps_areas else ()

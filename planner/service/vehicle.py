@@ -12,6 +12,7 @@ from planner.findings import Rule, Severity
 from planner.link.mission import MissionKind, mission_of_lists
 from planner.link.snapshot import fetch_mark, fetch_snapshot, parameter_set, parameter_text
 from planner.link.vehicle import open_link, silent
+from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
@@ -121,6 +122,7 @@ def check_vehicle(
         message = f"taken from {identity.label}: {', '.join(taken)}"
         findings.append(CONDITIONS_FROM_VEHICLE.finding(message))
     own = snapshot.mission if mission is None else mission
+    findings += check_terrain(own, snapshot)
     judged = replace(own, findings=(*own.findings, *findings))
     if mission is not None and setup.home_amsl_m is None and home is not None:
         judged = replace(judged, home=home)
@@ -180,6 +182,32 @@ def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
         "battery, whose nominal voltage is unknown"
     )
     return (CAPACITY_NOT_TAKEN.finding(message),)
+
+
+TERRAIN_MISSING = Rule(
+    "X910 terrain-missing",
+    Severity.ERROR,
+    summary="The mission counts heights from terrain that the vehicle does not have.",
+    why="ArduPilot does not arm for such a mission ('PreArm: waiting for terrain data'); in the air it "
+    "reports 'Terrain data missing', and its terrain failsafe returns.",
+    how="Items in frame 10 or 11, and blocks of terrain that the vehicle waits for (TERRAIN_REPORT) around "
+    "it and its mission.  Only of a vehicle on the line.",
+    fix="connect a ground station that sends it terrain, or put the terrain files on its card",
+    instead="a vehicle that has the terrain",
+)
+
+
+def check_terrain(mission: Mission, snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
+    """Return that a vehicle has not the terrain that a mission's heights are counted from."""
+    over = [n for n, item in enumerate(mission.items, 1) if item.frame in TERRAIN_FRAMES]
+    if not (over and snapshot.terrain_pending):
+        return ()
+    blocks = quantity.count(snapshot.terrain_pending, "block")
+    message = (
+        f"{quantity.count(len(over), 'item')} above terrain; {snapshot.identity.label} waits for {blocks} "
+        "of terrain: it will not arm"
+    )
+    return (TERRAIN_MISSING.finding(message, item=over[0], place=mission.items[over[0] - 1].place),)
 
 
 def check_voltage(snapshot: VehicleSnapshot, setup: Setup) -> tuple[Finding, ...]:

@@ -91,7 +91,17 @@ _OUTWARDS_ALONE = frozenset({"garbage", "truncation"})
 _IN, _OUT = "-in", "-out"
 _EVENT = re.compile(r"[a-z][a-z0-9_]*")
 _EXAMPLE = "loss=20%,delay=0.2,silence=12:30"
-KNOWN = (*_BY_DIRECTION, "silence", "count", "twin", "no-files", "reject", "event", "seed")
+KNOWN = (
+    *_BY_DIRECTION,
+    "silence",
+    "count",
+    "twin",
+    "no-files",
+    "no-terrain",
+    "reject",
+    "event",
+    "seed",
+)
 
 
 class Faults(Value):
@@ -107,8 +117,9 @@ def read_faults(text: str) -> Faults:
     Between commas: a fraction (``loss``, ``duplication``, ``reordering``, ``garbage``, ``truncation``) as
     ``20%`` or ``0.2``; ``delay`` in seconds; ``-in`` or ``-out`` after the name for what goes to or comes
     from the vehicle alone; ``silence=K`` after K messages of transfers, ``silence=K:S`` for S seconds;
-    ``count=+2`` for wrong counts; ``twin``; ``no-files`` without the file protocol; ``reject=TEXT`` sent
-    after uploads, ``event=NAME`` reported after them; ``seed``.
+    ``count=+2`` for wrong counts; ``twin``; ``no-files`` without the file protocol,
+    ``no-terrain`` without terrain; ``reject=TEXT`` sent after uploads, ``event=NAME`` reported after
+    them; ``seed``.
     """
     ways: dict[str, dict[str, float]] = {_IN: {}, _OUT: {}}
     line: dict[str, Any] = {}
@@ -138,9 +149,9 @@ def _take(
     match name:
         case "count":
             vehicle["count_error"] = _whole(value)
-        case "no-files":
+        case "no-files" | "no-terrain":
             _refuse_if("it takes no value", is_wrong=bool(value))
-            vehicle["has_files"] = False
+            vehicle[f"has_{name.removeprefix('no-')}"] = False
         case "twin":
             _refuse_if("it takes no value", is_wrong=bool(value))
             vehicle["has_twin"] = True

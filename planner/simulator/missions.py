@@ -64,7 +64,7 @@ MANNERS: Mapping[Autopilot, Manners] = {
     Autopilot.ARDUPILOT: Manners(
         retry_s=1.0,
         timeout_s=8.0,
-        most_items={MissionKind.MISSION: 724, MissionKind.FENCE: 84, MissionKind.RALLY: 17},
+        most_items={MissionKind.MISSION: 650, MissionKind.FENCE: 84, MissionKind.RALLY: 17},
     ),
 }
 

@@ -46,6 +46,8 @@ class Misbehaviour(Value):
     """Added to every MISSION_COUNT that it sends."""
     has_files: bool = True
     """Whether it knows the file protocol."""
+    has_terrain: bool = True
+    """Whether it has the terrain around it and its mission (ArduPilot)."""
     has_twin: bool = False
     """Whether a second vehicle with the same system id, but another uid, is on the line."""
     rejection: str = ""

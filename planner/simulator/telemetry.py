@@ -39,6 +39,8 @@ _CAPABILITIES: Mapping[Autopilot, int] = {
 }
 _FILES = 1 << 5
 """MAV_PROTOCOL_CAPABILITY_FTP."""
+_TERRAIN_BLOCKS = 504
+"""Of 4 by 4 heights that ArduPilot keeps around it."""
 _RELEASE = 255
 """FIRMWARE_VERSION_TYPE_OFFICIAL."""
 _SENSORS = 0b10_1111
@@ -241,6 +243,22 @@ def _mission_current(at: Situation) -> Message:
     )
 
 
+def _terrain_report(at: Situation) -> Message | None:
+    if at.setup.autopilot is not Autopilot.ARDUPILOT:
+        return None
+    has_terrain = at.setup.misbehaviour.has_terrain
+    return message(
+        "TERRAIN_REPORT",
+        lat=round(at.state.latitude_deg * _SCALE),
+        lon=round(at.state.longitude_deg * _SCALE),
+        spacing=100 if has_terrain else 0,
+        terrain_height=at.setup.home.altitude_amsl_m or 0.0,
+        current_height=at.state.height_above_home_m,
+        pending=0 if has_terrain else _TERRAIN_BLOCKS,
+        loaded=_TERRAIN_BLOCKS if has_terrain else 0,
+    )
+
+
 def _autopilot_version(at: Situation) -> Message:
     major, minor, patch = at.setup.version
     return message(
@@ -263,6 +281,7 @@ _MAKERS: Mapping[int, tuple[str, Callable[[Situation], Message | None]]] = {
     30: ("ATTITUDE", _attitude),
     33: ("GLOBAL_POSITION_INT", _global_position),
     42: ("MISSION_CURRENT", _mission_current),
+    136: ("TERRAIN_REPORT", _terrain_report),
     147: ("BATTERY_STATUS", _battery_status),
     148: ("AUTOPILOT_VERSION", _autopilot_version),
     168: ("WIND", _wind),

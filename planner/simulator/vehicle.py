@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.link.mission import LIST_FILES, MissionKind, mission_of_lists
-from planner.link.parameters import PARAMETER_FILE
+from planner.link.parameters import PARAMETER_FILE, STORAGE_FILE
 from planner.link.wire import message
 from planner.mission.items import Mission
 from planner.simulator.arming import Arming, ArmingState, rejection
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 Predict = Callable[[Mission], FlownMission | None]
 
 
+_STORAGE_B = 16_384
+"""Of most boards of ArduPilot's. [B]"""
 _WARNING, _CRITICAL = 4, 2
 """MAV_SEVERITY."""
 INTRODUCTION = "SIMULATED VEHICLE by mavjoule: nothing flies"
@@ -78,6 +80,7 @@ class SimulatedVehicle:
         }
         if self.setup.autopilot is Autopilot.PX4:
             return files
+        files[STORAGE_FILE] = partial(bytes, _STORAGE_B)
         files[PARAMETER_FILE] = partial(packed_parameters, self.setup.parameters)
         for kind, path in LIST_FILES.items():
             files[path] = partial(self.missions.packed, kind)

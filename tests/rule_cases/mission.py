@@ -136,9 +136,9 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: found(PLAIN),
     ),
     "M126": RuleCases(
-        fires=lambda: _items(718),
-        boundary=lambda: _items(717),  # and home: 718 on ArduCopter
-        silent=lambda: _items(718, "BRD_SD_MISSION,64\n"),
+        fires=lambda: _items(650),
+        boundary=lambda: _items(649),  # and home: 650 on ArduCopter
+        silent=lambda: _items(650, "BRD_SD_MISSION,64\n"),
     ),
     "M127": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\n"),

@@ -60,6 +60,21 @@ def reported(
     return check_vehicle(snapshot, Setup(load_vehicle())).findings
 
 
+def over_terrain(pending: int | None) -> tuple[Finding, ...]:
+    """Return what is reported of a vehicle that waits for so many blocks of terrain."""
+    items = tuple(replace(item, frame=10) if item.command == 16 else item for item in FLIGHT)
+    snapshot = make_snapshot(
+        VehicleIdentity(system=1, component=1, autopilot_number=_ARDUPILOT, vehicle_type=2),
+        VehicleReading(
+            state=VehicleState(),
+            lists={kind: (FLIGHT[0], *items) if not kind else () for kind in MissionKind},
+            parameters=(),
+        ),
+        address="udpin:127.0.0.1:14550",
+    )
+    return check_vehicle(replace(snapshot, terrain_pending=pending), Setup(load_vehicle())).findings
+
+
 def removed(kind: MissionKind, *areas: WireItem) -> tuple[Finding, ...]:
     """Return what is reported before a mission without areas takes the place of one with them."""
     lists = {one: areas if one is kind else FLIGHT if not one else () for one in MissionKind}
@@ -125,6 +140,11 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: read(
             b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47\t8\t400\t1\n1\t0\t3\t22\t0\t0\t0\t0\t47\t8\t30\t1\n"
         ),
+    ),
+    "X910": RuleCases(
+        fires=lambda: over_terrain(1),
+        boundary=lambda: over_terrain(0),
+        silent=lambda: over_terrain(None),
     ),
     "X902": RuleCases(
         fires=lambda: found(PLAIN),

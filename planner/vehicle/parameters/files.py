@@ -72,6 +72,8 @@ class ParameterSet(Value):
     """Major and minor version of the firmware, where it is known."""
     fetched: FetchMark | None = None
     """Where ``mavjoule fetch`` wrote the file."""
+    storage_b: int | None = None
+    """Storage of the autopilot for parameters and lists, where it was read. [B]"""
     findings: tuple[Finding, ...] = ()
     """What is odd about the file."""
 
