@@ -90,6 +90,7 @@ class FileError(IntEnum):
     INVALID_SESSION = 4
     NO_SESSIONS = 5
     END_OF_FILE = 6
+    UNKNOWN_COMMAND = 7
     NOT_FOUND = 10
 
 

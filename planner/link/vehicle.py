@@ -220,9 +220,7 @@ class VehicleLink:
         requests = MessageRequests(
             wanted, self.settings, retries=_OPTIONAL_RETRIES, stray=self._stray_now
         )
-        self.connection.run(
-            requests, lambda: self._on_progress(", ".join(requests.missing) or "state", 0, None)
-        )
+        self.connection.run(requests, lambda: self._on_progress("the vehicle's state", 0, None))
         self._note_stray(requests.stray)
         if not self.connection.awaits_heartbeat(self.settings.heartbeat_timeout_s):
             msg = (

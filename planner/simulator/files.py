@@ -108,7 +108,7 @@ class FileServer:
             Operation.BURST_READ_FILE: self._pieces,
         }
         answer = answers.get(asked.operation)
-        return [] if answer is None else answer(asked)
+        return [_nak(asked, FileError.UNKNOWN_COMMAND)] if answer is None else answer(asked)
 
     def _session(self, number: int, owner: tuple[int, int], now_s: float) -> int | None:
         """Return ArduPilot's number of a session, a new one for 0; ``None`` where all are in use."""

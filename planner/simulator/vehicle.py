@@ -126,11 +126,15 @@ class SimulatedVehicle:
             return tuple(sent)
         if received.fields.get("target_component", 0) not in {0, setup.component}:
             return tuple(sent)
-        before = self.missions.changes[MissionKind.MISSION]
+        changes = dict(self.missions.changes)
         for server in self._servers:
             sent += server.feed(received, now_s)
-        if self.missions.changes[MissionKind.MISSION] != before:
+        changed = {kind for kind in MissionKind if self.missions.changes[kind] != changes[kind]}
+        if MissionKind.MISSION in changed:
             self._is_complete = False
+        # PX4 judges its mission again in another fence.
+        is_px4 = setup.autopilot is Autopilot.PX4
+        if changed & {MissionKind.MISSION, *([MissionKind.FENCE] if is_px4 else [])}:
             sent += self._objections()
         sent += self._followed(now_s)
         return tuple(sent)

@@ -85,11 +85,3 @@ def test_a_line_that_is_taken_ends_in_three(mission: str) -> None:
         taken.listen()
         port = taken.getsockname()[1]
         assert main(["simulate", mission, "--url", f"tcpin:127.0.0.1:{port}"]) == 3
-
-
-def test_it_says_which_library_is_missing(
-    mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setitem(sys.modules, "mavsdk", None)
-    assert main(["simulate", mission]) == 2
-    assert "mavjoule[link]" in capsys.readouterr().err

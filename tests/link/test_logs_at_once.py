@@ -52,11 +52,11 @@ class _InterleavedLine(MemoryLine):
 
 
 def test_a_second_call_leaves_the_log_to_the_first(tmp_path: Path) -> None:
-    first = _InterleavedLine(memory_line(Autopilot.PX4)._wire)
+    first = _InterleavedLine(memory_line(Autopilot.PX4, "no-files")._wire)
 
     def second() -> None:
         with pytest.raises(OutputError, match="another call downloads this log"):
-            _download(memory_line(Autopilot.PX4), tmp_path)
+            _download(memory_line(Autopilot.PX4, "no-files"), tmp_path)
 
     first.between = second
     (log,) = _download(first, tmp_path)

@@ -25,7 +25,7 @@ def test_ardupilot_is_read_over_a_line_on_which_an_answer_takes_ten_seconds() ->
     reading = read_vehicle(link)
     assert len(reading.lists[0] or ()) == 5  # type: ignore[index] # an IntEnum is its number
     assert told["mission"] == {0, 1, 2, 3, 4, 5}
-    assert {"the vehicle's heartbeat", "AUTOPILOT_VERSION", "HOME_POSITION"} <= told.keys()
+    assert {"the vehicle's heartbeat", "AUTOPILOT_VERSION", "the state"} <= told.keys()
 
 
 def test_px4_over_a_line_slower_than_it_remembers_is_told_of_as_that() -> None:
@@ -37,7 +37,7 @@ def test_px4_over_a_line_slower_than_it_remembers_is_told_of_as_that() -> None:
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 def test_a_list_with_a_wrong_count_is_no_mission_and_told_of(autopilot: Autopilot) -> None:
     # Two items that are counted and not there: nobody knows whether the mission is whole.
-    link = VehicleLink(memory_line(autopilot, "count=+2"), name="wrong")
+    link = VehicleLink(memory_line(autopilot, "count=+2,no-files"), name="wrong")
     with pytest.raises(LinkError, match=r"it answered \w+; .* or the list on the vehicle broken"):
         read_vehicle(link)
 

@@ -168,7 +168,7 @@ def test_a_twin_has_the_same_system_id_and_another_number() -> None:
 
 
 def test_a_client_of_ours_notices_the_wrong_count() -> None:
-    link = VehicleLink(memory_line(ARDUPILOT, "count=+2"), name="simulated")
+    link = VehicleLink(memory_line(ARDUPILOT, "count=+2,no-files"), name="simulated")
     with pytest.raises(LinkError):
         link.fetch_items(MissionKind.MISSION)
 
