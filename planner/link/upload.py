@@ -188,7 +188,10 @@ def _judged(
     if has_items and not reports and _has_none_after_all(link):
         # PX4 takes what it has already without a report, and objects to it no more.
         is_unjudged = not has_home
-        reports = () if is_unjudged else ("the vehicle reports no mission that it would fly",)
+        late = objections(link.listen(0.0), link.fetch_events())  # lost at first, and asked for
+        reports = late or (
+            () if is_unjudged else ("the vehicle reports no mission that it would fly",)
+        )
     return replace(result, rejection="; ".join(reports), texts=texts, is_unjudged=is_unjudged)
 
 

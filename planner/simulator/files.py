@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from planner.autopilot import Autopilot
 from planner.link.files import (
@@ -40,12 +39,15 @@ _IDLE_S = 3.0
 _ONES = 0xFFFFFFFF
 
 
-class _Session:
-    """One open file of one ground station, of ArduPilot perhaps none yet."""
+_Owner: TypeAlias = tuple[int, int, int]
+"""System, component and session of who asks; of PX4 all are one."""
 
-    def __init__(self, owner: tuple[int, int], content: bytes | None = None) -> None:
-        self.owner = owner
-        self.content = content
+
+class _Session:
+    """One open file, or none yet."""
+
+    def __init__(self) -> None:
+        self.content: bytes | None = None
         self.used_s = 0.0
 
 
@@ -55,8 +57,7 @@ class FileServer:
     def __init__(self, autopilot: Autopilot, files: Mapping[str, Callable[[], bytes]]) -> None:
         self._is_px4 = autopilot is Autopilot.PX4
         self._files = files
-        self._sessions: dict[int, _Session] = {}
-        self._next = 1
+        self._sessions: dict[_Owner, _Session] = {}
         self._last: FilePacket | None = None
         """PX4 gives its last answer again to whoever asks by the same number."""
         self.deadline_s = NEVER_S
@@ -69,8 +70,8 @@ class FileServer:
         if self._is_px4 and self._last is not None and _number(asked, 1) == self._last.number:
             found = [self._last]
         else:
-            owner = (received.system, received.component)
-            found = self._answers(asked, owner, now_s)
+            owner = (received.system, received.component, asked.session)
+            found = self._answers(asked, (0, 0, 0) if self._is_px4 else owner, now_s)
             is_short = bool(found) and len(found[-1].content) <= 4
             self._last = found[-1] if is_short else None
         return tuple(
@@ -86,50 +87,43 @@ class FileServer:
         """Do nothing: every answer comes at once."""
         return ()
 
-    def _answers(self, asked: FilePacket, owner: tuple[int, int], now_s: float) -> list[FilePacket]:
+    def _answers(self, asked: FilePacket, owner: _Owner, now_s: float) -> list[FilePacket]:
         if asked.operation == Operation.RESET_SESSIONS:
             self._sessions = {
-                number: one
-                for number, one in self._sessions.items()
-                if not (self._is_px4 or one.owner == owner)
+                one: session for one, session in self._sessions.items() if one[:2] != owner[:2]
             }
             return [_ack(asked)]
-        if not self._is_px4:
-            number = self._session(asked.session, owner, now_s)
-            if number is None:
-                return [_nak(asked, FileError.NO_SESSIONS)]
-            asked = replace(asked, session=number)
-        answers: dict[int, Callable[[FilePacket], list[FilePacket]]] = {
+        session = self._session(owner, now_s)
+        if session is None:
+            return [_nak(asked, FileError.NO_SESSIONS)]
+        session.used_s = now_s
+        answers: dict[int, Callable[[FilePacket, _Session], list[FilePacket]]] = {
             Operation.LIST_DIRECTORY: self._listed,
             Operation.CALC_FILE_CRC32: self._checked,
-            Operation.OPEN_FILE_RO: partial(self._opened, owner=owner),
+            Operation.OPEN_FILE_RO: self._opened,
             Operation.TERMINATE_SESSION: self._ended,
             Operation.READ_FILE: self._pieces,
             Operation.BURST_READ_FILE: self._pieces,
         }
         answer = answers.get(asked.operation)
-        return [_nak(asked, FileError.UNKNOWN_COMMAND)] if answer is None else answer(asked)
+        if answer is None:
+            return [_nak(asked, FileError.UNKNOWN_COMMAND)]
+        return answer(asked, session)
 
-    def _session(self, number: int, owner: tuple[int, int], now_s: float) -> int | None:
-        """Return ArduPilot's number of a session, a new one for 0; ``None`` where all are in use."""
-        known = self._sessions.get(number)
-        if number == 0 or known is None or known.owner != owner:
-            if len(self._sessions) >= _SESSIONS:
-                oldest = min(self._sessions, key=lambda one: self._sessions[one].used_s)
-                if now_s - self._sessions[oldest].used_s < _IDLE_S:
-                    return None
-                del self._sessions[oldest]
-            if number == 0:
-                number, self._next = self._next, self._next % 255 + 1
-            self._sessions[number] = _Session(owner)
-        self._sessions[number].used_s = now_s
-        return number
+    def _session(self, owner: _Owner, now_s: float) -> _Session | None:
+        """Return the session of who asks, a new one for a new one; ``None`` where all are in use."""
+        if owner not in self._sessions and len(self._sessions) >= _SESSIONS:
+            oldest = min(self._sessions, key=lambda one: self._sessions[one].used_s)
+            if now_s - self._sessions[oldest].used_s < _IDLE_S:
+                return None
+            del self._sessions[oldest]
+        return self._sessions.setdefault(owner, _Session())
 
-    def _ended(self, asked: FilePacket) -> list[FilePacket]:
-        self._sessions.pop(asked.session, None)
+    def _ended(self, asked: FilePacket, session: _Session) -> list[FilePacket]:
+        session.content = None
         return [_ack(asked)]
 
-    def _listed(self, asked: FilePacket) -> list[FilePacket]:
+    def _listed(self, asked: FilePacket, _: _Session) -> list[FilePacket]:
         folder = asked.content.rstrip(b"\0").decode(errors="replace").rstrip("/")
         inside = {
             path[len(folder) + 1 :]: read
@@ -149,31 +143,29 @@ class FileServer:
             content += entry.encode() + b"\0"
         return [_ack(asked, content) if content else _nak(asked, FileError.END_OF_FILE)]
 
-    def _checked(self, asked: FilePacket) -> list[FilePacket]:
+    def _checked(self, asked: FilePacket, _: _Session) -> list[FilePacket]:
         read = self._found(asked)
         if read is None:
             return [_nak(asked, FileError.NOT_FOUND)]
         # As the vehicles have it: begun at 0 and not inverted.
         return [_ack(asked, struct.pack("<I", zlib.crc32(read(), _ONES) ^ _ONES))]
 
-    def _opened(self, asked: FilePacket, *, owner: tuple[int, int]) -> list[FilePacket]:
-        known = self._sessions.get(asked.session)
-        if known is not None and known.content is not None:
+    def _opened(self, asked: FilePacket, session: _Session) -> list[FilePacket]:
+        if session.content is not None:
             return [_nak(asked, FileError.NO_SESSIONS if self._is_px4 else FileError.FAIL)]
         read = self._found(asked)
         if read is None:
             return [_nak(asked, FileError.NOT_FOUND)]
-        content = read()
+        session.content = read()
         is_made_up = asked.content.startswith(_MADE_UP.encode())
-        self._sessions[asked.session] = _Session(owner, content)
-        return [_ack(asked, struct.pack("<I", _MADE_UP_SIZE if is_made_up else len(content)))]
+        size = _MADE_UP_SIZE if is_made_up else len(session.content)
+        return [_ack(asked, struct.pack("<I", size))]
 
     def _found(self, asked: FilePacket) -> Callable[[], bytes] | None:
         return self._files.get(asked.content.rstrip(b"\0").decode(errors="replace"))
 
-    def _pieces(self, asked: FilePacket) -> list[FilePacket]:
-        session = self._sessions.get(asked.session)
-        if session is None or session.content is None:
+    def _pieces(self, asked: FilePacket, session: _Session) -> list[FilePacket]:
+        if session.content is None:
             closed = FileError.INVALID_SESSION if self._is_px4 else FileError.NOT_FOUND
             return [_nak(asked, closed)]
         content = session.content

@@ -25,7 +25,7 @@ def test_ardupilot_is_read_over_a_line_on_which_an_answer_takes_ten_seconds() ->
     reading = read_vehicle(link)
     assert len(reading.lists[0] or ()) == 5  # type: ignore[index] # an IntEnum is its number
     assert told["mission"] == {0, 1, 2, 3, 4, 5}
-    assert {"the vehicle's heartbeat", "AUTOPILOT_VERSION", "the state"} <= told.keys()
+    assert {"the vehicle's heartbeat", "AUTOPILOT_VERSION", "the vehicle's state"} <= told.keys()
 
 
 def test_px4_over_a_line_slower_than_it_remembers_is_told_of_as_that() -> None:
