@@ -273,7 +273,7 @@ class VehicleLink:
             identity,
             firmware_version=firmware if number else None,
             firmware_release=firmware_release(number & 255) if number else "",
-            firmware_hash=bytes(version["flight_custom_version"]).hex(),
+            firmware_hash=_revision(bytes(version["flight_custom_version"]), identity),
             uid=uid_text(version),
             capabilities=version["capabilities"],
         )
@@ -308,6 +308,17 @@ class VehicleLink:
                 raise
             msg = f"{error}; the vehicle reports: {reports[-1]}"
             raise type(error)(msg) from error
+
+
+def _revision(content: bytes, identity: VehicleIdentity) -> str:
+    """Return the Git revision of a firmware, as far as it sends it; empty where it does not.
+
+    ArduPilot sends its first characters, PX4 its first bytes, the last of them first (and so does
+    QGroundControl read them).
+    """
+    if identity.has_home_slot:
+        return content.split(b"\0", 1)[0].decode("ascii", errors="replace")
+    return content[::-1].hex()
 
 
 def open_link(

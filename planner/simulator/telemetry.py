@@ -45,7 +45,7 @@ _RELEASE = 255
 """FIRMWARE_VERSION_TYPE_OFFICIAL."""
 _SENSORS = 0b10_1111
 """Gyroscope, accelerometer, magnetometer, barometer, GPS (MAV_SYS_STATUS_SENSOR)."""
-_BATTERY_SENSOR = 1 << 25
+_FENCE_SENSOR, _BATTERY_SENSOR, _PREARM_CHECK = 1 << 20, 1 << 25, 1 << 28
 _UNKNOWN_U16, _MOST_CELL_MV = 65_535, 65_534
 _UNKNOWN_TEMPERATURE = 32_767
 _J_PER_WH, _J_PER_HJ = 3600.0, 100.0
@@ -68,6 +68,7 @@ class Situation(Value):
     total: int
     list_ids: tuple[int, int, int] = (0, 0, 0)
     """Of mission, fence and rally points, as MISSION_CURRENT has them."""
+    has_fence: bool = False
     is_rejected: bool = False
     """Whether the vehicle will not fly the mission it holds (PX4)."""
 
@@ -108,11 +109,14 @@ def _heartbeat(at: Situation) -> Message:
 def _sys_status(at: Situation) -> Message:
     state = at.state
     sensors = _SENSORS | (0 if state.state_of_charge is None else _BATTERY_SENSOR)
+    sensors |= _FENCE_SENSOR if at.has_fence else 0
+    if at.setup.autopilot is Autopilot.ARDUPILOT:
+        sensors |= _PREARM_CHECK
     return message(
         "SYS_STATUS",
         onboard_control_sensors_present=sensors,
         onboard_control_sensors_enabled=sensors,
-        onboard_control_sensors_health=sensors,
+        onboard_control_sensors_health=sensors & ~(_PREARM_CHECK if at.is_rejected else 0),
         load=300,
         voltage_battery=_millivolts(state.voltage_v, most=_MOST_CELL_MV),
         current_battery=_centiamperes(state.current_a),

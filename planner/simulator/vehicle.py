@@ -246,5 +246,6 @@ class SimulatedVehicle:
                 self.missions.list_id(MissionKind.FENCE),
                 self.missions.list_id(MissionKind.RALLY),
             ),
+            has_fence=bool(self.missions.lists[MissionKind.FENCE]),
             is_rejected=self.setup.autopilot is Autopilot.PX4 and self._rejection() is not None,
         )

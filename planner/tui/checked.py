@@ -43,6 +43,19 @@ class Checked(Value, eq=False):
         """Everything the rules looked at; ``None`` where nothing is flown."""
         return self.result.assessment if isinstance(self.result, CheckResult) else None
 
+    @property
+    def reported(self) -> dict[str, str]:
+        """What a vehicle on the line reports in place of settings that are not given, by key."""
+        if self.snapshot is None:
+            return {}
+        battery, home = self.snapshot.state.battery, self.snapshot.mission.home
+        found = {}
+        if battery is not None and battery.remaining_fraction is not None:
+            found["charge"] = f"{battery.remaining_fraction * 100.0:.0f}%"
+        if home is not None and home.altitude_amsl_m is not None:
+            found["home_amsl_m"] = f"{home.altitude_amsl_m:.1f}"
+        return found
+
 
 def checked(source: str | VehicleSnapshot, what_if: WhatIf) -> Checked:
     """Check a mission file or what a vehicle holds, and work out what is drawn of it.

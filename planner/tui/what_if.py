@@ -66,10 +66,10 @@ class WhatIf(Value):
         """Return what the mission is checked under; a file it names may be unusable."""
         return Setup.of(self.values())
 
-    def hint(self, setting: Setting) -> str:
-        """Return what holds while a field is left blank."""
+    def hint(self, setting: Setting, reported: Mapping[str, str]) -> str:
+        """Return what holds while a field is left blank: what is set, or reported by a vehicle, by key."""
         if setting.key not in self.settings:
-            return setting.example or setting.unset
+            return reported.get(setting.key) or setting.example or setting.unset
         try:
             return setting.kind.text(self.settings[setting.key])
         except ValueError:

@@ -47,6 +47,7 @@ DEADLINE_S = 30.0
 HARMLESS = {
     "HEARTBEAT",
     "COMMAND_LONG",
+    "FILE_TRANSFER_PROTOCOL",  # its gate lets out what reads alone
     "MISSION_REQUEST_LIST",
     "MISSION_REQUEST_INT",
     "MISSION_ACK",
@@ -188,6 +189,11 @@ async def test_what_is_wrong_in_flight_leads_the_findings_and_is_no_go() -> None
 async def test_changes_are_offered_for_what_a_vehicle_holds() -> None:
     async with live() as one:
         await one.until(lambda: "✔ GO" in one.verdict)
+        charge = one.vehicle.state_at(0.0).state_of_charge
+        assert charge is not None
+        field = one.screen.query_one("#set-charge", Input)
+        # The vehicle's, and not the 100 % that a file is checked with.
+        await one.until(lambda: field.placeholder == f"{charge * 100.0:.0f}%")
         one.screen.query_one("#set-battery", Input).value = "5Wh"
         await one.until(lambda: "would make it a GO" in one.verdict)
         assert "NO-GO" in one.verdict

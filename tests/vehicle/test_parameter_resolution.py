@@ -279,6 +279,8 @@ def test_a_factor_of_a_hundred_never_slips_through(row: Parameter) -> None:
         ("WPNAV_SPEED,500\n", (4, 6), ""),
         ("WPNAV_SPEED,500\n", (4, 7), "does not know WPNAV_SPEED (line 1): it is WP_SPD there"),
         ("WP_SPD,5\n", (4, 7), ""),
+        # A build on the way to 4.7 has the names of 4.6: its file says which version, and has them.
+        ("# Stack: ArduPilot\n# Version: 4.7.0 dev\n1\t1\tWPNAV_SPEED\t500\t9\n", (4, 7), ""),
         ("WP_SPD,5\n", (4, 6), "does not know WP_SPD (line 1): it is WPNAV_SPEED there"),
         ("RTL_LOIT_TIME,5000\n", (4, 7), ""),
     ],

@@ -143,9 +143,13 @@ class ReviewScreen(Screen[None]):
 
     def _show_form(self, lines: tuple[tuple[str, str], ...]) -> None:
         form = self.query_one(WhatIfForm)
-        form.show_settings(self.what_if)
+        form.show_settings(self.what_if, self._reported)
         form.show_outcome(lines, problem=self._problem)
         self.call_after_refresh(form.fill)  # the verdict is to be seen first
+
+    @property
+    def _reported(self) -> dict[str, str]:
+        return {} if self.now is None else self.now.reported
 
     def show_verdict(self, *notes: str) -> None:
         """Show the verdict, and what is under way or changed."""
@@ -256,7 +260,7 @@ class ReviewScreen(Screen[None]):
             return
         changes = {**self.what_if.changes, **dict(event.suggestion.changes)}
         self.what_if = self.what_if.with_changes(changes)
-        self.query_one(WhatIfForm).show_settings(self.what_if)
+        self.query_one(WhatIfForm).show_settings(self.what_if, self._reported)
         self.ask(self.base)
 
     def watch_files(self) -> None:

@@ -17,6 +17,8 @@ from planner.tui.what_if import WhatIf, form_settings
 from planner.tui.widgets.row_list import RowList
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from textual.timer import Timer
 
 DEBOUNCE_S = 0.12
@@ -63,6 +65,7 @@ class WhatIfForm(VerticalScroll):
         self._timer: Timer | None = None
         self._is_filled = False
         self._what_if: WhatIf | None = None
+        self._reported: Mapping[str, str] = {}
         self._outcome = Content("")
         self._suggestions: tuple[Suggestion, ...] = ()
 
@@ -84,15 +87,15 @@ class WhatIfForm(VerticalScroll):
 
     def _show_all(self) -> None:
         if self._what_if is not None:
-            self.show_settings(self._what_if)
+            self.show_settings(self._what_if, self._reported)
         self.show_suggestions(self._suggestions)
 
-    def show_settings(self, what_if: WhatIf) -> None:
+    def show_settings(self, what_if: WhatIf, reported: Mapping[str, str]) -> None:
         """Show what the fields hold, and what holds while they are blank."""
-        self._what_if = what_if
+        self._what_if, self._reported = what_if, reported
         for setting, field in zip(form_settings(), self.query(Input), strict=False):
             key = setting.key
-            field.placeholder = what_if.hint(setting)
+            field.placeholder = what_if.hint(setting, reported)
             is_other = field.value.strip() != what_if.changes.get(key, "")
             if is_other and self._timer is None:  # else what is being typed is kept
                 with field.prevent(Input.Changed):

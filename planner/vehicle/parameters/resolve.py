@@ -94,8 +94,9 @@ PARAMETER_UNKNOWN_TO_TARGET = Rule(
     summary="A parameter's name does not exist in this version of the firmware.",
     why="A vehicle ignores unknown names and keeps its values: a file of ArduPilot 4.6 loaded into "
     "4.7 sets none of the renamed parameters (ArduPilot #31970).",
-    how="The version of --target against the version in which the parameter was renamed.  The value "
-    "is used all the same.",
+    how="The version of --target against the version in which the parameter was renamed; not of a file "
+    "that names this version itself, nor of a vehicle on the line, whose names are those it has.  The "
+    "value is used all the same.",
     fix="save the parameters again from the vehicle",
 )
 
@@ -324,6 +325,8 @@ class _Resolution:
         since = row.now.since
         if self.version is None or since is None or row.formerly is None:
             return
+        if given.version == self.version:
+            return  # saved by this firmware: a build on the way to a version has names of the last one
         known = row.now if self.version >= since else row.formerly
         if spelling is not known:
             firmware = Target(self.autopilot, self.version).label
