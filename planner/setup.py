@@ -822,7 +822,9 @@ class Output(Declared):
         "exit with 0 even where a mission is a no-go",
         default=False,
         unset="no",
+        in_file=False,
     )
+    """Typed only: a file that comes with a mission turns no verdict into success."""
 
 
 def settings() -> dict[str, Setting]:

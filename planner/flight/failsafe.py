@@ -219,9 +219,9 @@ def _mean_current_a(current_a: FloatArray, step_s: float, start_a: float) -> Flo
 
 
 def ardupilot_events(
-    profile: BatteryProfile, parameters: ArduPilotParameters
+    profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str = "BATT"
 ) -> Iterator[FailsafeEvent]:
-    """Yield what ArduPilot decides along a flight, in no order.
+    """Yield what ArduPilot decides along a flight by one of its monitors, in no order.
 
     ``AP_BattMonitor_Backend::update_failsafes``: what BATT_CAPACITY leaves is counted from full when
     the vehicle is switched on, whatever the charge; a voltage must be low for BATT_LOW_TIMER.
@@ -235,12 +235,12 @@ def ardupilot_events(
     for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
         does = _ARDUPILOT_ACTIONS.get(action, WARNS)
         if charge_ah > 0.0 and profile.used_ah is not None:
-            name, limit = f"BATT_{which}_MAH", quantity.charge(1000.0 * charge_ah)
-            reading = f"{limit} of BATT_CAPACITY are left, {name} is {limit}"
+            name, limit = f"{monitor}_{which}_MAH", quantity.charge(1000.0 * charge_ah)
+            reading = f"{limit} of {monitor}_CAPACITY are left, {name} is {limit}"
             found = _first_below(own.battery_capacity_ah - profile.used_ah, charge_ah)
             yield from _event(name, does, reading, found)
         if low_v > 0.0 and hold_s > 0.0 and voltage_v is not None:
-            name, volts = f"BATT_{which}_VOLT", quantity.decimals(low_v, 1)
+            name, volts = f"{monitor}_{which}_VOLT", quantity.decimals(low_v, 1)
             reading = f"below {volts} V {kind} for {quantity.duration(hold_s)}: {name}"
             found = _first_below_for(profile.time_s, voltage_v, low_v, hold_s)
             yield from _event(name, does, reading, found)

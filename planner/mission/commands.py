@@ -54,6 +54,7 @@ class Command(IntEnum):
     DO_SET_ROI = 201
     DO_SET_CAM_TRIGG_DIST = 206
     DO_INVERTED_FLIGHT = 210
+    DO_PARACHUTE = 208
     DO_AUX_FUNCTION = 218
     NAV_SET_YAW_SPEED = 213
     JUMP_TAG = 600
@@ -308,6 +309,10 @@ gear, lights, log (``AUX_FUNC`` of ArduPilot's RC_Channel.h).  Any other may cha
 its fence, its motors."""
 
 
+_PARACHUTE_KEPT = frozenset({0, 1})
+"""First parameters of DO_PARACHUTE that switch it off and on; 2 releases it (``ModeAuto::do_parachute``)."""
+
+
 def goes_on_flying(command: int, param1: float | None, autopilot: Autopilot | None) -> bool:
     """Return whether a vehicle flies on past an item that is not modelled, as if it were not there.
 
@@ -315,6 +320,8 @@ def goes_on_flying(command: int, param1: float | None, autopilot: Autopilot | No
     """
     if command == Command.DO_AUX_FUNCTION:
         return param1 in _LOAD_FUNCTIONS
+    if command == Command.DO_PARACHUTE:
+        return param1 in _PARACHUTE_KEPT
     skips = autopilot is not None and support(command, autopilot) is Support.SKIPPED
     return skips or command in _load_tables().flies_on
 

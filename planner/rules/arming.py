@@ -6,9 +6,12 @@ After ``AP_Arming.cpp``, ``AP_Arming_Copter.cpp``, ``AP_MotorsMulticopter.cpp``,
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
@@ -16,7 +19,7 @@ from planner.rules.declaration import ARDUPILOT, PX4, judges
 from planner.rules.declaration import PARAMETERS as PARAMETERS_IN_USE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
@@ -177,7 +180,7 @@ WOULD_NOT_ARM = Rule(
 
 @judges(WOULD_NOT_ARM, needs=(ARDUPILOT,))
 def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    given = _Given(parameters, _values(a))
+    given = _Given(parameters, numbers(a))
     for check, said, is_so in _REFUSED:
         if is_checked(a, check) and is_so(given):
             yield a.finding(WOULD_NOT_ARM, f"ArduPilot does not arm: {said}")
@@ -189,8 +192,9 @@ DISARMS_ON_THE_GROUND = Rule(
     summary="The vehicle disarms while it waits on the ground, and does not take off again.",
     why="It stands where it landed, away from home and with the mission broken off: tried in ArduPilot's "
     "simulation, 'Disarming motors' 10 s after the landing.",
-    how="ArduPilot: NAV_DELAY of DISARM_DELAY (10 s) or more before a take-off, first or after a landing "
-    "(Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a raised throttle, a "
+    how="ArduPilot: NAV_DELAY of DISARM_DELAY (10 s) or more, or until a time of day, before a take-off, "
+    "first or after a landing (Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a "
+    "raised throttle, a "
     "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY of COM_DISARM_PRFLT (10 s) "
     "or more before the first take-off.  Not where the delay of disarming is 0, on PX4 0 or less.",
     fix="wait less, or set the delay of disarming longer than the wait",
@@ -200,24 +204,25 @@ DISARMS_ON_THE_GROUND = Rule(
 
 @judges(DISARMS_ON_THE_GROUND, needs=(PARAMETERS_IN_USE,))
 def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iterator[Finding]:
-    values, is_px4 = _values(a), PX4.of(a) is not None
+    values, is_px4 = numbers(a), PX4.of(a) is not None
     name = "COM_DISARM_PRFLT" if is_px4 else "DISARM_DELAY"
     after_s = values.get(name, 10.0)
     waits = [_wait_before_takeoff(a)]
     if not is_px4:
         waits += [
-            (stage.hold_s, stage.item)
-            for stage in a.route.stages[:-1]
+            (stage.hold_s + _wait_for_the_clock_s(a, range(stage.item + 1, then.item)), stage.item)
+            for stage, then in pairwise(a.route.stages)
             if stage.kind is StageKind.LAND
         ]
     longest_s, item = max(waits)
     if not 0.0 < after_s <= longest_s:
         return
     is_certain = is_px4 or bool(int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE)
+    lasts = quantity.duration(longest_s) if longest_s < math.inf else "until a time of day"
     stick = "" if is_certain else ", unless the throttle stick is held above zero"
     yield a.finding(
         DISARMS_ON_THE_GROUND,
-        f"waits {quantity.duration(longest_s)} on the ground: the vehicle disarms after "
+        f"waits {lasts} on the ground: the vehicle disarms after "
         f"{quantity.duration(after_s)} ({name}) and does not take off{stick}",
         item=item,
         severity=None if is_certain else Severity.WARNING,
@@ -233,14 +238,33 @@ def _wait_before_takeoff(a: Assessment) -> tuple[float, int]:
             break
         if item.command == Command.NAV_DELAY and (item.param1 or 0.0) > 0.0:
             wait_s, last = wait_s + (item.param1 or 0.0), number
+        clock_s = _wait_for_the_clock_s(a, [number])
+        if clock_s and a.autopilot is not Autopilot.PX4:
+            wait_s, last = clock_s, number
     return wait_s, last
+
+
+def _wait_for_the_clock_s(a: Assessment, numbered: Iterable[int]) -> float:
+    """Return the longest that items wait until a time of day: without end, or not at all."""
+    reached = set(a.route.reached)
+    for number in numbered:
+        item = a.mission.items[number - 1]
+        clock = (item.param2, item.param3, item.param4)
+        if (
+            number in reached
+            and item.command == Command.NAV_DELAY
+            and (item.param1 or 0.0) <= 0.0
+            and any(part is not None and part >= 0.0 for part in clock)
+        ):
+            return math.inf
+    return 0.0
 
 
 def is_checked(a: Assessment, check: int | None) -> bool:
     """Return whether ArduPilot makes one of its arming checks: ARMING_SKIPCHK or ARMING_CHECK."""
     if check is ALWAYS:
         return True
-    values = _values(a)
+    values = numbers(a)
     skipped = int(values.get("ARMING_SKIPCHK", 0))
     made = int(values.get("ARMING_CHECK", _ALL))
     if skipped == -1 or made == 0:
@@ -248,5 +272,6 @@ def is_checked(a: Assessment, check: int | None) -> bool:
     return check == ANY or (not skipped & check and bool(made & (_ALL | check)))
 
 
-def _values(a: Assessment) -> dict[str, float]:
+def numbers(a: Assessment) -> dict[str, float]:
+    """Return every parameter of --params that holds a number, in its own unit."""
     return {} if a.setup.parameters is None else a.setup.parameters.numbers()

@@ -14,14 +14,24 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
-from planner.rules.arming import BATTERY, is_checked
-from planner.rules.declaration import BUDGET, EXTREMES, PACK, PARAMETERS, NotEvaluated, judges
+from planner.rules.arming import BATTERY, is_checked, numbers
+from planner.rules.declaration import (
+    ARDUPILOT,
+    BUDGET,
+    EXTREMES,
+    PACK,
+    PARAMETERS,
+    PX4,
+    NotEvaluated,
+    judges,
+)
 from planner.rules.energy import place_along
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
@@ -43,6 +53,13 @@ AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX. [-]"""
 _SINKING_THRUST = math.cos(math.radians(30.0))
 """Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
 defaults, sinks. [-]"""
+_THRESHOLDS: Mapping[str, str] = {
+    "battery_low_v": "battery_low_action",
+    "battery_critical_v": "battery_critical_action",
+    "battery_low_ah": "battery_low_action",
+    "battery_critical_ah": "battery_critical_action",
+}
+"""Thresholds of ArduPilot's monitors, and which action each has."""
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -82,9 +99,14 @@ def _failsafe_before_end(
         events = list(px4_events(a.returns, profile, pack, parameters))
     else:
         events = list(ardupilot_events(profile, parameters))
+    yield from _unwatched(profile, parameters)
+    yield from _first_reported(a, events)
+
+
+def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
+    """Yield the first that acts, and the first that warns before it."""
     events = [event for event in events if not _comes_too_late(a, event)]
     events.sort(key=lambda event: (event.segment, event.fraction))
-    yield from _unwatched(profile, parameters)
     acting = next((event for event in events if event.action != WARNS), None)
     warning = next((event for event in events if event.action == WARNS), None)
     if acting is not None:
@@ -194,6 +216,13 @@ def _arming_refused(
                 f"{quantity.percent(least)}",
             )
         return
+    yield from _not_armed_with(a, profile, parameters, "BATT")
+
+
+def _not_armed_with(
+    a: Assessment, profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str
+) -> Iterator[Finding]:
+    """Yield why ArduPilot does not arm, by one of its monitors."""
     for name in ("arm_battery_min_v", "battery_low_v", "battery_critical_v"):
         least_v, spelt = getattr(parameters, name), _spelt(parameters, name)
         if spelt and profile.rest_v is not None and profile.rest_v[0] < least_v:
@@ -209,7 +238,7 @@ def _arming_refused(
         if spelt and is_counted and parameters.battery_capacity_ah < least_ah:
             yield a.finding(
                 ARMING_REFUSED,
-                f"ArduPilot never arms: {spelt} is {_milliampere_hours(least_ah)}, BATT_CAPACITY "
+                f"ArduPilot never arms: {spelt} is {_milliampere_hours(least_ah)}, {monitor}_CAPACITY "
                 f"{_milliampere_hours(parameters.battery_capacity_ah)}",
             )
             break
@@ -219,6 +248,113 @@ def _spelt(parameters: ArduPilotParameters, name: str) -> str:
     """Return the name of a parameter that is stated; empty where its default is assumed."""
     origin = parameters.origins.get(name)
     return "" if origin is None or origin.kind is OriginKind.DEFAULT else origin.name
+
+
+SECOND_BATTERY = Rule(
+    "E128 further-battery-monitor",
+    Severity.INFO,
+    summary="The vehicle has further battery monitors, each with failsafes of its own.",
+    why="Any of them returns, lands or refuses to arm as the first does.",
+    how="ArduPilot: BATT2_ to BATT9_, BATTA_ to BATTG_ with a _MONITOR above 0; PX4: BAT2_ and BAT3_ with a "
+    "_SOURCE of 0 or more.  One whose _CAPACITY is that of the battery that flies, to 10 %, is judged as the "
+    "first (E103, E114); of any other a threshold that acts is not checked (X904).",
+    fix="",
+)
+_SAME_PACK = 0.1
+"""Capacities that differ by no more are those of one battery: labels, and what wear leaves. [-]"""
+
+
+@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, ARMING_REFUSED, needs=(PACK, ARDUPILOT))
+def _further_monitors(
+    a: Assessment, pack: Battery, parameters: ArduPilotParameters
+) -> Iterator[Finding | NotEvaluated]:
+    values = numbers(a)
+    profile = _profile(a, pack)
+    for monitor in (f"BATT{number}" for number in "23456789ABCDEFG"):
+        if values.get(f"{monitor}_MONITOR", 0.0) <= 0.0:
+            continue
+        own = _of_monitor(parameters, monitor, values)
+        watched = [
+            spelt
+            for quantity_name, action in _THRESHOLDS.items()
+            if (spelt := _spelt(own, quantity_name)) and getattr(own, quantity_name) > 0.0
+            if getattr(own, action)
+        ]
+        yield a.finding(
+            SECOND_BATTERY,
+            f"battery monitor {monitor}: "
+            + (f"acts by {', '.join(watched)}" if watched else "no threshold of it acts"),
+        )
+        if _is_pack(pack, values.get(f"{monitor}_CAPACITY")):
+            yield from _first_reported(a, list(ardupilot_events(profile, own, monitor)))
+            if is_checked(a, BATTERY):
+                yield from _not_armed_with(a, profile, own, monitor)
+        elif watched:
+            yield NotEvaluated(
+                rule=FAILSAFE_BEFORE_END,
+                asked_by=f"{watched[0]} of a further battery",
+                needs=f"what it feeds; {monitor}_CAPACITY is not that of the battery that flies",
+            )
+
+
+def _of_monitor(
+    parameters: ArduPilotParameters, monitor: str, values: Mapping[str, float]
+) -> ArduPilotParameters:
+    """Return the parameters with those of another monitor in the place of the first's."""
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.table import Origin, parameter_table
+
+    given: dict[str, float] = {}
+    origins = dict(parameters.origins)
+    for name, row in parameter_table(ArduPilotParameters).items():
+        if not row.now.name.startswith("BATT_"):
+            continue
+        spelt = row.now.name.replace("BATT", monitor, 1)
+        value = values.get(spelt)
+        given[name] = row.default_si if value is None else row.now.si(value)
+        origins[name] = Origin(
+            kind=OriginKind.DEFAULT if value is None else OriginKind.FILE, name=spelt
+        )
+    return replace(parameters, **given, origins=origins)
+
+
+@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, needs=(PACK, PX4))
+def _further_batteries(
+    a: Assessment, pack: Battery, parameters: Px4Parameters
+) -> Iterator[Finding | NotEvaluated]:
+    values = numbers(a)
+    for name in ("BAT2", "BAT3"):
+        if values.get(f"{name}_SOURCE", -1.0) < 0.0:
+            continue
+        yield a.finding(
+            SECOND_BATTERY, f"{name}_SOURCE is {values[f'{name}_SOURCE']:g}: {name} counts too"
+        )
+        if parameters.battery_action in {0, 1}:
+            continue
+        if not _is_pack(pack, values.get(f"{name}_CAPACITY")):
+            yield NotEvaluated(
+                rule=FAILSAFE_BEFORE_END,
+                asked_by=f"COM_LOW_BAT_ACT of {parameters.battery_action} by a further battery",
+                needs=f"what it feeds; {name}_CAPACITY is not that of the battery that flies",
+            )
+            continue
+        own = replace(
+            parameters,
+            battery_source=0,
+            battery_capacity_ah=values[f"{name}_CAPACITY"] / 1000.0,
+            battery_cells=int(values.get(f"{name}_N_CELLS", 0.0)),
+            battery_empty_cell_v=values.get(f"{name}_V_EMPTY", 3.6),
+            battery_full_cell_v=values.get(f"{name}_V_CHARGED", 4.05),
+        )
+        yield from _first_reported(a, list(px4_events(a.returns, _profile(a, pack), pack, own)))
+
+
+def _is_pack(pack: Battery, capacity_mah: float | None) -> bool:
+    """Return whether a monitor counts the charge of the battery that flies."""
+    full_ah = pack.charge_ah
+    if capacity_mah is None or not full_ah:
+        return False
+    return abs(capacity_mah / 1000.0 / full_ah - 1.0) <= _SAME_PACK
 
 
 RALLY_UNREACHABLE = Rule(

@@ -87,7 +87,6 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         start_error_s = 2
         format = "json"
         statistics = true
-        exit_zero = true
         [per_file_ignores]
         "a.plan" = "E105"
         "b.plan" = "F1"
@@ -144,9 +143,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert setup.fail_on is Severity.WARNING
     together = Together.of(common_settings([values, values], Together))
     assert together == Together(separation_m=5.0, min_nav_alt_m=3.0, start_error_s=2.0)
-    assert Output.of(common_settings([values], Output)) == Output(
-        format="json", statistics=True, exit_zero=True
-    )
+    assert Output.of(common_settings([values], Output)) == Output(format="json", statistics=True)
 
 
 def test_the_nearest_folder_wins_alone(tmp_path: Path) -> None:
@@ -212,7 +209,8 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
         ),
         ("payload_kg = -1", "payload_kg: expected 0 to 1000 kg, got '-1'"),
         ("vehicle = 1", "vehicle: must be name of a vehicle model or path of its file, got 1"),
-        ("exit_zero = 1", "exit_zero: must be true or false, got 1"),
+        ("statistics = 1", "statistics: must be true or false, got 1"),
+        ("exit_zero = true", "exit_zero may not be set by a file: give --exit-zero"),
         ("select = [1]", "select: must be text or list of texts, got [1]"),
         ("ignore = 'Q999'", "ignore: no rule's code begins with 'Q999'"),
         (

@@ -155,6 +155,7 @@ STAYS_A_WARNING = {
     "DO_WINCH",
     "DO_SPRAYER",
     "DO_AUX_FUNCTION",  # that does nothing, as here
+    "DO_PARACHUTE",  # switched off, as here
     "DO_AUTOTUNE_ENABLE",
     "NAV_PAYLOAD_PLACE",  # flown down and up, its load is not known
     "NAV_ARC_WAYPOINT",  # of 0°, as here
@@ -172,6 +173,16 @@ def test_what_is_not_modelled_is_no_go_where_the_vehicle_may_fly_otherwise(comma
     [finding] = [one for one in route.findings if one.code == "T102"]
     is_warning = DIALECTS.get(command) in STAYS_A_WARNING
     assert finding.severity is (Severity.WARNING if is_warning else Severity.ERROR)
+
+
+@pytest.mark.parametrize(
+    ("does", "flies_on"), [(0.0, True), (1.0, True), (2.0, False), (None, False)]
+)
+def test_a_parachute_is_no_go_where_it_is_released(does: float | None, *, flies_on: bool) -> None:
+    chute = item(208, frame=2, params=(does, 0.0, 0.0, 0.0))
+    route = flown(TAKEOFF, chute, LEG, rtl(), dialect=Autopilot.ARDUPILOT)
+    [finding] = [one for one in route.findings if one.code == "T102"]
+    assert (finding.severity is Severity.WARNING) is flies_on
 
 
 @pytest.mark.parametrize("function", range(200))

@@ -208,6 +208,43 @@ def test_items_behind_the_landing_are_not_flown_and_said() -> None:
     assert "2 items from 3 on" in finding.message
 
 
+@pytest.mark.parametrize(
+    ("dialect", "after", "severity"),
+    [
+        (Autopilot.PX4, waypoint(400, 20), Severity.ERROR),
+        (Autopilot.PX4, takeoff(20), Severity.ERROR),
+        (Autopilot.PX4, item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0)), Severity.INFO),
+        (Autopilot.PX4, rtl(), Severity.INFO),
+        (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.INFO),
+        (Autopilot.ARDUPILOT, takeoff(20), Severity.ERROR),
+    ],
+)
+def test_what_px4_flies_after_a_landing_is_not_left_out_in_silence(
+    dialect: Autopilot, after: MissionItem, severity: Severity
+) -> None:
+    found = route(takeoff(20), item(21, north(90), 0.0), after, dialect=dialect)
+    [finding] = [f for f in found.findings if f.code == "T104"]
+    assert finding.severity is severity
+
+
+@pytest.mark.parametrize(
+    ("after", "again"),
+    [
+        ((jump(1, 5),), True),
+        ((takeoff(20), waypoint(50, 20), rtl()), True),
+        ((waypoint(50, 20),), False),
+    ],
+)
+def test_ardupilot_takes_off_again_after_a_return(
+    after: tuple[MissionItem, ...], *, again: bool
+) -> None:
+    # Tried in its simulation: "Mission: 4 Jump 1/1 / Mission: 1 Takeoff", with MIS_OPTIONS 0.
+    found = route(takeoff(20), waypoint(90, 20), rtl(), *after, dialect=Autopilot.ARDUPILOT)
+    [finding] = [f for f in found.findings if f.code == "T104"]
+    assert (finding.severity is Severity.ERROR) is again
+    assert ("takes off again" in finding.message) is again
+
+
 def test_items_behind_the_landing_that_a_jump_has_led_past_are_flown() -> None:
     items = (takeoff(20), jump(5, 1), item(21, 0.0, 0.0), item(16, north(9), 20.0), waypoint(9, 9))
     found = route(*items, jump(3, 1))

@@ -192,6 +192,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: one_way(1e-9),
         silent=lambda: one_way(0.001),
     ),
+    "E128": RuleCases(
+        fires=lambda: found(PLAIN, ARDUPILOT, "BATT2_MONITOR,4\nBATT2_LOW_VOLT,14\n"),
+        boundary=lambda: found(PLAIN, ARDUPILOT, "BATT2_MONITOR,0\nBATT2_LOW_VOLT,14\n"),
+        silent=lambda: found(PLAIN, PX4, "BAT2_SOURCE,-1\n"),
+    ),
     "E103": RuleCases(
         fires=lambda: at_most_s(-0.01),
         boundary=lambda: at_most_s(0.0),

@@ -92,12 +92,12 @@ def test_the_other_rules_of_arming_heed_the_checks_that_are_on(text: str, code: 
     assert not refuses(f"{text}ARMING_SKIPCHK,-1\n", code)
 
 
-def delivering(wait_s: float) -> list[Severity]:
+def delivering(wait_s: float, hour: float = -1.0) -> list[Severity]:
     """Return what is said of a delivery with a wait on the ground; AUTO_OPTIONS 3 needs no throttle."""
     one = mission(
         takeoff(20),
         item(21, north(200)),
-        item(93, frame=2, params=(wait_s, -1.0, -1.0, -1.0)),
+        item(93, frame=2, params=(wait_s, hour, -1.0, -1.0)),
         takeoff(20),
         waypoint(300, 20),
         rtl(),
@@ -109,6 +109,8 @@ def delivering(wait_s: float) -> list[Severity]:
 def test_a_wait_on_the_ground_as_long_as_disarming_takes_ends_a_delivery() -> None:
     assert delivering(20.0) == [Severity.ERROR]
     assert delivering(19.0) == []
+    assert delivering(-1.0, hour=18.0) == [Severity.ERROR]
+    assert delivering(0.0) == []
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,8 @@ from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
     from planner.mission.items import Mission
@@ -413,3 +415,33 @@ def test_a_failsafe_in_a_landing_that_is_not_the_last_leaves_the_vehicle_there()
     [finding] = told(result, "E103")
     assert finding.severity is Severity.ERROR
     assert finding.item == 3
+
+
+@pytest.mark.parametrize(
+    ("values", "codes"),
+    [
+        # The second monitor measures the battery that flies, 8 Ah: judged as the first.
+        ({"BATT2_CAPACITY": 8000, "BATT2_LOW_MAH": 7900, "BATT2_FS_LOW_ACT": 1}, {"E103"}),
+        ({"BATT2_CAPACITY": 8000, "BATT2_LOW_MAH": 100, "BATT2_FS_LOW_ACT": 1}, set()),
+        ({"BATT2_CAPACITY": 8000, "BATT2_LOW_MAH": 8001}, {"E114"}),
+        ({"BATT2_CAPACITY": 8700, "BATT2_LOW_MAH": 8650, "BATT2_FS_CRT_ACT": 2}, set()),
+        # It measures something else: what acts is not checked, what does not is only said.
+        ({"BATT2_CAPACITY": 3000, "BATT2_LOW_MAH": 500, "BATT2_FS_LOW_ACT": 2}, {"X904"}),
+        ({"BATT2_LOW_VOLT": 10.5}, set()),
+        ({"BATT2_MONITOR": 0, "BATT2_LOW_VOLT": 60, "BATT2_FS_LOW_ACT": 2}, set()),
+    ],
+)
+def test_a_further_monitor_acts_as_the_first(values: dict[str, Any], codes: set[str]) -> None:
+    result = checked(**({"BATT_MONITOR": 0, "BATT2_MONITOR": 4} | values))
+    errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert errors & {"E103", "E114", "X904"} == codes
+
+
+def test_a_further_battery_of_px4s_counts_or_is_not_checked() -> None:
+    for capacity, codes in ((8000.0, set()), (3000.0, {"X904"})):
+        result = checked(
+            autopilot=Autopilot.PX4, BAT2_SOURCE=0, BAT2_CAPACITY=capacity, COM_LOW_BAT_ACT=3
+        )
+        errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+        assert errors & {"E103", "X904"} == codes
+        assert told(result, "E128")

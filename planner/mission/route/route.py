@@ -31,7 +31,7 @@ from planner.mission.route.walk import (
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
@@ -222,7 +222,7 @@ def make_route(
             ahead = (mission.items[n - 1].command for n in order.visits[position:])
             state.is_over = not (state.stages[-1].kind is StageKind.LAND and _takes_off_next(ahead))
         if state.is_over:
-            findings += _left_out(mission, state.stages, set(order.visits[position:]), reached)
+            findings += _left_out(mission, state, order.visits[position:], reached)
             break
         if position == order.lap_start:
             lap_start = len(state.stages)
@@ -430,7 +430,10 @@ ITEMS_NOT_FLOWN = Rule(
     how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out, unless --params has "
     "bit 2 of ArduPilot's MIS_OPTIONS set (4, continue after land) and a take-off is the next navigation "
     "command but for NAV_DELAY (AP_Mission::is_takeoff_next): then the flight goes on.  An error "
-    "where a take-off is among those left out: a vehicle that is started again flies what is not counted.",
+    "where a take-off is among those left out: a vehicle that is started again flies what is not counted; "
+    "and on PX4 where a place is: landed it stays armed in its mission and takes off to what comes next "
+    "(Commander::handleAutoDisarm).  So does ArduPilot after a return whose next navigation command is a "
+    "take-off, whatever MIS_OPTIONS (ModeAuto::verify_RTL).",
     fix="move the items before the landing, or delete them; to land and take off again, set MIS_OPTIONS "
     "to 4 and let the take-off follow the landing or its NAV_DELAY",
     instead="a mission that ends with its landing",
@@ -438,10 +441,24 @@ ITEMS_NOT_FLOWN = Rule(
 
 
 def _left_out(
-    mission: Mission, stages: list[Stage], after: set[int], reached: list[int]
+    mission: Mission, state: MissionState, after: Sequence[int], reached: list[int]
 ) -> list[Finding]:
     """Return that items after the end of the flight are not flown."""
-    missed = sorted(after - set(reached))
+    end = state.stages[-1]
+    if (
+        state.dialect is Autopilot.ARDUPILOT
+        and end.kind is StageKind.RETURN
+        and _takes_off_next(mission.items[number - 1].command for number in after)
+    ):
+        return [
+            ITEMS_NOT_FLOWN.finding(
+                f"ArduPilot takes off again after the return of item {end.item}, which is not predicted",
+                severity=Severity.ERROR,
+                item=after[0],
+                place=mission.items[after[0] - 1].place,
+            )
+        ]
+    missed = sorted(set(after) - set(reached))
     if not missed:
         return []
     which = f"item {missed[0]}" if len(missed) == 1 else f"{len(missed)} items from {missed[0]} on"
@@ -449,13 +466,26 @@ def _left_out(
         mission.items[n - 1].command in {Command.DO_LAND_START, Command.DO_RETURN_PATH_START}
         for n in missed
     )
-    only = ", reached by a failsafe only" if landing else ""
+    said = f"{which} after the end of the flight at item {end.item}: not flown"
     # A vehicle set to continue after a landing, or started again, flies what comes after it.
-    takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
+    is_flown = not landing and any(
+        mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed
+    )
+    if (
+        state.dialect is Autopilot.PX4
+        and end.kind is StageKind.LAND
+        and any(is_destination(mission.items[n - 1].command) for n in missed)
+    ):
+        said, is_flown = (
+            f"{which}: PX4 takes off again after the landing, which is not predicted",
+            True,
+        )
+    elif landing:
+        said += ", reached by a failsafe only"
     return [
         ITEMS_NOT_FLOWN.finding(
-            f"{which} after the end of the flight at item {stages[-1].item}: not flown{only}",
-            severity=Severity.ERROR if takes_off_again and not landing else None,
+            said,
+            severity=Severity.ERROR if is_flown else None,
             item=missed[0],
             place=mission.items[missed[0] - 1].place,
         )
