@@ -24,7 +24,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, NoReturn
 
-from fuzz.pipeline import pipeline
+from fuzz.pipeline import targets as pipelines
 from fuzz.readers import targets as readers
 from fuzz.relations import relations
 from fuzz.target import LONGEST_S, Target, TooSlowError
@@ -43,7 +43,7 @@ _MOST_MEMORY = 4 << 30
 
 def all_targets() -> tuple[Target, ...]:
     """Return every target."""
-    return (*readers(), *vehicles(), pipeline(), relations())
+    return (*readers(), *vehicles(), *pipelines(), relations())
 
 
 def _too_slow(*_: object) -> NoReturn:

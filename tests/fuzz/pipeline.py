@@ -1,6 +1,7 @@
-"""The fuzz target of the whole: missions of any shape, checked under any conditions, in every report.
+"""The fuzz targets of the whole: fleets, and missions of any shape, under any conditions, in every report.
 
-An input is a JSON document: the text of the mission, settings as they are typed, and the parameters' text.
+An input of missions is a JSON document: the text of the mission, settings as they are typed, and the text
+of the parameters.
 """
 
 from __future__ import annotations
@@ -11,21 +12,26 @@ import xml.etree.ElementTree as ET
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from fuzz.setups import setup_of
-from fuzz.target import Target
+from fuzz.target import FOLDER, Target
 
 from planner.cli.check_output import rendered
 from planner.errors import ExitCode, MavjouleError
+from planner.fleet.reader import read_fleet
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
 from planner.report.columns import columns_csv, segments_csv, segments_text
+from planner.report.fleet import fleet_json, fleet_text
 from planner.report.html.page import check_html
+from planner.report.text import Medium
 from planner.selection import is_kept_on
+from planner.service.fleet import check_fleet
 from planner.service.preflight import CheckResult, check_mission
 from planner.setup import FORMATS, Output, settings
 from planner.values import replace
@@ -35,8 +41,6 @@ from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
-    from random import Random
-
     from planner.mission.items import Mission
 
 _MODELS = ("falkowski-2023-quadrotor", "px4-sih-quad", "arducopter-sitl-quad", "dji-matrice-100")
@@ -373,12 +377,95 @@ def _reads_back(mission: Mission | None) -> None:
         assert [one.command for one in back.items] == [one.command for one in mission.items]
 
 
-def pipeline() -> Target:
-    """Return the target."""
+_FLEET_SEED = b"""
+schema = 1
+[operation]
+start = 2026-05-12T08:00:00+02:00
+latest_s = 3600
+[conditions]
+wind = "3@270"
+reserve = "25%"
+[separation]
+horizontal_m = 10
+start_error_s = 2
+[layers]
+lowest_m = 40
+highest_m = 80
+step_m = 15
+[swap]
+time_s = 120
+[pad.north]
+latitude_deg = 47.0
+longitude_deg = 8.0
+[vehicle.alpha]
+model = "falkowski-2023-quadrotor"
+pad = "north"
+payload_kg = 0.2
+[vehicle.beta]
+model = "falkowski-2023-quadrotor"
+equipment = ["camera"]
+available_until_s = 3000
+[pack.A]
+battery = "5.2Ah@14.8V"
+charge = "90%"
+count = 3
+[pack.B.battery]
+capacity_wh = 77
+[charger.bench]
+c_rate = 1
+taper_soc = [0.8, 1.0]
+taper_factor = [1.0, 0.1]
+packs = ["A"]
+[job.survey]
+mission = "a.plan"
+earliest_s = 5
+[job.again]
+mission = "a.plan"
+payload_kg = 0.1
+[sortie.first]
+job = "survey"
+vehicle = "alpha"
+pack = "A-2"
+start_s = 10
+[sortie.second]
+job = "again"
+vehicle = "beta"
+pack = "B"
+start_s = 900
+[sortie.third]
+job = "again"
+vehicle = "alpha"
+pack = "A-2"
+pad = "north"
+start_s = 2000
+"""
+
+
+def _fleet(data: bytes) -> None:
+    """Read a fleet and judge it; the mission of its jobs is always there."""
+    path = FOLDER / "fleet.toml"
+    path.write_bytes(data)
+    fleet = read_fleet(path)
+    mission = FOLDER / "a.plan"
+    if not mission.exists():
+        mission.write_text(sound_plan(Random(3)))
+    result = check_fleet(fleet)
+    fleet_text(result, medium=Medium()).encode()
+    json.loads(fleet_json(result, version="1"), parse_constant=_refuse)
+    if result.verdict == "go":
+        assert all(one.result.verdict == "go" for one in result.sorties)
+        assert {one.sortie.job for one in result.sorties} == {*fleet.jobs}
+
+
+def targets() -> tuple[Target, ...]:
+    """Return the targets."""
     crossing = Path(__file__).parents[2] / "missions" / "crossing-too-far.plan"
     seed = {
         "mission": crossing.read_text("utf-8"),
         "settings": {"vehicle": _MODELS[0]},
         "parameters": "",
     }
-    return Target("pipeline", [json.dumps(seed).encode()], run, make=_made)
+    return (
+        Target("fleet", [_FLEET_SEED], _fleet),
+        Target("pipeline", [json.dumps(seed).encode()], run, make=_made),
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import gzip
 import mmap
 import warnings
@@ -14,7 +13,7 @@ import numpy as np
 from dataflash_writer import copter_log
 from fuzz.frames import dataflash_maker, stream_maker, tlog_maker, ulog_maker
 from fuzz.setups import setup_of
-from fuzz.target import Target
+from fuzz.target import FOLDER, Target
 from made_missions import HOME
 from rasterio import Affine
 from telemetry_writer import copter_telemetry
@@ -46,11 +45,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _ROOT = Path(__file__).parents[2]
-_MEMORY = Path("/dev/shm")
-_KEPT = TemporaryDirectory(prefix="mavjoule-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None)
-atexit.register(_KEPT.cleanup)
-_FOLDER = Path(_KEPT.name)
-"""In memory where the computer has such a place: a disk is ten times slower than most readers."""
 
 
 def _mission(data: bytes) -> None:
@@ -79,7 +73,7 @@ def _parameters(data: bytes) -> None:
 
 
 def _by_path(name: str, read: Callable[[Path], object]) -> Callable[[bytes], None]:
-    path = _FOLDER / name
+    path = FOLDER / name
 
     def run(data: bytes) -> None:
         with open(path, "wb") as file:  # noqa: PTH123 - a third of the time of Path's own
@@ -216,7 +210,7 @@ def _rasters() -> list[bytes]:
 
 
 def _terrain(data: bytes) -> None:
-    path = _FOLDER / "a.tif"
+    path = FOLDER / "a.tif"
     path.write_bytes(data)
     terrain = read_terrain(path)
     [tile] = terrain.tiles

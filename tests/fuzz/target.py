@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from fuzz.mutation import mutated
@@ -19,6 +21,11 @@ if TYPE_CHECKING:
 
 CRASHERS = Path(__file__).parent / "crashers"
 """Every input that was once a finding, by target: replayed for ever."""
+_MEMORY = Path("/dev/shm")
+_KEPT = TemporaryDirectory(prefix="mavjoule-fuzz-", dir=_MEMORY if _MEMORY.is_dir() else None)
+atexit.register(_KEPT.cleanup)
+FOLDER = Path(_KEPT.name)
+"""In memory where the computer has such a place: a disk is ten times slower than most readers."""
 LONGEST_S = 20.0
 """An input that takes longer is a finding: the largest have 1 MB, and the slowest machine is 20 times
 slower than what a second is enough for."""
