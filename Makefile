@@ -51,6 +51,7 @@ SECONDS ?= 600
 
 fuzz: $(MADE) ## feed readers, checks and lines with damage: make fuzz SECONDS=600
 	PYTHONPATH=tests:. $(BIN)/python tests/fuzz/campaign.py --seconds $(SECONDS)
+	PYTHONPATH=tests:. $(BIN)/python tests/fuzz/interruptions.py
 
 format: $(MADE) ## put the code in shape
 	$(BIN)/ruff check --fix

@@ -135,17 +135,24 @@ def write_output_bytes(path: Path, data: bytes) -> None:
     _write_together({path: data})
 
 
-def write_output_files(texts: Mapping[Path, str]) -> None:
-    """Write several texts, the whole contents of each file: all of them or, where one fails, none.
+def write_output_files(contents: Mapping[Path, str | bytes]) -> None:
+    """Write several files, the whole contents of each: all of them or, where one fails, none.
 
-    Every text is on the disk before the first takes its place.
+    Every one is on the disk before the first takes its place, and no file that is replaced stands
+    beside a new one at any moment: a program that is killed leaves old ones or new ones.  One that
+    was replaced then is beside its place, as ``.mavjoule-….before``.
 
     Raises
     ------
     OutputError
         If one cannot be written; the others are as they were before.
     """
-    _write_together({path: text.encode("utf-8") for path, text in texts.items()})
+    _write_together(
+        {
+            path: one.encode("utf-8") if isinstance(one, str) else one
+            for path, one in contents.items()
+        }
+    )
 
 
 class _Staged(Value):
@@ -161,42 +168,65 @@ class _Staged(Value):
 
 def _write_together(contents: Mapping[Path, bytes]) -> None:
     staged: list[_Staged] = []
+    aside: list[_Staged] = []
     placed: list[_Staged] = []
-    path = Path()
+    lost: list[_Staged] = []
     try:
         for path, data in contents.items():
-            target = Path(os.path.realpath(path))
-            if target.exists() and not target.is_file():
-                target.write_bytes(data)
-                continue
-            beside = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
-            one = _Staged(
-                path=path, target=target, temporary=beside, before=beside.with_suffix(".before")
-            )
-            staged.append(one)
-            _stage(one, data)
+            _stage(path, data, staged)
+        if len(staged) > 1:  # a single one takes the place of the old at once
+            _put_aside(staged, aside)
         for one in staged:
-            path = one.path
-            if len(staged) > 1:  # a single one is in its place at once, or not at all
-                _keep(one)
-                placed.append(one)
+            placed.append(one)
             one.temporary.replace(one.target)
-        for folder in {one.target.parent for one in staged}:
-            _sync(folder)
+        _sync_folders(staged)
     except BaseException as error:  # an interruption too
-        for one in reversed(placed):
-            _put_back(one)
+        lost = _put_back(aside, placed if len(staged) > 1 else [])
         if not isinstance(error, OSError):
             raise
-        msg = f"{path}: cannot be written: {error.strerror or error}"
+        msg = (
+            f"{_at(contents, staged, aside, placed)}: cannot be written: {error.strerror or error}"
+        )
+        if lost:
+            names = ", ".join(f"{one.path} is in {one.before}" for one in lost)
+            msg = f"{msg}; what was there cannot be put back either: {names}"
         raise OutputError(msg) from error
     finally:
-        for one in staged:
-            one.temporary.unlink(missing_ok=True)
-            one.before.unlink(missing_ok=True)
+        _take_away(
+            [one.temporary for one in staged] + [one.before for one in aside if one not in lost]
+        )
 
 
-def _stage(one: _Staged, data: bytes) -> None:
+def _take_away(paths: list[Path]) -> None:
+    """Remove what waited beside places; an interruption waits until that is done."""
+    try:
+        for path in paths:
+            with suppress(OSError):  # what cannot be removed is no part of any file
+                path.unlink(missing_ok=True)
+    except KeyboardInterrupt:
+        _take_away(paths)
+        raise
+
+
+def _at(contents: Mapping[Path, bytes], *stages: list[_Staged]) -> Path:
+    """Return the file that was being written: the last of the latest stage."""
+    reached = [stage[-1].path for stage in stages if stage]
+    return reached[-1] if reached else next(iter(contents))
+
+
+def _stage(path: Path, data: bytes, staged: list[_Staged]) -> None:
+    """Write a file beside its place, or a device as it is."""
+    target = Path(os.path.realpath(path))
+    beside = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
+    one = _Staged(path=path, target=target, temporary=beside, before=beside.with_suffix(".before"))
+    if target.exists() and not target.is_file():
+        try:
+            target.write_bytes(data)
+        except OSError as error:
+            msg = f"{path}: cannot be written: {error.strerror or error}"
+            raise OutputError(msg) from error
+        return
+    staged.append(one)
     with one.temporary.open("xb") as file:
         file.write(data)
         file.flush()
@@ -205,23 +235,40 @@ def _stage(one: _Staged, data: bytes) -> None:
         one.temporary.chmod(stat.S_IMODE(one.target.stat().st_mode))
 
 
-def _keep(one: _Staged) -> None:
-    if not one.target.exists():
-        return
+def _put_aside(staged: list[_Staged], aside: list[_Staged]) -> None:
+    """Take what is in the places away, and keep it."""
+    for one in staged:
+        if one.target.exists():
+            aside.append(one)
+            one.target.replace(one.before)
+    _sync_folders(staged)
+
+
+def _put_back(aside: list[_Staged], placed: list[_Staged]) -> list[_Staged]:
+    """Undo what was put aside and placed; return what cannot be put back.
+
+    An interruption is taken up again: where files are says what is left to do.
+    """
+    lost = []
     try:
-        one.before.hardlink_to(one.target)
-    except OSError:  # a file system without links
-        one.before.write_bytes(one.target.read_bytes())
+        for one in placed:
+            if one not in aside and not one.temporary.exists():
+                with suppress(OSError):
+                    one.target.unlink(missing_ok=True)
+        for one in aside:
+            try:
+                if one.before.exists():
+                    one.before.replace(one.target)
+            except OSError:
+                lost.append(one)
+    except KeyboardInterrupt:
+        return _put_back(aside, placed)
+    return lost
 
 
-def _put_back(one: _Staged) -> None:
-    """Undo what took a place, where it did: its temporary file is gone then."""
-    if one.temporary.exists():
-        return
-    if one.before.exists():
-        one.before.replace(one.target)
-    else:
-        one.target.unlink(missing_ok=True)
+def _sync_folders(staged: list[_Staged]) -> None:
+    for folder in {one.target.parent for one in staged}:
+        _sync(folder)
 
 
 def _sync(folder: Path) -> None:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import os
 import stat
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
+from faulty_system import Command, faults_found, run
 
+from planner.cli.guard import DecisionLog
 from planner.errors import OutputError
 from planner.files import write_output_file, write_output_files
+from planner.guard.authorisation import Verdict
+from planner.guard.decision import Decision
 
 
 def test_a_text_replaces_the_one_before_and_leaves_nothing_else(tmp_path: Path) -> None:
@@ -65,82 +69,69 @@ def test_the_permissions_of_a_replaced_file_are_kept(tmp_path: Path) -> None:
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
 
 
-CALLS = (
-    *((Path, name) for name in ("open", "replace", "chmod", "hardlink_to", "exists", "is_file")),
-    *((os, name) for name in ("fsync", "open", "close", "urandom")),
+NEW = {"a.plan": "new plan " * 2000, "b.params": "new parameters\n"}
+"""The first is longer than a buffer: it is written by more than one call."""
+
+
+def _write(*names: str) -> int:
+    """Write some of the files as a command does, to its exit code."""
+    try:
+        write_output_files({Path(name): NEW[name] for name in names})
+    except OutputError:
+        return 2
+    return 0
+
+
+def _append() -> int:
+    log = DecisionLog(Path("guard.log"), address="udp:127.0.0.1:14550")
+    log.add(Decision(kind="verdict", verdict=Verdict.GO, text="go"))
+    return 0
+
+
+OLD = dict.fromkeys(NEW, b"old")
+WRITERS = (
+    Command("one", partial(_write, "a.plan"), {"a.plan": b"old"}),
+    Command("pair", partial(_write, *NEW), OLD, pairs=[tuple(NEW)]),
+    Command("half new pair", partial(_write, *NEW), {"b.params": b"old"}, pairs=[tuple(NEW)]),
+    Command("log", _append, {"guard.log": b"{}\n"}, appends=frozenset({"guard.log"})),
 )
-"""Every call to the system on the way of a file to its place."""
 
 
-def _failing_at(number: int, error: BaseException, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Make one of the calls fail, counted over all of them; return the count."""
-    seen = [0]
-
-    def failing(whole: Any) -> Any:  # noqa: ANN401 - whatever is called
-        def call(*given: Any, **more: Any) -> Any:  # noqa: ANN401 - as above
-            seen[0] += 1
-            if seen[0] == number:
-                raise error
-            return whole(*given, **more)
-
-        return call
-
-    for owner, name in CALLS:
-        monkeypatch.setattr(owner, name, failing(getattr(owner, name)))
-    return seen
-
-
-@pytest.mark.parametrize(
-    "error",
-    [OSError(28, "No space left on device"), PermissionError(13, "denied"), KeyboardInterrupt()],
-)
-@pytest.mark.parametrize("names", [["a.plan"], ["a.plan", "a.params"]], ids=len)
-@pytest.mark.parametrize("is_new", [True, False])
-def test_of_a_pair_both_are_old_or_both_are_new_whatever_call_fails(
-    tmp_path: Path, *, names: list[str], is_new: bool, error: BaseException
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows forks no processes")
+@pytest.mark.parametrize("writer", WRITERS, ids=lambda one: one.name)
+def test_whatever_call_ends_a_writer_its_files_are_old_or_new(
+    tmp_path: Path, writer: Command
 ) -> None:
-    new = {tmp_path / name: f"new {name}" for name in names}
-    old = {} if is_new else dict.fromkeys(new, "old")
-    failed, number = 0, 0
-    while True:
-        number += 1
-        for path in new:
-            path.unlink(missing_ok=True)
-        for path, text in old.items():
-            path.write_text(text, encoding="utf-8")
-        with pytest.MonkeyPatch.context() as patch:
-            seen = _failing_at(number, error, patch)
-            try:
-                write_output_files(new)
-            except (OutputError, KeyboardInterrupt):
-                failed += 1
-            was_reached = seen[0] >= number
-        found = {path: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()}
-        assert found in (old, new), f"call {number}"
-        if not was_reached:
-            break
-    assert failed >= 6 * len(names), "each is opened, synced, asked for and put in its place"
+    # Whole commands, and all of them, are tried by make fuzz.
+    whole = run(writer, tmp_path / "folder", at=1_000_000, fault="none")
+    assert whole.code == 0
+    assert faults_found(writer, whole, whole, "none") == []
+    for fault in ("SIGKILL", "SIGINT after") if writer.pairs else ("full disk", "read-only"):
+        at, codes = 1, set[int]()
+        while (ended := run(writer, tmp_path / "folder", at=at, fault=fault)).is_reached:
+            assert faults_found(writer, whole, ended, fault) == [], f"{fault} at call {at}"
+            codes.add(ended.code)
+            at += 1
+        # It is opened, written, synced and put in its place, and its folder is synced.
+        assert at > (3 if writer.appends else 6)
+        assert codes - {0} or writer.appends, "who is stopped does not say that it is done"
 
 
-def test_a_pair_on_a_file_system_without_links_is_put_back_too(
+def test_a_pair_whose_second_cannot_be_placed_is_put_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, other = tmp_path / "a", tmp_path / "b"
     for path in (one, other):
         path.write_text("old", encoding="utf-8")
 
-    def refuse(*_: object) -> None:
-        raise PermissionError(1, "Operation not permitted")
-
     whole, count = Path.replace, [0]
 
     def replace(path: Path, target: Path) -> Path:
         count[0] += 1
-        if count[0] == 2:
+        if count[0] == 4:  # two are put aside, one is placed
             raise OSError(5, "Input/output error")
         return whole(path, target)
 
-    monkeypatch.setattr(Path, "hardlink_to", refuse)
     monkeypatch.setattr(Path, "replace", replace)
     with pytest.raises(OutputError, match="b: cannot be written: Input/output error"):
         write_output_files({one: "new", other: "new"})

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from planner.errors import UsageError
-from planner.files import make_output_folder, write_output_bytes, write_output_file
+from planner.files import make_output_folder, write_output_files
 from planner.flight.motion.kinematics import FlightState
 
 if TYPE_CHECKING:
@@ -121,17 +121,22 @@ def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -
     OutputError
         If the file cannot be written.
     """
-    path = Path(path)
+    write_output_files({Path(path): _picture(figure, Path(path), scheme)})
+
+
+def _picture(figure: Chart, path: Path, scheme: Scheme) -> str | bytes:
+    """Return the contents of a picture's file."""
     converter = load_converter()
     chart = figure.to_dict(validate=False) | {"config": chart_config(scheme)}
     match path.suffix.lower():
         case ".svg":
-            write_output_file(path, converter.vegalite_to_svg(chart))
+            svg: str = converter.vegalite_to_svg(chart)
+            return svg
         case ".png":
-            write_output_bytes(path, converter.vegalite_to_png(chart, scale=_PNG_SCALE))
-        case _:
-            msg = f"{path}: a picture's file ends in .svg or .png"
-            raise UsageError(msg)
+            png: bytes = converter.vegalite_to_png(chart, scale=_PNG_SCALE)
+            return png
+    msg = f"{path}: a picture's file ends in .svg or .png"
+    raise UsageError(msg)
 
 
 def still_svg(spec: dict[str, Any]) -> str:
@@ -145,6 +150,8 @@ def write_figures(
     figures: Mapping[str, Chart], folder: Path | str, *, file_formats: Sequence[str] = FILE_FORMATS
 ) -> tuple[Path, ...]:
     """Write pictures into a folder, which is made where it is not there, and return their files.
+
+    All of them are written or, where one fails, none.
 
     Parameters
     ----------
@@ -164,8 +171,7 @@ def write_figures(
     folder = Path(folder)
     make_output_folder(folder, holding="figures")
     paths = [folder / f"{stem}.{ending}" for stem in figures for ending in file_formats]
-    for path in paths:
-        write_figure(figures[path.stem], path)
+    write_output_files({path: _picture(figures[path.stem], path, "light") for path in paths})
     return tuple(paths)
 
 

@@ -1,0 +1,209 @@
+"""Every command that writes, ended or refused at every call that changes a file.
+
+``python tests/fuzz/interruptions.py`` tries them all and says how many; what each leaves behind is old or
+new, never half, and of files that belong together never some old beside some new.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from faulty_system import FAULTS, Command, Ended, faults_found, run
+from guarded_vehicle import GuardedVehicle, guarded
+from made_missions import mission, rtl, takeoff, waypoint
+from simulated_vehicles import memory_line
+from ulog_writer import px4_log
+from virtual_vehicle import VirtualLine, VirtualVehicle, waypoints
+
+from planner.autopilot import Autopilot
+from planner.link.mission import MissionKind
+from planner.mission.formats.writers import plan_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.link.wire import VehicleLine
+
+SURVEY = Path(__file__).parents[2] / "missions" / "survey-vineyard.plan"
+OLD = b"what was there before\n"
+VEHICLE = ("--vehicle", "arducopter-sitl-quad", "--battery", "170Wh")
+URL = "udp:127.0.0.1:14550"
+_FIRST, _LAST = 1, 1_000_000
+
+
+def _plan(distance_m: float) -> bytes:
+    legs = (waypoint(one * distance_m, 20.0) for one in range(1, 9))
+    return plan_text(mission(takeoff(20.0), *legs, rtl())).encode()
+
+
+def _opens(line: Callable[[], VehicleLine]) -> Callable[[], None]:
+    """Return what makes an address open a line."""
+
+    def prepare() -> None:
+        patch = pytest.MonkeyPatch()  # of a process that ends with the command
+        patch.setattr("planner.link.vehicle.open_line", lambda _: line())
+        patch.setattr("planner.service.vehicle._now", lambda: "2026-11-22T12:00:00Z")
+
+    return prepare
+
+
+def _fetched() -> VehicleLine:
+    vehicle = VirtualVehicle(parameters={"MPC_XY_CRUISE": (6.1, 9)})
+    vehicle.lists[MissionKind.MISSION] = waypoints(3)
+    return VirtualLine(vehicle)
+
+
+def _guarded() -> VehicleLine:
+    """A vehicle that asks, and whose pilot then stops the guard."""
+
+    def stop(_: GuardedVehicle) -> None:
+        raise KeyboardInterrupt
+
+    return VirtualLine(guarded(script=[(20.0, GuardedVehicle.ask), (30.0, stop)]))
+
+
+@cache
+def commands() -> tuple[Command, ...]:
+    """Return the commands that write files, one for each way to write."""
+    near, far = _plan(30.0), _plan(250.0)
+    pictures = tuple(f"pictures/speed.{ending}" for ending in ("svg", "png"))
+    parts = ("parts/part-01.plan", "parts/part-02.plan")
+    tight = (*VEHICLE[:3], "40Wh")  # takes two flights of 24 Wh
+    fetch = ("fetch", URL, "-o", "a.plan")
+
+    def old(*names: str) -> dict[str, bytes]:
+        return dict.fromkeys(names, OLD)
+
+    return (
+        Command("convert", ("convert", "in.plan", "a.plan"), {"in.plan": near}),
+        Command(
+            "convert --force",
+            ("convert", "in.plan", "a.waypoints", "--force"),
+            {"in.plan": near, **old("a.waypoints")},
+        ),
+        Command("fetch", fetch, {}, pairs=[("a.plan", "a.params")], prepare=_opens(_fetched)),
+        Command(
+            "fetch --force",
+            (*fetch, "--force"),
+            old("a.plan", "a.params"),
+            pairs=[("a.plan", "a.params")],
+            prepare=_opens(_fetched),
+        ),
+        Command(
+            "logs",
+            ("logs", URL, "--all", "-o", "logs"),
+            {},
+            resumes=frozenset({"logs/log-00001.bin.part"}),
+            prepare=_opens(lambda: memory_line(Autopilot.ARDUPILOT)),
+        ),
+        Command(
+            "guard --log",
+            ("guard", URL, *VEHICLE, "--log", "guard.log"),
+            {"guard.log": b'{"old": 1}\n'},
+            appends=frozenset({"guard.log"}),
+            prepare=_opens(_guarded),
+        ),
+        Command(
+            "segments",
+            ("segments", "in.plan", *VEHICLE[:2], "--output", "a.csv", "--format", "csv"),
+            {"in.plan": near, **old("a.csv")},
+        ),
+        Command(
+            "check",
+            (
+                *("check", "in.plan", *VEHICLE, "--format", "json", "--output", "a.json"),
+                *("--trace", "a.csv", "--report", "a.html"),
+            ),
+            {"in.plan": near, **old("a.json", "a.csv", "a.html")},
+        ),
+        Command(
+            "check --write-baseline",
+            ("check", "in.plan", *VEHICLE, "--write-baseline", "a.baseline"),
+            {"in.plan": near, **old("a.baseline")},
+        ),
+        Command(
+            "compare",
+            (
+                *("compare", "in.plan", "far.plan", *VEHICLE, "--output", "a.txt"),
+                *("--report", "a.html"),
+            ),
+            {"in.plan": near, "far.plan": far, **old("a.txt", "a.html")},
+        ),
+        Command(
+            "speed",
+            ("speed", "in.plan", *VEHICLE, "--from", "3", "--to", "5", "--output", "a.txt"),
+            {"in.plan": near, **old("a.txt")},
+        ),
+        Command(
+            "speed --plots",
+            ("speed", "in.plan", *VEHICLE, "--from", "3", "--to", "5", "--plots", "pictures"),
+            {"in.plan": near, **old(*pictures)},
+            pairs=[pictures],
+        ),
+        Command(
+            "split", ("split", "in.plan", *tight, "-o", "parts"), {"in.plan": far}, pairs=[parts]
+        ),
+        Command(
+            "split --force",
+            ("split", "in.plan", *tight, "-o", "parts", "--force"),
+            {"in.plan": SURVEY.read_bytes(), **old(*parts)},
+            pairs=[parts],
+        ),
+        Command(
+            "identify",
+            ("identify", "a.ulg", "-o", "own.toml", "--mass", "1.5", "--cells", "4"),
+            {"a.ulg": px4_log().content(), **old("own.toml")},
+        ),
+        Command(
+            "verify",
+            ("verify", VEHICLE[1], "a.ulg", "--format", "json", "--output", "a.json"),
+            {"a.ulg": px4_log().content(), **old("a.json")},
+        ),
+    )
+
+
+def undisturbed(command: Command, folder: Path) -> Ended:
+    """Return how a command ends that nothing disturbs."""
+    return run(command, folder, at=_LAST, fault="once")
+
+
+def swept(command: Command, fault: str, folder: Path, whole: Ended) -> Iterator[tuple[int, Ended]]:
+    """Yield what comes of each call that fails, until there is no such call."""
+    at = _FIRST
+    while (ended := run(command, folder, at=at, fault=fault)).is_reached:
+        yield at, ended
+        at += 1
+    assert ended.code == whole.code, command.name
+
+
+def main() -> int:
+    """Try all commands with all faults, or those that are named; return how many left what must not be."""
+    wrong = total = 0
+    with tempfile.TemporaryDirectory() as top:
+        folder = Path(top) / "folder"
+        for command in commands():
+            if sys.argv[1:] and command.name not in sys.argv[1:]:
+                continue
+            whole = undisturbed(command, folder)
+            counts: list[str] = []
+            for fault in FAULTS:
+                count = 0
+                for at, ended in swept(command, fault, folder, whole):
+                    count += 1
+                    for text in faults_found(command, whole, ended, fault):
+                        wrong += 1
+                        print(f"  {command.name}, {fault} at {at}: {text}", flush=True)
+                total += count
+                counts.append(str(count))
+            print(f"{command.name:24} exit {whole.code}  {' '.join(counts)}", flush=True)
+    print(f"{total} ends, {wrong} wrong")
+    return min(wrong, 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
