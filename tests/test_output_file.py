@@ -6,6 +6,7 @@ import os
 import stat
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from faulty_system import Command, faults_found, run
@@ -15,6 +16,9 @@ from planner.errors import OutputError
 from planner.files import write_output_file, write_output_files
 from planner.guard.authorisation import Verdict
 from planner.guard.decision import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 def test_a_text_replaces_the_one_before_and_leaves_nothing_else(tmp_path: Path) -> None:
@@ -73,27 +77,37 @@ NEW = {"a.plan": "new plan " * 2000, "b.params": "new parameters\n"}
 """The first is longer than a buffer: it is written by more than one call."""
 
 
-def _write(*names: str) -> int:
-    """Write some of the files as a command does, to its exit code."""
+def _ends(act: Callable[[], None]) -> int:
+    """Return the exit code of a command that does this."""
     try:
-        write_output_files({Path(name): NEW[name] for name in names})
+        act()
     except OutputError:
         return 2
     return 0
 
 
-def _append() -> int:
+def _write(*names: str) -> None:
+    write_output_files({Path(name): NEW[name] for name in names})
+
+
+def _append() -> None:
     log = DecisionLog(Path("guard.log"), address="udp:127.0.0.1:14550")
     log.add(Decision(kind="verdict", verdict=Verdict.GO, text="go"))
-    return 0
 
 
 OLD = dict.fromkeys(NEW, b"old")
 WRITERS = (
-    Command("one", partial(_write, "a.plan"), {"a.plan": b"old"}),
-    Command("pair", partial(_write, *NEW), OLD, pairs=[tuple(NEW)]),
-    Command("half new pair", partial(_write, *NEW), {"b.params": b"old"}, pairs=[tuple(NEW)]),
-    Command("log", _append, {"guard.log": b"{}\n"}, appends=frozenset({"guard.log"})),
+    Command("one", partial(_ends, partial(_write, "a.plan")), {"a.plan": b"old"}),
+    Command("pair", partial(_ends, partial(_write, *NEW)), OLD, pairs=[tuple(NEW)]),
+    Command(
+        "half new pair",
+        partial(_ends, partial(_write, *NEW)),
+        {"b.params": b"old"},
+        pairs=[tuple(NEW)],
+    ),
+    Command(
+        "log", partial(_ends, _append), {"guard.log": b"{}\n"}, appends=frozenset({"guard.log"})
+    ),
 )
 
 
