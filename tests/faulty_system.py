@@ -14,6 +14,7 @@ import re
 import shutil
 import signal
 import sys
+import traceback
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -199,6 +200,8 @@ def _child(command: Command, folder: Path, said: Path, faults: _Faults) -> None:
         sys.stdout.flush()
     except KeyboardInterrupt:
         code = 130
+    except BaseException:  # noqa: BLE001 - reported as what it is
+        faults.whole["write"](2, traceback.format_exc().encode())
     finally:
         os._exit(code)
 
@@ -229,7 +232,8 @@ def faults_found(command: Command, whole: Ended, ended: Ended, fault: str) -> li
         found += [
             f"{name}: exit 0 and not written"
             for name in whole.files
-            if not _is_hidden(name) and _state(name, old, whole, ended) not in {"new", "same"}
+            if not (_is_hidden(name) or name in command.appends)
+            and _state(name, old, whole, ended) not in {"new", "same"}
         ]
     if fault not in {*_ENDING, "once"}:
         found += [f"{name}: left behind" for name in ended.files if ".mavjoule-" in name]
