@@ -354,6 +354,21 @@ def ends_of_moves(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray,
     return end, velocity
 
 
+def slowing_at_ends_m_s2(legs: Px4Legs) -> FloatArray:
+    """Return the decelerations moves end with and hand on, zero or more. (n,) [m s⁻²]
+
+    That of the braking law flown last, −u̇ = a u/(u + b/2), or what its onset has grown to.
+    """
+    limits, straights, part = legs.limits, legs.straights, legs.planned
+    end = straights.end_m_s
+    law = limits.law(straights.near).acceleration_m_s2 * end
+    braking = quotient(law, end + straights.half_b_m_s[:, 1])
+    follows = (straights.joined_m_s > end + _BEYOND_M_S) & (straights.final_m <= STILL_M)
+    onset = limits.ramp_m_s3 * straights.onset_s * (straights.joined_m_s <= end + _BEYOND_M_S)
+    moving = part.is_leg & ~(part.hold_s > 0.0) & (limits.length_m > STILL_M)
+    return np.where(moving, np.where(follows, braking, onset), 0.0)
+
+
 LIFT_OFF_AFTER_S = 0.2
 """From the end of the thrust ramp to lift-off: 4.2 s after arming with 1 s of spool-up and 3 s of ramp
 (measured). [s]"""

@@ -15,12 +15,19 @@ from planner.flight.motion.px4.braking import (
     vertical_limits,
     yaw_time_s,
 )
-from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs, takeoff_band_m
+from planner.flight.motion.px4.landing import (
+    Takeoffs,
+    ends_of_moves,
+    make_takeoffs,
+    slowing_at_ends_m_s2,
+    takeoff_band_m,
+)
 from planner.flight.motion.px4.moves import Moves, directions
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
 from planner.flight.motion.px4.turns import (
     SLOWEST_TURN_M_S,
     cut_short,
+    eased_turns,
     joined_turns,
     leg_entries,
     slowed_turns,
@@ -292,6 +299,8 @@ class LegStarts(Columns, eq=False):
     """(n, 3) [m]"""
     velocity_m_s: FloatArray
     """(n, 3) [m s⁻¹]"""
+    slowing_m_s2: FloatArray
+    """Deceleration the move before hands on, zero or more. (n,) [m s⁻²]"""
 
 
 class Px4Legs(LegStarts, eq=False):
@@ -347,6 +356,7 @@ def _guessed(planned: PlannedLegs, parameters: Px4Parameters) -> Px4Legs:
         planned=planned,
         place_m=planned.begins_m.copy(),
         velocity_m_s=np.zeros_like(planned.begins_m),
+        slowing_m_s2=np.zeros_like(end_speed),
         turn_s=np.zeros_like(end_speed),
         straight_m=planned.begins_m.copy(),
         limits=limits,
@@ -363,9 +373,11 @@ def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Le
         planned=part,
         place_m=np.where(follows, legs.end_m[part.before], part.start_m),
         velocity_m_s=np.where(follows, legs.end_m_s[part.before], 0.0),
+        slowing_m_s2=np.where(part.before >= 0, slowing_at_ends_m_s2(legs)[part.before], 0.0),
     )
     turns, slowed = slowed_turns(begun, leg_entries(begun, parameters), parameters)
     turns = joined_turns(begun, turns, slowed, parameters)
+    turns = eased_turns(begun, turns, slowed, parameters)
     climbing = part.is_takeoff
     turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 

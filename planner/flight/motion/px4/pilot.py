@@ -169,6 +169,9 @@ def _fly(
 ) -> tuple[Motion, Px4Legs]:
     """Return the motion of moves that serve a number of stages, and the moves as flown."""
     time_scale = TimeScale.of(tracking.noise_m, parameters)
+    if tracking.drag_per_s:
+        # The lag that a known drag causes is not counted twice.
+        time_scale = replace(time_scale, lag_s=0.0)
     begins = moves.beginnings_m()
     speed, findings = held_speeds_m_s(
         moves.speed_m_s,

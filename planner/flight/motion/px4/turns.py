@@ -307,6 +307,8 @@ def _held_speed_m_s(
 
 _SHORTEST_JOIN_S = 0.1
 """Changes of velocity that take less are taken at once: 0.01 m/s. [s]"""
+_SHORTEST_EASE_S = 0.02
+"""Decelerations taken back in less change the speed by less than a millimetre a second. [s]"""
 _NEARLY_STRAIGHT = 2.0 * ALIGNED_COS**2 - 1.0
 """Cosine of twice the angle at which a turn counts as done: a turn by less is little more than a join."""
 _MOSTLY = 0.999
@@ -460,6 +462,38 @@ def joined_turns(
         slower = joined_turns(some, turns_left, slowed[short], parameters, fraction=0.5 * fraction)
         joined.put(short, slower)
     return joined
+
+
+def eased_turns(
+    begun: LegStarts, turns: Turns, slowed: BoolArray, parameters: Px4Parameters
+) -> Turns:
+    """Return turns by which legs that go straight on take back the deceleration they are begun with.
+
+    The waypoint counts as reached while the vehicle brakes for it: a waypoint after it at once allows
+    more, but the deceleration falls at limited jerk, and the speed with it until it has gone.
+    """
+    part, velocity = begun.planned, begun.velocity_m_s
+    speed, jerk = lengths(velocity), parameters.jerk_m_s3
+    direction, _ = directions(part.ends_m - begun.place_m)
+    along = (velocity * direction).sum(axis=1)
+    eases = part.is_leg & ~part.is_takeoff & ~slowed & (part.pause_s == 0.0)
+    eases &= (turns.duration_s == 0.0) & (along > ALIGNED_COS * speed)
+    slowing = np.where(eases, begun.slowing_m_s2, 0.0)
+    slowing = np.minimum(slowing, np.sqrt(2.0 * jerk * speed))
+    time = slowing / jerk
+    eases &= time > _SHORTEST_EASE_S
+    if not eases.any():
+        return turns
+    way = time * (speed - jerk * time**2 / 3.0)
+    after = speed - 0.5 * jerk * time**2
+    heading = quotient(velocity, speed[:, None])
+    level = horizontal(heading)
+    return Turns(
+        duration_s=np.where(eases, time, turns.duration_s),
+        end_m=np.where(eases[:, None], begun.place_m + heading * way[:, None], turns.end_m),
+        speed_m_s=np.where(eases, after * level, turns.speed_m_s),
+        acceleration_m_s2=np.where(eases, 0.0, turns.acceleration_m_s2),
+    )
 
 
 def cut_short(
