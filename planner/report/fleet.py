@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.findings import Severity
 from planner.report.json import (
     envelope,
     finding_document,
@@ -15,10 +14,20 @@ from planner.report.json import (
     value,
     values,
 )
-from planner.report.text import closing_line, finding_lines, printable, table_lines
+from planner.report.text import (
+    by_weight,
+    closing_line,
+    finding_lines,
+    note_lines,
+    printable,
+    table_lines,
+)
 from planner.values import field_names
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.findings import Finding
     from planner.report.json import Document
     from planner.report.text import Medium
     from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
@@ -75,23 +84,34 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
             for one in totals.by_vehicle
         ]
         lines += table_lines([("vehicle", "", "in the air", "energy"), *rows], alignment="<>>>")
-    shown = [one for one in result.findings if one.finding.severity > Severity.INFO]
-    if shown:
-        lines.append("")
-    for one in shown:
-        lines += finding_lines(one.finding, file=result.file, medium=medium)
-    for sortie in result.sorties:
-        own = [one for one in sortie.result.findings if one.severity > Severity.INFO]
-        if own:
-            lines += ["", f"{sortie.name}:"]
-        for finding in own:
-            lines += finding_lines(finding, file=sortie.result.file, medium=medium)
+    lines += _finding_lines(result, medium=medium)
     suppressed = (
         *(one.finding for one in result.suppressed),
         *(one for sortie in result.sorties for one in sortie.result.suppressed),
     )
     lines += ["", closing_line(result.all_findings, suppressed=suppressed)]
     return "\n".join(lines) + "\n"
+
+
+def _finding_lines(result: FleetResult, *, medium: Medium) -> Iterator[str]:
+    """Yield what is found of the fleet, then of the sorties; those of which the same is found as one."""
+    problems, notes = by_weight([one.finding for one in result.findings])
+    if problems or notes:
+        yield ""
+    for finding in problems:
+        yield from finding_lines(finding, file=result.file, medium=medium)
+    for finding in notes:
+        yield from note_lines(finding, medium=medium)
+    alike: dict[tuple[str, tuple[Finding, ...]], list[str]] = {}
+    for sortie in result.sorties:
+        own, _ = by_weight(sortie.result.findings)
+        if own:
+            alike.setdefault((sortie.result.file, own), []).append(sortie.name)
+    for (file, own), names in alike.items():
+        yield ""
+        yield from medium.wrapped(f"{', '.join(names)}:", indent=4)
+        for finding in own:
+            yield from finding_lines(finding, file=file, medium=medium)
 
 
 def fleet_json(result: FleetResult, *, version: str) -> str:

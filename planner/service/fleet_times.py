@@ -126,6 +126,16 @@ UNKNOWN_ENERGY = Rule(
 )
 
 
+PACK_ASSUMED = Rule(
+    "S118 pack-assumed",
+    Severity.INFO,
+    summary="A sortie has no pack: a full battery of the vehicle's model is assumed.",
+    why="Nobody has checked that there is a pack, or that it is charged in time.",
+    how="No pack in [sortie.NAME]; each such sortie is checked with the battery of its model, full.",
+    fix="give the packs as [pack.NAME], and each sortie its pack",
+)
+
+
 def time_findings(
     fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
 ) -> Iterator[FleetFinding]:
@@ -136,6 +146,12 @@ def time_findings(
     yield from _suited(fleet, flown)
     yield from _hours(fleet, flown)
     yield from _jobs(fleet, flown)
+    without = [one for one in flown if one.sortie.pack is None and one.energy_wh is not None]
+    if without:
+        message = f"{_names(without)}: no pack is given, a full battery of the model is assumed"
+        yield FleetFinding(
+            finding=PACK_ASSUMED.finding(message), sorties=tuple(one.name for one in without)
+        )
     unknown = [one for one in flown if one.energy_wh is None]
     if unknown:
         message = (

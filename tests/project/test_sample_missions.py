@@ -12,7 +12,9 @@ from planner.cli.main import main
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 ROW = re.compile(r"^\| `([^`]+)` \| .* \| (go|no-go)(?:: (\w+))? \|$", re.MULTILINE)
-STATED = ROW.findall((MISSIONS / "README.md").read_text(encoding="utf-8"))
+ROWS = ROW.findall((MISSIONS / "README.md").read_text(encoding="utf-8"))
+STATED = [row for row in ROWS if not row[0].endswith(".toml")]
+FLEETS = [row for row in ROWS if row[0].endswith(".toml")]
 
 
 def test_every_sample_stands_in_the_readme() -> None:
@@ -35,3 +37,22 @@ def test_a_sample_has_the_verdict_it_is_said_to_have(
     assert checked["verdict"] == verdict
     errors = {f["code"] for f in checked["findings"] if f["severity"] == "error"}
     assert (code in errors) if code else not errors
+
+
+def test_every_fleet_stands_in_the_readme() -> None:
+    held = {f"fleets/{path.name}" for path in (MISSIONS / "fleets").glob("*.toml")}
+    assert held == {name for name, _, _ in FLEETS}
+    assert len(held) >= 3
+
+
+@pytest.mark.parametrize(("name", "verdict", "code"), FLEETS)
+def test_a_fleet_has_the_verdict_it_is_said_to_have(
+    name: str, verdict: str, code: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["fleet", "check", str(MISSIONS / name), "--format", "json"]
+    assert main(command) == (verdict == "no-go")
+    checked = json.loads(capsys.readouterr().out)
+    assert checked["verdict"] == verdict
+    found = {f["code"] for f in checked["findings"] if f["severity"] == "error"}
+    assert (code in found) if code else not found
+    assert all(one["mission"]["verdict"] == "go" for one in checked["sorties"])

@@ -176,6 +176,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: pads_apart(5.0),
         silent=lambda: pads_apart(5.5),
     ),
+    "S118": RuleCases(
+        fires=lambda: powered("arducopter-sitl-quad"),
+        boundary=lambda: powered("unpowered.toml"),
+        silent=lambda: charged(1.0),
+    ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
     ),

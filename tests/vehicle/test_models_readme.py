@@ -9,6 +9,8 @@ import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from key_tables import limits, section
+
 from planner.vehicle.declared import KeyKind, declared
 from planner.vehicle.model import VehicleModel
 from planner.vehicle.reader import SCHEMA_VERSION
@@ -16,39 +18,11 @@ from planner.vehicle.reader import SCHEMA_VERSION
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.vehicle.declared import Field, Key, Part
+    from planner.vehicle.declared import Part
 
 README = Path(__file__).parents[2] / "models" / "README.md"
 BEGIN, END = "<!-- schema begins -->\n\n", "\n<!-- schema ends -->"
 VERSION = f"| `schema` | whole number |  | yes | version of this schema: {SCHEMA_VERSION} |"
-
-
-def section(heading: str, meaning: str, part: type[Part] | None = None) -> str:
-    """A section with a row for each key of a table."""
-    rows = [] if part is None else [row(field) for field in declared(part).values() if field.kind]
-    rows = [one for one in rows if one]
-    head = ["| key | holds | unit | required | meaning |", "|---|---|---|---|---|"]
-    if part is VehicleModel:
-        rows.insert(0, VERSION)
-    return "\n\n".join([f"### {heading}", meaning, *(["\n".join(head + rows)] if rows else [])])
-
-
-def limits(key: Key) -> str:
-    """What a value must be besides its kind, in brackets."""
-    choices = (
-        ["one of " + ", ".join(f"`{choice}`" for choice in key.choices)] if key.choices else []
-    )
-    words = ", ".join(choices + key.range.limits)
-    return f" ({words})" if words else ""
-
-
-def row(field: Field) -> str:
-    """A row of the table of keys; empty for what has a table of its own."""
-    if field.kind is KeyKind.NAMED:
-        return ""
-    key, required = field.key, "yes" if field.is_required else ""
-    meaning = f"{key.meaning}{limits(key)}"
-    return f"| `{field.name}` | {field.kind} | {key.unit} | {required} | {meaning} |"
 
 
 def sections(part: type[Part], where: str = "") -> Iterator[str]:
@@ -70,7 +44,7 @@ def sections(part: type[Part], where: str = "") -> Iterator[str]:
 
 
 def schema_text() -> str:
-    top = section("Top of the file", "What is no table.", VehicleModel)
+    top = section("Top of the file", "What is no table.", VehicleModel, first=[VERSION])
     return "\n\n".join([top, *sections(VehicleModel)]) + "\n"
 
 

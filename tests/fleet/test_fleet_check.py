@@ -1,0 +1,380 @@
+"""A fleet judged as a whole: figures by hand (swarm of the article's vehicle), and its hard cases."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_fleet import (
+    OUT,
+    PACK,
+    SEPARATION,
+    SWAP,
+    checked,
+    pad,
+    place,
+    sortie,
+    unpowered,
+    up,
+    vehicles,
+)
+from made_missions import item, mission, rtl
+from made_trajectories import place as place_at
+from made_trajectories import straight, trajectory
+
+from planner.cli.main import main
+from planner.fleet.approach import Cylinder, closest_approach
+from planner.fleet.charging import PackDay
+from planner.fleet.fleet import Charger, Pack
+from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
+from planner.flight.pilot import make_pilot
+from planner.setup import Setup
+from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.findings import Finding
+    from planner.fleet.trajectory import Trajectory
+    from planner.service.fleet import FleetResult
+
+V_M_S = 9.9470
+"""True speed of the article's vehicle at a command of 10 m/s."""
+LEVEL = Spacing(separation_m=10.0, height_error_m=0.0)
+
+
+def flying(flown: Trajectory, start_s: float) -> Member:
+    """A vehicle that is put on its place when it starts, and cleared away where it ends."""
+    start, end = flown.start_s.copy(), flown.end_s.copy()
+    start[0], end[-1] = -1e-6, flown.duration_s + 1e-6
+    return Member(
+        file="",
+        trajectory=replace(flown, start_s=start, end_s=end),
+        start_s=start_s,
+        home_amsl_m=0.0,
+        above_m=10.0,
+        below_m=10.0,
+    )
+
+
+def through(angle_deg: float, start_s: float) -> Member:
+    """A vehicle that passes 0, 0 after 60 s in some direction."""
+    east, north = (60.0 * V_M_S * f(math.radians(angle_deg)) for f in (math.cos, math.sin))
+    return flying(straight((0, -east, -north, 100), (120, east, north, 100)), start_s)
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "delay_s"),
+    [(0, 1.0053), (30, 1.0408), (60, 1.1608), (90, 1.4217), (120, 2.0106), (150, 3.8843)],
+)
+def test_crossing_tracks_need_the_start_delay_of_their_angle(
+    angle_deg: float, delay_s: float
+) -> None:
+    """10 m = v τ cos(a/2), less the centimetre of the accuracy."""
+    assert delay_s == pytest.approx(
+        10.0 / (V_M_S * math.cos(math.radians(angle_deg / 2))), abs=6e-5
+    )
+    for share, conflicts in ((0.998, 1), (1.0, 0)):
+        pair = [through(0, 0.0), through(angle_deg, share * delay_s)]
+        assert len(list(predict_conflicts(pair, LEVEL))) == conflicts
+
+
+def test_delays_that_clear_pairs_do_not_clear_three_through_one_point() -> None:
+    pairs = [(0, 60, 2.0), (0, 120, 3.0), (60, 120, 2.0)]
+    for one, two, delay_s in pairs:
+        assert clearing_delay_s(through(one, 0.0), through(two, 0.0), LEVEL) == delay_s
+    fleet = [through(0, 0), through(60, 2.0), through(120, 2.0)]
+    [found] = [one for one in predict_conflicts(fleet, LEVEL) if one.first == 1]
+    assert found.approach.distance_m == pytest.approx(0.0, abs=0.5)  # to 5 % of the separation
+    for starts_s in ((0.0, 2.0, 4.0), (0.0, 1.1608, 2.3216)):
+        fleet = [through(60.0 * n, start_s) for n, start_s in enumerate(starts_s)]
+        assert list(predict_conflicts(fleet, LEVEL)) == []
+
+
+def test_one_mission_twice_with_a_hold_is_a_conflict_below_that_delay() -> None:
+    held = straight((0, 0, 0, 50), (10, 100, 0, 50), (40, 100, 0, 50), (60, 300, 0, 50))
+    for delay_s, conflicts in ((3.0, 1), (28.9, 1), (31.1, 0)):  # 10 m are a second on either side
+        pair = [flying(held, start_s) for start_s in (0.0, delay_s)]
+        assert len(list(predict_conflicts(pair, LEVEL))) == conflicts
+
+
+@pytest.mark.parametrize(("speed_m_s", "farthest_m"), [(0.5 * V_M_S, 16.327), (V_M_S, 32.654)])
+def test_a_stop_gets_farther_than_where_it_ends(speed_m_s: float, farthest_m: float) -> None:
+    pilot = make_pilot(Setup(load_vehicle("falkowski-2023-quadrotor")), None)
+    found = pilot.farthest_stop_m(np.array([speed_m_s]))
+    assert found[0] == pytest.approx(farthest_m, abs=1e-3)
+    assert pilot.stop(np.array([speed_m_s]))[0][0] == pytest.approx(farthest_m / 1.02396, abs=1e-3)
+
+
+@pytest.mark.parametrize(("away_m", "is_too_near"), [(42.5, True), (42.8, False)])
+def test_who_may_be_told_to_stop_keeps_his_farthest_point_away(
+    away_m: float, *, is_too_near: bool
+) -> None:
+    """10 m and 32.654 m before a hovering vehicle, from 10 m/s."""
+    tables = "[conditions]\nposition_error_m = 0\nreaction_time_s = 0\n"
+    tables += "[separation]\nhorizontal_m = 10\nheight_error_m = 0\nmay_stop = true\n"
+    tables += pad("a", 0, 0) + pad("b", 300, away_m)
+    hover = mission(up(60), place(300, away_m, 60, 60.0), item(21, None, 0.0))
+    passes = mission(up(60), place(600, 0, 60), item(21, None, 0.0))
+    model = "falkowski-2023-quadrotor"
+    sorties = sortie("s1", "a", 0.0, job="passes"), sortie("s2", "b", 0.0, job="hover")
+    result = checked(tables, vehicles("a", "b", model=model), *sorties, passes=passes, hover=hover)
+    assert ("S101" in codes(result)) is is_too_near
+
+
+def codes(result: FleetResult) -> set[str]:
+    """The codes of what is found of a fleet as a whole."""
+    return {one.finding.code for one in result.findings}
+
+
+def messages(result: FleetResult, code: str) -> list[str]:
+    """What is told of a rule."""
+    found: list[Finding] = [one.finding for one in result.findings]
+    return [one.message for one in found if one.code == code]
+
+
+coordinate = st.floats(-30.0, 30.0)
+
+
+@st.composite
+def flights(draw: st.DrawFn) -> Trajectory:
+    """Three cubics without a jump."""
+    points = draw(st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=10, max_size=10))
+    rows = np.array(points)
+    widths = draw(st.lists(st.floats(1.0, 8.0), min_size=3, max_size=3))
+    return trajectory(
+        [0.0, *np.cumsum(widths).tolist()], np.stack([rows[0:4], rows[3:7], rows[6:10]])
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(flights(), flights(), st.floats(-10.0, 10.0), st.floats(1.0, 20.0), st.floats(1.0, 20.0))
+def test_no_sample_at_20_hz_is_in_a_zone_that_is_said_to_be_kept(
+    first: Trajectory, second: Trajectory, later_s: float, over_m: float, under_m: float
+) -> None:
+    zone = Cylinder(horizontal_m=8.0, over_m=over_m, under_m=under_m)
+    found = closest_approach(first, second, second_later_s=later_s, zone=zone)
+    begin_s, end_s = min(0.0, later_s), max(first.duration_s, second.duration_s + later_s)
+    time_s = np.arange(begin_s, end_s + 0.05, 0.05)
+    between_m = place_at(second, time_s - later_s) - place_at(first, time_s)
+    level_m = np.hypot(between_m[:, 0], between_m[:, 1])
+    height_m = zone.of_height_m(between_m[:, 2])
+    nearest_m = np.maximum(level_m, height_m).min()
+    if found is None:
+        assert nearest_m >= zone.horizontal_m - 1e-6
+    else:
+        assert found.distance_m <= nearest_m + 1e-6
+
+
+def test_copies_from_pads_farther_apart_than_the_separation_are_clear() -> None:
+    names = ["a", "b", "c"]
+    tables = SEPARATION + "".join(pad(name, 0, 20.0 * n) for n, name in enumerate(names))
+    jobs = {f"m{n}": mission(up(20), place(100, 20.0 * n, 20), rtl()) for n in range(3)}
+    sorties = [sortie(f"s{n}", name, 0.0, job=f"m{n}") for n, name in enumerate(names)]
+    result = checked(tables, vehicles(*names), *sorties, **jobs)
+    assert result.verdict == "go"
+    assert codes(result) == {"S118"}
+
+
+def test_the_energy_of_the_group_is_that_of_its_sorties() -> None:
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 0, 200) + vehicles("a", "b")
+    tables += sortie("s1", "a", 0.0) + sortie("s2", "b", 100.0)
+    result = checked(tables)
+    own = [one.assessment.totals for one in result.sorties if one.assessment is not None]
+    assert result.totals.energy_wh == pytest.approx(sum(one.energy_wh for one in own))
+    assert sum(result.totals.energy_by_state_wh.values()) == pytest.approx(result.totals.energy_wh)
+    assert result.totals.makespan_s == pytest.approx(100.0 + own[1].time_s)
+    assert result.totals.is_energy_whole
+
+
+def test_a_vehicle_of_unknown_power_keeps_apart_and_is_left_out_of_the_energy() -> None:
+    assert not unpowered().is_power_known
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 0, 8) + vehicles("a")
+    result = checked(
+        tables,
+        vehicles("b", model="unpowered.toml"),
+        sortie("s1", "a", 0.0),
+        sortie("s2", "b", 0.0),
+    )
+    assert messages(result, "S113") == ["energy of the group without s2: 1 sortie of 2 counted"]
+    assert "S101" in codes(result)
+    assert not result.totals.is_energy_whole
+    assert result.totals.energy_wh == result.sorties[0].energy_wh
+
+
+def day(chargers: int) -> PackDay:
+    """Three packs for a flight every 32 min; flights of 30 min, charges of 60, swaps of 2."""
+    charger = Charger(count=chargers, charge_soc=(0.0, 1.0), charge_s=(0.0, 3600.0), name="c")
+    packs = {name: Pack(name=name, group=name) for name in "123"}
+    needs_s = {name: [1920.0 * n for n in range(number, 9, 3)] for number, name in enumerate("123")}
+    made = PackDay(packs, lambda _: Battery(capacity_wh=77.0), [charger], needs_s)
+    for name in packs:
+        made.put_down(name, 0.0, 1.0)
+    return made
+
+
+@pytest.mark.parametrize(("chargers", "is_always_full"), [(2, True), (1, False)])
+def test_three_packs_and_two_chargers_keep_one_vehicle_flying(
+    chargers: int, *, is_always_full: bool
+) -> None:
+    packs = day(chargers)
+    taken = []
+    for number in range(9):
+        name = "123"[number % 3]
+        taken.append(packs.take(name, 1920.0 * number))
+        packs.put_down(name, 1920.0 * number + 1920.0, 0.0)
+    assert all(charge == 1.0 for charge in taken) is is_always_full
+    assert packs.finish()[0].end_s == 1920.0 + 3600.0
+
+
+def test_the_pack_that_is_needed_next_is_charged_first() -> None:
+    charger = Charger(charge_soc=(0.0, 1.0), charge_s=(0.0, 1000.0), name="c")
+    packs = {name: Pack(name=name, group=name) for name in "ab"}
+    made = PackDay(
+        packs, lambda _: Battery(capacity_wh=77.0), [charger], {"a": [5000.0], "b": [1250.0]}
+    )
+    made.put_down("a", 0.0, 0.5)
+    made.put_down("b", 0.0, 0.5)
+    assert made.take("b", 1250.0) == 1.0
+    assert [(one.pack, one.start_s, one.end_s) for one in made.finish()] == [
+        ("b", 0.0, 500.0),
+        ("a", 500.0, 1000.0),
+    ]
+
+
+def test_a_sortie_is_checked_with_what_the_chargers_have_put_back() -> None:
+    tables = pad("a", 0, 0) + vehicles("a") + SWAP + PACK
+    tables += "[charger.c]\ncharge_soc = [0, 1]\ncharge_s = [0, 36000]\n"
+    tables += sortie("s1", "a", 0.0, more='pack = "P"') + sortie(
+        "s2", "a", 400.0, more='pack = "P"'
+    )
+    result = checked(tables)
+    first, second = result.sorties
+    assert first.charge_left is not None
+    assert second.charge is not None
+    waited_s = 400.0 - first.end_s - 60.0
+    assert second.charge == pytest.approx(first.charge_left + waited_s / 36000.0)
+    assert second.result.setup.charge == second.charge  # type: ignore[union-attr]
+
+
+IN_THE_AIR = mission(up(20), place(100, 0, 20))
+
+
+def test_one_that_ends_in_the_air_does_not_start_again() -> None:
+    tables = (
+        pad("a", 0, 0) + vehicles("a") + SWAP + sortie("s1", "a", 0.0) + sortie("s2", "a", 900.0)
+    )
+    told = messages(checked(tables, out=IN_THE_AIR), "S108")
+    assert told == ["s2 cannot start: s1 leaves a in the air, without a landing"]
+
+
+def test_one_that_ends_in_the_air_is_in_the_way_for_ever() -> None:
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 200, 0) + vehicles("a", "b")
+    back = mission(up(20), place(0, 0, 20), place(200, 0, 20), rtl())
+    sorties = sortie("s1", "a", 0.0, job="stays"), sortie("s2", "b", 5000.0, job="back")
+    assert "S101" in codes(checked(tables, *sorties, stays=IN_THE_AIR, back=back))
+
+
+def test_one_that_lands_on_the_pad_of_another_is_told() -> None:
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 100, 0) + vehicles("a", "b")
+    lands = mission(up(20), place(100, 0, 20), item(21, place(100, 0, 0).latitude_deg, 0.0))
+    sorties = sortie("s1", "a", 0.0, job="lands"), sortie("s2", "b", 500.0, job="out")
+    result = checked(tables, *sorties, lands=lands, out=OUT)
+    assert any(text.startswith("pad b: ") for text in messages(result, "S109"))
+
+
+def test_unknown_altitudes_of_homes_leave_the_separation_open() -> None:
+    nowhere = (pad("a", 0, 0) + pad("b", 0, 200)).replace("amsl_m = 400\n", "")
+    tables = (
+        SEPARATION + nowhere + vehicles("a", "b") + sortie("s1", "a", 0.0) + sortie("s2", "b", 0.0)
+    )
+    home = OUT.home
+    assert home is not None
+    result = checked(tables, out=replace(OUT, home=replace(home, altitude_amsl_m=0.0)))
+    [told] = messages(result, "S104")
+    assert told.startswith("heights of s1 and s2 cannot be compared")
+    assert (result.verdict, result.verdict_text) == ("no-go", "NOT CHECKED")
+
+
+def test_two_of_one_system_id_are_told() -> None:
+    tables = (
+        SEPARATION + pad("a", 0, 0) + pad("b", 0, 200) + vehicles("a", "b", more="system_id = 7")
+    )
+    result = checked(tables, sortie("s1", "a", 0.0), sortie("s2", "b", 0.0))
+    assert messages(result, "S102") == ["b and a both have system id 7"]
+
+
+def test_a_job_without_a_sortie_is_no_go_and_not_a_green_nothing() -> None:
+    result = checked(pad("a", 0, 0) + vehicles("a"))
+    assert messages(result, "S112") == ["job out has no sortie"]
+    assert (result.verdict_text, result.totals.sorties) == ("NOT CHECKED", 0)
+
+
+def test_charging_in_the_cold_is_told_with_both_temperatures() -> None:
+    tables = pad("a", 0, 0) + vehicles("a") + SWAP + PACK + "[charger.c]\nc_rate = 1\n"
+    tables += "[conditions]\ntemperature_c = -5\n"
+    tables += sortie("s1", "a", 0.0, more='pack = "P"') + sortie(
+        "s2", "a", 4000.0, more='pack = "P"'
+    )
+    assert messages(checked(tables), "S107") == [
+        "pack P is not charged for s2: charger c charges from 0 °C up, it is -5 °C there"
+    ]
+
+
+def fleet_file(folder: Path, mission_file: str) -> Path:
+    """A fleet of one sortie of two vehicles."""
+    file = folder / "fleet.toml"
+    tables = SEPARATION + vehicles("a", "b").replace('pad = "a"', "").replace('pad = "b"', "")
+    file.write_text(
+        f'schema = 1\n[job.out]\nmission = "{mission_file}"\n{tables}'
+        + sortie("s1", "a", 0.0)
+        + sortie("s2", "b", 0.0)
+    )
+    return file
+
+
+def test_a_mission_that_cannot_be_read_is_exit_code_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = fleet_file(tmp_path, "none.plan")
+    assert main(["fleet", "check", str(file), "--format", "json"]) == 2
+    document = json.loads(capsys.readouterr().out)
+    assert (document["verdict"], document["verdict_text"]) == (None, "NOT CHECKED")
+    assert document["sorties"][0]["mission"]["findings"][0]["code"] == "X901"
+    told = {one["code"] for one in document["findings"]}
+    assert {"S104", "S113"} <= told
+
+
+def test_every_problem_of_a_file_is_told_on_a_line_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "fleet.toml"
+    file.write_text("schema = 1\n[swap]\ntime = 3\n")
+    assert main(["fleet", "check", str(file)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(": ")[2] for line in lines] == ["vehicle", "job", "swap.time", "swap.time_s"]
+
+
+def test_a_group_finding_can_be_ignored_by_the_command_line_alone_where_it_may(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from planner.mission.files import write_mission
+
+    write_mission(OUT, tmp_path / "out.plan")
+    file = fleet_file(tmp_path, "out.plan")
+    given = ["fleet", "check", str(file), "--format", "json"]
+    assert main(given) == 1
+    found = {one["code"] for one in json.loads(capsys.readouterr().out)["findings"]}
+    assert {"S114", "S116"} <= found
+    assert main([*given, "--exit-zero"]) == 0
+    capsys.readouterr()
+    assert main([*given, "--ignore", "S101,S114,S115,S116"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert {one["code"] for one in document["suppressed"]} >= {"S114", "S116"}
