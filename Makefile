@@ -62,8 +62,8 @@ golden: $(MADE) ## write the sample reports in tests/report/golden anew
 
 readme: $(MADE) ## write the help and sample output in README.md again, and the keys in models/ and missions/README.md
 	$(BIN)/python tests/project/test_readme.py
-	$(BIN)/python tests/vehicle/test_models_readme.py
-	$(BIN)/python tests/fleet/test_fleet_readme.py
+	PYTHONPATH=tests $(BIN)/python tests/vehicle/test_models_readme.py
+	PYTHONPATH=tests $(BIN)/python tests/fleet/test_fleet_readme.py
 
 rules: $(MADE) ## write planner/catalogue.json again: where each rule is declared, and its example
 	PYTHONPATH=tests $(BIN)/python tests/generate_catalogue.py
