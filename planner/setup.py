@@ -65,6 +65,9 @@ ASSUMED_POSITION_ERROR_M = 2.5
 """How wrong a position may be where nobody states it, for fences."""
 MOST_NOISE_M = 1.5
 """PX4 stands still at an error of MPC_XY_ERR_MAX, 2 m by default; this is short of it. [m]"""
+_LIPO_CELL_V = 3.7
+"""Nominal voltage of a cell where a battery is labelled by its number of cells, as lithium-polymer is. [V]"""
+_LABELLED_CELLS = range(1, 33)
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would get a GO."""
 _MOST_ENERGY_WH = 50_000.0
@@ -123,14 +126,16 @@ def _matched(pattern: str, text: str) -> re.Match[str] | None:
 
 
 def read_battery(text: str) -> Battery:
-    """Return the battery of ``5.2Ah@14.8V``, ``5200mAh@14.8V`` or ``77Wh``."""
-    if found := _matched(rf"{NUMBER}\s*(m?)Ah\s*@\s*{NUMBER}\s*V", text):
+    """Return the battery of ``5.2Ah@14.8V``, ``5200mAh@4S`` or ``77Wh``."""
+    if found := _matched(rf"{NUMBER}\s*(m?)Ah\s*@\s*{NUMBER}\s*([VS])", text):
         charge_ah, voltage_v = float(found[1]), float(found[3])
         if found[2]:
             charge_ah /= MILLIAMPERE_HOURS_PER_AMPERE_HOUR
         if charge_ah > _MOST_CHARGE_AH:
             msg = f"expected a battery of at most {_MOST_CHARGE_AH:g} Ah, got {text!r}: is it mAh?"
             raise ValueError(msg)
+        if found[4] in "sS":
+            voltage_v = _of_cells_v(voltage_v)
         if charge_ah > 0.0 and 0.0 < voltage_v < math.inf:
             return Battery(capacity_ah=charge_ah, nominal_voltage_v=voltage_v)
     if found := _matched(rf"{NUMBER}\s*Wh", text):
@@ -140,8 +145,18 @@ def read_battery(text: str) -> Battery:
             raise ValueError(msg)
         if energy_wh > 0.0:
             return Battery(capacity_wh=energy_wh)
-    msg = f"expected a battery, such as 5.2Ah@14.8V or 77Wh, got {text!r}"
+    msg = f"expected a battery, such as 5.2Ah@14.8V, 5.2Ah@4S or 77Wh, got {text!r}"
+    if _matched(r"[\d.,]+\s*(m?Ah\s*@\s*[\d.,]+\s*[VS]|Wh)", text) and "," in text:
+        msg = f"write decimals with a point: {text.replace(',', '.')}, not {text}"
     raise ValueError(msg)
+
+
+def _of_cells_v(count: float) -> float:
+    """Return the nominal voltage of cells in series; raise ``ValueError`` for a count of no battery. [V]"""
+    if count not in _LABELLED_CELLS:
+        msg = f"expected a battery of 1 to {_LABELLED_CELLS[-1]} cells in series, got {count:g}"
+        raise ValueError(msg)
+    return count * _LIPO_CELL_V
 
 
 def battery_text(battery: Battery) -> str:
@@ -541,7 +556,7 @@ class Setup(_Vehicle):
     battery: Battery | None = setting(
         Form(read_battery, battery_text),
         Group.BATTERY,
-        "battery, such as 5.2Ah@14.8V or 77Wh",
+        "battery, such as 5.2Ah@14.8V, 5.2Ah@4S or 77Wh",
         default=None,
         metavar="CHARGE@VOLTAGE|ENERGY",
         unset="the model's own",

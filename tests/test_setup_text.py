@@ -41,6 +41,8 @@ def written(key: str, value: object) -> str:
         ("77Wh", 77.0),
         ("77 wh", 77.0),
         ("520Ah@14.8V", 7696.0),
+        ("5.2Ah@4S", 76.96),  # 4 times 3.7 V
+        ("5200 mAh @ 4s", 76.96),
     ],
 )
 def test_a_battery_is_charge_at_a_voltage_or_energy(text: str, energy_wh: float) -> None:
@@ -49,11 +51,31 @@ def test_a_battery_is_charge_at_a_voltage_or_energy(text: str, energy_wh: float)
 
 @pytest.mark.parametrize(
     "text",
-    ["", "5.2Ah", "5.2", "14.8V", "nanWh", "infWh", "-77Wh", "0Wh", "1e999Wh", "5,2Ah@14.8V"],
+    [
+        "",
+        "5.2Ah",
+        "5.2",
+        "14.8V",
+        "nanWh",
+        "infWh",
+        "-77Wh",
+        "0Wh",
+        "1e999Wh",
+        "5.2Ah@0S",
+        "5.2Ah@4.5S",
+        "5Ah@40S",
+    ],
 )
 def test_what_is_no_battery_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="battery"):
         read_battery(text)
+
+
+@pytest.mark.parametrize("text", ["8,0Ah@22,2V", "5,2Ah@4S", "77,5Wh", "5.2Ah@14,8V"])
+def test_a_decimal_comma_is_said_to_be_one(text: str) -> None:
+    with pytest.raises(ValueError, match="decimals with a point") as raised:
+        read_battery(text)
+    assert text.replace(",", ".") in str(raised.value)
 
 
 def test_a_charge_in_the_wrong_unit_is_not_believed() -> None:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 ALWAYS, ANY, PARAMETERS, BATTERY, MISSION = None, -1, 1 << 5, 1 << 8, 1 << 14
@@ -166,7 +167,9 @@ WOULD_NOT_ARM = Rule(
     summary="The vehicle would not arm with these parameters.",
     why="A vehicle that refuses to arm on the field costs the day; the reason stands in its parameter "
     "file the evening before.",
-    how="ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  Always: FRAME_CLASS 0, "
+    how="PX4: SYS_HAS_GPS 0 or EKF2_GPS_CTRL without bit 0, and no EKF2_AGP_CTRL or EKF2_EV_CTRL: a mission "
+    "needs a position (modeCheck.cpp).  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  "
+    "Always: FRAME_CLASS 0, "
     "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3, GPS1_TYPE 0 with EK3_SRC1_POSXY 3 "
     "(satellites), EK3_SRC1_POSXY 0.  Parameters: PILOT_SPEED_UP 0, FS_THR_VALUE below 910, ACRO_BAL_ROLL or "
     "_PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 and no rangefinder.  A fence in use: "
@@ -184,6 +187,24 @@ def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[F
     for check, said, is_so in _REFUSED:
         if is_checked(a, check) and is_so(given):
             yield a.finding(WOULD_NOT_ARM, f"ArduPilot does not arm: {said}")
+
+
+@judges(WOULD_NOT_ARM, needs=(PX4,))
+def _would_not_arm_px4(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
+    values = numbers(a)
+    others = ("EKF2_AGP_CTRL", "EKF2_AGP0_CTRL", "EKF2_EV_CTRL")
+    if any(values.get(name, 0.0) for name in others):
+        return
+    for name, default, off in (
+        ("SYS_HAS_GPS", 1.0, "SYS_HAS_GPS is 0"),
+        ("EKF2_GPS_CTRL", 7.0, "EKF2_GPS_CTRL takes no position from satellites"),
+    ):
+        if not int(values.get(name, default)) & 1:
+            yield a.finding(
+                WOULD_NOT_ARM,
+                f"PX4 does not arm for a mission: {off}, and nothing else gives a position",
+            )
+            return
 
 
 DISARMS_ON_THE_GROUND = Rule(

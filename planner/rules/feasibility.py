@@ -17,7 +17,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
-from planner.mission.commands import TERRAIN_FRAMES, Command, is_destination
+from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.route import is_counted
 from planner.rules.arming import MISSION, is_checked
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
@@ -32,6 +32,12 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 _CLOSEST_GATE_M = 0.05
+_ACCEPTANCE_RADIUS_M = 2.0
+"""Default of NAV_ACC_RAD on a multicopter. [m]"""
+_LEAST_CLIMB_M = 1.0
+"""Of a take-off, beyond NAV_ACC_RAD. [m]"""
+_ROUNDING_M = 1e-3
+_TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 _WARNS_ONLY = (1, 16)
 """The version from which a first place far away is a warning (PX4 #23568)."""
 _FIRST_PLACE_M = 10_000.0
@@ -97,7 +103,7 @@ REQUIRED_ITEM_MISSING = Rule(
 def _required_by_px4(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
     required = parameters.takeoff_land_required
     commands = {item.command for item in a.mission.items}
-    takes_off = not commands.isdisjoint({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+    takes_off = not commands.isdisjoint(_TAKEOFFS)
     lands = Command.NAV_LAND in commands
     missing = []
     if not takes_off and (required in _TAKEOFF | _BOTH or (required in _BOTH_OR_NONE and lands)):
@@ -167,6 +173,37 @@ def _first_waypoint_far(a: Assessment, target: Target) -> Iterator[Finding]:
             item=number,
             severity=Severity.ERROR if refuses else None,
         )
+
+
+TAKEOFF_TOO_LOW = Rule(
+    "M128 takeoff-too-low",
+    Severity.ERROR,
+    summary="The take-off is too low for PX4: it refuses the mission.",
+    why="PX4 answers 'Mission rejected: Takeoff altitude too low!' on the field.",
+    how="Altitude of NAV_TAKEOFF above home less than 1 m more than NAV_ACC_RAD, 2 m by default "
+    "(FeasibilityChecker::checkTakeoff).",
+    fix="take off to 3 m at least, or to 1 m more than NAV_ACC_RAD",
+)
+
+
+@judges(TAKEOFF_TOO_LOW, needs=(PX4_TARGET,))
+def _takeoff_too_low(a: Assessment, _target: Target) -> Iterator[Finding]:
+    parameters = PX4.of(a)
+    radius_m = _ACCEPTANCE_RADIUS_M if parameters is None else parameters.acceptance_radius_m
+    for number, item in enumerate(a.mission.items, start=1):
+        if item.command not in _TAKEOFFS or item.altitude_m is None:
+            continue
+        height_m = item.altitude_m
+        if item.frame in AMSL_FRAMES:
+            height_m -= a.route.home_amsl_m
+        if height_m - _LEAST_CLIMB_M < radius_m - _ROUNDING_M:
+            yield a.finding(
+                TAKEOFF_TOO_LOW,
+                f"take-off to {quantity.decimals(height_m, 1)} m above home: PX4 refuses less than "
+                f"{quantity.decimals(radius_m + _LEAST_CLIMB_M, 1)} m, NAV_ACC_RAD and 1 m",
+                item=number,
+            )
+            return
 
 
 GATE_AT_WAYPOINT = Rule(

@@ -219,7 +219,10 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
         ),
         ("fail_on = 'info'", "fail_on: expected one of error, warning, got 'info'"),
         ("autopilot = 'apm'", "autopilot: expected one of auto, step, px4, ardupilot, got 'apm'"),
-        ("battery = '5Ah'", "battery: expected a battery, such as 5.2Ah@14.8V or 77Wh, got '5Ah'"),
+        (
+            "battery = '5Ah'",
+            "battery: expected a battery, such as 5.2Ah@14.8V, 5.2Ah@4S or 77Wh, got '5Ah'",
+        ),
         ("wind = 5", "wind: expected speed in m/s and the direction it blows from"),
         ("params = []", "params: must be path, got []"),
         ("fail-on = 'error'\nfail_on = 'error'", "fail_on is given twice"),

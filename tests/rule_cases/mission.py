@@ -140,6 +140,13 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: _items(649),  # and home: 650 on ArduCopter
         silent=lambda: _items(650, "BRD_SD_MISSION,64\n"),
     ),
+    "M128": RuleCases(
+        fires=lambda: found(mission(takeoff(2.9), waypoint(100, 20), rtl()), PX4),
+        boundary=lambda: found(mission(takeoff(3.0), waypoint(100, 20), rtl()), PX4),
+        silent=lambda: found(
+            mission(takeoff(2.9), waypoint(100, 20), rtl()), PX4, "NAV_ACC_RAD,1\n"
+        ),
+    ),
     "M127": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\n"),
         boundary=lambda: found(PLAIN, ARDUPILOT, "MOT_SPIN_MIN,0.3\n"),

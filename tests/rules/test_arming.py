@@ -92,6 +92,21 @@ def test_the_other_rules_of_arming_heed_the_checks_that_are_on(text: str, code: 
     assert not refuses(f"{text}ARMING_SKIPCHK,-1\n", code)
 
 
+@pytest.mark.parametrize(
+    ("parameters", "refuses_it"),
+    [
+        ("EKF2_GPS_CTRL,0\n", True),
+        ("EKF2_GPS_CTRL,6\n", True),
+        ("EKF2_GPS_CTRL,1\n", False),
+        ("EKF2_GPS_CTRL,0\nEKF2_EV_CTRL,15\n", False),
+        ("SYS_HAS_GPS,0\n", True),
+        ("MPC_XY_CRUISE,5\n", False),
+    ],
+)
+def test_px4_arms_for_no_mission_without_a_position(parameters: str, *, refuses_it: bool) -> None:
+    assert ("M127" in {one.code for one in found(PLAIN, PX4, parameters)}) is refuses_it
+
+
 def delivering(wait_s: float, hour: float = -1.0) -> list[Severity]:
     """Return what is said of a delivery with a wait on the ground; AUTO_OPTIONS 3 needs no throttle."""
     one = mission(
