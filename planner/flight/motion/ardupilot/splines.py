@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.legs import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
-from planner.flight.motion.ardupilot.track_lag import TrackLag
+from planner.flight.motion.ardupilot.track_lag import Behind, TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.kinematics import FlightState, lengths, make_manoeuvres, quotient
 from planner.mission.route.stage import StageKind
@@ -38,7 +38,6 @@ _LONGEST_TANGENTS = 4.0
 """``SPLINE_FACTOR``: both tangents together are at most so many times the way between the ends."""
 _ACCELERATION_PART = 0.5
 """``TANGENTIAL_ACCEL_SCALER`` and ``LATERAL_ACCEL_SCALER``."""
-_NOWHERE = (0.0, 0.0, 0.0)
 
 
 class Splines(Value, eq=False):
@@ -111,23 +110,25 @@ def _advanced(
         strict=True,
     )
     squares, paces = [], []
-    now, error, pace = 0.0, _NOWHERE, 1.0
+    now, behind = 0.0, Behind()
     for limits, rooms, pieces, tangents, joins, start in rows:
         if not joins:
-            now, error, pace = start * start, _NOWHERE, 1.0
+            now = start * start
         speed = math.sqrt(now)
         velocity = _scaled(tangents[0], speed)
+        if not joins:
+            behind = splines.lag.steady(velocity)
         squares.append([now])
-        paces.append([pace])
+        paces.append([behind.pace])
         for most, by, piece, tangent in zip(limits[1:], rooms, pieces, tangents[1:], strict=True):
             now = min(max(most, now - by), now + by)
             before, speed = speed, math.sqrt(now)
             if speed > 0.0:
                 was, velocity = velocity, _scaled(tangent, speed)
                 time = 2.0 * piece / (before + speed)
-                error, pace = splines.lag.after(time, was, velocity, error, pace)
+                behind = splines.lag.after(time, was, velocity, behind)
             squares[-1].append(now)
-            paces[-1].append(pace)
+            paces[-1].append(behind.pace)
     shape = splines.limit_m_s.shape
     return np.sqrt(np.reshape(squares, shape)), np.reshape(paces, shape)
 

@@ -59,6 +59,17 @@ def drag_m_s2(drag: float, speed_m_s: float) -> float:
     return float(drag * speed_m_s**_DRAG_EXPONENT)
 
 
+class Behind(NamedTuple):
+    """How a vehicle follows a spline."""
+
+    error_m_s: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Input of its velocity controller."""
+    pushed_m_s2: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """What it needs to be pushed with."""
+    pace: float = 1.0
+    """Time along the track over time."""
+
+
 class TrackLag(NamedTuple):
     r"""How the time along a track slows down where the vehicle falls behind.
 
@@ -94,25 +105,35 @@ class TrackLag(NamedTuple):
             start_s=ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s,
         )
 
-    def after(
-        self, time_s: float, before: Vector, track: Vector, error_m_s: Vector, pace: float
-    ) -> tuple[Vector, float]:
-        """Return error and pace after a time of the target's, by its velocities before and then."""
-        real_s = time_s / pace
+    def after(self, time_s: float, before: Vector, track: Vector, behind: Behind) -> Behind:
+        """Return how the vehicle follows a time of the target's later, by its velocities before and then.
+
+        Splines tell the controller no acceleration (``SplineCurve`` gives none): its integral has to hold
+        that too.
+        """
+        real_s = time_s / behind.pace
         kept = math.exp(-real_s / CORRECTED_S)
-        gained = (1.0 - kept) / (time_s * VELOCITY_INTEGRAL_PER_S2)
-        (e, n, u), (x, y, z), (a, b, c) = error_m_s, track, before
-        squared = x * x + y * y + z * z
-        now = gained * self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5)
-        was = gained * self.drag * (a * a + b * b + c * c) ** (0.5 * _DRAG_EXPONENT - 0.5)
-        error = (
-            kept * e + now * x - was * a,
-            kept * n + now * y - was * b,
-            kept * u + now * z - was * c,
+        gain = (1.0 - kept) / (real_s * VELOCITY_INTEGRAL_PER_S2)
+        squared = sum(each * each for each in track)
+        drag = self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5)
+        pushed = tuple(
+            drag * now + behind.pace * (now - was) / time_s
+            for was, now in zip(before, track, strict=True)
         )
-        behind = (error[0] * track[0] + error[1] * track[1] + error[2] * track[2]) / squared
-        asked = min(max(1.0 + _TIME_BUFFER - behind, 0.0), 1.0)
-        return error, asked + (pace - asked) * math.exp(-real_s / self.filter_s)
+        error = tuple(
+            kept * each + gain * (now - was)
+            for each, now, was in zip(behind.error_m_s, pushed, behind.pushed_m_s2, strict=True)
+        )
+        along = sum(each * way for each, way in zip(error, track, strict=True)) / squared
+        asked = min(max(1.0 + _TIME_BUFFER - along, 0.0), 1.0)
+        pace = asked + (behind.pace - asked) * math.exp(-real_s / self.filter_s)
+        return Behind(error, pushed, max(pace, _SLOWEST_PACE))
+
+    def steady(self, track: Vector) -> Behind:
+        """Return a vehicle that has followed a velocity for long."""
+        squared = sum(each * each for each in track)
+        drag = self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5) if squared else 0.0
+        return Behind(pushed_m_s2=tuple(drag * each for each in track))
 
     def held(self, velocity_m_s: FloatArray) -> FloatArray:
         """Return the drag of velocities. (n, 3) [m s⁻²]"""
