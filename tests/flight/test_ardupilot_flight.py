@@ -10,6 +10,7 @@ from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import Stage, StageKind
+from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
@@ -293,8 +294,12 @@ def test_a_change_of_height_ends_with_the_square_root_controller() -> None:
     assert took_s(motion, 1) == pytest.approx(expected, abs=1e-6)
 
 
+def set_down(east_m: float, above_ground_m: float) -> Stage:
+    return replace(stage(StageKind.SET_DOWN, east_m), above_ground_m=above_ground_m)
+
+
 def test_a_load_is_set_down_and_left_behind() -> None:
-    motion = fly(takeoff(20.0), stage(StageKind.SET_DOWN, 500.0, height_m=20.0))
+    motion = fly(takeoff(20.0), set_down(500.0, 20.0))
     assert states(motion)[-3:] == ["descend", "hover", "climb"]
     # 0.5 m/s after half a second of speeding up, 0.125 m.
     assert motion.segments.duration_s[-3] == pytest.approx(0.5 + 19.875 / 0.5)
@@ -304,9 +309,7 @@ def test_a_load_is_set_down_and_left_behind() -> None:
 
 def test_pldp_parameters_move_the_setting_down() -> None:
     parameters = ArduPilotParameters(place_descent_speed_m_s=1.0, place_delay_s=3.0)
-    motion = fly(
-        takeoff(20.0), stage(StageKind.SET_DOWN, 500.0, height_m=20.0), parameters=parameters
-    )
+    motion = fly(takeoff(20.0), set_down(500.0, 20.0), parameters=parameters)
     assert motion.segments.duration_s[-3] == pytest.approx(1.0 + 19.5)
     assert motion.segments.duration_s[-2] == pytest.approx(3.5)
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import Stage, StageKind
+from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def test_speeds_change_in_a_jump_only_at_touch_down_and_about_circles(
     [
         (
             stage(StageKind.SPLINE, 0.0, 250.0, 120.0, speed=14.0),
-            stage(StageKind.SET_DOWN, -40.0, 60.0),
+            replace(stage(StageKind.SET_DOWN, -40.0, 60.0), above_ground_m=120.0),
         ),
         (
             stage(StageKind.SPLINE, 0.5, 60.0, 120.0),

@@ -370,6 +370,25 @@ def _changed(
     return first, peak
 
 
+def peak_speed_from_start_m_s(
+    length_m: FloatArray, start_m_s: FloatArray, speed_m_s: FloatArray, limits: SpeedLimits
+) -> FloatArray:
+    """Return the highest speed that lines begun in motion come to within half their length. (n,) [m s⁻¹]
+
+    Notes
+    -----
+    ``SCurve::set_origin_speed_max``: the new speeding up is planned for half the track, to no more than
+    what it was planned for from rest.
+    """
+    most = np.minimum(speed_m_s, peak_speed_from_rest_m_s(length_m, limits))
+    start = np.minimum(start_m_s, most)
+    return _highest(
+        lambda peak: (start + peak) * speed_ramps(peak - start, limits).duration_s <= length_m,
+        start,
+        most,
+    )
+
+
 def _peak_between(
     length_m: FloatArray,
     start_m_s: FloatArray,

@@ -18,6 +18,7 @@ from planner.flight.motion.s_curve import (
     SpeedLimits,
     bisected,
     peak_speed_from_rest_m_s,
+    peak_speed_from_start_m_s,
     s_curves,
     speed_ramps,
 )
@@ -357,11 +358,13 @@ def plan_legs(
     rows = _corner_rows(stages, key, leads)
     limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
     start_m_s, end_m_s = _speeds_of_splines(stages, splines, key, leads)
-    is_under = stages.is_underway[stage[rows]]
-    under, rows = rows[is_under], rows[~is_under]
+    peak = peak_speed_from_rest_m_s(length, limits)
+    if len(splines.stage):
+        joined = peak_speed_from_start_m_s(length, start_m_s, speed, limits)
+        speed = np.where((start_m_s > 0.0) | (end_m_s > 0.0), joined, speed)
+    under, rows = (rows[stages.is_underway[stage[rows]] == which] for which in (True, False))
     if len(under):
-        joined = _speeds_under_way(speed, length, limits, under)
-        start_m_s[under + 1] = end_m_s[under] = joined
+        start_m_s[under + 1] = end_m_s[under] = _speeds_under_way(speed, length, limits, under)
     entered = rows + 1
     from_rest = start_m_s == 0.0
     from_rest[entered] = ~leads[rows]
@@ -387,17 +390,15 @@ def plan_legs(
         )
 
     half, changed_s, lost_s = np.zeros((3, len(key)))
-    curves = flown_curves(changed_s)
-    corner_speed = curves.end_m_s.copy()
+    corner_speed = (curves := flown_curves(changed_s)).end_m_s.copy()
     # What is left of speeding up at the middle of a corner decides how fast the leg ends.
     for last in (False, True) if is_changed.any() else (True,):
         if not len(rows):
             break
         speeding = curves.up.select(entered)
         if is_changed.any():
-            peak = np.minimum(planned, peak_speed_from_rest_m_s(length, limits))
-            first = speed_ramps(np.where(is_changed, peak, curves.first_m_s), limits)
-            speeding = first.select(entered)
+            first = np.where(is_changed, np.minimum(planned, peak), curves.first_m_s)
+            speeding = speed_ramps(first, limits).select(entered)
         corners = Corners.of(
             direction[rows],
             direction[entered],

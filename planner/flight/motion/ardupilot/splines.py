@@ -8,7 +8,6 @@ curve is cut into short pieces of constant acceleration along it, and flown as c
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,12 +21,9 @@ from planner.mission.route.stage import StageKind
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.ardupilot.track_lag import Vector
     from planner.flight.motion.kinematics import Manoeuvres
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -71,10 +67,12 @@ class Splines(Value, eq=False):
     def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
         """Return the splines flown from speeds at their beginnings to speeds at their ends."""
         destination = np.minimum(self.destination_m_s, end_m_s)
-        speed, pace = _advanced(self, start_m_s, destination)
-        both = speed[:, 1:] * pace[:, 1:] + speed[:, :-1] * pace[:, :-1]
-        duration = quotient(2.0 * self.piece_m, both)
-        duration[:, 0] += np.where(speed[:, 0] == 0.0, self.lag.start_s, 0.0)
+        speed = _target_speeds_m_s(self, start_m_s, destination)
+        pace, duration = _followed(self, speed)
+        # The leg behind a spline is flown at its whole speed: what its time still lags is counted here.
+        ends = np.append(~self.joins_before[1:], True) if len(self.stage) else self.joins_before
+        duration[ends, -1] += (1.0 - pace[ends, -1]) * self.lag.filter_s * (speed[ends, -1] > 0.0)
+        pace[ends, -1] = 1.0
         return make_manoeuvres(
             key,
             FlightState.CRUISE,
@@ -84,10 +82,10 @@ class Splines(Value, eq=False):
         )
 
 
-def _advanced(
+def _target_speeds_m_s(
     splines: Splines, start_m_s: FloatArray, destination_m_s: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the speeds of the target at the nodes, and the pace of its time there. (n, k + 1) each
+) -> FloatArray:
+    """Return the speeds of the target at the nodes. (n, k + 1) [m s⁻¹]
 
     Notes
     -----
@@ -100,42 +98,40 @@ def _advanced(
     braked = destination_m_s[:, None] ** 2 + 2.0 * last * splines.to_end_m
     limit = np.minimum(splines.limit_m_s**2, braked)
     limit[:, -1] = np.minimum(limit[:, -1], destination_m_s**2)
-    rows = zip(
-        limit.tolist(),
-        room.tolist(),
-        splines.piece_m.tolist(),
-        splines.tangent.tolist(),
-        splines.joins_before.tolist(),
-        start_m_s.tolist(),
-        strict=True,
-    )
-    squares, paces = [], []
-    now, behind = 0.0, Behind()
-    for limits, rooms, pieces, tangents, joins, start in rows:
-        if not joins:
-            now = start * start
-        speed = math.sqrt(now)
-        velocity = _scaled(tangents[0], speed)
-        if not joins:
-            behind = splines.lag.steady(velocity)
-        squares.append([now])
-        paces.append([behind.pace])
-        for most, by, piece, tangent in zip(limits[1:], rooms, pieces, tangents[1:], strict=True):
+    squares = np.empty(limit.shape)
+    squares[:, 0] = start_m_s**2
+    rows = zip(limit.tolist(), room.tolist(), splines.joins_before.tolist(), strict=True)
+    now = 0.0
+    for row, (limits, rooms, joins) in enumerate(rows):
+        now = now if joins else float(squares[row, 0])
+        found = [now]
+        for most, by in zip(limits[1:], rooms, strict=True):
             now = min(max(most, now - by), now + by)
-            before, speed = speed, math.sqrt(now)
-            if speed > 0.0:
-                was, velocity = velocity, _scaled(tangent, speed)
-                time = 2.0 * piece / (before + speed)
-                behind = splines.lag.after(time, was, velocity, behind)
-            squares[-1].append(now)
-            paces[-1].append(behind.pace)
-    shape = splines.limit_m_s.shape
-    return np.sqrt(np.reshape(squares, shape)), np.reshape(paces, shape)
+            found.append(now)
+        squares[row] = found
+    return np.sqrt(squares)
 
 
-def _scaled(direction: Sequence[float], size: float) -> Vector:
-    east, north, up = direction
-    return east * size, north * size, up * size
+def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the paces of the target's time at the nodes (n, k + 1), and the times between (n, k) [s]."""
+    tangent = splines.tangent[..., 0] + 1j * splines.tangent[..., 1]
+    mean = 0.5 * (speed_m_s[:, 1:] + speed_m_s[:, :-1])
+    time_s = quotient(splines.piece_m, mean)
+    pace, real_s = np.ones(speed_m_s.shape), np.zeros(time_s.shape)
+    rows = zip(
+        (speed_m_s * tangent).tolist(), time_s.tolist(), splines.joins_before.tolist(), strict=True
+    )
+    behind = Behind()
+    for row, (velocities, times, joins) in enumerate(rows):
+        behind = behind if joins else splines.lag.steady(velocities[0])
+        pace[row, 0] = behind.pace
+        for node, time in enumerate(times):
+            if time > 0.0:
+                behind, real_s[row, node] = splines.lag.after(
+                    time, velocities[node], velocities[node + 1], behind
+                )
+            pace[row, node + 1] = behind.pace
+    return pace, real_s
 
 
 def plan_splines(
@@ -214,7 +210,7 @@ def plan_splines(
     start = np.where(begins, start, 0.0)
     splines.speed_at_start_m_s[row] = start
     splines.speed_at_end_m_s[row] = np.where(
-        stages.is_passed[row], _advanced(splines, start, destination)[0][:, -1], 0.0
+        stages.is_passed[row], _target_speeds_m_s(splines, start, destination)[:, -1], 0.0
     )
     return splines
 
@@ -256,7 +252,11 @@ def _tangents(
     after = np.minimum(row + 1, len(stages.kind) - 1)
     passed = stages.is_passed[row][:, None]
     from_m = np.where(is_spline[after][:, None], stages.start_m[row], stages.place_m[row])
-    arriving = np.where(passed, stages.end_m[after] - from_m, 0.0)
+    # A circle is named by its centre; a landing keeps the height.
+    to_m = stages.place_m[after].copy()
+    level = is_kind(stages.kind[after], StageKind.LAND, StageKind.SET_DOWN)
+    to_m[level, 2] = stages.place_m[row[level], 2]
+    arriving = np.where(passed, to_m - from_m, 0.0)
     before = np.maximum(row - 1, 0)
     whole = np.zeros((len(stages.kind), 3))
     whole[row] = arriving

@@ -40,6 +40,9 @@ _LOWEST_TAKEOFF_M = 1.0
 _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_DOWN)
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
 
+_SPLINES_LEAD_TO = (StageKind.LAND, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT)
+"""``ModeAuto::get_spline_from_cmd``: a spline is flown through towards the place of any command."""
+
 
 class StageColumns(Value, eq=False):
     """Stages, one per row; places in the autopilot's own metres."""
@@ -156,8 +159,11 @@ def stage_columns(
         )
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
     landed = np.concatenate(([True], kind[:-1] == KIND_INDEX[StageKind.LAND]))
-    through = is_kind(kind, StageKind.GO, StageKind.SPLINE)
+    through = is_kind(kind, StageKind.GO, StageKind.SPLINE) & (hold == 0.0)
     onward = is_kind(kind, *_NEXT_MAY_BE)
+    # Splines ask for the place of the next command alone.
+    elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & (place[:, :2] != start[:, :2]).any(axis=1)
+    onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
     return StageColumns(
         kind=kind,
         item=np.array([stage.item for stage in stages]),
@@ -172,7 +178,7 @@ def stage_columns(
         turns=turns,
         radius_m=radius,
         circles=circles,
-        is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
+        is_passed=through & np.concatenate((onward[1:], [False])),
         is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
         is_here=np.array([stage.is_here for stage in stages], np.bool_),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),

@@ -50,8 +50,7 @@ _SETTLING_STEP_S = 0.05
 _FROM_MOTION_S = 12.0
 """So long after a turn a leg is as far behind as it will be: six times `CORRECTED_S`. [s]"""
 _FROM_MOTION_STEP_S = 0.05
-
-Vector = tuple[float, float, float]
+_SPLINE_STEP_S = 0.1
 
 
 def drag_m_s2(drag: float, speed_m_s: float) -> float:
@@ -60,12 +59,16 @@ def drag_m_s2(drag: float, speed_m_s: float) -> float:
 
 
 class Behind(NamedTuple):
-    """How a vehicle follows a spline."""
+    """How a vehicle follows a spline, seen from above: east + i north."""
 
-    error_m_s: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """Input of its velocity controller."""
-    pushed_m_s2: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """What it needs to be pushed with."""
+    gap_m: complex = 0j
+    """From the vehicle to its target."""
+    velocity_m_s: complex = 0j
+    """Of the vehicle."""
+    held_m_s2: complex = 0j
+    """What the integral of its controller holds."""
+    pushed_m_s2: complex = 0j
+    """What its lean pushes with, which follows what the controller asks for."""
     pace: float = 1.0
     """Time along the track over time."""
 
@@ -88,6 +91,8 @@ class TrackLag(NamedTuple):
 
     drag: float
     """Deceleration by drag over the airspeed to the power ``_DRAG_EXPONENT``."""
+    lean_m_s2: float
+    """Acceleration of the greatest lean."""
     filter_s: float
     start_s: float
     """What a start from rest loses by the lag of the attitude. [s]"""
@@ -95,45 +100,53 @@ class TrackLag(NamedTuple):
     @classmethod
     def of(cls, parameters: ArduPilotParameters, airspeed_limit_m_s: float | None) -> TrackLag:
         """Return the lag of a vehicle; without an airspeed limit its drag is not known, and left out."""
-        held = 0.0
-        if airspeed_limit_m_s is not None:
-            held = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
-            held /= airspeed_limit_m_s**_DRAG_EXPONENT
+        lean = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
         return cls(
-            drag=held,
+            drag=0.0 if airspeed_limit_m_s is None else lean / airspeed_limit_m_s**_DRAG_EXPONENT,
+            lean_m_s2=lean,
             filter_s=parameters.acceleration_m_s2 / parameters.jerk_m_s3,
             start_s=ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s,
         )
 
-    def after(self, time_s: float, before: Vector, track: Vector, behind: Behind) -> Behind:
-        """Return how the vehicle follows a time of the target's later, by its velocities before and then.
+    def after(
+        self, time_s: float, before: complex, track: complex, behind: Behind
+    ) -> tuple[Behind, float]:
+        """Return how a vehicle follows a time of its target's later, and the time that takes.
 
-        Splines tell the controller no acceleration (``SplineCurve`` gives none): its integral has to hold
-        that too.
+        ``before`` and ``track`` are the target's velocities.  Splines tell the controller no acceleration
+        (``SplineCurve`` has none): its gains and its integral alone push the vehicle.
         """
-        real_s = time_s / behind.pace
-        kept = math.exp(-real_s / CORRECTED_S)
-        gain = (1.0 - kept) / (real_s * VELOCITY_INTEGRAL_PER_S2)
-        squared = sum(each * each for each in track)
-        drag = self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5)
-        pushed = tuple(
-            drag * now + behind.pace * (now - was) / time_s
-            for was, now in zip(before, track, strict=True)
-        )
-        error = tuple(
-            kept * each + gain * (now - was)
-            for each, now, was in zip(behind.error_m_s, pushed, behind.pushed_m_s2, strict=True)
-        )
-        along = sum(each * way for each, way in zip(error, track, strict=True)) / squared
-        asked = min(max(1.0 + _TIME_BUFFER - along, 0.0), 1.0)
-        pace = asked + (behind.pace - asked) * math.exp(-real_s / self.filter_s)
-        return Behind(error, pushed, max(pace, _SLOWEST_PACE))
+        gap, velocity, held, pushed, pace = behind
+        change = (track - before) / time_s
+        done, real = 0.0, 0.0
+        while done < time_s:
+            step = min(_SPLINE_STEP_S, (time_s - done) / pace)
+            done = time_s if step < _SPLINE_STEP_S else done + pace * step
+            real += step
+            target = before + change * done
+            closing = pace * target - velocity
+            error = target - velocity + POSITION_GAIN_PER_S * gap
+            drag = self.drag * velocity * math.sqrt(abs(velocity))
+            asked = pace * change + POSITION_GAIN_PER_S * closing + drag
+            asked = VELOCITY_GAIN_PER_S * error + held + VELOCITY_DERIVATIVE * asked
+            asked /= 1.0 + VELOCITY_DERIVATIVE
+            if abs(asked) > self.lean_m_s2:
+                asked *= self.lean_m_s2 / abs(asked)
+            else:
+                held += VELOCITY_INTEGRAL_PER_S2 * error * step
+            pushed += (asked - pushed) * min(2.0 * step / self.start_s, 1.0)
+            velocity += (pushed - drag) * step
+            gap += (pace * target - velocity) * step
+            squared = target.real * target.real + target.imag * target.imag
+            along = (error * target.conjugate()).real / squared if squared > 0.0 else 0.0
+            wanted = min(max(1.0 + _TIME_BUFFER - along, 0.0), 1.0)
+            pace = max(pace + (wanted - pace) * min(step / self.filter_s, 1.0), _SLOWEST_PACE)
+        return Behind(gap, velocity, held, pushed, pace), real
 
-    def steady(self, track: Vector) -> Behind:
+    def steady(self, track: complex) -> Behind:
         """Return a vehicle that has followed a velocity for long."""
-        squared = sum(each * each for each in track)
-        drag = self.drag * squared ** (0.5 * _DRAG_EXPONENT - 0.5) if squared else 0.0
-        return Behind(pushed_m_s2=tuple(drag * each for each in track))
+        held = self.drag * track * math.sqrt(abs(track))
+        return Behind(velocity_m_s=track, held_m_s2=held, pushed_m_s2=held)
 
     def held(self, velocity_m_s: FloatArray) -> FloatArray:
         """Return the drag of velocities. (n, 3) [m s⁻²]"""
