@@ -19,6 +19,7 @@ import numpy as np
 from fuzz.setups import setup_of
 from fuzz.target import FOLDER, Target
 
+from planner import catalogue
 from planner.cli.check_output import rendered
 from planner.errors import ExitCode, MavjouleError
 from planner.fleet.reader import read_fleet
@@ -30,6 +31,9 @@ from planner.report.columns import columns_csv, segments_csv, segments_text
 from planner.report.fleet import fleet_json, fleet_text
 from planner.report.html.page import check_html
 from planner.report.text import Medium
+from planner.rules.declaration import DISCHARGE, PARAMETERS, TERRAIN
+from planner.rules.ledger import Outcome
+from planner.rules.registry import SUBJECTS
 from planner.selection import is_kept_on
 from planner.service.fleet import check_fleet
 from planner.service.preflight import CheckResult, check_mission
@@ -89,10 +93,10 @@ _QUICK_FORMATS = ("text", "json", "junit", "github", "gitlab")
 """A SARIF log holds every rule: it takes as long as the check."""
 
 
-def drawn_settings(draw: Random) -> dict[str, str]:
-    """Return settings as they are typed: any that go together."""
+def drawn_settings(draw: Random, *, given: float = 0.2) -> dict[str, str]:
+    """Return settings as they are typed, any that go together; so many of them are given."""
     vehicle = draw.choice(_MODELS)
-    options = {key: draw.choice(texts) for key, texts in _SETTINGS.items() if draw.random() < 0.2}
+    options = {key: draw.choice(texts) for key, texts in _SETTINGS.items() if draw.random() < given}
     if draw.random() < 0.02:  # contradictions are refused
         return {"vehicle": vehicle, **options}
     flown_by = _AUTOPILOT_OF.get(vehicle)
@@ -104,16 +108,19 @@ def drawn_settings(draw: Random) -> dict[str, str]:
 
 
 def _made(draw: Random) -> bytes:
-    options = drawn_settings(draw)
-    if draw.random() < 0.7:
+    is_sound = draw.random() < 0.5
+    options = drawn_settings(draw, given=0.03 if is_sound else 0.2)
+    if is_sound:
+        options["battery"] = draw.choice(("60Wh", "170Wh", "7.8Ah@22.2V"))
+    elif draw.random() < 0.7:
         options["battery"] = draw.choice(_SETTINGS["battery"])
     stack = _AUTOPILOT_OF.get(options["vehicle"], draw.choice(tuple(_TABLES)))
     rows = draw.sample(tuple(_TABLES[stack].values()), draw.choice((1, 2, 5, 30)))
     lines = [f"{row.now.name},{_drawn_value(row.usual, draw):g}" for row in rows]
     document = {
-        "mission": rough_plan(draw) if draw.random() < 0.6 else sound_plan(draw),
+        "mission": sound_plan(draw) if is_sound else rough_plan(draw),
         "settings": options,
-        "parameters": "\n".join(lines) if draw.random() < 0.4 else "",
+        "parameters": "\n".join(lines) if draw.random() < (0.15 if is_sound else 0.4) else "",
         "page": draw.random() < 0.001,  # its pictures take a hundred times as long as the check
         "format": draw.choice((*_QUICK_FORMATS * 10, *FORMATS)),
     }
@@ -334,6 +341,25 @@ def _holds(result: CheckResult) -> None:
         assert result.segments
         assert math.isfinite(totals.energy_wh)
         assert battery.used_fraction <= 1.0
+        _is_checked(result)
+
+
+_MAY_LACK = frozenset({TERRAIN.what, PARAMETERS.what, DISCHARGE.what})
+"""A go may rest on a check without these, and says so; whatever else a rule lacks is no go."""
+
+
+def _is_checked(result: CheckResult) -> None:
+    """Check that every rule was looked at, and that none lacks what was given."""
+    rules = {
+        code
+        for code, one in catalogue.entries().items()
+        if one.module.removeprefix("planner.rules.") in SUBJECTS
+    }
+    assert {one.code for one in result.checked} >= rules
+    given = {TERRAIN.what} if result.setup.terrain is not None else set()
+    given |= {PARAMETERS.what} if result.setup.parameters is not None else set()
+    lacked = {one.needs for one in result.checked if one.outcome is Outcome.NOT_CHECKED}
+    assert lacked <= _MAY_LACK - given, lacked
 
 
 def _reports(result: CheckResult, formats: list[str]) -> None:
