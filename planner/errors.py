@@ -132,6 +132,12 @@ class SplitError(MavjouleError):
     exit_code: ClassVar[ExitCode] = ExitCode.NO_GO
 
 
+class FleetPlanError(MavjouleError):
+    """Jobs that the vehicles, packs and hours of a fleet do not suffice for."""
+
+    exit_code: ClassVar[ExitCode] = ExitCode.NO_GO
+
+
 class IdentificationError(MavjouleError):
     """Flight data that do not determine what is asked of them."""
 

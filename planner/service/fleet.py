@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.fleet.charging import Charge
-    from planner.fleet.fleet import Charger, Pack, Pad, Sortie
+    from planner.fleet.fleet import Charger, Pack, Sortie
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.service.preflight import UnreadableMission, VerdictText
@@ -156,13 +156,15 @@ class FleetResult(Value):
         return verdict_text(self.verdict, self.all_findings, fail_on)
 
 
-def check_fleet(fleet: Fleet) -> FleetResult:
+def check_fleet(fleet: Fleet, *, checks: SortieChecks | None = None) -> FleetResult:
     """Judge a whole fleet: each sortie as `planner.check` does, then all of them together.
 
     Parameters
     ----------
     fleet : Fleet
         As `planner.read_fleet` returns it.
+    checks : SortieChecks, optional
+        Of the same vehicles, packs, pads and jobs, with what has been checked already.
 
     Returns
     -------
@@ -181,7 +183,7 @@ def check_fleet(fleet: Fleet) -> FleetResult:
     if not isinstance(given, Fleet):
         msg = f"fleet must be planner.read_fleet(path): got {given!r:.60}"
         raise UsageError(msg)
-    flown, charges = fly_sorties(fleet)
+    flown, charges = fly_sorties(fleet, checks or SortieChecks(fleet))
     found = [*time_findings(fleet, flown, charges), *separation_findings(fleet, flown)]
     setup = next(iter(fleet.vehicles.values())).setup
     reported, suppressed = setup.selection.divide([one.finding for one in found], file=fleet.source)
@@ -209,7 +211,9 @@ def _about(findings: Sequence[Finding], found: Sequence[FleetFinding]) -> tuple[
     )
 
 
-def fly_sorties(fleet: Fleet) -> tuple[tuple[FlownSortie, ...], tuple[Charge, ...]]:
+def fly_sorties(
+    fleet: Fleet, checks: SortieChecks
+) -> tuple[tuple[FlownSortie, ...], tuple[Charge, ...]]:
     """Return every sortie with its check, in the order of the starts, and every charge of a pack.
 
     A pack has what its last flight left of it and chargers have added since: nothing of the chargers
@@ -221,11 +225,10 @@ def fly_sorties(fleet: Fleet) -> tuple[tuple[FlownSortie, ...], tuple[Charge, ..
         if sortie.pack is not None:
             needs_s.setdefault(sortie.pack, []).append(sortie.start_s)
     day = PackDay(
-        fleet.packs, lambda pack: _battery_of(fleet, pack), usable_chargers(fleet), needs_s
+        fleet.packs, lambda pack: pack_battery(fleet, pack), usable_chargers(fleet), needs_s
     )
     for pack in fleet.packs.values():
-        day.put_down(pack.name, 0.0, mean_of(_initial_charge(pack)))
-    checks = _Checks(fleet)
+        day.put_down(pack.name, 0.0, mean_of(initial_charge(pack)))
     flown = []
     for sortie in order:
         charge = None if sortie.pack is None else day.take(sortie.pack, sortie.start_s)
@@ -256,7 +259,7 @@ def charging_temperature_c(fleet: Fleet, charger: Charger) -> float | None:
     return min(known) if known else None
 
 
-def _battery_of(fleet: Fleet, pack: Pack) -> Battery | None:
+def pack_battery(fleet: Fleet, pack: Pack) -> Battery | None:
     """Return the battery of a pack: its own, else that of the model of the first vehicle it fits."""
     if pack.battery is not None:
         return pack.battery
@@ -264,17 +267,27 @@ def _battery_of(fleet: Fleet, pack: Pack) -> Battery | None:
     return fits[0].setup.vehicle.battery if fits else None
 
 
-def _initial_charge(pack: Pack) -> float:
+def initial_charge(pack: Pack) -> float:
+    """Return how full a pack is at the beginning. [-]"""
     charge: float = mean_of(pack.settings.get("charge", 1.0))  # type: ignore[arg-type]
     return charge
 
 
-class _Checks:
-    """The checks of sorties: missions are read once, and what is flown alike is checked once."""
+class SortieChecks:
+    """The checks of sorties: missions are read once, and what is flown alike is checked once.
 
-    def __init__(self, fleet: Fleet) -> None:
+    Parameters
+    ----------
+    fleet : Fleet
+        Vehicles, packs, pads and jobs; its sorties are not looked at.
+    missions : mapping, optional
+        Missions that are not read from their files, by path.
+    """
+
+    def __init__(self, fleet: Fleet, missions: Mapping[str, Mission] | None = None) -> None:
         self._fleet = fleet
         self._missions: dict[str, Mission | MissionFileError] = {}
+        self._given = {} if missions is None else missions
         self._checked: dict[tuple[object, ...], CheckResult | UnreadableMission] = {}
 
     def flown(self, sortie: Sortie, charge: float | None) -> FlownSortie:
@@ -282,35 +295,43 @@ class _Checks:
         fleet = self._fleet
         path, pad = fleet.mission_of(sortie), fleet.pad_of(sortie)
         pack = None if sortie.pack is None else fleet.packs[sortie.pack]
-        payload_kg = fleet.jobs[sortie.job].payload_kg
         key = (
             path,
             None if pad is None else pad.name,
             sortie.vehicle,
             None if pack is None else pack.group,
             charge,
-            payload_kg,
+            fleet.jobs[sortie.job].payload_kg,
         )
         if key not in self._checked:
-            setup = _setup_of(fleet.vehicles[sortie.vehicle].setup, pack, charge, payload_kg)
-            if pad is not None and pad.amsl_m is not None:
-                setup = replace(setup, home_amsl_m=pad.amsl_m)
-            self._checked[key] = check_read(lambda: self._mission(path, pad), setup, file=path)
+            self._checked[key] = check_read(
+                lambda: self.mission(sortie), self.setup(sortie, charge), file=path
+            )
         result = self._checked[key]
         return FlownSortie(
             sortie=sortie, result=result, charge=charge, charge_left=_charge_left(result, charge)
         )
 
-    def _mission(self, path: str, pad: Pad | None) -> Mission:
-        """Return a mission whose home is at its pad."""
-        if path not in self._missions:
-            try:
-                self._missions[path] = read_mission(path)
-            except MissionFileError as error:
-                self._missions[path] = error
-        mission = self._missions[path]
-        if isinstance(mission, MissionFileError):
-            raise mission
+    def setup(self, sortie: Sortie, charge: float | None) -> Setup:
+        """Return how a sortie is flown, on a pack that is so full."""
+        fleet, pad = self._fleet, self._fleet.pad_of(sortie)
+        setup = _setup_of(
+            fleet.vehicles[sortie.vehicle].setup,
+            None if sortie.pack is None else fleet.packs[sortie.pack],
+            charge,
+            fleet.jobs[sortie.job].payload_kg,
+        )
+        if pad is not None and pad.amsl_m is not None:
+            return replace(setup, home_amsl_m=pad.amsl_m)
+        return setup
+
+    def mission(self, sortie: Sortie) -> Mission:
+        """Return the mission of a sortie, whose home is at its pad.
+
+        Raises MissionFileError if it cannot be read.
+        """
+        path, pad = self._fleet.mission_of(sortie), self._fleet.pad_of(sortie)
+        mission = self._given.get(path) or self._read(path)
         if pad is None:
             return mission
         amsl_m = pad.amsl_m
@@ -320,6 +341,17 @@ class _Checks:
             latitude_deg=pad.latitude_deg, longitude_deg=pad.longitude_deg, altitude_amsl_m=amsl_m
         )
         return replace(mission, home=home)
+
+    def _read(self, path: str) -> Mission:
+        if path not in self._missions:
+            try:
+                self._missions[path] = read_mission(path)
+            except MissionFileError as error:
+                self._missions[path] = error
+        mission = self._missions[path]
+        if isinstance(mission, MissionFileError):
+            raise mission
+        return mission
 
 
 def _setup_of(setup: Setup, pack: Pack | None, charge: float | None, payload_kg: float) -> Setup:

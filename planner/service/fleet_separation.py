@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.fleet import Fleet, Separation
+    from planner.geo.geodesy import LocalFrame
     from planner.physics.response import TransferFunction
     from planner.rules.assessment import Assessment
     from planner.service.fleet import FlownSortie
@@ -189,6 +190,15 @@ def _grown_m(assessment: Assessment, flown: Trajectory, *, may_stop: bool) -> Fl
     return grown_m + np.where(fastest_m_s > 1e-3, stop_m, 0.0)
 
 
+def fleet_spacing(separation: Separation) -> Spacing:
+    """Return what all keep apart by."""
+    return Spacing(
+        separation_m=separation.horizontal_m,
+        start_error_s=separation.start_error_s,
+        height_error_m=separation.height_error_m,
+    )
+
+
 class _Pairs:
     """The sorties that fly, in pairs of several vehicles."""
 
@@ -196,11 +206,13 @@ class _Pairs:
         self._flown = flown
         self._separation = separation
         self._members = members(fleet, separation, flown)
-        self._spacing = Spacing(
-            separation_m=separation.horizontal_m,
-            start_error_s=separation.start_error_s,
-            height_error_m=separation.height_error_m,
-        )
+        self._spacing = fleet_spacing(separation)
+
+    @property
+    def _frame(self) -> LocalFrame:
+        first = self._flown[0].assessment
+        assert first is not None  # something is flown
+        return first.route.frame
 
     def unknown_heights(self) -> Iterator[FleetFinding]:
         """Yield pairs whose heights cannot be compared."""
@@ -329,7 +341,7 @@ class _Pairs:
                 if two.vehicle == one.vehicle:
                     continue
                 if own is None or fan is None:
-                    own = self._returns(assessment)
+                    own = return_flights(assessment, self._frame)
                     fan = own.fan(*own.first_intervals())
                 if not len(fan.group):
                     break
@@ -361,15 +373,15 @@ class _Pairs:
                     sorties=(one.file, two.file),
                 )
 
-    def _returns(self, assessment: Assessment) -> ReturnFlights:
-        first = self._flown[0].assessment
-        assert first is not None
-        return ReturnFlights(
-            returns=assessment.returns,
-            frame=first.route.frame,
-            grown_m=assessment.setup.position_error_m,
-            time_fraction=_time_fraction(assessment),
-        )
+
+def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
+    """Return the returns of a sortie, in a common frame."""
+    return ReturnFlights(
+        returns=assessment.returns,
+        frame=frame,
+        grown_m=assessment.setup.position_error_m,
+        time_fraction=_time_fraction(assessment),
+    )
 
 
 def _without_errors(one: Trajectory) -> Trajectory:

@@ -64,9 +64,9 @@ def _blocks(part: Part, where: str) -> Iterator[list[str]]:
     held = {name: (field, getattr(part, name)) for name, field in declared(type(part)).items()}
     tag = part.__struct_config__
     yield [
-        *([f"{tag.tag_field} = {_toml(tag.tag)}"] if tag.tag else []),
+        *([f"{tag.tag_field} = {toml_value(tag.tag)}"] if tag.tag else []),
         *(
-            f"{name} = {_toml(value)}"
+            f"{name} = {toml_value(value)}"
             for name, (field, value) in held.items()
             if field.kind not in {None, KeyKind.NAMED} and value != field.default
         ),
@@ -74,7 +74,7 @@ def _blocks(part: Part, where: str) -> Iterator[list[str]]:
     for name, (field, value) in held.items():
         heading = f"[{where}{name}]"
         if field.kind is KeyKind.NAMED and value:
-            yield [heading, *(f"{_key(key)} = {_toml(number)}" for key, number in value)]
+            yield [heading, *(f"{_key(key)} = {toml_value(number)}" for key, number in value)]
         elif isinstance(value, Part):
             [keys, *tables] = _blocks(value, f"{where}{name}.")
             if keys:
@@ -84,29 +84,35 @@ def _blocks(part: Part, where: str) -> Iterator[list[str]]:
             # the one law that a file names and the model does not hold: hover in the cruise law
             is_of_cruise = OF_CRUISE in field.key.absent and held["cruise"][1] is not None
             selector = field.parts[0].__struct_config__.tag_field
-            yield [heading, f"{selector} = {_toml(OF_CRUISE if is_of_cruise else NOT_GIVEN)}"]
+            yield [heading, f"{selector} = {toml_value(OF_CRUISE if is_of_cruise else NOT_GIVEN)}"]
 
 
 def _key(name: str) -> str:
-    return name if _BARE_KEY.fullmatch(name) else _toml(name)
+    return name if _BARE_KEY.fullmatch(name) else toml_value(name)
 
 
-def _toml(value: object) -> str:
+def toml_value(value: object) -> str:
     """Return a value as TOML holds it."""
     match value:
+        case bool():
+            text = str(value).lower()
         case str():
             # a string of JSON is one of TOML, but for the one control character JSON leaves alone
-            return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007F")
+            text = json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007F")
         case float():
-            return repr(value + 0.0)  # minus nothing is nothing
+            text = repr(value + 0.0)  # minus nothing is nothing
         case dt.date():
-            return value.isoformat()
+            text = value.isoformat()
         case Interval():
-            return f"[{_toml(value.low)}, {_toml(value.high)}]"
-        case tuple():
-            return _toml_list([_toml(entry) for entry in value])
+            text = f"[{toml_value(value.low)}, {toml_value(value.high)}]"
+        case tuple() | list():
+            text = _toml_list([toml_value(entry) for entry in value])
+        case dict():
+            keys = ", ".join(f"{_key(key)} = {toml_value(one)}" for key, one in value.items())
+            text = f"{{{keys}}}"
         case _:
-            return repr(value)
+            text = repr(value)
+    return text
 
 
 def _toml_list(entries: list[str]) -> str:

@@ -10,7 +10,7 @@ import pytest
 from made_trajectories import place, straight
 
 from planner.fleet.approach import Cylinder, Meeting, closest_approach
-from planner.fleet.shifts import ROUND_S, closed_shifts
+from planner.fleet.shifts import ROUND_S, ClosedShifts
 
 if TYPE_CHECKING:
     from planner.fleet.trajectory import Trajectory
@@ -33,7 +33,7 @@ def test_crossing_tracks_are_clear_from_the_delay_of_their_angle_on(
     angle_deg: float, delay_s: float
 ) -> None:
     # the least approach at equal speeds is v dt cos(a / 2)
-    [(low_s, high_s)] = closed_shifts(
+    [(low_s, high_s)] = ClosedShifts(
         Meeting(first=through(0.0), second=through(angle_deg)), within_m=10.0
     )
     assert (low_s, high_s) == pytest.approx((-delay_s, delay_s), abs=1e-4 + 2 * ROUND_S)
@@ -42,7 +42,7 @@ def test_crossing_tracks_are_clear_from_the_delay_of_their_angle_on(
 def test_head_on_they_are_never_clear_before_one_of_them_is_over() -> None:
     # They rest 600 m apart at their ends: the second, 600 m long, is in the way as long as it takes
     # the first to be past its place of departure, and it that of the first.
-    [(low_s, high_s)] = closed_shifts(
+    [(low_s, high_s)] = ClosedShifts(
         Meeting(first=through(0.0), second=through(180.0)), within_m=10.0
     )
     # each rests at the other's take-off place: nowhere at all is clear
@@ -62,22 +62,22 @@ def test_who_joins_and_leaves_a_track_sideways_keeps_more_than_the_separation_on
     # v D 6 / sqrt(v² + 6²), less than the v D they keep on the track.
     apart_s = 10.0 / (SPEED_M_S * 6.0 / math.hypot(SPEED_M_S, 6.0))
     even_s = 100.0 / SPEED_M_S - 5.0
-    [found] = closed_shifts(Meeting(first=through(0.0), second=joining), within_m=10.0)
+    [found] = ClosedShifts(Meeting(first=through(0.0), second=joining), within_m=10.0)
     assert found == pytest.approx((even_s - apart_s, even_s + apart_s), abs=2 * ROUND_S)
 
 
 def test_height_kept_apart_closes_no_start() -> None:
     zone = Cylinder(horizontal_m=10.0, over_m=5.0, under_m=5.0)
     above = Meeting(first=through(0.0), second=through(90.0, height_m=35.5), zone=zone)
-    assert closed_shifts(above) == ()
+    assert [*ClosedShifts(above)] == []
     near = Meeting(first=through(0.0), second=through(90.0, height_m=34.5), zone=zone)
-    [(low_s, high_s)] = closed_shifts(near)
+    [(low_s, high_s)] = ClosedShifts(near)
     assert (low_s, high_s) == pytest.approx((-1.4217, 1.4217), abs=1e-4 + 2 * ROUND_S)
 
 
 def test_an_error_of_the_start_widens_it() -> None:
     meeting = Meeting(first=through(0.0), second=through(90.0), shift_s=3.0)
-    [(low_s, high_s)] = closed_shifts(meeting, within_m=10.0)
+    [(low_s, high_s)] = ClosedShifts(meeting, within_m=10.0)
     assert (low_s, high_s) == pytest.approx((-4.4217, 4.4217), abs=1e-4 + 2 * ROUND_S)
 
 
@@ -98,7 +98,7 @@ def wandering(rng: np.random.Generator) -> Trajectory:
 def test_outside_nothing_is_near_and_the_ends_cannot_be_moved(seed: int) -> None:
     rng = np.random.default_rng(seed)
     meeting = Meeting(first=wandering(rng), second=wandering(rng))
-    found = closed_shifts(meeting, within_m=15.0)
+    found = [*ClosedShifts(meeting, within_m=15.0)]
     assert found
     span_s = meeting.first.duration_s + meeting.second.duration_s
     for later_s in rng.uniform(-span_s, span_s, 40).tolist():
