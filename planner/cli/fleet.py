@@ -7,9 +7,17 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__
-from planner.cli.options import MISSION_PATH, data_options, given_settings, setting_options
+from planner.cli.options import (
+    MISSION_PATH,
+    data_options,
+    format_option,
+    given_settings,
+    path_option,
+    setting_options,
+)
 from planner.cli.output import (
     narrate,
+    narrate_seldom,
     refuse_overwriting,
     show_traceback,
     standard_medium,
@@ -19,7 +27,10 @@ from planner.errors import ExitCode, FleetFileError
 from planner.setting import Group
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
+
+    from planner.fleet.fleet import Fleet
 
 _OF_VEHICLES = (
     "vehicle",
@@ -55,16 +66,12 @@ def check(
 
     Exit codes: 0 the fleet is a go, 1 a no-go, 2 a file, usage or configuration is unusable.
     """
-    from planner.fleet.reader import read_fleet
     from planner.report.fleet import fleet_json, fleet_text
     from planner.service.fleet import check_fleet
 
     refuse_overwriting(output, (fleet,))
-    try:
-        read = read_fleet(fleet, given=given_settings(options))
-    except FleetFileError as error:
-        for problem in error.problems:
-            narrate(problem)
+    read = _read(fleet, options)
+    if read is None:
         return ExitCode.UNUSABLE
     result = check_fleet(read)
     for one in result.sorties:
@@ -79,3 +86,77 @@ def check(
     if not result.is_readable:
         return ExitCode.UNUSABLE
     return ExitCode.GO if result.verdict == "go" or exit_zero else ExitCode.NO_GO
+
+
+@command.command("plan", short_help="Plan who flies what when, on which pack.")
+@click.argument("fleet", metavar="FLEET.toml", type=MISSION_PATH)
+@path_option(
+    "-o", "--output", "folder", metavar="DIR", help="where the plan is written", required=True
+)
+@click.option(
+    "--minimize",
+    type=click.Choice(["energy", "makespan", "vehicles", "batteries"]),
+    default="makespan",
+    show_default=True,
+    help="what there should be least of; what is equal in it is told apart by the rest",
+)
+@click.option(
+    "--effort",
+    "effort_s",
+    type=click.FloatRange(0.01, 86_400.0),
+    default=10.0,
+    show_default=True,
+    metavar="S",
+    help="seconds for each schedule, in the solver's own time: the same on every machine",
+)
+@click.option("--force", is_flag=True, help="write over files that are there already")
+@setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
+@format_option("text", "json")
+def plan(
+    fleet: str,
+    *,
+    folder: Path,
+    minimize: str,
+    effort_s: float,
+    force: bool,
+    file_format: str,
+    **options: object,
+) -> ExitCode:
+    """Plan who flies what when, on which pack.
+
+    Jobs of FLEET.toml that may be split are divided into sorties, which are given to vehicles and packs
+    and started so that all keep apart.  Shows what one vehicle takes, two, and so on, with the fewest
+    that are in time and those of least energy.  Writes DIR/fleet.toml, which mavjoule fleet check
+    passes, and a mission for each part of a job.
+
+    Exit codes: 0 there is a plan, 1 there is none, 2 a file, usage or configuration is unusable.
+    """
+    from planner.report.fleet import plan_json, plan_text
+    from planner.service.fleet_plan import plan_fleet, write_plan
+
+    read = _read(fleet, options)
+    if read is None:
+        return ExitCode.UNUSABLE
+    made = plan_fleet(
+        read, minimize=minimize, folder=folder, effort_s=effort_s, on_step=narrate_seldom()
+    )
+    file = write_plan(made, folder, force=force)
+    write_data(
+        plan_json(made, version=__version__)
+        if file_format == "json"
+        else plan_text(made, medium=standard_medium())
+    )
+    narrate(f"the plan is in {file}")
+    return ExitCode.GO
+
+
+def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:
+    """Return a fleet; ``None`` where its problems have been told."""
+    from planner.fleet.reader import read_fleet
+
+    try:
+        return read_fleet(fleet, given=given_settings(options))
+    except FleetFileError as error:
+        for problem in error.problems:
+            narrate(problem)
+        return None

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 1 << 22
 """A thousand vehicles with ten sorties each are a megabyte."""
-_WHAT = "fleet file"
+WHAT = "fleet file"
 _NAME = re.compile(r"\w[\w.-]{0,39}")
 _NAME_LENGTH = "1 to 40, the first neither - nor ."
 """Files of a plan are called by it."""
@@ -110,8 +110,8 @@ def read_fleet(path: str | Path, *, given: Settings | None = None) -> Fleet:
         If the file cannot be read or anything in it is wrong; ``problems`` holds all of it.
     """
     source = str(path)
-    data = read_bounded(path, most_bytes=MOST_BYTES, error=FleetFileError, what=_WHAT)
-    document = toml_document(data, source=source, error=FleetFileError, what=_WHAT)
+    data = read_bounded(path, most_bytes=MOST_BYTES, error=FleetFileError, what=WHAT)
+    document = toml_document(data, source=source, error=FleetFileError, what=WHAT)
     refuse_version(
         document.pop("schema", None),
         source=source,

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.report.json import Document
     from planner.report.text import Medium
     from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
+    from planner.service.fleet_plan import FleetPlan
 
 _TOTALS = (
     "vehicles",
@@ -116,25 +117,71 @@ def _finding_lines(result: FleetResult, *, medium: Medium) -> Iterator[str]:
 
 def fleet_json(result: FleetResult, *, version: str) -> str:
     """Return the check of a fleet as a JSON document; each mission is as in that of a check."""
+    return json_text(fleet_document(result, version=version), indent=2)
+
+
+def fleet_document(result: FleetResult, *, version: str) -> Document:
+    """Return the check of a fleet by the keys of its JSON document."""
     totals = result.totals
-    return json_text(
-        envelope(version)
-        | {
-            "file": value(result, "file"),
-            "verdict": result.verdict if result.is_readable else None,
-            "verdict_text": result.verdict_text,
-            "totals": values(totals, _TOTALS)
-            | {"by_vehicle": [values(one, field_names(one)) for one in totals.by_vehicle]},
-            "sorties": [_sortie_document(one) for one in result.sorties],
-            "charges": [values(one, field_names(one)) for one in result.charges],
-            "findings": [_finding_document(one) for one in result.findings],
-            "suppressed": [
-                _finding_document(one) | {"suppression": one.finding.suppression}
-                for one in result.suppressed
-            ],
-        },
-        indent=2,
+    return envelope(version) | {
+        "file": value(result, "file"),
+        "verdict": result.verdict if result.is_readable else None,
+        "verdict_text": result.verdict_text,
+        "totals": values(totals, _TOTALS)
+        | {"by_vehicle": [values(one, field_names(one)) for one in totals.by_vehicle]},
+        "sorties": [_sortie_document(one) for one in result.sorties],
+        "charges": [values(one, field_names(one)) for one in result.charges],
+        "findings": [_finding_document(one) for one in result.findings],
+        "suppressed": [
+            _finding_document(one) | {"suppression": one.finding.suppression}
+            for one in result.suppressed
+        ],
+    }
+
+
+def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
+    """Return the report of a plan: what so many vehicles take, how good it is, then the check of it."""
+    heads = ("vehicles", "sorties", "energy", "makespan", "packs", "largest sortie", "")
+    rows = [
+        (
+            str(row.vehicles),
+            str(row.sorties),
+            quantity.energy(row.energy_wh),
+            quantity.duration(row.makespan_s),
+            str(row.packs),
+            quantity.energy(row.largest_sortie_wh),
+            ", ".join(plan.marks(row)),
+        )
+        for row in plan.rows
+    ]
+    schedule, gap = plan.schedule, plan.gap
+    proof = (
+        "no plan has less"
+        if schedule.is_best
+        else f"at most {quantity.percent(gap)} above the least there is"
     )
+    lines = [
+        f"Least {plan.minimize}: {plan.amount_text}; {proof}",
+        "",
+        *table_lines([heads, *rows], alignment=">>>>>><"),
+        "",
+    ]
+    return "\n".join(lines) + "\n" + fleet_text(plan.result, medium=medium)
+
+
+def plan_json(plan: FleetPlan, *, version: str) -> str:
+    """Return a plan as a JSON document: the rows of the numbers of vehicles, and the check of it."""
+    document = fleet_document(plan.result, version=version) | {
+        "minimize": str(plan.minimize),
+        "amount": plain(plan.schedule.amount(plan.minimize)),
+        "bound": plain(plan.schedule.bound),
+        "gap": plain(plan.gap),
+        "is_best": plan.schedule.is_best,
+        "rows": [
+            values(row, field_names(row)) | {"marks": [*plan.marks(row)]} for row in plan.rows
+        ],
+    }
+    return json_text(document, indent=2)
 
 
 def _energy(energy_wh: float | None, *, is_whole: bool) -> str:

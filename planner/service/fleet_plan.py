@@ -17,6 +17,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import FleetPlanError, SplitError, UsageError
+from planner.files import make_output_folder, write_output_files
 from planner.findings import Severity
 from planner.fleet.approach import Meeting
 from planner.fleet.fleet import Sortie
@@ -34,6 +35,7 @@ from planner.fleet.schedule import (
 )
 from planner.fleet.separation import home_above_m, predict_conflicts
 from planner.fleet.shifts import ClosedShifts
+from planner.fleet.writer import fleet_file_text
 from planner.mission.formats.plan import read_plan_text
 from planner.service.fleet import (
     SortieChecks,
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
 
     Closed = dict[tuple[tuple[int, int], tuple[int, int]], tuple[tuple[float, float], ...]]
 
+PLAN_FILE = "fleet.toml"
 _MOST_REPAIRS = 60
 """Times a plan is made again without what the check of the fleet found."""
 _FINER = 4
@@ -97,6 +100,34 @@ class FleetPlan(Value):
     schedule: Schedule
     rows: tuple[PlanRow, ...]
     """For one vehicle, two, and so on; those that cannot be flown are left out."""
+
+    @property
+    def gap(self) -> float:
+        """How far it may be above the least there is. [-]"""
+        return self.schedule.gap(self.minimize)
+
+    @property
+    def amount_text(self) -> str:
+        """How much it has of what there should be least of."""
+        amount = self.schedule.amount(self.minimize)
+        match self.minimize:
+            case Objective.ENERGY:
+                return quantity.energy(amount)
+            case Objective.MAKESPAN:
+                return quantity.duration(amount)
+            case Objective.VEHICLES:
+                return quantity.count(int(amount), "vehicle")
+            case Objective.BATTERIES:
+                return quantity.count(int(amount), "pack")
+
+    def marks(self, row: PlanRow) -> tuple[str, ...]:
+        """Return what a number of vehicles is: the fewest in time, the one of least energy."""
+        in_time = [one for one in self.rows if one.is_in_time]
+        if not row.is_in_time:
+            return ("too late",)
+        found = ["fewest in time"] if row is in_time[0] else []
+        least = min(in_time, key=lambda one: one.energy_wh)
+        return (*found, "least energy") if row is least else (*found,)
 
 
 class _Part(Value, eq=False):
@@ -170,6 +201,42 @@ def plan_fleet(
     return planning.whole(objective, candidates, tuple(rows))
 
 
+def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> Path:
+    """Write a plan into a folder: ``fleet.toml``, and a mission for each part of a job; return the file.
+
+    Parameters
+    ----------
+    plan : FleetPlan
+        As `plan_fleet` returns it for this folder.
+    folder : Path or str
+        Made where it is not there.
+    force : bool
+        Write over files that are there already.
+
+    Raises
+    ------
+    UsageError
+        If there are such files already, or the fleet file itself would be written over.
+    OutputError
+        If a file cannot be written: then none is.
+    FleetFileError
+        If the fleet file cannot be read any more.
+    """
+    folder = Path(folder)
+    file = folder / PLAN_FILE
+    if file.exists() and file.samefile(plan.fleet.source):
+        msg = f"{file} is the fleet that is planned: give another folder"
+        raise UsageError(msg)
+    texts = {Path(path): text for path, text in plan.missions.items()}
+    texts[file] = fleet_file_text(plan.fleet.source, folder, plan.fleet.sorties)
+    if not force and (there := [path for path in texts if path.exists()]):
+        msg = f"{there[0]} exists already: give another folder, or --force"
+        raise UsageError(msg)
+    make_output_folder(folder, holding="the plan")
+    write_output_files(texts)
+    return file
+
+
 class _Planning:
     """The plans of one fleet for several numbers of vehicles, which share every check."""
 
@@ -183,7 +250,7 @@ class _Planning:
         self._missions: dict[str, Mission] = {}
         self._checks = SortieChecks(fleet, self._missions)
         self._divided: dict[tuple[str, int | None], tuple[_Part, ...]] = {}
-        self._candidates: dict[tuple[int, ...], _Candidate] = {}
+        self._candidates: dict[tuple[int | None, ...], _Candidate] = {}
         self._groups: dict[str, list[Pack]] = {}
         for pack in fleet.packs.values():
             self._groups.setdefault(pack.group or pack.name, []).append(pack)
@@ -256,25 +323,28 @@ class _Planning:
             raise FleetPlanError(self._why_not(candidates, means))
         return min(found, key=lambda one: _rank(one[0], minimize))
 
-    def _counts(self, vehicles: int) -> list[tuple[int, ...]]:
-        """Return in how many sorties to fly each job: the fewest, and as the vehicles share them."""
+    def _counts(self, vehicles: int) -> list[tuple[int | None, ...]]:
+        """Return in how many even sorties to fly each job, ``None``: the fewest it takes.
+
+        The fewest, as many as a share of the vehicles, and as many as give each vehicle the same number.
+        """
         jobs = [*self._fleet.jobs.values()]
         fewest = [len(self._parts(job, None)) for job in jobs]
         times_s = [self._time_s(job) for job in jobs]
-        shares = [math.ceil(vehicles * one / sum(times_s) - 1e-9) for one in times_s]
-        wanted = {
-            tuple(fewest): None,
-            tuple(max(one, share) for one, share in zip(fewest, shares, strict=True)): None,
-            tuple(vehicles * math.ceil(one / vehicles) for one in fewest): None,
-        }
-        allowed = {
-            tuple(
-                count if job.may_split and self._parts(job, count) else one
-                for job, count, one in zip(jobs, counts, fewest, strict=True)
-            ): None
-            for counts in wanted
-        }
-        return [*allowed]
+        whole_s = sum(times_s) or 1.0
+        shares = [math.ceil(vehicles * one / whole_s - 1e-9) for one in times_s]
+        wanted = (
+            [max(one, share) for one, share in zip(fewest, shares, strict=True)],
+            [vehicles * math.ceil(one / vehicles) for one in fewest],
+        )
+        found: dict[tuple[int | None, ...], None] = {(None,) * len(jobs): None}
+        for counts in wanted:
+            even = (
+                count if job.may_split and count > 1 and self._parts(job, count) else None
+                for job, count in zip(jobs, counts, strict=True)
+            )
+            found[tuple(even)] = None
+        return [*found]
 
     def _time_s(self, job: Job) -> float:
         """Return the time of all sorties of a job, in the fewest. [s]"""
@@ -360,15 +430,13 @@ class _Planning:
         )
         return [one for one in flown if one.result.verdict == "go"]
 
-    def _candidate(self, counts: tuple[int, ...]) -> _Candidate:
+    def _candidate(self, counts: tuple[int | None, ...]) -> _Candidate:
         if counts not in self._candidates:
             jobs = [*self._fleet.jobs.values()]
             parts = tuple(
                 part
                 for job, count in zip(jobs, counts, strict=True)
-                for part in self._parts(
-                    job, None if count == len(self._parts(job, None)) else count
-                )
+                for part in self._parts(job, count)
             )
             flights = tuple(tuple(self._ways(part)) for part in parts)
             tasks = tuple(

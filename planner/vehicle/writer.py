@@ -74,7 +74,7 @@ def _blocks(part: Part, where: str) -> Iterator[list[str]]:
     for name, (field, value) in held.items():
         heading = f"[{where}{name}]"
         if field.kind is KeyKind.NAMED and value:
-            yield [heading, *(f"{_key(key)} = {toml_value(number)}" for key, number in value)]
+            yield [heading, *(f"{toml_key(key)} = {toml_value(number)}" for key, number in value)]
         elif isinstance(value, Part):
             [keys, *tables] = _blocks(value, f"{where}{name}.")
             if keys:
@@ -87,7 +87,8 @@ def _blocks(part: Part, where: str) -> Iterator[list[str]]:
             yield [heading, f"{selector} = {toml_value(OF_CRUISE if is_of_cruise else NOT_GIVEN)}"]
 
 
-def _key(name: str) -> str:
+def toml_key(name: str) -> str:
+    """Return a key as TOML holds it."""
     return name if _BARE_KEY.fullmatch(name) else toml_value(name)
 
 
@@ -108,7 +109,7 @@ def toml_value(value: object) -> str:
         case tuple() | list():
             text = _toml_list([toml_value(entry) for entry in value])
         case dict():
-            keys = ", ".join(f"{_key(key)} = {toml_value(one)}" for key, one in value.items())
+            keys = ", ".join(f"{toml_key(key)} = {toml_value(one)}" for key, one in value.items())
             text = f"{{{keys}}}"
         case _:
             text = repr(value)
