@@ -164,6 +164,7 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
         f"Least {plan.minimize}: {plan.amount_text}; {proof}",
         "",
         *table_lines([heads, *rows], alignment=">>>>>><"),
+        "All keep apart in flight; in the plan that is written, on every return too.",
         "",
     ]
     return "\n".join(lines) + "\n" + fleet_text(plan.result, medium=medium)

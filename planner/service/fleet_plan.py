@@ -61,6 +61,8 @@ if TYPE_CHECKING:
     Closed = dict[tuple[tuple[int, int], tuple[int, int]], tuple[tuple[float, float], ...]]
 
 PLAN_FILE = "fleet.toml"
+_LONGEST_NAME = 28
+"""Of a job in the name of a part, which has 40 at most."""
 _MOST_REPAIRS = 60
 """Times a plan is made again without what the check of the fleet found."""
 _FINER = 4
@@ -377,12 +379,21 @@ class _Planning:
             width = len(split.parts)
             found = []
             for number, part in enumerate(split.parts, start=1):
-                name = f"{job.name}-{number:02}of{width:02}"
+                # even parts are others than the fewest: their files must not have one name
+                kind = "" if count is None else "even-"
+                name = f"{self._stem(job)}-{kind}{number:02}of{width:02}"
                 path = str(self._folder / f"{name}.plan")
                 found.append(_Part(name=name, job=job, path=path, text=part.text))
                 self._missions[path] = read_plan_text(part.text, source=path)
             return tuple(found)
         return ()
+
+    def _stem(self, job: Job) -> str:
+        """Return how the names of a job's parts begin: its own name, or what is left of a long one."""
+        if len(job.name) <= _LONGEST_NAME:
+            return job.name
+        place = [*self._fleet.jobs].index(job.name)
+        return f"{job.name[: _LONGEST_NAME - 4]}-{place:03}"
 
     def _energy_wh(self, sortie: Sortie) -> float:
         if sortie.pack is None:

@@ -1,0 +1,123 @@
+"""Plans of fleets: who flies what when, and that the check of the fleet passes what is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from made_fleet import OUT, SEPARATION, pad, place, up, vehicles
+from made_missions import mission, rtl
+
+import planner
+from planner.errors import FleetPlanError, UsageError
+from planner.fleet.reader import read_fleet
+from planner.mission.files import write_mission
+from planner.service.fleet import check_fleet
+from planner.service.fleet_plan import PLAN_FILE, FleetPlan, plan_fleet, write_plan
+
+if TYPE_CHECKING:
+    from planner.mission.items import Mission
+
+PADS = pad("a", 0, 0) + pad("b", 0, 300)
+TWO = vehicles("a", "b") + SEPARATION + PADS
+BESIDE = mission(up(20), place(100, 300, 20), rtl())
+"""As `OUT`, from the pad of the second vehicle."""
+SWAP = "[swap]\ntime_s = 60\n"
+
+
+def planned(
+    folder: Path, *tables: str, minimize: str = "makespan", jobs: dict[str, Mission] | None = None
+) -> FleetPlan:
+    """Return the plan of a fleet of tables, for a folder beside its file."""
+    text = "schema = 1\n"
+    for name, one in (jobs or {"first": OUT, "second": BESIDE}).items():
+        write_mission(one, folder / f"{name}.plan")
+        if f"[job.{name}]" not in "".join(tables):
+            text += f'[job.{name}]\nmission = "{name}.plan"\n'
+    (folder / "given.toml").write_text(text + "\n".join(tables), encoding="utf-8")
+    return plan_fleet(read_fleet(folder / "given.toml"), minimize=minimize, folder=folder / "out")
+
+
+def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
+    tmp_path: Path,
+) -> None:
+    made = planned(tmp_path, TWO)
+    assert [one.start_s for one in made.fleet.sorties.values()] == [0.0, 0.0]
+    assert {one.vehicle for one in made.fleet.sorties.values()} == {"a", "b"}
+    assert made.schedule.is_best
+    alone = planner.check(OUT, planner.load_vehicle("arducopter-sitl-quad")).totals
+    # the pad 300 m farther east is good to a centimetre
+    assert made.result.totals.makespan_s == pytest.approx(alone.time_s, rel=1e-3)
+    assert [row.vehicles for row in made.rows] == [1, 2]
+    assert made.rows[0].makespan_s > 2.0 * made.rows[1].makespan_s  # it has to get there
+    file = write_plan(made, tmp_path / "out")
+    assert file == tmp_path / "out" / PLAN_FILE
+    again = check_fleet(read_fleet(file))
+    assert again.verdict == made.result.verdict == "go"
+    assert again.totals.makespan_s == pytest.approx(made.result.totals.makespan_s, abs=2e-3)
+    twice = planned(tmp_path, TWO)
+    other = write_plan(twice, tmp_path / "out", force=True)
+    assert other.read_bytes() == file.read_bytes()
+    with pytest.raises(UsageError, match="exists already"):
+        write_plan(twice, tmp_path / "out")
+
+
+def test_least_vehicles_fly_one_after_the_other(tmp_path: Path) -> None:
+    made = planned(tmp_path, TWO, minimize="vehicles")
+    first, second = made.fleet.sorties.values()
+    assert first.vehicle == second.vehicle
+    flown = {one.name: one for one in made.result.sorties}
+    # no pack is named, so nothing is changed in between
+    assert second.start_s == pytest.approx(flown[first.name].end_s, abs=2e-3)
+
+
+def test_one_pack_is_charged_between_two_flights(tmp_path: Path) -> None:
+    tables = (
+        vehicles("a") + pad("a", 0, 0) + SWAP + '[pack.P]\nbattery = "170Wh"\n'
+        "[charger.C]\ncharge_soc = [0, 1]\ncharge_s = [0, 3600]\n"
+    )
+    made = planned(tmp_path, tables)
+    first, second = made.result.sorties
+    # an hour from empty to full, even in the charge
+    charged_s = 3600.0 * (1.0 - (first.charge_left or 0.0))
+    assert second.start_s == pytest.approx(first.end_s + 60.0 + charged_s, abs=0.01)
+    assert second.charge == pytest.approx(1.0, abs=1e-4)
+    assert made.result.verdict == "go"
+
+
+def test_a_job_that_may_be_split_is_shared_out(tmp_path: Path) -> None:
+    long = mission(
+        up(30), *(place(200.0 + 1000.0 * (row % 2), 40.0 * row, 30.0) for row in range(10)), rtl()
+    )
+    tables = (
+        vehicles("a")
+        + pad("a", 0, 0)
+        + SWAP
+        + '[pack.P]\nbattery = "60Wh"\ncount = 6\n'
+        + '[job.long]\nmission = "long.plan"\nmay_split = true\n'
+    )
+    made = planned(tmp_path, tables, jobs={"long": long}, minimize="batteries")
+    assert len(made.fleet.sorties) > 1
+    assert {Path(path).name for path in made.missions} == {
+        f"{name}.plan" for name in made.fleet.sorties
+    }
+    file = write_plan(made, tmp_path / "out")
+    assert check_fleet(read_fleet(file)).verdict == "go"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("[operation]\nlatest_s = 30\n", "(first|second) cannot be flown in its hours"),
+        ('[job.first]\nmission = "first.plan"\nneeds = ["camera"]\n', "no vehicle with camera"),
+    ],
+)
+def test_what_cannot_be_planned_is_named(tmp_path: Path, more: str, said: str) -> None:
+    with pytest.raises(FleetPlanError, match=said):
+        planned(tmp_path, TWO + more)
+
+
+def test_an_objective_that_is_none_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="energy, makespan, vehicles, batteries"):
+        planned(tmp_path, TWO, minimize="speed")
