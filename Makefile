@@ -6,7 +6,7 @@ MADE := .venv/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
 VEHICLE := falkowski-2023-quadrotor
 
-.PHONY: help setup demo test lint types layers unit bench fuzz format golden readme rules models clean
+.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme rules models clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -52,6 +52,10 @@ SECONDS ?= 600
 fuzz: $(MADE) ## feed readers, checks and lines with damage: make fuzz SECONDS=600
 	PYTHONPATH=tests:. $(BIN)/python tests/fuzz/campaign.py --seconds $(SECONDS)
 	PYTHONPATH=tests:. $(BIN)/python tests/fuzz/interruptions.py
+
+sitl: $(MADE) ## do everything against builds of your own: make sitl ARDUCOPTER=binary PX4=binary
+	@PYTHONPATH=tests:. $(BIN)/python tests/sitl/tour.py \
+	  $(if $(ARDUCOPTER),--arducopter $(ARDUCOPTER)) $(if $(PX4),--px4 $(PX4))
 
 format: $(MADE) ## put the code in shape
 	$(BIN)/ruff check --fix
