@@ -37,6 +37,7 @@ _PX4 = {
     "COM_ARM_AUTH_TO": 5,
 }
 _STABILIZE, _AUTO, _MAIN_AUTO, _SUB_MISSION = 0, 3, 4, 4
+_PX4_MISSION = _MAIN_AUTO << 16 | _SUB_MISSION << 24
 _PREARM = 1 << 28
 _SAID = re.compile(r"^(dis)?arm(?:ing motors|ed by)", re.IGNORECASE)
 """What both report at once, where their heartbeats come once a second."""
@@ -56,6 +57,8 @@ class Build:
     boot_s: float = 0.0
     """Its own clock, which may run faster. [s]"""
     is_armed: bool = False
+    mode: int = 0
+    """Its own number of it."""
     armed_s: float | None = None
     """When it armed, by the first sign of it; ``None`` since it was asked. [s]"""
     disarmed_s: float | None = None
@@ -102,6 +105,7 @@ class Build:
                     self.boot_s = one.time_boot_ms / 1e3
                 case "HEARTBEAT":
                     self.is_armed = bool(one.base_mode & 128)
+                    self.mode = one.custom_mode
                     self._note(is_armed=self.is_armed)
                 case "STATUSTEXT":
                     self.texts.append(one.text)
@@ -147,19 +151,22 @@ class Build:
         self.texts.clear()
         self.armed_s = self.disarmed_s = None
         if self.autopilot is Autopilot.PX4:
-            self._command(176, 1, _MAIN_AUTO, _SUB_MISSION)
+            self._enter(_PX4_MISSION, _MAIN_AUTO, _SUB_MISSION)
         else:
-            self._command(176, 1, _STABILIZE)  # or the last mission counts as flown
-            for _ in self.heard(0.2):
-                pass
-            self._command(176, 1, _AUTO)
-        for _ in self.heard(0.5):
-            pass
+            self._enter(_STABILIZE, _STABILIZE)  # or the last mission counts as flown
+            self._enter(_AUTO, _AUTO)
         self._command(400, 1)
         # PX4 answers a second request while it waits for the first one's answer by nothing.
         return self.until(
             lambda: self.is_armed or self.results.get(400) not in {None, 0}, longest_s
         ) and (self.until(lambda: self.is_armed, 3.0))
+
+    def _enter(self, mode: int, *numbers: float) -> None:
+        """Have it enter a mode, asking again: a mission that has just come is judged first."""
+        for _ in range(10):
+            self._command(176, 1, *numbers)
+            if self.until(lambda: self.mode == mode, 1.0):
+                return
 
     def disarm(self) -> None:
         """Disarm it, whatever it does."""
