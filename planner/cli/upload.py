@@ -31,6 +31,11 @@ if TYPE_CHECKING:
     from planner.service.upload import UploadProposal
 
 
+_LISTEN_S = 3.0
+"""PX4 judges a mission within one, and says every so often which its latest report is: a lost one is known
+by then. [s]"""
+
+
 @click.command("upload", short_help="Check a mission for a vehicle and put it there.")
 @click.argument("file", metavar="FILE", type=MISSION_PATH)
 @click.argument("url", metavar="URL")
@@ -50,7 +55,7 @@ if TYPE_CHECKING:
     Number("s", 0.0, 600.0),
     "how long to listen for the vehicle's own rejection",
     name="listen_s",
-    default=5.0,
+    default=_LISTEN_S,
 )
 @setting_options(*CHECK_GROUPS)
 @link_options

@@ -182,7 +182,7 @@ def _judged(
     link: VehicleLink, result: UploadResult, listen_s: float, *, has_items: bool, has_home: bool
 ) -> UploadResult:
     """Return a result with what the vehicle reports on the mission."""
-    texts = link.listen(listen_s)
+    texts = link.listen(listen_s, "the vehicle's objections")
     reports = objections(texts, link.fetch_events())
     is_unjudged = False
     if has_items and not reports and _has_none_after_all(link):

@@ -231,8 +231,10 @@ class VehicleLink:
             raise LinkError(msg)
         return self.connection.telemetry.state()
 
-    def listen(self, duration_s: float) -> tuple[StatusText, ...]:
+    def listen(self, duration_s: float, what: str = "") -> tuple[StatusText, ...]:
         """Return the texts that the vehicle sends in a time [s], and those not taken before."""
+        if what:
+            self._on_progress(what, 0, None)
         self.connection.listen(duration_s)
         return self.connection.telemetry.take_texts()
 

@@ -36,7 +36,8 @@ _PX4 = {
     "COM_ARM_AUTH_MET": 0,
     "COM_ARM_AUTH_TO": 5,
 }
-_STABILIZE, _AUTO, _MAIN_AUTO, _SUB_MISSION = 0, 3, 4, 4
+_STABILIZE, _AUTO, _MAIN_AUTO, _SUB_LOITER, _SUB_MISSION = 0, 3, 4, 3, 4
+_PX4_LOITER = _MAIN_AUTO << 16 | _SUB_LOITER << 24
 _PX4_MISSION = _MAIN_AUTO << 16 | _SUB_MISSION << 24
 _PREARM = 1 << 28
 _SAID = re.compile(r"^(dis)?arm(?:ing motors|ed by)", re.IGNORECASE)
@@ -150,10 +151,12 @@ class Build:
         self.results.clear()
         self.texts.clear()
         self.armed_s = self.disarmed_s = None
+        # Another mode first, or the last mission counts as flown.
         if self.autopilot is Autopilot.PX4:
+            self._enter(_PX4_LOITER, _MAIN_AUTO, _SUB_LOITER)
             self._enter(_PX4_MISSION, _MAIN_AUTO, _SUB_MISSION)
         else:
-            self._enter(_STABILIZE, _STABILIZE)  # or the last mission counts as flown
+            self._enter(_STABILIZE, _STABILIZE)
             self._enter(_AUTO, _AUTO)
         self._command(400, 1)
         # PX4 answers a second request while it waits for the first one's answer by nothing.
