@@ -401,9 +401,15 @@ class MissionUpload(Transfer):
     def _item(self, seq: int) -> Message:
         item = self._sent[seq]
         fields = {name: getattr(item, name) for name in ITEM_FIELDS}
-        # PX4 would continue at a current item; an upload starts the mission again.
+        # Where no item is the current one, PX4 begins the new mission at the item that the last one had
+        # come to (1.17's ``MissionBase::updateMavlinkMission``): after a flight, at its end.
+        is_current = seq == 0 and self._kind is MissionKind.MISSION
         return message(
-            "MISSION_ITEM_INT", seq=seq, current=0, mission_type=int(self._kind), **fields
+            "MISSION_ITEM_INT",
+            seq=seq,
+            current=int(is_current),
+            mission_type=int(self._kind),
+            **fields,
         )
 
     def _answer(self, seq: int, now_s: float) -> tuple[Message, ...]:

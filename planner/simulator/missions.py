@@ -78,6 +78,8 @@ class IncomingList:
         self.next = start
         self.end = end
         self.items: list[WireItem] = []
+        self.current: int | None = None
+        """The item that is marked as the current one; ``None``: none is."""
         self.last_item_s = 0.0
 
 
@@ -448,6 +450,8 @@ class MissionServer:
             self.deadline_s = NEVER_S
             return (self._ack(received, refused, kind),)
         upload.last_item_s = now_s
+        if received["current"]:
+            upload.current = upload.next
         self._keep(upload, stored_item(item, kind, self._setup.autopilot), is_home=is_home)
         upload.next += 1
         return (self._request(now_s),) if upload.next < upload.end else self._end_upload(received)
@@ -469,7 +473,9 @@ class MissionServer:
         self._upload = None
         self.deadline_s = NEVER_S
         self._finished = (received.system, received["seq"])
-        self._replace(kind, self.lists[kind] if self._is_written_at_once(kind) else upload.items)
+        is_kept = self._is_written_at_once(kind)
+        current = upload.current if self._is_px4 else None
+        self._replace(kind, self.lists[kind] if is_kept else upload.items, current=current)
         return (self._ack(received, MissionResult.ACCEPTED, kind),)
 
     def _is_written_at_once(self, kind: MissionKind) -> bool:
@@ -512,14 +518,18 @@ class MissionServer:
         )
         return LIST_HEAD.pack(LIST_MAGIC, int(kind), 0, 0, len(items)) + b"".join(rows)
 
-    def _replace(self, kind: MissionKind, items: list[WireItem]) -> None:
+    def _replace(
+        self, kind: MissionKind, items: list[WireItem], *, current: int | None = None
+    ) -> None:
         before, self._ids[kind] = self._ids[kind], _list_id(items)
         if self._is_px4 and items and self._ids[kind] == before:
             return  # it has this one, and judges it no more
         self.lists[kind] = items
         self.changes[kind] += 1
         if kind is MissionKind.MISSION:
-            self.current = 0
+            # PX4 goes on where it was in the last mission, unless an item is marked.
+            kept = min(self.current, max(len(items) - 1, 0)) if self._is_px4 else 0
+            self.current = kept if current is None else current
 
 
 def _list_id(items: list[WireItem]) -> int:

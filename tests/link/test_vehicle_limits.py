@@ -78,3 +78,18 @@ def test_terrain_that_a_vehicle_lacks_is_told_where_the_mission_counts_heights_f
         result = check_vehicle(snapshot, SETUP, mission=sent)
         assert any(one.code == "X910" for one in result.findings) == fires
         assert not fires or result.verdict == "no-go"
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_a_mission_that_is_sent_after_a_flight_begins_at_its_beginning(
+    autopilot: Autopilot,
+) -> None:
+    """PX4 1.17 began one without a current item at the end of the last: it returned at once."""
+    line = memory_line(autopilot)
+    missions = line._wire.vehicle.missions
+    link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    items = missions.lists[MissionKind.MISSION]
+    missions.current = len(items) - 1
+    other = tuple(replace(one, z=one.z + 1.0) for one in items)
+    assert link.upload_items(MissionKind.MISSION, other)[0] is UploadOutcome.ACCEPTED
+    assert missions.current == 0
