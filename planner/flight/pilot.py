@@ -16,6 +16,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
+from planner.flight.motion.followed_ground import Limits, follow_ground
 from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
     from planner.flight.motion.px4.lag import Tracking
     from planner.flight.power import Transients
+    from planner.geo.terrain import TerrainGrid
     from planner.mission.route.stage import Route
     from planner.physics.response import TransferFunction
     from planner.physics.wind import Wind
@@ -223,6 +225,7 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
         wind=setup.wind,
         airspeed_limit_m_s=limit_m_s,
         responses=vehicle.responses,
+        terrain=setup.terrain,
     )
 
 
@@ -402,6 +405,8 @@ class ArduPilotPilot(Value):
     """Airspeed at the greatest lean angle; ``None``: not known. [m s⁻¹]"""
     responses: Responses | None = None
     """How the vehicle follows the references; ``None``: without any lag."""
+    terrain: TerrainGrid | None = None
+    """What is followed; ``None``: not known."""
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; ArduPilot shapes its references, so nothing rings."""
@@ -415,7 +420,12 @@ class ArduPilotPilot(Value):
             home_latitude_deg=route.frame.latitude_deg,
             responses=self.responses,
         )
-        return motion, NO_TRANSIENTS
+        limits = Limits(
+            cruise_m_s=self.parameters.cruise_speed_m_s,
+            climb_m_s=self.parameters.climb_speed_m_s,
+            descent_m_s=self.parameters.descent_speed_m_s,
+        )
+        return follow_ground(motion, route, self.terrain, limits), NO_TRANSIENTS
 
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, route: Route

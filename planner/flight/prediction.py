@@ -14,7 +14,7 @@ from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.quadrature import unit_quadrature
 from planner.quantity import mean_of
 from planner.units import wh_from_j
-from planner.values import Value, field_values
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -281,7 +281,9 @@ def _steady_power_w(
 ) -> FloatArray:
     """Return the steady power of pieces, (n,) or (n, 1), in states, (n,) or (n, k). [W]"""
     segment = motion.piece_segment[piece]
-    grounded = motion.piece_is_grounded
+    grounded, fall_m_s = motion.piece_is_grounded, motion.piece_fall_m_s
+    if fall_m_s is not None:
+        state = replace(state, climb_m_s=state.climb_m_s + fall_m_s[piece])
     return power.power_w(
         state,
         motion.segments.state[segment],

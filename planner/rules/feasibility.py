@@ -321,22 +321,65 @@ TERRAIN_OFF = Rule(
     summary="The mission counts heights from terrain, and the vehicle's terrain data are off.",
     why="ArduPilot does not start an item above terrain without terrain data: it reports 'Terrain data "
     "missing', and its terrain failsafe returns.",
-    how="Items in frame 10 or 11 on ArduPilot with TERRAIN_ENABLE 0 and no rangefinder "
-    "(RNGFND1_TYPE 0) in the parameters.",
+    how="Items in frame 10 or 11 on ArduPilot with TERRAIN_ENABLE 0 and no rangefinder that it follows "
+    "the ground by: one that looks down (RNGFND1_TYPE to RNGFNDA_TYPE, their ORIENT 25) with WPNAV_RFND_USE "
+    "1.  With one terrain data are not looked at (AC_WPNav::get_terrain_source): items higher above terrain "
+    "than it reaches (RNGFND1_MAX_CM), where its readings are unhealthy and the terrain failsafe returns.",
     fix="set TERRAIN_ENABLE to 1 and load terrain data, or write the altitudes above home",
     instead="parameters with TERRAIN_ENABLE 1",
 )
 
 
+_DOWN = 25
+"""RNGFNDn_ORIENT of a sensor that looks down."""
+_REACH_M = 7.0
+"""RNGFNDn_MAX_CM, its default. [m]"""
+_SENSORS = "123456789A"
+
+
+def rangefinder_reach_m(a: Assessment) -> float | None:
+    """Return how far the rangefinder reaches that ArduPilot follows the ground by; ``None``: by none. [m]
+
+    Notes
+    -----
+    ``AC_WPNav::get_terrain_source``: a rangefinder that looks down and is used (WPNAV_RFND_USE, WP_RFND_USE
+    from 4.7 on) is the one source of the ground's height; its readings are healthy up to RNGFNDn_MAX.
+    """
+    values = {} if a.setup.parameters is None else a.setup.parameters.numbers()
+    if not values.get("WP_RFND_USE", values.get("WPNAV_RFND_USE", 1.0)):
+        return None
+    reaches_m = [
+        values.get(f"RNGFND{n}_MAX", values.get(f"RNGFND{n}_MAX_CM", 100.0 * _REACH_M) / 100.0)
+        for n in _SENSORS
+        if values.get(f"RNGFND{n}_TYPE") and values.get(f"RNGFND{n}_ORIENT", _DOWN) == _DOWN
+    ]
+    return max(reaches_m, default=None)
+
+
 @judges(TERRAIN_OFF, needs=(ARDUPILOT,))
 def _terrain_off(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    if parameters.terrain_enable or parameters.rangefinder_type:
-        return
+    reach_m = rangefinder_reach_m(a)
     over_terrain = [
         number
         for number, item in enumerate(a.mission.items, start=1)
         if item.frame in TERRAIN_FRAMES and is_destination(item.command)
     ]
+    if reach_m is not None:
+        heights_m = {
+            number: a.mission.items[number - 1].altitude_m or 0.0 for number in over_terrain
+        }
+        highest = max(heights_m, key=lambda number: heights_m[number], default=None)
+        if highest is not None and heights_m[highest] > reach_m:
+            yield a.finding(
+                TERRAIN_OFF,
+                f"{quantity.height(heights_m[highest])} above terrain; the rangefinder it follows the ground "
+                f"by reaches {quantity.height(reach_m)}: ArduPilot returns (terrain failsafe)",
+                item=highest,
+                fix="set WPNAV_RFND_USE to 0 to follow terrain data, or fly within the rangefinder's reach",
+            )
+        return
+    if parameters.terrain_enable:
+        return
     if over_terrain:
         yield a.finding(
             TERRAIN_OFF,

@@ -17,6 +17,7 @@ from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.declaration import ARDUPILOT, TERRAIN, NotEvaluated, judges
+from planner.rules.feasibility import rangefinder_reach_m
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -400,7 +401,10 @@ def _returns_follow_terrain(a: Assessment) -> bool:
     own = ARDUPILOT.of(a)
     if own is None or own.return_altitude_type != _OVER_TERRAIN:
         return False
-    return bool(own.terrain_enable or own.rangefinder_type)
+    reach_m = rangefinder_reach_m(a)
+    if reach_m is not None:  # out of its reach ModeRTL begins again, above home
+        return own.return_altitude_m <= reach_m
+    return bool(own.terrain_enable)
 
 
 @judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))

@@ -11,16 +11,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from ardupilot_missions import DEFAULTS, fly, go, states, takeoff, took_s
-from made_missions import item, mission, north, rtl
+from made_missions import HOME, item, mission, north, rtl
 from made_missions import takeoff as takeoff_item
-from made_terrain import ground
+from made_terrain import ground, slope
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
+from planner.geo.geodesy import LocalFrame
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.geo.terrain import TerrainGrid
+    from planner.mission.items import Mission
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
@@ -130,3 +134,36 @@ def test_a_checked_leg_over_terrain_is_slower_than_one_over_home() -> None:
 
     # A wall of 100 m is overrun before the vehicle has slowed down; it then stands until it is over it.
     assert took(10) - took(3) > 30.0
+
+
+def heights_over(one: Mission, grid: TerrainGrid) -> tuple[FloatArray, FloatArray]:
+    """Return how high a checked flight is above home and above the ground, all along it."""
+    assessment = check(one, load_vehicle("arducopter-sitl-quad"), terrain=grid).assessment
+    assert assessment is not None
+    flight = assessment.flight
+    state = flight.motion.state_at_time(np.linspace(0.0, flight.time_s, 4000))
+    frame = LocalFrame(latitude_deg=HOME.latitude_deg, longitude_deg=HOME.longitude_deg)
+    where = frame.latitude_longitude_deg(state.east_m, state.north_m)
+    ground_m = grid.height_amsl_m(*where).filled(np.nan) - 400.0
+    return state.height_m, state.height_m - ground_m
+
+
+def test_a_leg_keeps_its_height_above_a_ridge() -> None:
+    there = item(16, north(900.0), 30.0, frame=10)
+    one = mission(takeoff_item(30.0), there, item(21, north(900.0)))
+    above_home_m, above_ground_m = heights_over(one, ground(40.0))
+    # 30 m above the ridge of 40 m; nowhere lower than that but where it takes off and lands.
+    assert above_home_m.max() == pytest.approx(70.0, abs=0.5)
+    level = above_home_m > 29.9
+    # Places a cell apart are looked at: a bend of 40 m in 10 m between two of them is cut by 5 m at most.
+    assert 25.0 <= above_ground_m[level].min() <= 30.5
+
+
+def test_a_circle_keeps_its_height_above_a_slope() -> None:
+    circle = item(18, north(200.0), 25.0, frame=10, params=(2.0, None, 60.0, None))
+    one = mission(takeoff_item(25.0), circle, rtl())
+    above_home_m, above_ground_m = heights_over(one, slope(10.0))
+    # From 140 m to 260 m north the ground falls by 0.176 a metre.
+    assert above_home_m.min() <= 25.0 - 0.176 * 200.0 + 0.5
+    on_circle = slice(1500, 2000)
+    assert above_ground_m[on_circle] == pytest.approx(25.0, abs=0.5)

@@ -50,7 +50,9 @@ def landing_at(metres: float) -> Mission:
 CASES: Mapping[str, RuleCases] = {
     "A118": RuleCases(
         fires=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\n"),
-        boundary=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\nRNGFND1_TYPE,8\n"),
+        boundary=lambda: found(
+            OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\nRNGFND1_TYPE,8\nRNGFND1_MAX_CM,3000\n"
+        ),
         silent=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,1\n"),
     ),
     "A101": RuleCases(

@@ -154,9 +154,17 @@ class Motion(Value, eq=False):
     """For each stage the last segment that serves it; −1 for none. (stages,)"""
     piece_is_grounded: BoolArray | None = None
     """Whether a piece stands on the ground with idle motors, at no power; ``None``: none does. (p,)"""
+    piece_fall_m_s: FloatArray | None = None
+    """Rate of descending along ground that is followed, which saves no power; ``None``: none does. (p,)"""
     wander_m: float = 0.0
     """Way beyond that of the segments, which a vehicle wanders about them. [m]"""
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def segment_stage(self) -> IntArray:
+        """Stage each segment serves; one past the last what comes after all. (s,)"""
+        count = len(self.segments.item)
+        return np.searchsorted(np.maximum.accumulate(self.done_segment), np.arange(count))
 
     def piece_start_s(self) -> FloatArray:
         """Return when each piece begins. (p,) [s]"""

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
 _SLOWEST_M_S = 1e-3
 """A slower vehicle counts as standing still. [m s⁻¹]"""
+_SAME_SPEED = 0.01
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 _BRAKING_FRACTIONS = np.array([1.0, 0.5, 0.0])
 PROFILE_POINTS = 400
@@ -212,6 +213,11 @@ class Returns(Value, eq=False, dict=True):
             & (columns.state[brake] == _BRAKE)
             & (np.abs(columns.stopping_distance_m[brake] - brake_m) <= 1e-6 * brake_m)
         )
+        if (
+            self.flight.motion.piece_fall_m_s is not None
+        ):  # over the ground it has speeds of its own
+            other = np.abs(speed - columns.speed_m_s[segment]) > _SAME_SPEED * speed
+            stops &= brakes | ~other
         left = np.where(brakes, 1.0 - fraction, 1.0)
         stop_s = np.where(stops, left * columns.duration_s[brake], stop_s)
         stop_wh = np.where(stops, left * wh_from_j(self.flight.segment_energy_j[brake]), stop_wh)
@@ -340,13 +346,12 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
     motion = flight.motion
     columns = motion.segments
     count = len(columns.item)
-    stage = np.searchsorted(np.maximum.accumulate(motion.done_segment), np.arange(count))
     return Returns(
         route=route,
         flight=flight,
         pilot=pilot,
         destinations=destinations,
-        segment_stage=np.minimum(stage, len(route.stages) - 1),
+        segment_stage=np.minimum(motion.segment_stage, len(route.stages) - 1),
         used_wh=np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j)))),
         start_s=columns.end_s - columns.duration_s,
         piece_start_s=motion.piece_start_s(),

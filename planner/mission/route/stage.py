@@ -67,7 +67,9 @@ class Stage(Value, kw_only=False):
     begins it, 0 where not given. [m]"""
     followed_ground_m: tuple[float, ...] = ()
     """Heights of the ground on the way, evenly spaced from its beginning to its end, where the vehicle
-    follows it. [m AMSL]"""
+    follows it, of a circle that at its centre. [m AMSL]"""
+    follows_ground: bool = False
+    """Whether the height above the ground is kept on the way, which is known."""
     is_underway: bool = False
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
     is_here: bool = False

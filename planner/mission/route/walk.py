@@ -67,8 +67,8 @@ def stored_radius_m(radius_m: float) -> float:
     return float(-kept_m if radius_m < 0.0 else kept_m)
 
 
-_GROUND_SAMPLES = 65
-"""Of the ground along a leg."""
+_GROUND_SAMPLES, _MOST_GROUND_SAMPLES = 65, 1025
+"""Of the ground along a leg: one a cell, but so many."""
 HIGHEST_M = 10_000.0
 """No multicopter gets there; the air of the prediction ends not far above. [m]"""
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
@@ -263,11 +263,11 @@ ZERO_TAKEOFF = Rule(
 TERRAIN_NOT_FOLLOWED = Rule(
     "A112 terrain-not-followed",
     Severity.WARNING,
-    summary="ArduPilot follows the ground between two items; a straight line is predicted.",
+    summary="ArduPilot follows the ground between two items, which is not straight.",
     why="Heights above terrain are kept all along a leg: over hills the vehicle climbs and descends "
-    "more than its items show.  Slowing down where the ground rises faster than it can climb "
-    "(AC_WPNav, WP_TER_MARGIN) is predicted for models flown by ArduPilot, the energy of the climbs is "
-    "not.",
+    "more than its items show.  For models flown by ArduPilot that is predicted: climbs and descents along "
+    "the ground, and slowing down where it rises faster than the vehicle can climb (AC_WPNav, "
+    "WP_TER_MARGIN).",
     how="Legs to items in a terrain frame, flown by ArduPilot over the ground of --terrain where that "
     "lies more than 2 m off the line between the ground at both ends.",
     fix="put items where the ground bends, so that the legs lie along it",
@@ -292,6 +292,22 @@ HEADING_NORTH = Rule(
     how="NAV_WAYPOINT with a fourth parameter of exactly 0, flown as PX4 would.",
     fix="write null (nan in text) where the heading does not matter",
 )
+
+
+def _part_of(ground_m: tuple[float, ...], begin: float, end: float) -> tuple[float, ...]:
+    """Return the ground along a part of a leg, evenly spaced. [m AMSL]"""
+    if not ground_m or (begin, end) == (0.0, 1.0):
+        return ground_m
+    every = np.linspace(0.0, 1.0, len(ground_m))
+    return tuple(np.interp(np.linspace(begin, end, len(every)), every, ground_m).tolist())
+
+
+def _off_line_m(ground_m: tuple[float, ...], fraction: float) -> float:
+    """Return how far the ground on a leg is above the line between its ends. [m]"""
+    if not ground_m:
+        return 0.0
+    own_m = float(np.interp(fraction, np.linspace(0.0, 1.0, len(ground_m)), ground_m))
+    return own_m - (ground_m[0] + fraction * (ground_m[-1] - ground_m[0]))
 
 
 @dataclass(slots=True)
@@ -403,6 +419,7 @@ class MissionState:
         stage, place_deg = self.stages.pop(), self.places_deg.pop()
         after = (*place_deg, self.height_m)
         last: list[tuple[HeldItem, MissionItem]] = []
+        begin = 0.0
         for one, item in waiting:
             fraction = self.firings.get(one.visit)
             if fraction is None:
@@ -413,7 +430,9 @@ class MissionState:
             if fraction > 0.0 and stage.kind in _DIVIDED:
                 here = (a + fraction * (b - a) for a, b in zip(before, after, strict=True))
                 self.latitude_deg, self.longitude_deg, self.height_m = here
-                self._add_part(stage, fraction)
+                self.height_m += _off_line_m(stage.followed_ground_m, fraction)
+                self._add_part(stage, begin, fraction)
+                begin = fraction
             self._carry_out_held(one, item)
         self.latitude_deg, self.longitude_deg, self.height_m = after
         parts = len(self.stages) - begun
@@ -424,7 +443,7 @@ class MissionState:
                 speed_m_s=stage.speed_m_s if stage.kind is StageKind.RETURN else self.speed_m_s,
                 climb_speed_m_s=self.climb_speed_m_s,
                 descent_speed_m_s=self.descent_speed_m_s,
-                followed_ground_m=stage.followed_ground_m if parts == 0 else (),
+                followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
         for one, item in last:
@@ -438,15 +457,14 @@ class MissionState:
         self.number, self.place = one.item, item.place
         self._carry_out(item)
 
-    def _add_part(self, whole: Stage, fraction: float) -> None:
+    def _add_part(self, whole: Stage, begin: float, end: float) -> None:
         """Add a part of a leg, flown through at the speeds commanded until then."""
-        ground_m = whole.followed_ground_m
-        if ground_m:
-            along = np.linspace(0.0, fraction, _GROUND_SAMPLES)
-            every = np.linspace(0.0, 1.0, len(ground_m))
-            ground_m = tuple(np.interp(along, every, ground_m).tolist())
         part = replace(
-            self._stage(StageKind.GO), item=whole.item, is_underway=True, followed_ground_m=ground_m
+            self._stage(StageKind.GO),
+            item=whole.item,
+            is_underway=True,
+            followed_ground_m=_part_of(whole.followed_ground_m, begin, end),
+            follows_ground=whole.follows_ground,
         )
         self._add(part)
 
@@ -539,6 +557,7 @@ class MissionState:
                 yaw_deg=item.param4,
                 followed_ground_m=ground_m,
                 is_here=not (item.latitude_deg or item.longitude_deg),
+                follows_ground=bool(ground_m),
             )
         )
 
@@ -551,7 +570,9 @@ class MissionState:
         if self.terrain is None or from_deg == to_deg:
             return ()
         length_m = float(distance_m(*from_deg, *to_deg))
-        fraction = np.linspace(0.0, 1.0, _GROUND_SAMPLES)
+        cells = int(length_m / min(tile.cell_m for tile in self.terrain.tiles)) + 2
+        count = min(max(cells, _GROUND_SAMPLES), _MOST_GROUND_SAMPLES)
+        fraction = np.linspace(0.0, 1.0, count)
         ground = self.terrain.height_amsl_m(
             *(a + fraction * (b - a) for a, b in zip(from_deg, to_deg, strict=True))
         )
@@ -561,13 +582,12 @@ class MissionState:
         line = height[0] + fraction * (height[-1] - height[0])
         off_line_m = float(np.abs(height - line).max())
         if off_line_m > _GROUND_OFF_LINE_M:
-            steepest = float(np.abs(np.diff(height)).max()) * (_GROUND_SAMPLES - 1) / length_m
+            steepest = float(np.abs(np.diff(height)).max()) * (count - 1) / length_m
             self.remark(
                 TERRAIN_NOT_FOLLOWED,
                 f"the ground on the leg is up to {quantity.height(off_line_m)} off the line "
-                f"predicted and is up to {quantity.percent(steepest)} steep: ArduPilot follows "
-                "it, more slowly where it cannot climb so fast; the energy of climbing and descending on "
-                "the way is not counted",
+                f"between the items and is up to {quantity.percent(steepest)} steep: ArduPilot follows "
+                "it, more slowly where it cannot climb so fast",
             )
         return tuple(height.tolist())
 
@@ -603,7 +623,19 @@ class MissionState:
             if (kept_turns, kept_radius) != (turns, radius):
                 self._remark_stored(item, written, f"{kept_turns:g} of {kept_radius:g} m")
             turns, radius = kept_turns, kept_radius
-        self._add(replace(self._stage(StageKind.CIRCLE), turns=turns, radius_m=radius))
+        follows = item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT
+        ground_m = self._known_ground_m() if follows else None
+        self._add(
+            replace(
+                self._stage(StageKind.CIRCLE),
+                turns=turns,
+                radius_m=radius,
+                followed_ground_m=()
+                if ground_m is None
+                else (ground_m + (self.ground_datum_m or 0.0),),
+                follows_ground=ground_m is not None,
+            )
+        )
 
     def delay(self, item: MissionItem) -> None:
         """Wait for a time, or until a time of day."""

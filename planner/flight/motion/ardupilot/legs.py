@@ -427,7 +427,7 @@ def plan_legs(
         hidden_s=np.zeros(len(key)),
         early_s=np.zeros(len(key)),
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
-        findings=(*findings, *_faster_findings(curves, speed, stages.item[stage])),
+        findings=(*findings, *_faster_findings(curves, speed, stages, stage)),
     )
 
 
@@ -448,9 +448,15 @@ _CRUISING = 0.98
 """A speed is that of a cruise from this fraction of it on, as for a corner. [-]"""
 
 
-def _faster_findings(curves: SCurves, speed_m_s: FloatArray, item: IntArray) -> tuple[Finding, ...]:
-    """Return where legs are flown faster than commanded, all in one finding."""
-    rows = np.flatnonzero(_CRUISING * curves.first_m_s > speed_m_s)
+def _faster_findings(
+    curves: SCurves, speed_m_s: FloatArray, stages: StageColumns, stage: IntArray
+) -> tuple[Finding, ...]:
+    """Return where legs are flown faster than commanded, all in one finding.
+
+    What the ground slows down, nothing commands.
+    """
+    item, is_slowed = stages.item[stage], (stages.speed_m_s < stages.commanded_m_s)[stage]
+    rows = np.flatnonzero((_CRUISING * curves.first_m_s > speed_m_s) & ~is_slowed)
     if not len(rows):
         return ()
     kept = int((_CRUISING * curves.peak_m_s[rows] > speed_m_s[rows]).sum())

@@ -18,7 +18,7 @@ from planner.mission.route.walk import WAIT_NOT_COUNTED
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from planner.arrays import BoolArray, ComplexArray, FloatArray, IntArray
     from planner.findings import Finding
@@ -60,6 +60,7 @@ class StageColumns(Value, eq=False):
     """Where a circle begins; the place of all others. (n, 3) [m]"""
     speed_m_s: FloatArray
     """Horizontal speed as commanded, or less where ground is followed. (n,) [m s⁻¹]"""
+    commanded_m_s: FloatArray
     climb_m_s: FloatArray
     descent_m_s: FloatArray
     hold_s: FloatArray
@@ -145,12 +146,17 @@ def stage_columns(
     start, end, edge, circles = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed, drag=drag
     )
-    followed = [row for row, each in enumerate(stages) if each.followed_ground_m]
+    followed = [
+        row
+        for row, each in enumerate(stages)
+        if each.followed_ground_m and each.kind not in {StageKind.CIRCLE, StageKind.RETURN}
+    ]
+    commanded = speed.copy()
     if followed:
         rows = np.array(followed)
         speed[rows] = followed_speed_m_s(
             rows,
-            np.array([stages[row].followed_ground_m for row in followed]),
+            [np.array(stages[row].followed_ground_m) for row in followed],
             horizontal(place[rows] - start[rows]),
             speed[rows],
             climb_m_s=climb[rows],
@@ -172,6 +178,7 @@ def stage_columns(
         end_m=end,
         edge_m=edge,
         speed_m_s=speed,
+        commanded_m_s=commanded,
         climb_m_s=climb,
         descent_m_s=descent,
         hold_s=hold,
@@ -209,6 +216,7 @@ def return_columns(
         end_m=_return_end_m(home, datum_m, parameters),
         edge_m=home,
         speed_m_s=np.full(count, parameters.return_speed_m_s),
+        commanded_m_s=np.full(count, parameters.return_speed_m_s),
         climb_m_s=np.full(count, parameters.climb_speed_m_s),
         descent_m_s=np.full(count, parameters.descent_speed_m_s),
         hold_s=zero,
@@ -412,7 +420,7 @@ _SLOWEST = 0.01
 
 def followed_speed_m_s(
     stage: IntArray,
-    ground_m: FloatArray,
+    ground_m: Iterable[FloatArray],
     length_m: FloatArray,
     speed_m_s: FloatArray,
     *,
@@ -423,11 +431,12 @@ def followed_speed_m_s(
     """Return the mean horizontal speeds of legs that follow the ground.
 
     Legs of consecutive ``stage`` follow each other; ``ground_m`` are heights of the ground, evenly spaced
-    from the beginning of each leg to its end (n, k), and the limits those commanded, all else (n,).
+    from the beginning of each leg to its end (n), and the limits those commanded, all else (n,).
     """
     found = speed_m_s.copy()
-    slope = np.abs(np.diff(ground_m, axis=1)) * (ground_m.shape[1] - 1)
-    steep = (slope.max(axis=1) * speed_m_s > _HARMLESS_M_S * length_m) & (length_m > 0.0)
+    ground = list(ground_m)
+    slope = np.array([np.abs(np.diff(own)).max() * (len(own) - 1) for own in ground])
+    steep = (slope * speed_m_s > _HARMLESS_M_S * length_m) & (length_m > 0.0)
     if not steep.any() or parameters.terrain_margin_m == 0.0:
         return found
     before: int | None = None
@@ -435,7 +444,7 @@ def followed_speed_m_s(
     for row in np.flatnonzero(steep).tolist():
         follows = before is not None and stage[row] == stage[before] + 1
         numbers = (float(c[row]) for c in (length_m, speed_m_s, climb_m_s, descent_m_s))
-        leg = _Leg(ground_m[row].tolist(), *numbers)
+        leg = _Leg(ground[row].tolist(), *numbers)
         begin = motion if follows else _LEVEL
         duration_s, motion = leg.flown(begin, parameters)
         found[row] = min(leg.length_m / duration_s, leg.speed_m_s)
