@@ -57,9 +57,8 @@ _MASS, _LOAD = Number("kg", 0.0, 1000.0, is_open=True), Number("kg", 0.0, 1000.0
 @kind_option(
     "--position-noise",
     Number("m", 0.0, MOST_NOISE_M),
-    "error of the position in a hover that the model assumes",
+    "error of the position in a hover that the model assumes [default: as measured]",
     name="position_noise_m",
-    default=0.0,
 )
 @kind_option("--capacity", Number("Ah", 0.0, 1000.0, is_open=True), "charge of the full battery")
 @click.option("--cells", metavar="N", type=click.IntRange(min=1), help="battery cells in series")

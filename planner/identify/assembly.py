@@ -16,7 +16,7 @@ from planner.errors import IdentificationError
 from planner.findings import Rule, Severity
 from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
-from planner.identify.flown_mission import flown_parameters
+from planner.identify.flown_mission import flown_parameters, flown_position_noise_m
 from planner.identify.lag import identify_drag
 from planner.identify.lean import identified_lean
 from planner.identify.manoeuvres import ResponseKind
@@ -260,8 +260,8 @@ class IdentificationSettings(Value):
     """Standard deviation of a payload that is not known from flight to flight. [kg]"""
     temperature_c: float | None = None
     """Air temperature at home in the flights; ``None``: of the standard atmosphere. [°C]"""
-    position_noise_m: float = 0.0
-    """What the model assumes of the position in a hover. [m]"""
+    position_noise_m: float | None = None
+    """What the model assumes of the position in a hover; ``None``: as measured in the flights. [m]"""
     pack: PackSettings = field(default_factory=PackSettings)
     method: Method = Method.OUTPUT_ERROR
     base: VehicleModel | None = None
@@ -337,6 +337,13 @@ def assemble_model(
             f"drag_per_s is {drag.value:.3f} ± {drag.error:.3f} 1/s, from how far the vehicle lags "
             "behind its trajectory"
         )
+    noise_m = settings.position_noise_m
+    if noise_m is None:
+        measured_m = [flown_position_noise_m(record) for record in records]
+        shown_m = [one for one in measured_m if one > 0.0]
+        noise_m = round(float(np.median(shown_m)), 3) if shown_m else 0.0
+        if shown_m:
+            readings.append(f"position_noise_m is {noise_m:g} m, as measured hovering and climbing")
     model = VehicleModel(
         name=settings.name,
         source=f"{settings.name}.toml",
@@ -347,7 +354,7 @@ def assemble_model(
         airspeed_limit_m_s=lean.airspeed_limit_m_s,
         airspeed_limit_lean_deg=lean.limit_lean_deg,
         drag_exponent=lean.drag_exponent,
-        position_noise_m=settings.position_noise_m,
+        position_noise_m=noise_m,
         drag_per_s=None if drag is None else float(f"{drag.value:.4g}"),
         hover=power.hover,
         cruise=power.cruise,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 
@@ -139,10 +140,16 @@ def flown_wind(record: FlightRecord) -> Wind | None:
     )
 
 
+_MEAN_OVER_MEDIAN = math.sqrt(math.pi / 2.0) / math.sqrt(2.0 * math.log(2.0))
+"""Of Rayleigh's distribution, that of lengths of normal errors. [-]"""
+
+
 def flown_position_noise_m(record: FlightRecord) -> float:
     """Return the mean horizontal error of the position that PX4 slows its time down by.
 
-    Taken while the vehicle hovers or moves only vertically, where the reference does not move.
+    Taken while the vehicle hovers or moves only vertically, where the reference does not move: of errors
+    to the north and to the east alike and normal, by their median, which a vehicle that still comes back
+    to a place it overshot does not raise.
 
     0 for other autopilots, and where references are not logged. [m]
     """
@@ -155,7 +162,8 @@ def flown_position_noise_m(record: FlightRecord) -> float:
     for segment in find_states(record):
         still[segment.samples] |= segment.state not in _HORIZONTAL
     errors = error[still & np.isfinite(error)]
-    return min(float(errors.mean()), MOST_NOISE_M) if errors.size else 0.0
+    noise_m = _MEAN_OVER_MEDIAN * float(np.median(errors)) if errors.size else 0.0
+    return min(noise_m, MOST_NOISE_M)
 
 
 _NAMED = 5

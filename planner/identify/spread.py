@@ -193,7 +193,7 @@ def _whole_flight(
     known = KnownConditions(
         payload_kg=settings.payload_kg,
         temperature_c=settings.temperature_c,
-        position_noise_m=settings.position_noise_m,  # whoever plans a flight knows no other
+        position_noise_m=model.position_noise_m,  # whoever plans a flight knows no other
     )
     try:
         found = verify_flight(record, model, known)

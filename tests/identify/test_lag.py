@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from made_record import make_record
 
+from planner.autopilot import Autopilot
+from planner.identify.flown_mission import flown_position_noise_m
 from planner.identify.lag import identify_drag
 from planner.values import replace
 
@@ -88,3 +90,28 @@ def test_the_gains_of_the_log_count() -> None:
     found = identify_drag([other])
     assert found is not None
     assert found.value == pytest.approx(0.8, rel=0.06)  # twice the gain says twice the force
+
+
+def test_the_noise_is_that_of_hovers_and_not_of_places_overshot() -> None:
+    """Normal errors of 0.2 m on either axis are 0.2 √(π/2) m long in the mean."""
+    count = 4000
+    random, still = np.random.default_rng(3), np.zeros(count)
+    east, north = 0.2 * random.standard_normal((2, count))
+    east[:200] += 1.5  # coming back to a place, 5 % of the time: the median is 4 % greater
+    record = make_record(
+        is_landed=np.zeros(count, dtype=np.bool_),
+        height_above_home_m=np.full(count, 30.0),
+        ground_speed_m_s=still,
+        climb_m_s=still,
+        reference_north_m=still,
+        reference_east_m=still,
+        reference_velocity_north_m_s=still,
+        reference_velocity_east_m_s=still,
+        north_m=north,
+        east_m=east,
+        velocity_north_m_s=still,
+        velocity_east_m_s=still,
+    )
+    flown = replace(record, autopilot=Autopilot.PX4)
+    assert flown_position_noise_m(flown) == pytest.approx(0.2 * np.sqrt(np.pi / 2.0), rel=0.07)
+    assert flown_position_noise_m(replace(record, autopilot=Autopilot.ARDUPILOT)) == 0.0
