@@ -119,3 +119,9 @@ def test_each_gain_of_the_controller_makes_it_lag_less(change: dict[str, float])
     stages, tracking = (takeoff(15.0), *places), Tracking(drag_per_s=1.0)
     stiffer = fly_px4(stages, replace(PX4, **change), tracking=tracking)
     assert stiffer.segments.end_s[-1] < fly_px4(stages, PX4, tracking=tracking).segments.end_s[-1]
+
+
+def test_a_vehicle_that_overshoots_flies_farther_than_its_trajectory() -> None:
+    """Over three about turns twice 1 to 2.5 m each; 483 m recorded for a trajectory of 462 m, six turns."""
+    with_drag, without = (fly(ABOUT, drag, 8.0).segments.distance_m.sum() for drag in (1.0, None))
+    assert 2.0 < (with_drag - without) / 3.0 < 5.0

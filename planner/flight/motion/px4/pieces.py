@@ -335,6 +335,13 @@ class Ordered(Value, eq=False):
                 velocity[pieces, :, 0], velocity[pieces, :, 1] = state.east_m_s, state.north_m_s
         return velocity
 
+    def longer_by(self, way_m: FloatArray) -> Ordered:
+        """Return the pieces with longer ways on the map, in the last segment of each move. (n,)"""
+        distance = self.segment_distance_m.copy()
+        last = np.flatnonzero(np.append(np.diff(self.segment_move) > 0, values=True))
+        distance[last] += way_m[self.segment_move[last]]
+        return replace(self, segment_distance_m=distance)
+
     def slowed(self, scale: FloatArray) -> Ordered:
         """Return the pieces flown in more time, each at its share of the speed. (p,)"""
         laws = []

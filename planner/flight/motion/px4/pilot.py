@@ -19,7 +19,7 @@ from planner.flight.motion.px4.braking import stopping_distance_m
 from planner.flight.motion.px4.lag import Tracking, TrackingLag
 from planner.flight.motion.px4.landing import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import fly_legs, waits_unknown, yaw_waits_s
+from planner.flight.motion.px4.legs import fly_legs, overshot_m, waits_unknown, yaw_waits_s
 from planner.flight.motion.px4.moves import moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -186,10 +186,12 @@ def _fly(
     if tracking.drag_per_s:
         lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
         # The place of the vehicle, not that of its trajectory, decides what counts as reached.
-        reach = moves.reach_m + lag.ahead_m(ordered, moves)
-        moves = replace(moves, reach_m=np.maximum(reach, _LEAST_REACH * moves.reach_m))
+        ahead = lag.ahead_m(ordered, moves)
+        reach = np.maximum(moves.reach_m + ahead, _LEAST_REACH * moves.reach_m)
+        moves = replace(moves, reach_m=reach)
         legs, ordered = _flown(moves, parameters, time_scale)
         ordered = lag.waited_for(ordered, moves)
+        ordered = ordered.longer_by(overshot_m(legs.planned, ahead))
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
