@@ -32,6 +32,9 @@ DENSITY_EXPONENT = -0.5
 """Of momentum theory. [-]"""
 _LARGEST_EXPONENT_ERROR = 0.15
 """Standard error above which an exponent of the density form is taken from theory. [-]"""
+_NO_MORE_THAN_SCATTER = 0.01
+"""Fraction of the power: flights of one mission differ by ±0.6 %, so what an exponent no rotor has changes
+by less between the hovers is no law. [-]"""
 _LEAST_RELATIVE_ERROR = 1e-6
 """Of a mean power: keeps the weights finite where there is no noise. [-]"""
 LOWEST_HEIGHT_M = 1.0
@@ -104,7 +107,8 @@ def fit_density_law(hovers: Sequence[MeasuredPower]) -> HoverFit[DensityLaw]:
     """Fit the density form to hovers with known mass and air density.
 
     The law is at the mean mass and density of the hovers, with exponents measured where the hovers
-    show them within 0.15, else of momentum theory.
+    show them within 0.15, else of momentum theory; so is one of the density that no rotor has, where it
+    changes the power by less than flights differ.
 
     Raises IdentificationError if there is no hover, mass or density is not known, or a measured
     exponent makes no sense.
@@ -122,28 +126,23 @@ def fit_density_law(hovers: Sequence[MeasuredPower]) -> HoverFit[DensityLaw]:
             raise IdentificationError(msg)
         means.append(float(np.exp(np.average(np.log(values), weights=relative**-2.0))))
         ratios.append(np.log(np.array(values) / means[-1]))
-    exponents = [MASS_EXPONENT, DENSITY_EXPONENT]
+    logs = np.log(powers)
     measured = _measured_exponents(ratios, relative)
-    known = sum(
-        (exponents[i] * ratios[i] for i in (0, 1) if i not in measured), np.zeros(powers.size)
-    )
-    design = np.stack([np.ones(powers.size), *(ratios[i] for i in measured)], axis=-1)
-    weighted = design / relative[:, None]
-    solution = np.linalg.lstsq(weighted, (np.log(powers) - known) / relative)[0]
-    covariance = np.linalg.inv(weighted.T @ weighted)
-    left = (np.log(powers) - known - design @ solution) / relative
-    surplus = powers.size - design.shape[1]
-    if surplus > 0:
-        covariance *= max(1.0, float(left @ left) / surplus)
-    deviations = np.sqrt(np.diagonal(covariance))
-    power = float(np.exp(solution[0]))
+    exponents, intercept, deviations = _fitted_exponents(measured, ratios, logs, relative)
+    density = exponents[1]
+    beyond = max(density, -2.0 - density, 0.0)
+    if 1 in measured and beyond > 0.0 and beyond * np.ptp(ratios[1]) < _NO_MORE_THAN_SCATTER:
+        measured = [i for i in measured if i != 1]
+        exponents, intercept, deviations = _fitted_exponents(measured, ratios, logs, relative)
+    power = float(np.exp(intercept))
     names = ("mass_exponent", "density_exponent")
-    estimates = [Estimate(name="hover_power_w", value=power, error=power * float(deviations[0]))]
-    for position, i in enumerate(measured, start=1):
-        exponents[i] = float(solution[position])
-        estimates.append(
-            Estimate(name=names[i], value=exponents[i], error=float(deviations[position]))
-        )
+    estimates = [
+        Estimate(name="hover_power_w", value=power, error=power * float(deviations[0])),
+        *(
+            Estimate(name=names[i], value=exponents[i], error=float(deviation))
+            for i, deviation in zip(measured, deviations[1:], strict=True)
+        ),
+    ]
     if not (0.0 <= exponents[0] <= 3.0 and -2.0 <= exponents[1] <= 0.0):
         msg = (
             f"hover power over mass and air density follows no usable law: exponents "
@@ -161,6 +160,30 @@ def fit_density_law(hovers: Sequence[MeasuredPower]) -> HoverFit[DensityLaw]:
         estimates=tuple(estimates),
         exponents_from_theory=tuple(names[i] for i in (0, 1) if i not in measured),
     )
+
+
+def _fitted_exponents(
+    measured: Sequence[int],
+    ratios: Sequence[FloatArray],
+    log_power: FloatArray,
+    relative: FloatArray,
+) -> tuple[list[float], float, FloatArray]:
+    """Return both exponents, the logarithm of the power, and the errors of what is fitted."""
+    exponents = [MASS_EXPONENT, DENSITY_EXPONENT]
+    known = sum(
+        (exponents[i] * ratios[i] for i in (0, 1) if i not in measured), np.zeros(relative.size)
+    )
+    design = np.stack([np.ones(relative.size), *(ratios[i] for i in measured)], axis=-1)
+    weighted = design / relative[:, None]
+    solution = np.linalg.lstsq(weighted, (log_power - known) / relative)[0]
+    covariance = np.linalg.inv(weighted.T @ weighted)
+    left = (log_power - known - design @ solution) / relative
+    surplus = relative.size - design.shape[1]
+    if surplus > 0:
+        covariance *= max(1.0, float(left @ left) / surplus)
+    for position, i in enumerate(measured, start=1):
+        exponents[i] = float(solution[position])
+    return exponents, float(solution[0]), np.sqrt(np.diagonal(covariance))
 
 
 def _powers_and_errors(hovers: Sequence[MeasuredPower]) -> tuple[FloatArray, FloatArray]:
