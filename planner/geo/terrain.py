@@ -374,7 +374,7 @@ def _opened(path: Path, driver: str) -> Iterator[Any]:
     try:
         import rasterio
         from rasterio._err import CPLE_BaseError
-        from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
     except ImportError as error:
         msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
         raise TerrainFileError(msg, source=str(path)) from error
@@ -387,7 +387,8 @@ def _opened(path: Path, driver: str) -> Iterator[Any]:
             raster = rasterio.open(path, driver=driver)
         with raster:
             yield raster
-    except (RasterioError, CRSError, CPLE_BaseError) as error:  # the last ones are GDAL's own
+    except (RasterioError, CPLE_BaseError, ValueError) as error:
+        # ValueErrors are those of coordinate systems, and of texts that are not UTF-8.
         msg = (
             "this is no readable GeoTIFF or .hgt file (a .hgt file must be complete and named "
             "after its place, such as N47E008.hgt)"
