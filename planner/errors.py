@@ -138,6 +138,12 @@ class FleetPlanError(MavjouleError):
     exit_code: ClassVar[ExitCode] = ExitCode.NO_GO
 
 
+class CheckFailedError(MavjouleError):
+    """A bug: nothing is known of the mission, through no fault of the input."""
+
+    exit_code: ClassVar[ExitCode] = ExitCode.NO_GO
+
+
 class IdentificationError(MavjouleError):
     """Flight data that do not determine what is asked of them."""
 

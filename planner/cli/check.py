@@ -179,7 +179,8 @@ def _exit_code(results: Results, *, is_zero: bool) -> ExitCode:
 def segments(mission: str, *, file_format: str, output: Path | None, **options: object) -> ExitCode:
     """Show a flight cut into states, a row per segment.
 
-    Nothing is judged: the exit code is 0 for every mission that can be read, and 2 otherwise.
+    Nothing is judged: the exit code is 0 for every mission that can be read, 2 for others, and 1
+    where mavjoule itself fails.
     """
     from planner.report.columns import segments_csv, segments_text
     from planner.report.json import segments_json
@@ -188,8 +189,9 @@ def segments(mission: str, *, file_format: str, output: Path | None, **options: 
     settings = mission_settings(mission, given_settings(options))
     result = check_file(mission, Setup.of(settings))
     if isinstance(result, UnreadableMission):
+        show_traceback(result.failure)
         narrate(result.findings[0].message)
-        return ExitCode.UNUSABLE
+        return ExitCode.NO_GO if result.failure else ExitCode.UNUSABLE
     match file_format:
         case "json":
             text = segments_json(result, version=__version__)

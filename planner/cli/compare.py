@@ -20,6 +20,7 @@ from planner.cli.options import (
 from planner.cli.output import refuse_overwriting, standard_medium, write_data
 from planner.errors import ExitCode, UsageError
 from planner.service.comparison import compare_files
+from planner.service.preflight import bugs_of
 from planner.setup import Setup
 
 if TYPE_CHECKING:
@@ -54,7 +55,8 @@ def command(
     The options hold for both; those in --b for B alone, over the others.  Without B the mission is A
     again.
 
-    Nothing is judged: the exit code is 0 for missions that can be read, and 2 otherwise.
+    Nothing is judged: the exit code is 0 for missions that can be read, 2 for others, and 1 where
+    mavjoule itself fails.
     """
     if mission_b is None and not options_b.strip():
         msg = "a mission is compared with another one, or with itself and other options: give B or --b"
@@ -76,23 +78,24 @@ def command(
         other,
         Setup.of(mission_settings(other, given | _settings_of_b(options_b))),
     )
-    from planner.report.comparison import comparison_json, comparison_text
+    with bugs_of(f"{mission_a}, {other}"):
+        from planner.report.comparison import comparison_json, comparison_text
 
-    own = ("", options_b.strip())
-    text = (
-        comparison_json(comparison, options=own, version=__version__)
-        if file_format == "json"
-        else comparison_text(comparison, options=own, medium=standard_medium(output))
-    )
-    write_data(text, output=output)
-    if report is not None:
-        from planner.cli.check_output import write_page
-        from planner.report.html.comparison import comparison_section
+        own = ("", options_b.strip())
+        text = (
+            comparison_json(comparison, options=own, version=__version__)
+            if file_format == "json"
+            else comparison_text(comparison, options=own, medium=standard_medium(output))
+        )
+        write_data(text, output=output)
+        if report is not None:
+            from planner.cli.check_output import write_page
+            from planner.report.html.comparison import comparison_section
 
-        section = comparison_section(comparison.a, comparison.b)
-        both = (comparison.a, comparison.b)
-        title = "Two checks side by side"
-        write_page(both, report, sections=[section], title=title, names=("A", "B"))
+            section = comparison_section(comparison.a, comparison.b)
+            both = (comparison.a, comparison.b)
+            title = "Two checks side by side"
+            write_page(both, report, sections=[section], title=title, names=("A", "B"))
     return ExitCode.GO
 
 

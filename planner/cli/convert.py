@@ -12,6 +12,7 @@ from planner.cli.output import narrate, refuse_overwriting
 from planner.errors import UsageError
 from planner.report.text import Medium, finding_lines
 from planner.service.conversion import convert_file
+from planner.service.preflight import bugs_of
 
 
 @click.command("convert")
@@ -30,9 +31,12 @@ def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) 
     if target.exists() and not force:
         msg = f"{target} exists: give another file, or --force to overwrite it"
         raise UsageError(msg)
-    result = convert_file(source, target, speed_m_s=speed_m_s)
-    for file, findings in ((result.file, result.findings), (result.target, result.losses)):
-        for finding in findings:
-            for line in finding_lines(finding, file=file, medium=Medium()):
-                narrate(line)
-    narrate(f"{quantity.count(result.items, 'item')} of {result.file} written to {result.target}")
+    with bugs_of(source):
+        result = convert_file(source, target, speed_m_s=speed_m_s)
+        for file, findings in ((result.file, result.findings), (result.target, result.losses)):
+            for finding in findings:
+                for line in finding_lines(finding, file=file, medium=Medium()):
+                    narrate(line)
+        narrate(
+            f"{quantity.count(result.items, 'item')} of {result.file} written to {result.target}"
+        )

@@ -204,21 +204,25 @@ def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCo
     vehicle did not answer, or broke off.
     """
     from planner.mission.files import read_mission
+    from planner.service.preflight import bugs_of
     from planner.service.vehicle import compare_files, compare_with_vehicle
 
-    mission = read_mission(first)
-    if is_vehicle(second):
-        request = link_request(second, link)
-        comparison = compare_with_vehicle(mission, request, on_progress=TransferProgress())
-    else:
-        comparison = compare_files(mission, read_mission(second))
-    from planner.report.comparison import mission_comparison_text
-    from planner.report.json import comparison_json
+    with bugs_of(first):
+        mission = read_mission(first)
+        if is_vehicle(second):
+            request = link_request(second, link)
+            comparison = compare_with_vehicle(mission, request, on_progress=TransferProgress())
+        else:
+            comparison = compare_files(mission, read_mission(second))
+        from planner.report.comparison import mission_comparison_text
+        from planner.report.json import comparison_json
 
-    is_json = file_format == "json"
-    write_data(
-        comparison_json(comparison, __version__) if is_json else mission_comparison_text(comparison)
-    )
+        is_json = file_format == "json"
+        write_data(
+            comparison_json(comparison, __version__)
+            if is_json
+            else mission_comparison_text(comparison)
+        )
     return ExitCode.GO if comparison.is_same else ExitCode.NO_GO
 
 

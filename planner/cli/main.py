@@ -12,7 +12,7 @@ import click
 
 from planner import __version__
 from planner.cli.output import TRACEBACK_VARIABLE, narrate, show_traceback
-from planner.errors import ExitCode, MavjouleError, bug_text
+from planner.errors import CheckFailedError, ExitCode, MavjouleError, bug_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,7 +83,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             standalone_mode=False,
         )
     except MavjouleError as error:
-        narrate(str(error))
+        if isinstance(error, CheckFailedError):
+            _report_bug(error, str(error))
+        else:
+            narrate(str(error))
         return error.exit_code
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
@@ -94,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt):
         return ExitCode.INTERRUPTED
     except Exception as error:  # noqa: BLE001 - a pilot reads a sentence, not in a traceback
-        _report_bug(error)
+        _report_bug(error, bug_text(error))
         return ExitCode.UNUSABLE
     return ExitCode(done or ExitCode.GO)
 
@@ -114,11 +117,11 @@ def _where_help_is(error: click.ClickException) -> str:
     return "" if context is None else f" (see {context.command_path} --help)"
 
 
-def _report_bug(error: Exception) -> None:
+def _report_bug(error: Exception, text: str) -> None:
     from traceback import format_exception
 
     show_traceback("".join(format_exception(error)))
-    narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
+    narrate(f"{text}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
 
 
 def _tolerate_any_character() -> None:

@@ -20,6 +20,7 @@ from planner.cli.options import (
 from planner.cli.output import narrate, refuse_overwriting, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
+from planner.service.preflight import bugs_of
 from planner.service.speed import speed_curve
 from planner.setup import Setup
 
@@ -71,30 +72,32 @@ def command(
     With the speeds of best endurance (least mean power) and best range (least energy), the fastest
     the battery does for, and the fastest that is a go and has room to stop before the fence.
 
-    Nothing is judged: the exit code is 0 for every mission that can be read, and 2 otherwise.
+    Nothing is judged: the exit code is 0 for every mission that can be read, 2 for others, and 1
+    where mavjoule itself fails.
     """
     refuse_overwriting(output, (mission,))
     settings = mission_settings(mission, given_settings(options))
     settings.pop("speed_m_s", None)  # a range, not the one speed of a configuration
-    curve = speed_curve(
-        read_mission(mission),
-        Setup.of(settings),
-        from_m_s=from_m_s,
-        to_m_s=to_m_s,
-        step_m_s=step_m_s,
-    )
-    from planner.report import speed_curve as report
+    with bugs_of(mission):
+        curve = speed_curve(
+            read_mission(mission),
+            Setup.of(settings),
+            from_m_s=from_m_s,
+            to_m_s=to_m_s,
+            step_m_s=step_m_s,
+        )
+        from planner.report import speed_curve as report
 
-    match file_format:
-        case "json":
-            text = report.speed_curve_json(curve, version=__version__)
-        case "csv":
-            text = report.speed_curve_csv(curve)
-        case _:
-            text = report.speed_curve_text(curve)
-    if plots is not None:
-        _draw(curve, plots)
-    write_data(text, output=output)
+        match file_format:
+            case "json":
+                text = report.speed_curve_json(curve, version=__version__)
+            case "csv":
+                text = report.speed_curve_csv(curve)
+            case _:
+                text = report.speed_curve_text(curve)
+        if plots is not None:
+            _draw(curve, plots)
+        write_data(text, output=output)
     return ExitCode.GO
 
 

@@ -26,6 +26,7 @@ from planner.cli.output import (
 )
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
+from planner.service.preflight import bugs_of
 from planner.service.split import split_under, write_split
 from planner.setup import Setup
 
@@ -69,32 +70,33 @@ def command(
     settings = mission_settings(mission, given_settings(options))
     if folder is None:
         folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
-    split = split_under(
-        read_mission(mission), Setup.of(settings), folder=folder, on_step=narrate_seldom()
-    )
-    if report in {Path(part.file) for part in split.parts}:
-        msg = f"{report} is one of the parts: give another file to write to"
-        raise UsageError(msg)
-    write_split(split, folder, force=force)
-    from planner.report.split import flights_text, split_json, split_text
-
-    is_json = file_format == "json"
-    write_data(
-        split_json(split, version=__version__)
-        if is_json
-        else split_text(split, medium=standard_medium())
-    )
-    if report is not None:
-        from planner.cli.check_output import write_page
-        from planner.report.html.split import split_section
-
-        results = [part.result for part in split.parts]
-        write_page(
-            results,
-            report,
-            sections=[split_section(split)],
-            title=flights_text(split),
-            names=[f"Part {number}" for number in range(1, len(results) + 1)],
+    with bugs_of(mission):
+        split = split_under(
+            read_mission(mission), Setup.of(settings), folder=folder, on_step=narrate_seldom()
         )
+        if report in {Path(part.file) for part in split.parts}:
+            msg = f"{report} is one of the parts: give another file to write to"
+            raise UsageError(msg)
+        write_split(split, folder, force=force)
+        from planner.report.split import flights_text, split_json, split_text
+
+        is_json = file_format == "json"
+        write_data(
+            split_json(split, version=__version__)
+            if is_json
+            else split_text(split, medium=standard_medium())
+        )
+        if report is not None:
+            from planner.cli.check_output import write_page
+            from planner.report.html.split import split_section
+
+            results = [part.result for part in split.parts]
+            write_page(
+                results,
+                report,
+                sections=[split_section(split)],
+                title=flights_text(split),
+                names=[f"Part {number}" for number in range(1, len(results) + 1)],
+            )
     narrate(f"{quantity.count(len(split.parts), 'part')} written to {folder}")
     return ExitCode.GO

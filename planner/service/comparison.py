@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner.flight.motion.kinematics import STATES
 from planner.mission.files import read_mission
-from planner.service.preflight import check_mission
+from planner.service.preflight import bugs_of, check_mission
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -89,9 +89,11 @@ def compare_files(
 
     Raises InputError or UsageError if a mission or a setup is unusable.
     """
-    return compare_results(
-        check_mission(read_mission(path_a), setup_a), check_mission(read_mission(path_b), setup_b)
-    )
+    results = []
+    for path, setup in ((path_a, setup_a), (path_b, setup_b)):
+        with bugs_of(str(path)):
+            results.append(check_mission(read_mission(path), setup))
+    return compare_results(*results)
 
 
 def _share(result: CheckResult, state: FlightState) -> StateShare:

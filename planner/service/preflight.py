@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from planner import catalogue, quantity
 from planner.autopilot import Autopilot, Target
 from planner.errors import (
+    CheckFailedError,
     MavjouleError,
     MissionFileError,
     NoMissionFileError,
@@ -48,7 +50,7 @@ from planner.setup import Reserve, Setup
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
 
     from planner.findings import Finding
@@ -455,6 +457,18 @@ def shielded(
         raise
     except Exception as error:  # noqa: BLE001 - a bug stays with its mission
         return failed_check(file, error)
+
+
+@contextmanager
+def bugs_of(file: str) -> Iterator[None]:
+    """Raise what nobody foresaw within as an error of a mission, which is called ``file``."""
+    try:
+        yield
+    except MavjouleError:
+        raise
+    except Exception as error:
+        msg = f"{file}: {CHECK_FAILED.title}: {bug_text(error)}"
+        raise CheckFailedError(msg) from error
 
 
 def failed_check(file: str, error: Exception) -> UnreadableMission:

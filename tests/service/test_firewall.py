@@ -72,6 +72,46 @@ def checked(
     return {one["file"]: one for one in json.loads(said.out)["missions"]}, said.err
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("check", "bad.waypoints"),
+        ("segments", "bad.waypoints"),
+        ("speed", "bad.waypoints"),
+        ("split", "bad.waypoints"),
+        ("compare", "bad.waypoints", "good.waypoints"),
+        ("compare", "good.waypoints", "bad.waypoints"),
+    ],
+    ids=" ".join,
+)
+def test_a_bug_is_no_fault_of_the_input_in_any_command(
+    two: tuple[str, str], arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    battery = () if arguments[0] == "segments" else VEHICLE[2:]
+    assert main([*arguments, *VEHICLE[:2], *battery]) == 1
+    said = capsys.readouterr()
+    text = said.out + said.err
+    assert BUG in text
+    assert arguments[0] == "segments" or f"{two[0]}: X905 check-failed" in text
+
+
+def test_a_bug_in_a_text_of_a_mission_is_none_of_the_mission(
+    two: tuple[str, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for where, arguments in (
+        ("report.speed_curve.speed_curve_text", ("speed", two[1])),
+        ("report.comparison.comparison_text", ("compare", two[1], two[1], "--b", "--wind 3@0")),
+        ("cli.convert.convert_file", ("convert", two[1], "a.plan")),
+        ("service.vehicle.compare_files", ("diff", two[1], two[1])),
+    ):
+        monkeypatch.setattr(f"planner.{where}", crash)
+        given = VEHICLE if arguments[0] in {"speed", "compare"} else ()
+        assert main([*arguments, *given]) == 1
+        said = capsys.readouterr().err
+        assert "X905 check-failed" in said
+        assert BUG in said
+
+
 def test_a_bug_is_an_error_of_its_mission_and_of_no_other(
     two: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
