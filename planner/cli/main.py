@@ -84,9 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
     except MavjouleError as error:
         if isinstance(error, CheckFailedError):
-            _report_bug(error, str(error))
-        else:
-            narrate(str(error))
+            _show_bug(error)
+        narrate(str(error))
         return error.exit_code
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
@@ -97,7 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt):
         return ExitCode.INTERRUPTED
     except Exception as error:  # noqa: BLE001 - a pilot reads a sentence, not in a traceback
-        _report_bug(error, bug_text(error))
+        _show_bug(error)
+        narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
         return ExitCode.UNUSABLE
     return ExitCode(done or ExitCode.GO)
 
@@ -117,11 +117,10 @@ def _where_help_is(error: click.ClickException) -> str:
     return "" if context is None else f" (see {context.command_path} --help)"
 
 
-def _report_bug(error: Exception, text: str) -> None:
+def _show_bug(error: Exception) -> None:
     from traceback import format_exception
 
     show_traceback("".join(format_exception(error)))
-    narrate(f"{text}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
 
 
 def _tolerate_any_character() -> None:
