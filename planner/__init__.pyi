@@ -23,6 +23,9 @@ from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
 from planner.service.fleet import FleetResult as FleetResult
 from planner.service.fleet import check_fleet as check_fleet
+from planner.service.fleet_plan import FleetPlan as FleetPlan
+from planner.service.fleet_plan import plan_fleet as plan_fleet
+from planner.service.fleet_plan import write_plan as write_plan
 from planner.service.preflight import CheckResult as CheckResult
 from planner.service.preflight import check as check
 from planner.service.separation import check_together as check_together
