@@ -1,4 +1,4 @@
-"""What a vehicle has room for, and lacks, is known before anything is sent."""
+"""What a vehicle is, has room for and lacks is known before anything is sent, and where a mission begins."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from planner.autopilot import Autopilot
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind, UploadOutcome, lists_of_mission
 from planner.link.snapshot import fetch_snapshot
-from planner.link.vehicle import VehicleLink
+from planner.link.vehicle import VehicleLink, _revision
 from planner.mission.commands import Frame
 from planner.rules.feasibility import ardupilot_items
 from planner.service.vehicle import check_vehicle
@@ -93,3 +93,26 @@ def test_a_mission_that_is_sent_after_a_flight_begins_at_its_beginning(
     other = tuple(replace(one, z=one.z + 1.0) for one in items)
     assert link.upload_items(MissionKind.MISSION, other)[0] is UploadOutcome.ACCEPTED
     assert missions.current == 0
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "content"),
+    [
+        (Autopilot.ARDUPILOT, b"8264a9b4"),  # its first characters
+        (Autopilot.PX4, bytes.fromhex("b4a96482")),  # its first bytes, in a number of 64 bits
+    ],
+)
+def test_a_revision_is_read_as_the_autopilot_sends_it(autopilot: Autopilot, content: bytes) -> None:
+    identity = memory_line(autopilot)._wire.vehicle.setup.identity
+    assert _revision(content, identity) == "8264a9b4"
+
+
+def test_a_simulated_vehicle_reports_its_fence_and_that_it_may_arm() -> None:
+    for autopilot, prearm in ((Autopilot.PX4, 0), (Autopilot.ARDUPILOT, 1 << 28)):
+        line = memory_line(autopilot)
+        link = VehicleLink(line, name="simulated")
+        link.fetch_state()
+        status = link.connection.telemetry.latest("SYS_STATUS")
+        assert status is not None
+        health = status["onboard_control_sensors_health"]
+        assert (health & 1 << 20, health & 1 << 28) == (1 << 20, prearm)
