@@ -27,7 +27,9 @@ _MOST_ROUNDS = 7
 """The first intervals are of some 20 s: then of a thousandth of a second."""
 _NEAR_ENOUGH_M = 0.1
 """Intervals that stand for no more than this are taken for what they stand for. [m]"""
-_LOW_M = 2.5
+_MARGIN_M = 20.0
+"""What is left between returns and others that are not looked at: turns are flown wider than straight ways
+have it. [m]"""
 
 
 class ReturnFlights(Value, eq=False):
@@ -51,6 +53,31 @@ class ReturnFlights(Value, eq=False):
         if len(kept) == 1:
             return kept, kept
         return kept[:-1], kept[1:]
+
+    def reach_m(self, flown: Trajectory) -> tuple[FloatArray, FloatArray] | None:
+        """Return the box, east and north, that no return leaves; ``None``: there are none. (2,), (2,) [m]
+
+        Returns stop straight ahead of the flight, and lead from there to homes, rally points and the
+        mission's landing, or along it.
+        """
+        sample = self.returns.sample
+        if sample is None:
+            return None
+        points, targets = sample.points, self.returns.destinations
+        corners, paths = self.returns.straight_corners_m(points, sample.destination)
+        stages = [stage for path in (*paths, targets.landing) if path for stage in path.stages]
+        places = [
+            corners.reshape(-1, 3),
+            targets.home_ground_m,
+            targets.rally_ground_m,
+            np.array([(one.east_m, one.north_m, one.height_m) for one in stages]).reshape(-1, 3),
+        ]
+        place_m = in_frame(np.concatenate(places), self.returns.route, self.frame)
+        stop_m = np.hypot(*(points.stop_m - points.place_m)[:, :2].T).max()
+        margin_m = 2.0 * float(stop_m) + _MARGIN_M + self.grown_m
+        low_m = np.minimum(place_m.min(axis=0), flown.low_m.min(axis=0))
+        high_m = np.maximum(place_m.max(axis=0), flown.high_m.max(axis=0))
+        return low_m[:2] - margin_m, high_m[:2] + margin_m
 
     def fan(self, begin_s: FloatArray, end_s: FloatArray) -> FlownFan:
         """Return the flights from the middles of intervals. (n,)"""

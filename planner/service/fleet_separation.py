@@ -299,7 +299,9 @@ class _Pairs:
 
     def ground_conflicts(self) -> Iterator[FleetFinding]:
         """Yield every two that are too near to each other while both are near the ground."""
-        for first, second in sorted(near_pairs(self._members, self._spacing)):
+        widest_m = max(self._spacing.separation_m, self._separation.ground_m or 0.0)
+        spacing = replace(self._spacing, separation_m=widest_m)
+        for first, second in sorted(near_pairs(self._members, spacing)):
             one, two = self._members[first], self._members[second]
             least_m = self._separation.ground_m
             if least_m is None:
@@ -336,15 +338,12 @@ class _Pairs:
         for first, flown in enumerate(self._flown):
             one, assessment = self._members[first], flown.assessment
             assert assessment is not None  # something is flown
-            own = fan = None
-            for two in self._members:
-                if two.vehicle == one.vehicle:
-                    continue
-                if own is None or fan is None:
-                    own = return_flights(assessment, self._frame)
-                    fan = own.fan(*own.first_intervals())
-                if not len(fan.group):
-                    break
+            own = return_flights(assessment, self._frame)
+            near = self._beside_returns(own, one)
+            if not near:
+                continue
+            fan = own.fan(*own.first_intervals())
+            for two in near:
                 meeting = Meeting(
                     first=fan.trajectory,
                     second=two.trajectory,
@@ -372,6 +371,22 @@ class _Pairs:
                     ),
                     sorties=(one.file, two.file),
                 )
+
+    def _beside_returns(self, own: ReturnFlights, one: Member) -> list[Member]:
+        """Return the flights of other vehicles that returns of one flight may come near to."""
+        box = own.reach_m(one.trajectory)
+        if box is None:
+            return []
+        low_m, high_m = box
+        near = []
+        for two in self._members:
+            away_m = self._spacing.separation_m + float(two.trajectory.grown_m.max())
+            is_beside = (two.trajectory.low_m.min(axis=0)[:2] - away_m < high_m).all() and (
+                low_m < two.trajectory.high_m.max(axis=0)[:2] + away_m
+            ).all()
+            if two.vehicle != one.vehicle and is_beside:
+                near.append(two)
+        return near
 
 
 def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
