@@ -16,6 +16,7 @@ from made_missions import takeoff as takeoff_item
 from made_terrain import ground, slope
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
+from planner.flight.motion.ardupilot.vertical import landing
 from planner.geo.geodesy import LocalFrame
 from planner.service.preflight import check
 from planner.values import replace
@@ -167,3 +168,18 @@ def test_a_circle_keeps_its_height_above_a_slope() -> None:
     assert above_home_m.min() <= 25.0 - 0.176 * 200.0 + 0.5
     on_circle = slice(1500, 2000)
     assert above_ground_m[on_circle] == pytest.approx(25.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("known", "longer_s"), [("terrain_enable", 0.0), (None, 150.0 / 0.5 - 100.0)]
+)
+def test_a_vehicle_that_knows_no_ground_slows_down_ten_metres_above_home(
+    known: str | None, longer_s: float
+) -> None:
+    # From 60 m above home to ground 150 m below it: the last 10 m at 0.5 m/s, or all below 10 m above home.
+    start, ground_m = np.array([[0.0, 0.0, 60.0]]), np.array([-150.0])
+    knows = replace(DEFAULTS, terrain_enable=int(known is not None))
+    usual, own = (
+        landing(np.array([0]), start, ground_m, one).duration_s.sum() for one in (DEFAULTS, knows)
+    )
+    assert own - usual == pytest.approx(longer_s, abs=0.1)

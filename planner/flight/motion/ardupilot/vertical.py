@@ -120,6 +120,7 @@ def landing(
     ground_m: FloatArray,
     parameters: ArduPilotParameters,
     *,
+    datum_m: FloatArray | float = 0.0,
     wait_s: FloatArray | float = 0.0,
 ) -> Manoeuvres:
     """Return landings, down to the ground and until disarmed, or until a wait on the ground is over.
@@ -127,13 +128,18 @@ def landing(
     Notes
     -----
     ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, or WP_SPD_DN; slower along the square
-    root of the height above LAND_ALT_LOW; never slower than LAND_SPD.  Then 1.6 s until the landing is
+    root of the height above LAND_ALT_LOW; never slower than LAND_SPD.  That height is above the ground,
+    above home (``datum_m``) where terrain data are off and there is no rangefinder
+    (``Mode::get_alt_above_ground_cm``: "Assume the Earth is flat").  Then 1.6 s until the landing is
     detected and MOT_SPOOL_TIME until the motors stand still.
     """
     slow = parameters.land_speed_m_s
     ground_m = np.minimum(ground_m, start_m[:, 2])  # on higher ground it stands already
     height = start_m[:, 2] - ground_m
-    above = np.maximum(height - max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M), 0.0)
+    knows_ground = parameters.terrain_enable or parameters.rangefinder_type
+    level_m = ground_m if knows_ground else np.maximum(ground_m, datum_m)
+    slow_m = level_m + max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M)
+    above = np.maximum(start_m[:, 2] - slow_m, 0.0)
     durations, ways, speeds = _approach(
         above,
         np.full(len(key), max(parameters.land_high_speed_m_s, slow)),
