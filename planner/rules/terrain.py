@@ -409,7 +409,8 @@ def _returns_follow_terrain(a: Assessment) -> bool:
 
 @judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))
 def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Found]:
-    if not _returns_follow_terrain(a):
+    has_source = parameters.terrain_enable or rangefinder_reach_m(a) is not None
+    if parameters.return_altitude_type != _OVER_TERRAIN or not has_source:
         return
     height_m = parameters.return_altitude_m
     if a.setup.terrain is None:
