@@ -23,6 +23,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
+from planner.rules.arming import numbers
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, FENCE, PX4, TARGET, judges
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 
@@ -41,6 +42,10 @@ _FAR_M = 10_000.0
 _ELSEWHERE_M = 100_000.0
 _PLACELESS = frozenset({StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY})
 """Stages that lead to no place of the mission."""
+_AVOIDS_FENCES = 3
+"""Default of AVOID_ENABLE; bit 0: fences."""
+_ALTITUDE_REACHED_M = 0.05
+"""``ModeAuto::loiter_to_alt_run``. [m]"""
 _TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
@@ -117,6 +122,30 @@ def _never_turned(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]
             item=waits[0],
             fix="set MIS_YAW_ERR to some degrees, its default is 12",
         )
+
+
+@judges(ENDLESS, needs=(ARDUPILOT,))
+def _never_high_enough(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """``ModeAuto::loiter_to_alt_run`` climbs as AC_Avoid lets it: not into the margin of the ceiling."""
+    avoids = int(numbers(a).get("AVOID_ENABLE", _AVOIDS_FENCES)) & 1
+    is_on = parameters.fence_enable or parameters.fence_auto_enable
+    if not (avoids and is_on and parameters.fence_type & 1):
+        return
+    highest_m = parameters.fence_height_max_m - parameters.fence_margin_m
+    for stage in a.route.stages:
+        command = a.mission.items[stage.item - 1].command
+        if (
+            command == Command.NAV_LOITER_TO_ALT
+            and stage.height_m > highest_m + _ALTITUDE_REACHED_M
+        ):
+            yield a.finding(
+                ENDLESS,
+                f"waits for {quantity.height(stage.height_m)}: ArduPilot climbs no higher than "
+                f"{quantity.height(highest_m)}, FENCE_ALT_MAX less FENCE_MARGIN, and never goes on",
+                item=stage.item,
+                fix="loiter lower, or raise FENCE_ALT_MAX",
+            )
+            return
 
 
 LANDING_MISSING = Rule(

@@ -92,6 +92,19 @@ def test_the_other_rules_of_arming_heed_the_checks_that_are_on(text: str, code: 
     assert not refuses(f"{text}ARMING_SKIPCHK,-1\n", code)
 
 
+@pytest.mark.parametrize(("height_m", "endless"), [(38.0, False), (38.1, True)])
+@pytest.mark.parametrize("avoids", ["", "AVOID_ENABLE,2\n"])
+def test_a_loiter_into_the_margin_of_the_ceiling_never_gets_there(
+    height_m: float, avoids: str, *, endless: bool
+) -> None:
+    # FENCE_ALT_MAX 40 less FENCE_MARGIN 2, as in ArduPilot's simulation: 38.0 m to the end.
+    climb = mission(takeoff(20), item(31, north(100), height_m), rtl())
+    text = f"FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,40\n{avoids}"
+    assert ("T101" in {one.code for one in found(climb, ARDUPILOT, text)}) is (
+        endless and not avoids
+    )
+
+
 @pytest.mark.parametrize(
     ("parameters", "refuses_it"),
     [
