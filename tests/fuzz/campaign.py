@@ -38,7 +38,8 @@ _FIRST = 50
 _TURN_S = 5.0
 """So much processor time a target has, and at most six times as long, until it is the next one's turn."""
 _MOST_MEMORY = 4 << 30
-"""Address space [B] that no input may exceed: an allocation beyond it is a finding, not a full computer."""
+"""Memory [B] that no input may exceed: what it asks for beyond is a finding, not a full computer.  Of
+address space the engine that draws charts reserves more."""
 
 
 def all_targets() -> tuple[Target, ...]:
@@ -130,7 +131,7 @@ def main() -> int:
     chosen = [known[name] for name in given.target or known]
     if given.coverage:
         _with_coverage(chosen[0], further)
-    resource.setrlimit(resource.RLIMIT_AS, (_MOST_MEMORY, _MOST_MEMORY))
+    resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY, _MOST_MEMORY))
     found = campaign(chosen, seconds=given.seconds, seed=given.seed, record=given.record)
     return min(found, 1)
 
