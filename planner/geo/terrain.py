@@ -215,6 +215,11 @@ class TerrainGrid(Value):
     tiles: tuple[TerrainTile, ...]
     """Where tiles overlap the first that has the height counts."""
 
+    @property
+    def cell_m(self) -> float:
+        """The shortest side of a cell of any tile. [m]"""
+        return min(tile.cell_m for tile in self.tiles)
+
     def height_amsl_m(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
     ) -> MaskedHeights:

@@ -241,7 +241,7 @@ def _level_ground(a: Assessment) -> Iterator[Found]:
 
 @judges(BELOW_TERRAIN, RETURN_BELOW_TERRAIN, GROUND_CLEARANCE, needs=(TERRAIN,))
 def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
-    cell_m = min(tile.cell_m for tile in terrain.tiles)
+    cell_m = terrain.cell_m
     # Places to return from are among the points of the path.
     longest_m = max(
         min(_RETURN_SPACING_M, cell_m),
@@ -583,7 +583,7 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
             places.setdefault((east_m, north_m), ("a return lands", None))
     if not places:
         return
-    half_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
+    half_m = 0.5 * terrain.cell_m
     around = half_m * np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     place_m = np.array(list(places))[:, None] + around
     where = a.route.frame.latitude_longitude_deg(place_m[..., 0], place_m[..., 1])

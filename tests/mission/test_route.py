@@ -395,6 +395,8 @@ def test_terrain_altitudes_without_terrain_are_taken_above_home_and_said() -> No
 class Slope:
     """Terrain that rises one metre for each of the latitude's 1e-5 degrees beyond home's."""
 
+    cell_m = 10.0
+
     def height_amsl_m(self, latitude_deg: FloatArray, _longitude_deg: FloatArray) -> MaskedHeights:
         return np.ma.masked_array(400.0 + (np.asarray(latitude_deg) - 47.0) * 1e5)
 
@@ -412,6 +414,8 @@ def test_terrain_altitudes_with_terrain_follow_it_and_landings_reach_it() -> Non
 class Hill:
     """Level ground with a cone on it: 50 m high, its foot 111.2 m from its top at 47.001°."""
 
+    cell_m = 1.0
+
     def height_amsl_m(self, latitude_deg: FloatArray, _longitude_deg: FloatArray) -> MaskedHeights:
         rise = 1.0 - np.abs(np.asarray(latitude_deg) - 47.001) * 1e3
         return np.ma.masked_array(400.0 + 50.0 * np.maximum(rise, 0.0))
@@ -423,7 +427,7 @@ def over_the_hill(frame: int, dialect: Autopilot | None) -> list[str]:
     return [f.message for f in found.findings if f.code == "A112"]
 
 
-def test_ground_that_ardupilot_follows_and_the_prediction_does_not_is_told() -> None:
+def test_ground_that_is_followed_and_is_not_straight_is_told() -> None:
     [message] = over_the_hill(10, ARDUPILOT)
     # 50 m on 0.001° of latitude, 111.2 m: 45 %
     assert "up to 50 m off the line" in message

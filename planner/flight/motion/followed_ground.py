@@ -117,7 +117,7 @@ def follow_ground(
         own = np.flatnonzero((stage >= first) & (stage <= last))
         if not len(own):
             continue
-        points = _points(motion, own, stage, min(tile.cell_m for tile in terrain.tiles))
+        points = _points(motion, own, stage, terrain.cell_m)
         where = route.frame.latitude_longitude_deg(*points.place_m[:, :2].T)
         ground_m = terrain.height_amsl_m(*where).filled(np.nan) - route.ground_datum_m
         if np.isnan(ground_m).any():

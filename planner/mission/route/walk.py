@@ -572,7 +572,7 @@ class MissionState:
         if self.terrain is None or from_deg == to_deg:
             return ()
         length_m = float(distance_m(*from_deg, *to_deg))
-        cells = int(length_m / min(tile.cell_m for tile in self.terrain.tiles)) + 2
+        cells = int(length_m / self.terrain.cell_m) + 2
         count = min(max(cells, _GROUND_SAMPLES), _MOST_GROUND_SAMPLES)
         fraction = np.linspace(0.0, 1.0, count)
         ground = self.terrain.height_amsl_m(
