@@ -98,7 +98,7 @@ def commands() -> tuple[Command, ...]:
             "logs",
             ("logs", URL, "--all", "-o", "logs"),
             {},
-            resumes=frozenset({"logs/log-00001.bin.part"}),
+            resumes=frozenset({"logs/log-00001.bin.part", "logs/00000001.BIN.part"}),
             prepare=_opens(lambda: memory_line(Autopilot.ARDUPILOT)),
         ),
         Command(
