@@ -13,6 +13,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.route.stage import FenceAction, StageKind
+from planner.rules.arming import numbers
 from planner.rules.declaration import FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
 from planner.rules.fence_settings import (
@@ -51,6 +52,9 @@ _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
 _PATH_JUDGED = frozenset(StageKind) - {StageKind.LAND, StageKind.RETURN}
 """Stages whose heights between their ends are those of the flight, not of a landing."""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
+
+_OA_MARGIN_M = 5.0
+"""Default of OA_MARGIN_MAX. [m]"""
 
 FENCE_HEIGHT = Rule(
     "F110 fence-height",
@@ -293,6 +297,46 @@ FENCE_IN_PART = Rule(
     how="Without a planned home, returns lead to the start of the flight.",
     fix="save the mission with its planned home",
 )
+
+
+WAY_AROUND = Rule(
+    "F113 way-around-fence",
+    Severity.ERROR,
+    summary="ArduPilot does not fly the mission's lines: its path planner keeps away from the fence.",
+    why="With BendyRuler and waypoints 4 m inside an inclusion polygon ArduCopter 4.7 never reached the "
+    "second item: it stopped, sank at 1.5 m/s and hit the ground. None of that is predicted.",
+    how="OA_TYPE of --params other than 0 (BendyRuler, Dijkstra), and a place of the flight nearer than "
+    "OA_MARGIN_MAX, 5 m by default, to the edge of an area (AP_OABendyRuler, AP_OADijkstra).",
+    fix="keep so far from the fence, or set OA_TYPE 0",
+    instead="OA_TYPE 0, or a mission that keeps OA_MARGIN_MAX from the fence",
+)
+
+
+@judges(WAY_AROUND, needs=(FENCE,))
+def _way_around(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
+    given = numbers(a)
+    planner = given.get("OA_TYPE", 0.0)
+    if a.autopilot is not Autopilot.ARDUPILOT or not planner:
+        return
+    margin_m = given.get("OA_MARGIN_MAX", _OA_MARGIN_M)
+    flown = make_fenced_flight(a)
+    legs = flown.legs(np.arange(len(flown.group)))
+    nearest = [
+        (float(clearance_m.min()), int(clearance_m.argmin()), barrier)
+        for barrier in flown.area.barriers
+        if len(clearance_m := barrier.leg_clearance(legs).clearance_m)
+    ]
+    if not nearest:
+        return
+    near_m, leg, barrier = min(nearest, key=lambda one: one[0])
+    if near_m < margin_m:
+        yield a.finding(
+            WAY_AROUND,
+            f"the vehicle is led away from {barrier.label} by OA_TYPE {planner:g}: the flight comes within "
+            f"{quantity.height(max(near_m, 0.0))} of it, OA_MARGIN_MAX is {quantity.height(margin_m)}; "
+            "where it flies then is not predicted",
+            item=int(flown.path.item[leg]),
+        )
 
 
 @judges(FENCE_TOO_LARGE, FENCE_OFF, needs=(FENCE,))

@@ -54,6 +54,13 @@ def apart(gap_m: float) -> Iterable[Finding]:
     return reported(SHORT, box(-200, -200, 200, 200), box(200.0 + gap_m, -200, 900, 200))
 
 
+def led_around(clear_m: float, oa_type: int = 1) -> Iterable[Finding]:
+    """Return what is reported where ArduPilot plans its path, of a leg so far beside the edge."""
+    area = box(-100.0, -100.0, clear_m, 500.0)
+    given = f"OA_TYPE,{oa_type}\nOA_MARGIN_MAX,8\n"
+    return reported(NORTH, area, autopilot=ARDUPILOT, parameters=given)
+
+
 def behind(wall_m: float) -> Iterable[Finding]:
     """Return what is reported of a wall up to so far north; the return passes its corner at 100 m."""
     wall = box(100.0, -300.0, 300.0, wall_m, inclusion=False)
@@ -117,6 +124,11 @@ CASES: Mapping[str, RuleCases] = {
             )
         ),
         silent=lambda: found(replace(PLAIN, home=None)),
+    ),
+    "F113": RuleCases(
+        fires=lambda: led_around(7.9),
+        boundary=lambda: led_around(8.0 + 0.01),
+        silent=lambda: led_around(7.9, oa_type=0),
     ),
     "F110": RuleCases(
         fires=lambda: reported(
