@@ -304,7 +304,7 @@ WAY_AROUND = Rule(
     Severity.ERROR,
     summary="ArduPilot does not fly the mission's lines: its path planner keeps away from the fence.",
     why="With BendyRuler and waypoints 4 m inside an inclusion polygon ArduCopter 4.7 never reached the "
-    "second item: it stopped, sank at 1.5 m/s and hit the ground. None of that is predicted.",
+    "second item: it stopped, sank at 1.5 m/s and hit the ground.  None of that is predicted.",
     how="OA_TYPE of --params other than 0 (BendyRuler, Dijkstra), and a place of the flight nearer than "
     "OA_MARGIN_MAX, 5 m by default, to the edge of an area (AP_OABendyRuler, AP_OADijkstra).",
     fix="keep so far from the fence, or set OA_TYPE 0",
@@ -339,7 +339,7 @@ def _way_around(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
         )
 
 
-@judges(FENCE_TOO_LARGE, FENCE_OFF, needs=(FENCE,))
+@judges(FENCE_TOO_LARGE, FENCE_OFF, INVALID_POLYGON, needs=(FENCE,))
 def _fence_itself(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
     if a.mission.fence:
         yield from _size(a.autopilot, a.mission.fence)
@@ -426,6 +426,15 @@ def _size(autopilot: Autopilot, fence: Fence) -> Iterator[Finding]:
         points = sum(len(p.vertices_deg) for p in fence.polygons) + len(fence.circles)
         if points > _PX4_POINTS:
             yield FENCE_TOO_LARGE.finding(f"{points} points in the fence; PX4 holds {_PX4_POINTS}")
+        for polygon in fence.polygons:
+            longitudes_deg = [longitude_deg for _, longitude_deg in polygon.vertices_deg]
+            if max(longitudes_deg, default=0.0) - min(longitudes_deg, default=0.0) > 180.0:
+                # Geofence::insidePolygon compares longitudes as they are
+                yield INVALID_POLYGON.finding(
+                    "fence polygon across the 180th meridian: for PX4 no place is inside it",
+                    place=polygon.place,
+                    fix="keep the fence and the flight on one side of the meridian",
+                )
     elif autopilot is Autopilot.ARDUPILOT:
         for polygon in fence.polygons:
             if len(polygon.vertices_deg) > _ARDUPILOT_VERTICES:

@@ -165,3 +165,14 @@ def test_a_fence_with_more_points_than_the_autopilot_holds_is_told(
 ) -> None:
     assert findings_of(SHORT, ring(most), autopilot=autopilot) == {}
     assert set(findings_of(SHORT, ring(most + 1), autopilot=autopilot)) == {"F112"}
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_only_ardupilot_has_areas_across_the_180th_meridian(autopilot: Autopilot) -> None:
+    # PX4's Geofence::insidePolygon compares longitudes as they are: between 179.9 and -179.9 there are
+    # none of the area, whatever lies in it.
+    fiji = FencePolygon(
+        inclusion=True,
+        vertices_deg=((-17.0, 179.9), (-16.9, 179.9), (-16.9, -179.9), (-17.0, -179.9)),
+    )
+    assert ("F105" in findings_of(SHORT, fiji, autopilot=autopilot)) == (autopilot is Autopilot.PX4)
