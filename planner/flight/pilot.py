@@ -16,7 +16,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.flight.motion.followed_ground import Limits, follow_ground
+from planner.flight.motion.followed_ground import ClimbLimits, follow_ground
 from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
@@ -420,7 +420,7 @@ class ArduPilotPilot(Value):
             home_latitude_deg=route.frame.latitude_deg,
             responses=self.responses,
         )
-        limits = Limits(
+        limits = ClimbLimits(
             cruise_m_s=self.parameters.cruise_speed_m_s,
             climb_m_s=self.parameters.climb_speed_m_s,
             descent_m_s=self.parameters.descent_speed_m_s,

@@ -182,7 +182,7 @@ def test_an_error_that_is_not_reported_as_asked_is_no_reason_to_arm(
 ) -> None:
     take_off, *others = vehicle.lists[MissionKind.MISSION]
     vehicle.lists[MissionKind.MISSION] = (replace(take_off, z=0.0), *others)
-    assert main(["guard", URL, *CHECK, "--ignore", "A106", "--lost-after", "5s"]) == 3
+    assert main(["guard", URL, *CHECK, "--ignore", "A106,M128", "--lost-after", "5s"]) == 3
     assert vehicle.results() == [2]  # denied
     assert "verdict no-go: A106 zero-takeoff" in capsys.readouterr().err
 

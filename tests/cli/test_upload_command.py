@@ -176,7 +176,7 @@ def test_a_go_that_rests_on_an_error_not_reported_is_not_sent(
     (tmp_path / "out.waypoints").write_text(grounded, encoding="utf-8")
     vehicle = _vehicle()
     on_line += [VirtualLine(vehicle), VirtualLine(vehicle)]
-    assert main([*SENT, "--ignore", "A106"]) == 1
+    assert main([*SENT, "--ignore", "A106,M128"]) == 1
     assert "not sent: A106 zero-takeoff is ignored as A106" in capsys.readouterr().err
     assert _flown(vehicle) == OLD
 

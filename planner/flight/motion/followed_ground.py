@@ -37,7 +37,7 @@ _CRUISE = STATE_INDEX[FlightState.CRUISE]
 _SHAPE = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 
 
-class Limits(Value):
+class ClimbLimits(Value):
     """What a vehicle keeps to over the ground."""
 
     cruise_m_s: float
@@ -97,7 +97,7 @@ class _Points(Value, eq=False):
 
 
 def follow_ground(
-    motion: Motion, route: Route, terrain: TerrainGrid | None, limits: Limits
+    motion: Motion, route: Route, terrain: TerrainGrid | None, limits: ClimbLimits
 ) -> Motion:
     """Return a motion along a route, lifted over the ground on stages that follow it.
 
@@ -199,7 +199,7 @@ def _lift_m(points: _Points, route: Route, ground_m: FloatArray) -> FloatArray:
     return lift_m
 
 
-def _retimed(points: _Points, route: Route, height_m: FloatArray, limits: Limits) -> _Points:
+def _retimed(points: _Points, route: Route, height_m: FloatArray, limits: ClimbLimits) -> _Points:
     """Return the same places, cruises slow where the ground is steep and fast where it is not.
 
     What a leg takes in all is known (`followed_speed_m_s`): at the commanded speed where the vehicle climbs
@@ -233,7 +233,7 @@ def _retimed(points: _Points, route: Route, height_m: FloatArray, limits: Limits
     return replace(points, duration_s=duration_s, time_scale=scale)
 
 
-def _flyable_m(height_m: FloatArray, points: _Points, limits: Limits) -> FloatArray:
+def _flyable_m(height_m: FloatArray, points: _Points, limits: ClimbLimits) -> FloatArray:
     """Return heights that neither rise nor fall faster than the vehicle. (k + 1,) [m]
 
     They are the lowest such ones nowhere below those asked for, but as the first and the last allow.
