@@ -42,7 +42,7 @@ layers: $(MADE)
 	$(BIN)/lint-imports
 
 unit: $(MADE)
-	$(BIN)/pytest -q -n 2
+	$(BIN)/pytest -q -n 2 --dist worksteal
 
 bench: $(MADE) ## measure what has to be fast
 	$(BIN)/pytest -q -s -m bench tests/bench

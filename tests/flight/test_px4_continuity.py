@@ -53,7 +53,7 @@ def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return tuple(stages)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=40)
 @given(missions(), st.sampled_from([0, 4]), st.floats(0.0, 0.5))
 def test_pieces_follow_each_other_without_a_jump(
     stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
@@ -70,7 +70,7 @@ def test_pieces_follow_each_other_without_a_jump(
     assert (np.diff(motion.piece_segment) >= 0).all()
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(missions())
 def test_segments_add_up_to_where_the_pieces_lead(stages: tuple[Stage, ...]) -> None:
     motion = fly_px4(stages, PX4)
@@ -88,7 +88,7 @@ def test_segments_add_up_to_where_the_pieces_lead(stages: tuple[Stage, ...]) -> 
     assert motion.done_segment[-1] == len(segments.item) - 1
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(missions(), st.sampled_from([0, 4]))
 def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: int) -> None:
     motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode))
@@ -178,7 +178,7 @@ def cramped_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return (*stages, draw(st.sampled_from(ends)))
 
 
-@settings(deadline=None, max_examples=120)
+@settings(deadline=None, max_examples=60)
 @given(cramped_missions())
 def test_legs_too_short_for_their_speed_and_landings_in_motion_do_not_jump(
     stages: tuple[Stage, ...],

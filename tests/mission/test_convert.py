@@ -160,7 +160,7 @@ def test_a_mission_that_no_plan_can_hold_is_not_written() -> None:
 
 
 @given(content=plans())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_no_plan_reads_back_differently_from_text(content: dict[str, Any]) -> None:
     mission = plan(json.dumps(content))
     there = convert_mission(mission, MissionFormat.WPL)

@@ -116,7 +116,7 @@ def test_the_unchanged_files_are_read() -> None:
         check(mission)
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(start=STARTS, data=st.data())
 def test_values_may_change_to_anything(start: dict[str, Any], data: st.DataObject) -> None:
     plan: Any = copy.deepcopy(start)

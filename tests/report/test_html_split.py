@@ -125,7 +125,7 @@ def test_the_page_says_nothing_asks_nobody_and_runs_nothing_of_a_name(
     assert messages(browser) == []
 
 
-@pytest.mark.parametrize(("scheme", "width"), [("dark", 0), ("light", PHONE_PX)])
+@pytest.mark.parametrize(("scheme", "width"), [("light", PHONE_PX)])
 def test_axe_finds_nothing_serious(browser: Chrome, address: str, scheme: str, width: int) -> None:
     opened(browser, address, scheme=scheme, width=width)
     assert grave_violations(browser, is_unfolded=False) == []  # the parts are as any check's

@@ -413,7 +413,7 @@ STACKS = {
 
 @pytest.mark.parametrize("stack", STACKS)
 @given(data=st.data(), ends=st.booleans(), written_for=st.booleans())
-@settings(max_examples=8, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=4, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 def test_the_parts_of_any_mission_fly_all_of_it(
     stack: Autopilot, data: st.DataObject, *, ends: bool, written_for: bool
 ) -> None:
