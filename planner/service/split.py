@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.mission.parts import FlownItems, SplitPoint
-    from planner.rules.assessment import Assessment
     from planner.service.preflight import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -66,19 +66,35 @@ class _Trial(Value):
     """Least energy above the reserve, at landing or on a return. [Wh]"""
 
 
+class _Ways(Value, eq=False):
+    """What the flight in one piece takes to the end of each stage, and from there home: time, or energy."""
+
+    flown: FlownItems
+    done: FloatArray
+    home: FloatArray
+
+    def at(self, cut: SplitPoint) -> tuple[float, float]:
+        """Return what is taken up to a cut, and for the return from there."""
+        stage = self.flown.stages[cut.step]
+        assert stage is not None  # cuts are at items that are flown
+        place = np.array([1.0 - cut.fraction, cut.fraction])
+        rows = slice(stage - 1, stage + 1)
+        return float(place @ self.done[rows]), float(place @ self.home[rows])
+
+    def saved(self, start: SplitPoint | None) -> float:
+        """Return what a part saves by beginning there, with its way out taken for one home."""
+        if start is None:
+            return 0.0
+        done, home = self.at(start)
+        return done - home
+
+
 class _Forecast:
     """What parts take, by the flight in one piece: where to look first, never what is reported."""
 
-    def __init__(self, whole: Assessment, flown: FlownItems, above_wh: float) -> None:
-        self._flown = flown
+    def __init__(self, ways: _Ways, above_wh: float) -> None:
+        self._ways = ways
         self._above_wh = above_wh
-        returns = whole.returns
-        points = returns.end_points(returns.stage_ends)
-        _, way_wh = returns.fly(points.stop_m, points.stage, HOME)
-        every = np.arange(len(whole.route.stages))
-        # a stage without a segment is done with the one before
-        self._used_wh = np.interp(every, points.stage, points.used_wh)
-        self._home_wh = np.interp(every, points.stage, points.stop_wh + way_wh)
         self._needed_wh = np.empty(0)
         """For each place a part may end at, with the return from there. [Wh]"""
         self._off_wh = 0.0
@@ -86,66 +102,24 @@ class _Forecast:
 
     def ending_at(self, cuts: Sequence[SplitPoint]) -> None:
         """Take the places parts may end at."""
-        self._needed_wh = np.maximum.accumulate(np.array([sum(self._at(cut)) for cut in cuts]))
+        self._needed_wh = np.maximum.accumulate(np.array([sum(self._ways.at(cut)) for cut in cuts]))
         self._off_wh = 0.0
 
     def reach(self, start: SplitPoint | None) -> int:
         """Return the last place a part should end at; below 0: none."""
-        limit_wh = self._above_wh + self._begun_wh(start) - self._off_wh
+        limit_wh = self._above_wh + self._ways.saved(start) - self._off_wh
         return int(np.searchsorted(self._needed_wh, limit_wh, side="right")) - 1
 
     def learn(self, start: SplitPoint | None, end: int, margin_wh: float | None) -> None:
         """Take what the check found left of a part."""
         if margin_wh is not None and math.isfinite(margin_wh):
-            forecast_wh = float(self._needed_wh[end]) - self._begun_wh(start)
+            forecast_wh = float(self._needed_wh[end]) - self._ways.saved(start)
             self._off_wh = self._above_wh - margin_wh - forecast_wh
 
     def is_rest_too_much(self, start: SplitPoint | None) -> bool:
         """Return whether the legs from a place to the end alone take more than there is."""
-        used_wh = 0.0 if start is None else self._at(start)[0]
-        return float(self._used_wh[-1]) - used_wh > _TOO_MUCH * self._above_wh
-
-    def _at(self, cut: SplitPoint) -> tuple[float, float]:
-        """Return the energy used up to a cut, and for the return from there. [Wh], [Wh]"""
-        stage = self._flown.stages[cut.step]
-        assert stage is not None  # cuts are at items that are flown
-        place = np.array([1.0 - cut.fraction, cut.fraction])
-        rows = slice(stage - 1, stage + 1)
-        return float(place @ self._used_wh[rows]), float(place @ self._home_wh[rows])
-
-    def _begun_wh(self, start: SplitPoint | None) -> float:
-        """Return what a part saves by beginning there, with its way out taken for one home."""
-        if start is None:
-            return 0.0
-        used_wh, home_wh = self._at(start)
-        return used_wh - home_wh
-
-
-class _PartTimes:
-    """How long parts take, by the flight in one piece: enough to make them even."""
-
-    def __init__(self, whole: Assessment, flown: FlownItems) -> None:
-        self._flown = flown
-        returns = whole.returns
-        points = returns.end_points(returns.stage_ends)
-        way_s, _ = returns.fly(points.stop_m, points.stage, HOME)
-        every = np.arange(len(whole.route.stages))
-        self._elapsed_s = np.interp(every, points.stage, points.time_s)
-        self._home_s = np.interp(every, points.stage, points.stop_s + way_s)
-
-    def until_s(self, end: SplitPoint) -> float:
-        """Return the time from the beginning of the mission to home from a cut. [s]"""
-        return self._at(self._elapsed_s, end) + self._at(self._home_s, end)
-
-    def before_s(self, start: SplitPoint) -> float:
-        """Return what of that a part saves by beginning there, its way out taken for one home. [s]"""
-        return self._at(self._elapsed_s, start) - self._at(self._home_s, start)
-
-    def _at(self, time_s: FloatArray, cut: SplitPoint) -> float:
-        stage = self._flown.stages[cut.step]
-        assert stage is not None  # cuts are at items that are flown
-        before_s, after_s = time_s[stage - 1 : stage + 1].tolist()
-        return float(before_s + cut.fraction * (after_s - before_s))
+        used_wh = 0.0 if start is None else self._ways.at(start)[0]
+        return float(self._ways.done[-1]) - used_wh > _TOO_MUCH * self._above_wh
 
 
 class PartSearch:
@@ -165,7 +139,30 @@ class PartSearch:
         self._whole_wh = whole.totals.energy_wh
         self._forecast = None
         if self._above_wh and assessment is not None and assessment.vehicle.is_power_known:
-            self._forecast = _Forecast(assessment, flown, self._above_wh)
+            self._forecast = _Forecast(self._ways[1], self._above_wh)
+
+    @cached_property
+    def _ways(self) -> tuple[_Ways, _Ways]:
+        """The time and the energy of the flight in one piece. [s], [Wh]"""
+        whole = self._whole.assessment
+        assert whole is not None  # as for `ranges`
+        returns = whole.returns
+        points = returns.end_points(returns.stage_ends)
+        way_s, way_wh = returns.fly(points.stop_m, points.stage, HOME)
+        every = np.arange(len(whole.route.stages))
+        # a stage without a segment is done with the one before
+        time, energy = (
+            _Ways(
+                flown=self._flown,
+                done=np.interp(every, points.stage, done),
+                home=np.interp(every, points.stage, home),
+            )
+            for done, home in (
+                (points.time_s, points.stop_s + way_s),
+                (points.used_wh, points.stop_wh + way_wh),
+            )
+        )
+        return time, energy
 
     def fewest(self) -> int:
         """Return a number of parts below which the energy of the mission alone does not go."""
@@ -221,9 +218,10 @@ class PartSearch:
         assert assessment is not None  # as for `ranges`
         cuts = split_points(self._flown, inside_legs=False)
         starts = [None, *(resumption(self._flown, cut) for cut in cuts)]
-        times = _PartTimes(assessment, self._flown)
-        ends_s = np.maximum.accumulate([*map(times.until_s, cuts), assessment.flight.time_s])
-        begun_s = np.array([0.0 if start is None else times.before_s(start) for start in starts])
+        times = self._ways[0]
+        until_s = [sum(times.at(cut)) for cut in cuts]
+        ends_s = np.maximum.accumulate([*until_s, assessment.flight.time_s])
+        begun_s = np.array([times.saved(start) for start in starts])
 
         def places(most_s: float) -> list[int]:
             """Return where each part ends, which is as far as the time allows."""
