@@ -63,6 +63,21 @@ class Trajectory(Value, eq=False):
         """Whether the vehicle rises to the height from which it counts as flying."""
         return not bool(self.is_low.all())
 
+    def part_at(self, time_s: FloatArray) -> IntArray:
+        """Return which cubic is flown at times; before the first rest and after the last those. (n,)"""
+        part = np.searchsorted(self.start_s, time_s, side="right") - 1
+        return np.asarray(np.clip(part, 0, None))
+
+    def place_m(self, time_s: FloatArray) -> FloatArray:
+        """Return east, north and height above home at times. (n, 3) [m]"""
+        part = self.part_at(time_s)
+        width_s = np.maximum(self.end_s[part] - self.start_s[part], 1e-12)
+        fraction = np.clip((time_s - self.start_s[part]) / width_s, 0.0, 1.0)[:, None]
+        points = self.control_m[part]
+        for _ in range(3):  # de Casteljau
+            points = points[:, :-1] + fraction[..., None] * (points[:, 1:] - points[:, :-1])
+        return points[:, 0]
+
 
 def make_trajectory(
     motion: Motion, route: Route, frame: LocalFrame, *, min_nav_alt_m: float

@@ -300,6 +300,17 @@ def _segment_energy_j(motion: Motion, transients: Transients, steady_w: FloatArr
     return energy_j
 
 
+def used_energy_wh(flight: Flight, time_s: FloatArray, power_w: FloatArray) -> FloatArray:
+    """Return the energy used by times, rising from 0, with the power at each: exact where segments end."""
+    ends_s = np.append(0.0, flight.motion.segments.end_s)
+    ends_wh = np.append(0.0, np.cumsum(wh_from_j(flight.segment_energy_j)))
+    steps_j = 0.5 * (power_w[1:] + power_w[:-1]) * np.diff(time_s)
+    rough_wh: FloatArray = np.append(0.0, np.cumsum(wh_from_j(steps_j)))
+    missing_wh = ends_wh - np.interp(ends_s, time_s, rough_wh)
+    used_wh: FloatArray = rough_wh + np.interp(time_s, ends_s, missing_wh)
+    return used_wh
+
+
 class Trace(Value, eq=False):
     """Samples of a flight as columns of one length, the segment boundaries among them."""
 

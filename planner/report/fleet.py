@@ -217,4 +217,4 @@ def _sortie_document(one: FlownSortie) -> Document:
 
 
 def _finding_document(one: FleetFinding) -> Document:
-    return finding_document(one.finding) | {"sorties": list(one.sorties)}
+    return finding_document(one.finding) | {"sorties": list(one.sorties), "at_s": plain(one.at_s)}

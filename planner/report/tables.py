@@ -16,13 +16,12 @@ from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATES
-from planner.flight.prediction import sample_trace
+from planner.flight.prediction import sample_trace, used_energy_wh
 from planner.flight.returns.path import return_profile
 from planner.flight.uncertainty import predict_energy_band
 from planner.geo.barrier import swept_areas
 from planner.mission.route.stage import StageKind
 from planner.rules.fenced_flight import make_fenced_flight
-from planner.units import wh_from_j
 from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
@@ -356,7 +355,8 @@ def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[R
     }
     if known:
         columns["power_w"] = _rounded(trace.power_w, 1)
-        columns["used_wh"] = _rounded(_used_wh(assessment, trace), 3)
+        used_wh = used_energy_wh(assessment.flight, trace.time_s, trace.power_w)
+        columns["used_wh"] = _rounded(used_wh, 3)
     if assessment.setup.terrain is not None:
         ground_m = assessment.setup.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
         route = assessment.route  # drawn as it is judged: so far below the flight
@@ -457,17 +457,6 @@ def _band_rows(assessment: Assessment) -> list[Row]:
         "p90_wh": _rounded(np.append(0.0, high_wh), 3),
     }
     return _rows(rows, np.arange(len(segments) + 1))
-
-
-def _used_wh(assessment: Assessment, trace: Trace) -> FloatArray:
-    """Return the energy used by each sample: exact where segments end, by the powers between."""
-    ends_s = np.append(0.0, assessment.flight.motion.segments.end_s)
-    ends_wh = np.append(0.0, np.cumsum(wh_from_j(assessment.flight.segment_energy_j)))
-    steps_j = 0.5 * (trace.power_w[1:] + trace.power_w[:-1]) * np.diff(trace.time_s)
-    rough_wh: FloatArray = np.append(0.0, np.cumsum(wh_from_j(steps_j)))
-    missing_wh = ends_wh - np.interp(ends_s, trace.time_s, rough_wh)
-    used_wh: FloatArray = rough_wh + np.interp(trace.time_s, ends_s, missing_wh)
-    return used_wh
 
 
 def _extremes(time_s: FloatArray, columns: tuple[FloatArray, ...], buckets: int) -> IntArray:

@@ -120,6 +120,8 @@ class FleetFinding(Value):
     finding: Finding
     sorties: tuple[str, ...] = ()
     """Those it is about; empty: the fleet as a whole."""
+    at_s: float | None = None
+    """When it happens; ``None``: at no time in particular. [s]"""
 
 
 class FleetResult(Value):
@@ -204,11 +206,9 @@ def check_fleet(fleet: Fleet, *, checks: SortieChecks | None = None) -> FleetRes
 
 
 def _about(findings: Sequence[Finding], found: Sequence[FleetFinding]) -> tuple[FleetFinding, ...]:
-    """Return findings with the sorties they were found of."""
-    sorties = {replace(one.finding, suppression=""): one.sorties for one in found}
-    return tuple(
-        FleetFinding(finding=one, sorties=sorties[replace(one, suppression="")]) for one in findings
-    )
+    """Return findings with the sorties and the time they were found of."""
+    known = {replace(one.finding, suppression=""): one for one in found}
+    return tuple(replace(known[replace(one, suppression="")], finding=one) for one in findings)
 
 
 def fly_sorties(

@@ -280,7 +280,11 @@ class _Pairs:
                 f"start {two.file} {quantity.duration(delay_s)} later, which keeps these two apart "
                 "(perhaps not from a third), or fly them at other heights or places"
             )
-        return FleetFinding(finding=rule.finding(message, fix=fix), sorties=(one.file, two.file))
+        return FleetFinding(
+            finding=rule.finding(message, fix=fix),
+            sorties=(one.file, two.file),
+            at_s=one.start_s + approach.first_s,
+        )
 
     def _required(self, one: Member, two: Member, approach: ClosestApproach) -> str:
         zone = self._spacing.zone(one, two)
@@ -330,7 +334,9 @@ class _Pairs:
                 f"{at(one.start_s + approach.first_s)}; {quantity.height(least_m)} required"
             )
             yield FleetFinding(
-                finding=GROUND_SEPARATION.finding(message), sorties=(one.file, two.file)
+                finding=GROUND_SEPARATION.finding(message),
+                sorties=(one.file, two.file),
+                at_s=one.start_s + approach.first_s,
             )
 
     def return_conflicts(self) -> Iterator[FleetFinding]:
@@ -370,6 +376,7 @@ class _Pairs:
                         message, severity=Severity.WARNING if is_low else None
                     ),
                     sorties=(one.file, two.file),
+                    at_s=one.start_s + approach.first_s,
                 )
 
     def _beside_returns(self, own: ReturnFlights, one: Member) -> list[Member]:

@@ -204,7 +204,9 @@ def _packs(
                     f"until {quantity.clock(ready_s)}"
                 )
                 yield FleetFinding(
-                    finding=PACK_CLASH.finding(message), sorties=(one.name, two.name)
+                    finding=PACK_CLASH.finding(message),
+                    sorties=(one.name, two.name),
+                    at_s=two.start_s,
                 )
         if clashes:
             continue
@@ -215,7 +217,9 @@ def _packs(
             message = f"pack {name} is at {charge} when {one.name} starts {at(one.start_s)}"
             if full is not None:
                 message += f": on the charger since {quantity.clock(full.start_s)}"
-            yield FleetFinding(finding=PACK_NOT_FULL.finding(message), sorties=(one.name,))
+            yield FleetFinding(
+                finding=PACK_NOT_FULL.finding(message), sorties=(one.name,), at_s=one.start_s
+            )
         again = [one for one in short if one is not sorties[0]]
         if again and not any(one.charges(fleet.packs[name]) for one in usable):
             message = f"pack {name} is flown again by {again[0].name} and no charger takes it"
@@ -227,7 +231,11 @@ def _packs(
                     f"from {quantity.temperature(taking[0].lowest_c)} up, it is "
                     f"{quantity.temperature(air_c)} there"
                 )
-            yield FleetFinding(finding=PACK_NOT_CHARGED.finding(message), sorties=(again[0].name,))
+            yield FleetFinding(
+                finding=PACK_NOT_CHARGED.finding(message),
+                sorties=(again[0].name,),
+                at_s=again[0].start_s,
+            )
 
 
 def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
@@ -242,7 +250,9 @@ def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
                     f"{at(ready_s)}"
                 )
                 yield FleetFinding(
-                    finding=VEHICLE_CLASH.finding(message), sorties=(one.name, two.name)
+                    finding=VEHICLE_CLASH.finding(message),
+                    sorties=(one.name, two.name),
+                    at_s=two.start_s,
                 )
             elif one.assessment is not None and not one.lands:
                 message = f"{two.name} cannot start: {one.name} leaves {name} in the air, without a landing"
@@ -251,17 +261,22 @@ def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
                         message, fix="end the mission before with a landing or a return"
                     ),
                     sorties=(one.name, two.name),
+                    at_s=two.start_s,
                 )
         until_s = vehicle.available_until_s
         for one in sorties:
             if one.start_s < vehicle.available_from_s:
                 from_ = quantity.clock(vehicle.available_from_s)
                 message = f"{one.name} starts {at(one.start_s)}; {name} is there from {from_}"
+                at_s = one.start_s
             elif until_s is not None and one.end_s > until_s:
                 message = f"{one.name} lands {at(one.end_s)}; {name} is there until {quantity.clock(until_s)}"
+                at_s = until_s
             else:
                 continue
-            yield FleetFinding(finding=VEHICLE_CLASH.finding(message), sorties=(one.name,))
+            yield FleetFinding(
+                finding=VEHICLE_CLASH.finding(message), sorties=(one.name,), at_s=at_s
+            )
 
 
 class Stand(Value):
@@ -299,7 +314,7 @@ def stands(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, Stand]:
 def _pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
     """Yield pads that two vehicles stand on, or come down on, at the same time."""
     told: set[tuple[str, str, str]] = set()
-    for name, of_pad in _stays(fleet, flown).items():
+    for name, of_pad in pad_stays(fleet, flown).items():
         of_pad.sort(key=lambda stay: (stay.from_s, stay.until_s, stay.flown.name))
         for number, stay in enumerate(of_pad):
             one = stay.flown
@@ -318,11 +333,13 @@ def _pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
                     f"stands there until {until}"
                 )
                 yield FleetFinding(
-                    finding=PAD_OCCUPIED.finding(message), sorties=(one.name, two.name)
+                    finding=PAD_OCCUPIED.finding(message),
+                    sorties=(one.name, two.name),
+                    at_s=max(later.from_s, 0.0),
                 )
 
 
-class _Stay(Value):
+class Stay(Value):
     """A vehicle on a pad."""
 
     from_s: float
@@ -330,8 +347,8 @@ class _Stay(Value):
     flown: FlownSortie
 
 
-def _stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[_Stay]]:
-    """Return who stands on each pad and when."""
+def pad_stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[Stay]]:
+    """Return who stands on each pad and when, by its name; flights in between are not stays."""
     if not fleet.pads:
         return {}
     pads = [*fleet.pads.values()]
@@ -343,12 +360,12 @@ def _stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[_Stay]]
         ),
         axis=-1,
     )
-    stays: dict[str, list[_Stay]] = {}
+    stays: dict[str, list[Stay]] = {}
     stand_of = stands(fleet, flown)
     for one in flown:
         stand, pad = stand_of[one.name], fleet.pad_of(one.sortie)
         if pad is not None:
-            stay = _Stay(from_s=one.start_s - stand.before_s, until_s=one.start_s, flown=one)
+            stay = Stay(from_s=one.start_s - stand.before_s, until_s=one.start_s, flown=one)
             stays.setdefault(pad.name, []).append(stay)
         landing_m = _landing_m(one, frame)
         if landing_m is None:
@@ -356,7 +373,7 @@ def _stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[_Stay]]
         away_m = np.hypot(*(place_m - landing_m).T)
         nearest = int(np.argmin(away_m))
         if away_m[nearest] <= PAD_RADIUS_M:
-            stay = _Stay(from_s=one.end_s, until_s=one.end_s + stand.after_s, flown=one)
+            stay = Stay(from_s=one.end_s, until_s=one.end_s + stand.after_s, flown=one)
             stays.setdefault(pads[nearest].name, []).append(stay)
     return stays
 
@@ -398,14 +415,18 @@ def _hours(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]
                 f"{one.name} starts {at(one.start_s)}, job {job.name} not before "
                 f"{quantity.clock(job.earliest_s)}"
             )
-            yield FleetFinding(finding=OUT_OF_HOURS.finding(message), sorties=(one.name,))
+            yield FleetFinding(
+                finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=one.start_s
+            )
         for what, latest_s in limits:
             if latest_s is not None and one.end_s > latest_s:
                 message = (
                     f"{one.name} lands {at(one.end_s)}, {what} ends at {quantity.clock(latest_s)} "
                     f"({quantity.duration(one.end_s - latest_s)} late)"
                 )
-                yield FleetFinding(finding=OUT_OF_HOURS.finding(message), sorties=(one.name,))
+                yield FleetFinding(
+                    finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=latest_s
+                )
 
 
 def _jobs(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:

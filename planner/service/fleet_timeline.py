@@ -1,0 +1,354 @@
+"""A fleet over time: who is where, who has which pack, what it all takes, and how far all keep apart.
+
+What pages and the terminal UI show of a fleet is made here, once, of the check of it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.fleet.fleet import Separation
+from planner.flight.prediction import used_energy_wh
+from planner.service.fleet_pairs import APART_CODES, closest_pairs
+from planner.service.fleet_separation import members
+from planner.service.fleet_times import pad_stays
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.findings import Finding
+    from planner.fleet.charging import Charge
+    from planner.fleet.separation import Member
+    from planner.geo.geodesy import LocalFrame
+    from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
+    from planner.service.fleet_pairs import PairDistance
+
+TRACK_ERROR_M = 1.0
+"""How far a vehicle may be from its thinned track at any time: two fifths of the position error of a
+common receiver, 2.5 m. [m]"""
+TRACK_ERROR_ENERGY = 0.005
+"""How far its energy may be, over that of its flight: half of what a display of the charge shows. [-]"""
+_BEND, _THINNED = 0.1, 0.8
+"""What of the error samples and thinning may take; a tenth is left to rounding. [-]"""
+_SAMPLES = 3000
+"""Of the power of a flight; of more than that many seconds they are farther apart."""
+_SPANS = 360
+"""Of the power of the group: two dots of a picture each."""
+_ALONE = Separation(horizontal_m=1.0)
+"""Stands in where none is given: a single vehicle has tracks too."""
+
+
+class Span(Value):
+    """What a vehicle, pack, charger or pad is used for, for a time."""
+
+    use: str
+    """``flight``, ``swap``, ``charge`` or ``stand``."""
+    start_s: float
+    end_s: float
+    name: str
+    """Of the sortie or, of a charge, the pack."""
+
+
+class TimelineRow(Value):
+    """A vehicle, pack, charger or pad over time."""
+
+    kind: str
+    name: str
+    spans: tuple[Span, ...]
+
+
+class Track(Value, eq=False):
+    """Where a sortie is, thinned: straight and even between its points."""
+
+    sortie: str
+    vehicle: str
+    time_s: FloatArray
+    """Of the operation. (n,) [s]"""
+    place_m: FloatArray
+    """East and north in the frame of all, height above the home of the flight. (n, 3) [m]"""
+    used_wh: FloatArray
+    """Energy by then; NaN: not known. (n,) [Wh]"""
+    item_s: FloatArray
+    """When each item begins. (m,) [s]"""
+    item: IntArray
+
+    @property
+    def start_s(self) -> float:
+        """When it starts. [s]"""
+        return float(self.time_s[0])
+
+    @property
+    def end_s(self) -> float:
+        """When it ends. [s]"""
+        return float(self.time_s[-1])
+
+    def is_flying(self, time_s: float) -> bool:
+        """Return whether it is in the air."""
+        return self.start_s <= time_s < self.end_s
+
+    def place_at(self, time_s: float) -> tuple[float, float, float]:
+        """Return east, north and height at a time; before and after the flight where it stands. [m]"""
+        east_m, north_m, height_m = (
+            float(np.interp(time_s, self.time_s, column)) for column in self.place_m.T
+        )
+        return east_m, north_m, height_m
+
+    def item_at(self, time_s: float) -> int:
+        """Return the item flown at a time."""
+        return int(self.item[max(int(np.searchsorted(self.item_s, time_s, side="right")) - 1, 0)])
+
+
+class TimelineMark(Value):
+    """A finding about a moment."""
+
+    finding: Finding
+    at_s: float
+    sorties: tuple[str, ...]
+    rows: tuple[int, ...]
+    """Those it is in."""
+    place_m: tuple[float, float] | None
+    """East and north, of what happens in the air or on a pad. [m]"""
+
+
+class FleetTimeline(Value, eq=False):
+    """A fleet over time; times count from the beginning of the operation."""
+
+    end_s: float
+    """When the last has landed and its pack is changed. [s]"""
+    frame: LocalFrame | None
+    """Of all places; ``None``: nothing is flown."""
+    rows: tuple[TimelineRow, ...]
+    tracks: tuple[Track, ...]
+    marks: tuple[TimelineMark, ...]
+    """In the order of time."""
+    edge_s: FloatArray
+    """Of the spans of the power. (k + 1,) [s]"""
+    used_wh: FloatArray
+    """Energy of the group by then, of the sorties whose energy is known. (k + 1,) [Wh]"""
+    pairs: tuple[PairDistance, ...]
+    """The closest, in conflict first."""
+    separation_m: float | None
+    """What they keep."""
+
+    @property
+    def power_w(self) -> FloatArray:
+        """Mean power of the group in each span. (k,) [W]"""
+        return np.asarray(np.diff(self.used_wh) / np.diff(self.edge_s) * 3600.0)
+
+    def vehicles_at(self, time_s: float) -> Iterator[Track]:
+        """Yield of each vehicle the track it is on at a time: flown, last flown, or first to be flown."""
+        for name in dict.fromkeys(one.vehicle for one in self.tracks):
+            own = [one for one in self.tracks if one.vehicle == name]
+            begun = [one for one in own if one.start_s <= time_s]
+            yield begun[-1] if begun else own[0]
+
+
+def fleet_timeline(result: FleetResult) -> FleetTimeline:
+    """Return a fleet over time.
+
+    Parameters
+    ----------
+    result : FleetResult
+        As `planner.check_fleet` returns it.
+    """
+    fleet = result.fleet
+    flown = [one for one in result.sorties if one.time_s > 0.0]
+    all_ = members(fleet, fleet.separation or _ALONE, flown) if flown else []
+    first = flown[0].assessment if flown else None
+    swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
+    end_s = max((one.end_s for one in flown), default=0.0) + swap_s
+    energies = [_energy(one) for one in flown]
+    edge_s = np.linspace(0.0, end_s or 1.0, _SPANS + 1)
+    used_wh = np.zeros(len(edge_s))
+    for one, energy in zip(flown, energies, strict=True):
+        if energy is not None:
+            used_wh += np.interp(edge_s - one.start_s, *energy)
+    tracks = tuple(
+        _track(one, member, energy)
+        for one, member, energy in zip(flown, all_, energies, strict=True)
+    )
+    rows = tuple(_rows(result, flown, end_s))
+    return FleetTimeline(
+        end_s=end_s,
+        frame=None if first is None else first.route.frame,
+        rows=rows,
+        tracks=tracks,
+        marks=tuple(_marks(result.findings, rows, tracks, flown)),
+        edge_s=edge_s,
+        used_wh=used_wh,
+        pairs=closest_pairs(result, all_),
+        separation_m=None if fleet.separation is None else fleet.separation.horizontal_m,
+    )
+
+
+def _energy(one: FlownSortie) -> tuple[FloatArray, FloatArray] | None:
+    """Return times of a flight and the energy by then; ``None``: not known. (n,) [s], [Wh]"""
+    if one.assessment is None or one.energy_wh is None:
+        return None
+    flight = one.assessment.flight
+    even_s = np.linspace(0.0, flight.time_s, min(int(flight.time_s) + 2, _SAMPLES))
+    time_s = np.union1d(even_s, np.minimum(flight.motion.segments.end_s, flight.time_s))
+    return time_s, used_energy_wh(flight, time_s, flight.power_w(time_s))
+
+
+def _track(one: FlownSortie, member: Member, energy: tuple[FloatArray, FloatArray] | None) -> Track:
+    flown = member.trajectory
+    own = ~flown.is_rest
+    start_s, end_s = flown.start_s[own], flown.end_s[own]
+    # A cubic is off its chord by its bend, a part of it by that of a square less.
+    control_m = flown.control_m[own]
+    inner_m = control_m[:, 1:3] - (
+        control_m[:, :1] + np.array([1 / 3, 2 / 3])[:, None] * np.diff(control_m[:, ::3], axis=1)
+    )
+    bend_m = 0.75 * np.sqrt(np.sum(inner_m**2, axis=2)).max(axis=1)
+    parts = np.maximum(np.ceil(np.sqrt(bend_m / (_BEND * TRACK_ERROR_M))), 1.0).astype(np.int64)
+    part = np.repeat(np.arange(len(parts)), parts)
+    number = np.arange(len(part)) - np.repeat(np.cumsum(parts) - parts, parts)
+    time_s = np.append(
+        start_s[part] + number / parts[part] * (end_s - start_s)[part], flown.duration_s
+    )
+    place_m = flown.place_m(time_s)
+    used_wh = np.full(len(time_s), np.nan) if energy is None else np.interp(time_s, *energy)
+    columns = place_m
+    if energy is not None and used_wh[-1] > 0.0:
+        scaled = used_wh * (TRACK_ERROR_M / (TRACK_ERROR_ENERGY * used_wh[-1]))
+        columns = np.column_stack((place_m, scaled))
+    kept = thinned(time_s, columns, _THINNED * TRACK_ERROR_M)
+    item = flown.item[own]
+    begins = np.flatnonzero(np.diff(item, prepend=-1))
+    return Track(
+        sortie=one.name,
+        vehicle=one.sortie.vehicle,
+        time_s=time_s[kept] + one.start_s,
+        place_m=place_m[kept],
+        used_wh=used_wh[kept],
+        item_s=start_s[begins] + one.start_s,
+        item=item[begins],
+    )
+
+
+def thinned(time_s: FloatArray, columns: FloatArray, tolerance: float) -> IntArray:
+    """Return which samples to keep so that at every other one's own time the rest are so near to it.
+
+    Douglas and Peucker's scheme with distances at equal times (Meratnia and de By 2004).
+    """
+    kept = {0, len(time_s) - 1}
+    spans = [(0, len(time_s) - 1)]
+    while spans:
+        low, high = spans.pop()
+        if high - low < 2:
+            continue
+        inside = slice(low + 1, high)
+        fraction = (time_s[inside] - time_s[low]) / max(time_s[high] - time_s[low], 1e-12)
+        straight = columns[low] + fraction[:, None] * (columns[high] - columns[low])
+        away = np.sqrt(np.sum((columns[inside] - straight) ** 2, axis=1))
+        farthest = int(away.argmax())
+        if away[farthest] > tolerance:
+            middle = low + 1 + farthest
+            kept.add(middle)
+            spans += [(low, middle), (middle, high)]
+    return np.array(sorted(kept))
+
+
+def _rows(result: FleetResult, flown: Sequence[FlownSortie], end_s: float) -> Iterator[TimelineRow]:
+    """Yield what is used in the operation, over time."""
+    fleet, charges = result.fleet, result.charges
+    swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
+    for name in dict.fromkeys(one.sortie.vehicle for one in flown):
+        own = [one for one in flown if one.sortie.vehicle == name]
+        yield TimelineRow(kind="vehicle", name=name, spans=tuple(_flights(own, swap_s)))
+    for name in fleet.packs:
+        own = [one for one in flown if one.sortie.pack == name]
+        charged = _cut("charge", [one for one in charges if one.pack == name], end_s)
+        if spans := sorted((*_flights(own, swap_s), *charged), key=lambda one: one.start_s):
+            yield TimelineRow(kind="pack", name=name, spans=tuple(spans))
+    for charger in fleet.chargers.values():
+        sockets = _sockets([one for one in charges if one.charger == charger.name])
+        for number, on_it in enumerate(sockets, start=1):
+            name = charger.name if charger.count == 1 else f"{charger.name} {number}"
+            yield TimelineRow(kind="charger", name=name, spans=_cut("charge", on_it, end_s))
+    for name, stays in pad_stays(fleet, flown).items():
+        stood = sorted(
+            (max(one.from_s, 0.0), min(one.until_s, end_s), one.flown.name) for one in stays
+        )
+        spans = [
+            Span(use="stand", start_s=from_s, end_s=until_s, name=sortie)
+            for from_s, until_s, sortie in stood
+            if until_s > from_s
+        ]
+        yield TimelineRow(kind="pad", name=name, spans=tuple(spans))
+
+
+def _flights(flown: Sequence[FlownSortie], swap_s: float) -> Iterator[Span]:
+    """Yield the flights of a vehicle or a pack, and what is done after each."""
+    next_s = [*(one.start_s for one in flown[1:]), math.inf]  # one of none flown is left over
+    for one, until_s in zip(flown, next_s, strict=False):
+        yield Span(use="flight", start_s=one.start_s, end_s=one.end_s, name=one.name)
+        ready_s = min(one.end_s + swap_s, until_s)
+        if ready_s > one.end_s:
+            yield Span(use="swap", start_s=one.end_s, end_s=ready_s, name=one.name)
+
+
+def _sockets(charges: Sequence[Charge]) -> list[list[Charge]]:
+    """Return charges of one kind of charger by the places they take."""
+    sockets: list[list[Charge]] = []
+    for one in charges:
+        free = next((on_it for on_it in sockets if on_it[-1].end_s <= one.start_s), None)
+        if free is None:
+            sockets.append([one])
+        else:
+            free.append(one)
+    return sockets
+
+
+def _cut(use: str, charges: Sequence[Charge], end_s: float) -> tuple[Span, ...]:
+    """Return charges, as far as they are in the operation."""
+    return tuple(
+        Span(use=use, start_s=one.start_s, end_s=min(one.end_s, end_s), name=one.pack)
+        for one in charges
+        if one.start_s < end_s
+    )
+
+
+def _marks(
+    findings: Sequence[FleetFinding],
+    rows: Sequence[TimelineRow],
+    tracks: Sequence[Track],
+    flown: Sequence[FlownSortie],
+) -> list[TimelineMark]:
+    vehicles = {one.name: one.sortie.vehicle for one in flown}
+    track_of = {one.sortie: one for one in tracks}
+    found = []
+    for one in findings:
+        if one.at_s is None:
+            continue
+        at_s, own = one.at_s, {vehicles.get(name) for name in one.sorties}
+        inside = []
+        for number, row in enumerate(rows):
+            there = {
+                span.name
+                for span in row.spans
+                if span.name in one.sorties and span.start_s <= at_s <= span.end_s
+            }
+            if (row.kind == "vehicle" and row.name in own) or len(there) > 1:
+                inside.append(number)
+        # of a return the first is not where it is planned to be
+        placed = [name for name in one.sorties if name in track_of][-1:]
+        place_m = None
+        if one.finding.code in APART_CODES and placed:
+            place_m = track_of[placed[0]].place_at(at_s)[:2]
+        found.append(
+            TimelineMark(
+                finding=one.finding,
+                at_s=at_s,
+                sorties=one.sorties,
+                rows=tuple(inside),
+                place_m=place_m,
+            )
+        )
+    return sorted(found, key=lambda mark: mark.at_s)
