@@ -126,9 +126,7 @@ class Number(Kind):
         if len(parts) > 2 or not all(parts):
             msg = f"expected a value and its standard deviation, such as 5±2, got {text!r}"
             raise ValueError(msg)
-        if len(parts) == 2 and parts[1].endswith("%") and not parts[0].endswith("%"):
-            parts[0] += "%"  # 95±2% is 95 % ± 2 %
-        mean, *sd = map(self.read_one, parts)
+        mean, *sd = self.read_parts(parts)
         if sd and not 0.0 <= sd[0] <= self.high - self.low:
             msg = f"expected a standard deviation of 0 to {self.high - self.low:g}, got {text!r}"
             raise ValueError(msg)
@@ -137,6 +135,10 @@ class Number(Kind):
             msg = f"expected {refused}, got {text!r}{hint}"
             raise ValueError(msg)
         return Spread(mean=mean, sd=sd[0]) if sd and sd[0] else mean
+
+    def read_parts(self, parts: list[str]) -> list[float]:
+        """Return a number, or a number and its standard deviation."""
+        return [self.read_one(part) for part in parts]
 
     def read_one(self, text: str) -> float:
         """Return a single number."""
@@ -173,6 +175,16 @@ class Fraction(Number):
         """The range in words."""
         return "a fraction above 0 and at most 1" if self.is_open else "a fraction from 0 to 1"
 
+    def read_parts(self, parts: list[str]) -> list[float]:
+        """Return a fraction, or two, where 95±2% is 95 % ± 2 %."""
+        if parts[-1].endswith("%") and not parts[0].endswith("%"):
+            if 0.0 < read_number(parts[0]) < 1.0:
+                written = "±".join(parts)
+                msg = f"{written!r} is ambiguous: write a percent sign behind both, or behind none"
+                raise ValueError(msg)
+            parts[0] += "%"
+        return super().read_parts(parts)
+
     def read_one(self, text: str) -> float:
         """Return a fraction."""
         return read_fraction(text)
@@ -180,6 +192,12 @@ class Fraction(Number):
     def write_one(self, value: float) -> str:
         """Return a fraction as a percentage."""
         return exact_percent(value)
+
+    def text(self, value: float | Spread) -> str:
+        """Return what reads back as a value."""
+        if isinstance(value, Spread) and not self.write_one(value.mean).endswith("%"):
+            return f"{value.mean!r}±{value.sd!r}"
+        return super().text(value)
 
 
 class Form(Kind):

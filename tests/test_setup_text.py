@@ -246,6 +246,7 @@ def test_a_standard_deviation_of_nothing_is_a_plain_number() -> None:
     [
         ("charge", "95±2"),
         ("charge", "95±%"),
+        ("charge", "0.95±2%"),
         ("charge", "95±-2%"),
         ("charge", "150±2%"),
         ("payload_kg", "0.5±-0.1"),
@@ -319,6 +320,8 @@ def test_a_value_is_written_so_that_it_reads_back(key: str, text: str) -> None:
 @given(share=st.floats(0.001, 0.999))
 def test_any_share_reads_back_exactly(share: float) -> None:
     assert read("charge", written("charge", share)) == share
+    around = Spread(mean=share, sd=0.02)
+    assert read("charge", written("charge", around)) == around
 
 
 @given(speed=st.floats(0.01, 100.0), bearing=st.floats(0.0, 360.0))

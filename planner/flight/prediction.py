@@ -70,7 +70,7 @@ class Segments(Sequence[Segment]):
         self._columns = columns
         self._energy_j = energy_j
         self._stopping_factor_p90 = stopping_factor_p90
-        self._start_s = columns.end_s - columns.duration_s
+        self._start_s = columns.start_s
 
     def __len__(self) -> int:
         return len(self._energy_j)

@@ -218,7 +218,7 @@ class Field(Value):
 
     def from_toml(self, raw: Any) -> Any:  # noqa: ANN401 -- whatever TOML holds
         """Return the value that TOML holds, as it is where it cannot be the value of this field."""
-        if self.choice is not None and raw in set(self.choice):
+        if self.choice is not None and raw in [*self.choice]:
             return self.choice(raw)
         return raw if self.kind is None else self.kind.from_toml(raw)
 

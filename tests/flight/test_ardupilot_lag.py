@@ -75,6 +75,28 @@ def test_a_return_from_over_home_flies_there_from_beyond() -> None:
     assert took_s(waits, 3) < took_s(dragged, 3) - 1.0
 
 
+def test_what_follows_a_minute_of_a_piece_of_a_spline_is_flown_as_that_minute_ended() -> None:
+    lag = TrackLag.of(DEFAULTS, LIMIT_M_S)
+    before, track = 8.0 + 0.0j, 8.0 + 1.0j
+    turning = (track - before) / 300.0
+    state, whole_s = lag.steady(before), 0.0
+    for minute in range(5):
+        begun = before + 60.0 * minute * turning
+        state, took = lag.after(60.0, begun, begun + 60.0 * turning, state)
+        whole_s += took
+    found, found_s = lag.after(300.0, before, track, lag.steady(before))
+    # Whoever turns by 7° in five minutes is behind by nothing: 1 mm/s and 1 ms.
+    assert found_s == pytest.approx(whole_s, abs=1e-3)
+    assert abs(found.velocity_m_s - state.velocity_m_s) < 1e-3
+
+
+def test_a_control_without_a_time_constant_pushes_at_once() -> None:
+    lag = TrackLag.of(DEFAULTS, LIMIT_M_S)._replace(start_s=0.0)
+    quick = lag._replace(start_s=1e-6)
+    (at_once, _), (soon, _) = (one.after(5.0, 8j, 9j, one.steady(8j)) for one in (lag, quick))
+    assert at_once.velocity_m_s == pytest.approx(soon.velocity_m_s, rel=1e-6)
+
+
 def test_splines_are_flown_later_against_drag() -> None:
     legs = takeoff(), *(stage(StageKind.SPLINE, 100.0 * k, 30.0 * (k % 2)) for k in (1, 2, 3))
     slow = fly_ardupilot(legs, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)

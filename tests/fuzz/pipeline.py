@@ -31,7 +31,7 @@ from planner.report.columns import columns_csv, segments_csv, segments_text
 from planner.report.fleet import fleet_json, fleet_text
 from planner.report.html.page import check_html
 from planner.report.text import Medium
-from planner.rules.declaration import DISCHARGE, PARAMETERS, TERRAIN
+from planner.rules.declaration import DISCHARGE, PARAMETERS, TARGET, TERRAIN
 from planner.rules.ledger import Outcome
 from planner.rules.registry import SUBJECTS
 from planner.selection import is_kept_on
@@ -344,7 +344,7 @@ def _holds(result: CheckResult) -> None:
         _is_checked(result)
 
 
-_MAY_LACK = frozenset({TERRAIN.what, PARAMETERS.what, DISCHARGE.what})
+_MAY_LACK = frozenset({TERRAIN.what, PARAMETERS.what, DISCHARGE.what, TARGET.what})
 """A go may rest on a check without these, and says so; whatever else a rule lacks is no go."""
 
 
@@ -358,6 +358,8 @@ def _is_checked(result: CheckResult) -> None:
     assert {one.code for one in result.checked} >= rules
     given = {TERRAIN.what} if result.setup.terrain is not None else set()
     given |= {PARAMETERS.what} if result.setup.parameters is not None else set()
+    target = result.assessment and result.assessment.target
+    given |= {TARGET.what} if target is not None else set()
     lacked = {one.needs for one in result.checked if one.outcome is Outcome.NOT_CHECKED}
     assert lacked <= _MAY_LACK - given, lacked
 

@@ -129,6 +129,11 @@ class SegmentColumns(Columns, eq=False):
     """NaN where a segment has none. [m]"""
 
     @property
+    def start_s(self) -> FloatArray:
+        """Beginning of each segment: exactly the end of the one before. [s]"""
+        return np.cumsum(np.append(0.0, self.duration_s))[:-1]
+
+    @property
     def end_s(self) -> FloatArray:
         """End of each segment; each begins where the one before ends. [s]"""
         return np.cumsum(self.duration_s)

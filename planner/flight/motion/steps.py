@@ -549,7 +549,7 @@ def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, T
         segment=begun,
         response=kind[begun],
         amplitude=segments.step[begun],
-        start_s=(motion.segments.end_s - segments.duration_s)[begun],
+        start_s=motion.segments.start_s[begun],
         pause_at_s=np.full(len(begun), _steepest(altitude).time_s),
         pause_s=segments.pause_s[begun],
     )

@@ -353,7 +353,7 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
         destinations=destinations,
         segment_stage=np.minimum(motion.segment_stage, len(route.stages) - 1),
         used_wh=np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j)))),
-        start_s=columns.end_s - columns.duration_s,
+        start_s=columns.start_s,
         piece_start_s=motion.piece_start_s(),
         first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
     )

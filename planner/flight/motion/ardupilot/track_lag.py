@@ -51,6 +51,8 @@ _FROM_MOTION_S = 12.0
 """So long after a turn a leg is as far behind as it will be: six times `CORRECTED_S`. [s]"""
 _FROM_MOTION_STEP_S = 0.05
 _SPLINE_STEP_S = 0.1
+_LONGEST_FOLLOWED_S = 60.0
+"""Of a piece of a spline so much is followed step by step: thirty times `CORRECTED_S`.  [s]"""
 
 
 def drag_m_s2(drag: float, speed_m_s: float) -> float:
@@ -119,9 +121,10 @@ class TrackLag(NamedTuple):
         gap, velocity, held, pushed, pace = behind
         change = (track - before) / time_s
         done, real = 0.0, 0.0
-        while done < time_s:
-            step = min(_SPLINE_STEP_S, (time_s - done) / pace)
-            done = time_s if step < _SPLINE_STEP_S else done + pace * step
+        followed = min(time_s, _LONGEST_FOLLOWED_S)
+        while done < followed:
+            step = min(_SPLINE_STEP_S, (followed - done) / pace)
+            done = followed if step < _SPLINE_STEP_S else done + pace * step
             real += step
             target = before + change * done
             closing = pace * target - velocity
@@ -134,13 +137,15 @@ class TrackLag(NamedTuple):
                 asked *= self.lean_m_s2 / abs(asked)
             else:
                 held += VELOCITY_INTEGRAL_PER_S2 * error * step
-            pushed += (asked - pushed) * min(2.0 * step / self.start_s, 1.0)
+            pushed += (asked - pushed) * 2.0 * step / max(self.start_s, 2.0 * step)
             velocity += (pushed - drag) * step
             gap += (pace * target - velocity) * step
             squared = target.real * target.real + target.imag * target.imag
             along = (error * target.conjugate()).real / squared if squared > 0.0 else 0.0
             wanted = min(max(1.0 + _TIME_BUFFER - along, 0.0), 1.0)
             pace = max(pace + (wanted - pace) * min(step / self.filter_s, 1.0), _SLOWEST_PACE)
+        if followed < time_s:  # and the rest as it was at the end of that
+            return self.steady(track)._replace(gap_m=gap, pace=pace), real + (time_s - done) / pace
         return Behind(gap, velocity, held, pushed, pace), real
 
     def steady(self, track: complex) -> Behind:
