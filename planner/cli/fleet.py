@@ -104,7 +104,7 @@ def check(
     "--effort",
     "effort_s",
     type=click.FloatRange(0.01, 86_400.0),
-    default=10.0,
+    default=1.0,
     show_default=True,
     metavar="S",
     help="seconds for each schedule, in the solver's own time: the same on every machine",

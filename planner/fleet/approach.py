@@ -357,12 +357,13 @@ class Meeting(Value, eq=False):
         reach_m = np.array([within_m, within_m, within_m])
         down_m = within_m
         if self.zone is not None:
-            reach_m[:2] += float(first.grown_m.max() + second.grown_m.max())
+            reach_m[:2] += first.widest_m + second.widest_m
             lifted_m = float(first.lifted_m.max() + second.lifted_m.max())
             reach_m[2], down_m = self.zone.over_m + lifted_m, self.zone.under_m + lifted_m
+        (low_1_m, high_1_m), (low_2_m, high_2_m) = first.box_m, second.box_m
         gap = np.maximum(
-            second.low_m.min(axis=0) + above - first.high_m.max(axis=0) - reach_m,
-            first.low_m.min(axis=0) - second.high_m.max(axis=0) - above - [*reach_m[:2], down_m],
+            low_2_m + above - high_1_m - reach_m,
+            low_1_m - high_2_m - above - [*reach_m[:2], down_m],
         )
         if (gap >= 0.0).any():
             return np.zeros(0, np.intp), np.zeros(0, np.intp)

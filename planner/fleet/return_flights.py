@@ -75,8 +75,8 @@ class ReturnFlights(Value, eq=False):
         place_m = in_frame(np.concatenate(places), self.returns.route, self.frame)
         stop_m = np.hypot(*(points.stop_m - points.place_m)[:, :2].T).max()
         margin_m = 2.0 * float(stop_m) + _MARGIN_M + self.grown_m
-        low_m = np.minimum(place_m.min(axis=0), flown.low_m.min(axis=0))
-        high_m = np.maximum(place_m.max(axis=0), flown.high_m.max(axis=0))
+        low_m = np.minimum(place_m.min(axis=0), flown.box_m[0])
+        high_m = np.maximum(place_m.max(axis=0), flown.box_m[1])
         return low_m[:2] - margin_m, high_m[:2] + margin_m
 
     def fan(self, begin_s: FloatArray, end_s: FloatArray) -> FlownFan:
@@ -160,17 +160,10 @@ class FlownFan(Value, eq=False):
             lifted_m=one.lifted_m + self.lifted_m[self.group],
         )
 
-    def of_group(self, number: int, *, whole: bool) -> Trajectory:
-        """Return the flight of one interval."""
-        one = self.whole if whole else self.trajectory
-        rows = np.flatnonzero(self.group == number)
-        arrays = {
-            name: getattr(one, name)[rows]
-            for name in ("start_s", "end_s", "control_m", "low_m", "high_m", "error_m", "item")
-        } | {
-            name: getattr(one, name)[rows] for name in ("is_low", "slack_s", "grown_m", "lifted_m")
-        }
-        return replace(one, **arrays)
+    def kept(self, groups: BoolArray) -> FlownFan:
+        """Return it without the parts of other intervals."""
+        rows = np.flatnonzero(groups[self.group])
+        return replace(self, trajectory=self.trajectory.parts(rows), group=self.group[rows])
 
     def divided(self, flagged: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Return parts of some of the intervals."""
@@ -196,18 +189,17 @@ def return_conflict(
     ``fan`` is that of the first intervals; ``meeting`` has the other flight as its second.
     """
     for number in range(_MOST_ROUNDS):
-        whole = replace(meeting, first=fan.whole)
-        flagged = groups_within(whole, fan.group, within_m)
-        flagged = np.pad(flagged, (0, len(fan.begin_s) - len(flagged)))
+        flagged = _near(fan, fan.whole, meeting, within_m)
         if not flagged.any():
             return None
-        exact = groups_within(replace(meeting, first=fan.trajectory), fan.group, within_m)
-        found = np.flatnonzero(exact)
+        near = fan.kept(flagged)
+        found = np.flatnonzero(_near(near, near.trajectory, meeting, within_m))
         is_last = number == _MOST_ROUNDS - 1 or fan.away_m[flagged].max() < _NEAR_ENOUGH_M
         if len(found) or is_last:
             row = int(found[0]) if len(found) else int(np.flatnonzero(flagged)[0])
+            one = fan.kept(np.arange(len(flagged)) == row)
             approach = closest_approach(
-                fan.of_group(row, whole=not len(found)),
+                one.trajectory if len(found) else one.whole,
                 meeting.second,
                 second_later_s=meeting.later_s,
                 shift_s=meeting.shift_s,
@@ -224,6 +216,12 @@ def return_conflict(
                 )
         fan = own.fan(*fan.divided(flagged))
     return None
+
+
+def _near(fan: FlownFan, flown: Trajectory, meeting: Meeting, within_m: float) -> BoolArray:
+    """Return which intervals of a fan, flown as it is or as a whole, come too near. (n,)"""
+    found = groups_within(replace(meeting, first=flown), fan.group, within_m)
+    return np.pad(found, (0, len(fan.begin_s) - len(found)))
 
 
 def _stop_control_m(returns: Returns, points: ReturnPoints, rows: IntArray) -> FloatArray:

@@ -89,9 +89,9 @@ def near_pairs(fleet: Sequence[Member], spacing: Spacing) -> Iterator[tuple[int,
     if len(fleet) < 2:
         return
     flown = [one.trajectory for one in fleet]
-    reach_m = 0.5 * spacing.separation_m + np.array([one.grown_m.max() for one in flown])
-    low = np.array([one.low_m.min(axis=0) for one in flown])[:, :2] - reach_m[:, None]
-    high = np.array([one.high_m.max(axis=0) for one in flown])[:, :2] + reach_m[:, None]
+    reach_m = 0.5 * spacing.separation_m + np.array([one.widest_m for one in flown])
+    low, high = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
+    low, high = low - reach_m[:, None], high + reach_m[:, None]
     order = np.argsort(low[:, 0], kind="stable")
     ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
     for place, first in enumerate(order.tolist()):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, PolynomialLaw
-from planner.values import Value
+from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -24,7 +25,7 @@ _MOST_ROUNDS = 16
 _LAND = STATE_INDEX[FlightState.LAND]
 
 
-class Trajectory(Value, eq=False):
+class Trajectory(Value, eq=False, dict=True):
     """A flight as cubics of time (n of them), between two rests; times count from its start."""
 
     start_s: FloatArray
@@ -57,6 +58,21 @@ class Trajectory(Value, eq=False):
     def is_rest(self) -> BoolArray:
         """Whether the flight has not begun, or is over. (n,)"""
         return (self.end_s <= 0.0) | (self.start_s >= self.duration_s)
+
+    @cached_property
+    def box_m(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest coordinates of all. (3,), (3,) [m]"""
+        return self.low_m.min(axis=0), self.high_m.max(axis=0)
+
+    @cached_property
+    def widest_m(self) -> float:
+        """The most that a part is grown by. [m]"""
+        return float(self.grown_m.max())
+
+    def parts(self, rows: IntArray) -> Trajectory:
+        """Return some of its parts; where the vehicle is between them is not told."""
+        columns = (name for name in field_names(self) if name != "duration_s")
+        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
 
     @property
     def is_ever_flying(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.fleet.approach import ACCURACY_M, Cylinder, Meeting, closest_approach
-from planner.fleet.return_flights import ReturnFlights, return_conflict
+from planner.fleet.return_flights import FlownFan, ReturnConflict, ReturnFlights, return_conflict
 from planner.fleet.separation import (
     Member,
     Spacing,
@@ -72,7 +73,8 @@ RETURN_CROSSES = Rule(
     why="A failsafe brings a vehicle home at any moment, at its own height and across whatever is there; "
     "the others do not know.",
     how="The returns from every moment of a flight, by the vehicle's own rules, against every other sortie "
-    "as planned, with the separation of [separation].  A warning where the other stands on the ground.  "
+    "as planned, with the separation of [separation].  A warning where the other stands on the ground and "
+    "is met nowhere else.  After 50 pairs at fault no further one is looked for.  "
     "Returns of two vehicles at once are not judged.",
     fix="give the vehicles return heights that differ by more than the separation, fly them at other places, "
     "or one after the other",
@@ -305,8 +307,9 @@ class _Pairs:
         """Yield every two that are too near to each other while both are near the ground."""
         widest_m = max(self._spacing.separation_m, self._separation.ground_m or 0.0)
         spacing = replace(self._spacing, separation_m=widest_m)
-        for first, second in sorted(near_pairs(self._members, spacing)):
-            one, two = self._members[first], self._members[second]
+        low = [replace(one, trajectory=_near_ground(one.trajectory)) for one in self._members]
+        for first, second in sorted(near_pairs(low, spacing)):
+            one, two = low[first], low[second]
             least_m = self._separation.ground_m
             if least_m is None:
                 least_m = sum(
@@ -320,8 +323,8 @@ class _Pairs:
                 horizontal_m=least_m - ACCURACY_M, over_m=np.inf, under_m=np.inf, is_on_ground=True
             )
             approach = closest_approach(
-                _without_errors(one.trajectory),
-                _without_errors(two.trajectory),
+                one.trajectory,
+                two.trajectory,
                 second_later_s=two.start_s - one.start_s,
                 shift_s=2.0 * self._spacing.start_error_s,
                 zone=zone,
@@ -340,9 +343,14 @@ class _Pairs:
             )
 
     def return_conflicts(self) -> Iterator[FleetFinding]:
-        """Yield the returns that come too near to what another vehicle flies as planned."""
-        for first, flown in enumerate(self._flown):
-            one, assessment = self._members[first], flown.assessment
+        """Yield the returns that come too near to what another vehicle flies as planned.
+
+        No more are looked for after so many: those make it a no-go, and all of a hundred flights that
+        cross take minutes.
+        """
+        left = _MOST_PAIRS
+        for one, flown in zip(self._members, self._flown, strict=True):
+            assessment = flown.assessment
             assert assessment is not None  # something is flown
             own = return_flights(assessment, self._frame)
             near = self._beside_returns(own, one)
@@ -350,50 +358,74 @@ class _Pairs:
                 continue
             fan = own.fan(*own.first_intervals())
             for two in near:
-                meeting = Meeting(
-                    first=fan.trajectory,
-                    second=two.trajectory,
-                    later_s=two.start_s - one.start_s,
-                    shift_s=2.0 * self._spacing.start_error_s,
-                    above_m=home_above_m(one, two),
-                    zone=self._spacing.zone(one, two),
-                )
-                within_m = max(self._spacing.separation_m - ACCURACY_M, ACCURACY_M)
-                found = return_conflict(own, fan, meeting, within_m)
+                if not left:
+                    message = (
+                        f"after {_MOST_PAIRS} pairs in which a return comes too near, no further one is "
+                        f"looked for: neither of {one.file} and {two.file}, nor of those after them"
+                    )
+                    yield FleetFinding(finding=RETURN_CROSSES.finding(message))
+                    return
+                found = self._return_conflict(own, fan, (one, two))
                 if found is None:
                     continue
-                approach = found.approach
-                stands_ = approach.second_s <= 0.0 or approach.second_s >= two.trajectory.duration_s
-                is_low = stands_ and two.trajectory.is_low[0 if approach.second_s <= 0.0 else -1]
-                doing = "which stands on the ground" if is_low else f"item {approach.second_item}"
-                message = (
-                    f"a return of {one.file} ({one.vehicle}) begun {at(one.start_s + found.begun_s)} at item "
-                    f"{found.item} comes within {_apart(approach)} {two.file} ({two.vehicle}), {doing}, "
-                    f"{at(one.start_s + approach.first_s)}; {self._required(one, two, approach)}"
-                )
-                yield FleetFinding(
-                    finding=RETURN_CROSSES.finding(
-                        message, severity=Severity.WARNING if is_low else None
-                    ),
-                    sorties=(one.file, two.file),
-                    at_s=one.start_s + approach.first_s,
-                )
+                is_low = _stands_low(two, found.approach)
+                if is_low:
+                    # That it stands in the way does not tell whether it is also met in the air.
+                    aloft = replace(two, trajectory=_aloft(two.trajectory))
+                    in_air = self._return_conflict(own, fan, (one, aloft))
+                    found, is_low = in_air or found, in_air is None
+                left -= not is_low
+                yield self._crossed(one, two, found, is_low=is_low)
+
+    def _return_conflict(
+        self, own: ReturnFlights, fan: FlownFan, pair: tuple[Member, Member]
+    ) -> ReturnConflict | None:
+        one, two = pair
+        meeting = Meeting(
+            first=fan.trajectory,
+            second=two.trajectory,
+            later_s=two.start_s - one.start_s,
+            shift_s=2.0 * self._spacing.start_error_s,
+            above_m=home_above_m(one, two),
+            zone=self._spacing.zone(one, two),
+        )
+        within_m = max(self._spacing.separation_m - ACCURACY_M, ACCURACY_M)
+        return return_conflict(own, fan, meeting, within_m)
+
+    def _crossed(
+        self, one: Member, two: Member, found: ReturnConflict, *, is_low: bool
+    ) -> FleetFinding:
+        approach = found.approach
+        doing = "which stands on the ground" if is_low else f"item {approach.second_item}"
+        message = (
+            f"a return of {one.file} ({one.vehicle}) begun {at(one.start_s + found.begun_s)} at item "
+            f"{found.item} comes within {_apart(approach)} {two.file} ({two.vehicle}), {doing}, "
+            f"{at(one.start_s + approach.first_s)}; {self._required(one, two, approach)}"
+        )
+        severity = Severity.WARNING if is_low else None
+        return FleetFinding(
+            finding=RETURN_CROSSES.finding(message, severity=severity),
+            sorties=(one.file, two.file),
+            at_s=one.start_s + approach.first_s,
+        )
 
     def _beside_returns(self, own: ReturnFlights, one: Member) -> list[Member]:
         """Return the flights of other vehicles that returns of one flight may come near to."""
         box = own.reach_m(one.trajectory)
         if box is None:
             return []
-        low_m, high_m = box
-        near = []
-        for two in self._members:
-            away_m = self._spacing.separation_m + float(two.trajectory.grown_m.max())
-            is_beside = (two.trajectory.low_m.min(axis=0)[:2] - away_m < high_m).all() and (
-                low_m < two.trajectory.high_m.max(axis=0)[:2] + away_m
-            ).all()
-            if two.vehicle != one.vehicle and is_beside:
-                near.append(two)
-        return near
+        low_m, high_m = self._boxes_m
+        is_beside = ((low_m < box[1]) & (box[0] < high_m)).all(axis=1)
+        near = (self._members[place] for place in np.flatnonzero(is_beside).tolist())
+        return [two for two in near if two.vehicle != one.vehicle]
+
+    @cached_property
+    def _boxes_m(self) -> FloatArray:
+        """Boxes that the vehicles do not leave, as far as others keep from them. (2, n, 2) [m]"""
+        flown = [one.trajectory for one in self._members]
+        away_m = self._spacing.separation_m + np.array([one.widest_m for one in flown])[:, None]
+        low_m, high_m = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
+        return np.stack((low_m - away_m, high_m + away_m))
 
 
 def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
@@ -406,8 +438,23 @@ def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
     )
 
 
-def _without_errors(one: Trajectory) -> Trajectory:
-    return replace(one, grown_m=np.zeros_like(one.grown_m))
+def _stands_low(two: Member, approach: ClosestApproach) -> bool:
+    """Return whether the second of an approach stands on the ground then."""
+    flown = two.trajectory
+    if 0.0 < approach.second_s < flown.duration_s:
+        return False
+    return bool(flown.is_low[0 if approach.second_s <= 0.0 else -1])
+
+
+def _aloft(one: Trajectory) -> Trajectory:
+    """Return a flight without the times in which it stands on the ground."""
+    return one.parts(np.flatnonzero(~(one.is_rest & one.is_low)))
+
+
+def _near_ground(one: Trajectory) -> Trajectory:
+    """Return the parts of a flight near the ground, without errors of the position."""
+    low = one.parts(np.flatnonzero(one.is_low))
+    return replace(low, grown_m=np.zeros_like(low.grown_m))
 
 
 def _apart(approach: ClosestApproach) -> str:

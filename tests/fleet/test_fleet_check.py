@@ -23,16 +23,18 @@ from made_fleet import (
     up,
     vehicles,
 )
-from made_missions import item, mission, rtl
+from made_missions import item, mission, north, rtl
 from made_trajectories import place as place_at
 from made_trajectories import straight, trajectory
 
 from planner.cli.main import main
+from planner.findings import Severity
 from planner.fleet.approach import Cylinder, closest_approach
 from planner.fleet.charging import PackDay
 from planner.fleet.fleet import Charger, Pack
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
 from planner.flight.pilot import make_pilot
+from planner.geo.fence import RallyPoint
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -262,6 +264,29 @@ def test_a_sortie_is_checked_with_what_the_chargers_have_put_back() -> None:
     waited_s = 400.0 - first.end_s - 60.0
     assert second.charge == pytest.approx(first.charge_left + waited_s / 36000.0)
     assert second.result.setup.charge == second.charge  # type: ignore[union-attr]
+
+
+def test_a_return_that_meets_one_in_the_air_is_no_warning_because_it_also_meets_it_standing() -> (
+    None
+):
+    # From 200 m north a's returns lead to the rally point, 15 m beside b's pad; those begun before b
+    # starts find it standing there, those begun later cross its flight half-way.
+    there = place(100, 150, 0)
+    assert there.latitude_deg is not None
+    assert there.longitude_deg is not None
+    rally = RallyPoint(there.latitude_deg, there.longitude_deg, 20.0)
+    waits = mission(up(20), place(200, 0, 20, hold_s=400.0), item(21, north(200), 0.0))
+    jobs = {
+        "a": replace(waits, rally=(rally,)),
+        "b": mission(up(20), place(150, 75, 20, hold_s=30.0), rtl()),
+    }
+    tables = "[separation]\nhorizontal_m = 20\n" + pad("a", 0, 0) + pad("b", 100, 165)
+    tables += vehicles("a", "b") + sortie("s1", "a", 0.0, job="a")
+    for start_s, severity in ((200.0, Severity.ERROR), (8000.0, Severity.WARNING)):
+        result = checked(tables, sortie("s2", "b", start_s, job="b"), **jobs)
+        assert [one.finding.severity for one in result.findings if one.finding.code == "S115"] == [
+            severity
+        ]
 
 
 IN_THE_AIR = mission(up(20), place(100, 0, 20))

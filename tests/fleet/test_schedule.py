@@ -102,6 +102,19 @@ def test_three_tracks_through_one_point_start_as_far_apart_as_all_three_need() -
     assert made.makespan_s == pytest.approx(100.0 + 2.3216, abs=1e-3)
 
 
+def test_twelve_flights_of_which_any_two_start_apart_are_proven_to_need_eleven_gaps() -> None:
+    # Each 2 s after the one before, whichever that is: pair by pair the solver would try every order.
+    tasks = [
+        Task(name=task.name, options=(task.options[number],))
+        for number, task in enumerate(tasks_of([100.0] * 12, [f"v{n}" for n in range(12)]))
+    ]
+    conflicts = {((i, 0), (j, 0)): ((-2.0, 2.0),) for i in range(12) for j in range(i + 1, 12)}
+    means = Means(vehicles=free([f"v{n}" for n in range(12)]))
+    made = best_schedule(tasks, means, conflicts, minimize=Objective.MAKESPAN, effort_s=0.3)
+    assert made is not None
+    assert (made.makespan_s, made.is_best) == (122.0, True)
+
+
 @pytest.mark.parametrize(("count", "least"), [(4, 2), (5, 3), (6, 2)])
 def test_a_ring_of_conflicts_takes_two_layers_or_three(count: int, least: int) -> None:
     def made(layers: int, latest_s: float) -> tuple[list[Task], Means, Conflicts]:
