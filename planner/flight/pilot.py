@@ -184,13 +184,18 @@ def own_parameters_of(
     return resolved.values, reported
 
 
-def continues_after_land(parameters: FlightParameters | None) -> bool:
-    """Return whether a mission goes on after a landing that a take-off comes next to."""
+def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:
+    """Return after what landings a mission goes on; ``None``: as the autopilot is delivered."""
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
-    return isinstance(parameters, ArduPilotParameters) and bool(
-        parameters.mission_options & _CONTINUE_AFTER_LAND
-    )
+    if not isinstance(parameters, ArduPilotParameters):
+        return None
+    lands = set()
+    if parameters.mission_options & _CONTINUE_AFTER_LAND:
+        lands.add(StageKind.LAND)
+    if parameters.return_final_altitude_m <= 0.0:
+        lands.add(StageKind.RETURN)
+    return frozenset(lands)
 
 
 def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
@@ -281,21 +286,21 @@ class StepPilot(Value):
         )
         return self._along(legs)
 
-    def _over_home(self, route: Route) -> tuple[float, float] | None:
-        """Return height and wait of a route's own return, its last stage, where they are known. [m], [s]"""
-        last = route.stages[-1]
-        if self.parameters is None or last.kind is not StageKind.RETURN:
+    def _over_home(self, route: Route) -> tuple[FloatArray, float] | None:
+        """Return the heights of a route's own returns and their wait, where they are known. [m], [s]"""
+        own = [row for row, one in enumerate(route.stages) if one.kind is StageKind.RETURN]
+        if self.parameters is None or not own:
             return None
-        before_m = np.zeros((1, 3))
-        if len(route.stages) > 1:
-            before = route.stages[-2]
-            before_m[:] = before.east_m, before.north_m, before.height_m
-        targets = ReturnTargets(
-            ground_m=np.array([(last.east_m, last.north_m, last.height_m)]),
-            above_ground_m=np.array([last.above_ground_m]),
-            datum_m=np.array([last.datum_m]),
+        places_m = np.array(
+            [(0.0, 0.0, 0.0), *((s.east_m, s.north_m, s.height_m) for s in route.stages)]
         )
-        return float(self.return_heights_m(before_m, targets)[0]), _return_wait_s(self.parameters)
+        stages = [route.stages[row] for row in own]
+        targets = ReturnTargets(
+            ground_m=places_m[1:][own],
+            above_ground_m=np.array([one.above_ground_m for one in stages]),
+            datum_m=np.array([one.datum_m for one in stages]),
+        )
+        return self.return_heights_m(places_m[own], targets), _return_wait_s(self.parameters)
 
     def _along(self, legs: StepLegs) -> tuple[Motion, Transients]:
         if self.vehicle.ramps is None:

@@ -233,7 +233,7 @@ def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iter
         waits += [
             (stage.hold_s + _wait_for_the_clock_s(a, range(stage.item + 1, then.item)), stage.item)
             for stage, then in pairwise(a.route.stages)
-            if stage.kind is StageKind.LAND
+            if stage.kind in {StageKind.LAND, StageKind.RETURN}
         ]
     longest_s, item = max(waits)
     if not 0.0 < after_s <= longest_s:

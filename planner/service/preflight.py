@@ -29,13 +29,13 @@ from planner.flight.budget import (
 )
 from planner.flight.pilot import (
     NOISE_ASSUMED,
-    continues_after_land,
+    continues_after,
     flight_parameters,
     make_pilot,
     own_parameters_of,
 )
 from planner.flight.prediction import predict_flight, sample_trace
-from planner.flight.returns.destination import make_destinations, with_own_return
+from planner.flight.returns.destination import make_destinations, with_own_returns
 from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
 from planner.mission.files import read_mission
@@ -236,7 +236,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             home_amsl_m=setup.home_amsl_m,
             terrain=setup.terrain,
             firings=firings,
-            continues_after_land=continues_after_land(own_parameters),
+            continues_after=continues_after(own_parameters),
         )
         if setup.speed_m_s is None:
             return route
@@ -300,7 +300,7 @@ def assess(prepared: Preparation) -> Assessment | None:
         terrain=setup.terrain,
         follows_mission=setup.flown_by is not Autopilot.STEP,
     )
-    route = with_own_return(prepared.route, destinations)
+    route = with_own_returns(prepared.route, destinations)
     pilot = make_pilot(setup, prepared.own_parameters)
     flight = predict_flight(route, setup, pilot)
     if not len(flight.motion.segments.item):

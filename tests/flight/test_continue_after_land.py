@@ -1,4 +1,4 @@
-"""ArduPilot's MIS_OPTIONS 4: land, wait, take off again."""
+"""Missions that go on after a landing: ArduPilot's MIS_OPTIONS 4 and returns, PX4's landings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, speed, takeoff, waypoint
+from made_missions import (
+    HOME,
+    METRES_PER_DEGREE_NORTH,
+    item,
+    mission,
+    rtl,
+    speed,
+    takeoff,
+    waypoint,
+)
 from rule_cases.case import vehicle_of
 
 from planner.autopilot import Autopilot
@@ -15,14 +24,22 @@ from planner.findings import Severity
 from planner.service.preflight import CheckResult, check
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
-    from planner.mission.items import Home, MissionItem
+    from collections.abc import Callable
 
-ARDUPILOT, STEP = Autopilot.ARDUPILOT, Autopilot.STEP
+    from planner.mission.items import Home, MissionItem
+    from planner.vehicle.model import VehicleModel
+
+ARDUPILOT, PX4, STEP = Autopilot.ARDUPILOT, Autopilot.PX4, Autopilot.STEP
 GRIPPER = item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0))
 AUXILIARY = item(218, frame=2, params=(300.0, 2.0, 0.0, 0.0))
+
+
+def vehicle(autopilot: Autopilot) -> VehicleModel:
+    return load_vehicle("px4-quad-2kg") if autopilot is PX4 else vehicle_of(autopilot)
 
 
 def wait(seconds: float) -> MissionItem:
@@ -36,10 +53,15 @@ def land(metres_north: float) -> MissionItem:
 def flown(
     *items: MissionItem, options: int = 4, autopilot: Autopilot = ARDUPILOT, home: Home = HOME
 ) -> CheckResult:
-    text = f"MIS_OPTIONS,{options}\nWPNAV_RADIUS,200\n"
+    own = PX4 if autopilot is PX4 else ARDUPILOT
+    text = (
+        f"MIS_OPTIONS,{options}\nWPNAV_RADIUS,200\n"
+        if own is ARDUPILOT
+        else "1\t1\tNAV_ACC_RAD\t2.0\t9\n"
+    )
     return check(
-        mission(*items, home=home, autopilot=ARDUPILOT),
-        vehicle_of(autopilot),
+        mission(*items, home=home, autopilot=own),
+        vehicle(autopilot),
         battery=Battery(capacity_wh=5000.0),
         parameters=parameters_from_text(text.encode(), source="p.param"),
     )
@@ -84,8 +106,17 @@ def test_it_ends_where_the_vehicle_disarms(options: int, between: tuple[MissionI
     assert result.totals.distance_m == pytest.approx(200.0, abs=1.0)
 
 
-@pytest.mark.parametrize("autopilot", [ARDUPILOT, STEP])
-@settings(deadline=None, max_examples=3)
+@pytest.mark.parametrize(
+    ("autopilot", "end"),
+    [
+        (ARDUPILOT, land),
+        (STEP, land),
+        (PX4, land),
+        (ARDUPILOT, lambda _: rtl()),
+        (STEP, lambda _: rtl()),
+    ],
+)
+@settings(deadline=None, max_examples=2)
 @given(
     north_m=st.floats(50.0, 800.0),
     beyond_m=st.floats(50.0, 800.0),
@@ -93,20 +124,48 @@ def test_it_ends_where_the_vehicle_disarms(options: int, between: tuple[MissionI
     seconds=st.integers(1, 600),
 )
 def test_its_energy_is_the_sum_of_its_parts_and_of_the_wait(
-    autopilot: Autopilot, north_m: float, beyond_m: float, height_m: float, seconds: int
+    autopilot: Autopilot,
+    end: Callable[[float], MissionItem],
+    north_m: float,
+    beyond_m: float,
+    height_m: float,
+    seconds: int,
 ) -> None:
-    first = (takeoff(height_m), waypoint(north_m, height_m), land(north_m))
-    end_m = north_m + beyond_m
-    then = (takeoff(height_m), waypoint(end_m, height_m), land(end_m))
-    whole = flown(*first, wait(seconds), *then, autopilot=autopilot).totals
+    first = (takeoff(height_m), waypoint(north_m, height_m), end(north_m))
+    stands_m = north_m if end is land else 0.0
+    end_m = stands_m + beyond_m
+    up = item(22, waypoint(stands_m, 0.0).latitude_deg, height_m)
+    then = (up, waypoint(end_m, height_m), land(end_m))
+    whole = flown(*first, wait(seconds), *then, autopilot=autopilot)
+    assert left_out(whole) == []
     there = flown(*first, autopilot=autopilot).totals
-    moved = replace(HOME, latitude_deg=HOME.latitude_deg + north_m / METRES_PER_DEGREE_NORTH)
+    moved = replace(HOME, latitude_deg=HOME.latitude_deg + stands_m / METRES_PER_DEGREE_NORTH)
     back = flown(*then, autopilot=autopilot, home=moved).totals
-    assert whole.time_s == pytest.approx(there.time_s + seconds + back.time_s, rel=1e-3)
-    loads = vehicle_of(autopilot).loads
+    assert whole.totals.time_s == pytest.approx(there.time_s + seconds + back.time_s, rel=2e-3)
+    loads = vehicle(autopilot).loads
     parts_wh = there.energy_wh + back.energy_wh
     if loads is None:  # idling is not known of this model: a hover is counted, which is more
-        assert whole.energy_wh > parts_wh
+        assert whole.totals.energy_wh > parts_wh
         return
     idle_w = loads.ground_idle_w + loads.avionics_w
-    assert whole.energy_wh == pytest.approx(parts_wh + idle_w * seconds / 3600.0, rel=2e-3)
+    assert whole.totals.energy_wh == pytest.approx(parts_wh + idle_w * seconds / 3600.0, rel=2e-3)
+
+
+def test_a_flight_over_two_returns_takes_as_long_as_in_its_simulation() -> None:
+    # ArduCopter 4.7.0-dev, SITL: armed at 47.0 s, disarmed at 205.0 s; read at 1 Hz.
+    out = (takeoff(20), waypoint(60, 20), rtl())
+    made = mission(*out, wait(5.0), *out, autopilot=ARDUPILOT)
+    found = check(made, vehicle_of(ARDUPILOT), battery=Battery(capacity_wh=5000.0))
+    assert found.totals.time_s == pytest.approx(158.0, abs=3.0)
+
+
+def test_a_return_that_stays_in_the_air_ends_the_flight() -> None:
+    text = b"RTL_ALT_FINAL,500\n"
+    found = check(
+        mission(takeoff(20), rtl(), *BACK, autopilot=ARDUPILOT),
+        vehicle_of(ARDUPILOT),
+        battery=Battery(capacity_wh=5000.0),
+        parameters=parameters_from_text(text, source="p.param"),
+    )
+    assert left_out(found) == [Severity.ERROR]
+    assert found.totals.distance_m == pytest.approx(0.0, abs=0.5)

@@ -208,41 +208,71 @@ def test_items_behind_the_landing_are_not_flown_and_said() -> None:
     assert "2 items from 3 on" in finding.message
 
 
+LANDING = item(21, north(90), 0.0)
+WAIT = item(93, frame=2, params=(5.0, -1.0, -1.0, -1.0))
+
+
 @pytest.mark.parametrize(
     ("dialect", "after", "severity"),
     [
+        # It flies there from the ground, low over what is between: tried, 5 m away at 0.8 m.
         (Autopilot.PX4, waypoint(400, 20), Severity.ERROR),
+        (Autopilot.PX4, waypoint(92.1, 20), Severity.ERROR),
         (Autopilot.PX4, takeoff(20), Severity.ERROR),
+        (Autopilot.PX4, item(31, north(90), 20.0), Severity.ERROR),
         (Autopilot.PX4, item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0)), Severity.INFO),
         (Autopilot.PX4, rtl(), Severity.INFO),
         (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.INFO),
         (Autopilot.ARDUPILOT, takeoff(20), Severity.ERROR),
     ],
 )
-def test_what_px4_flies_after_a_landing_is_not_left_out_in_silence(
+def test_what_is_not_predicted_after_a_landing_is_not_left_out_in_silence(
     dialect: Autopilot, after: MissionItem, severity: Severity
 ) -> None:
-    found = route(takeoff(20), item(21, north(90), 0.0), after, dialect=dialect)
+    found = route(takeoff(20), LANDING, after, dialect=dialect)
     [finding] = [f for f in found.findings if f.code == "T104"]
     assert finding.severity is severity
+    assert ("at a slant" in finding.message) is (
+        dialect is Autopilot.PX4 and severity is Severity.ERROR
+    )
 
 
 @pytest.mark.parametrize(
-    ("after", "again"),
+    "first",
+    [waypoint(90, 20), waypoint(91.9, 20), item(22, north(90), 20.0), item(19, north(90), 20.0)],
+)
+@pytest.mark.parametrize("before", [(), (WAIT,), (jump(5, 1), WAIT)])
+def test_px4_takes_off_again_from_where_it_has_landed(
+    first: MissionItem, before: tuple[MissionItem, ...]
+) -> None:
+    made = route(
+        takeoff(20), LANDING, *before, first, waypoint(0, 20), rtl(), dialect=Autopilot.PX4
+    )
+    assert not [f for f in made.findings if f.code == "T104"]
+    assert [stage.kind for stage in made.stages[1:4]] == ["land", "takeoff", "go"]
+    assert made.stages[1].hold_s == (5.0 if len(before) == 1 else 0.0)
+    assert made.stages[2].north_m == pytest.approx(91.0, abs=1.01)
+    assert made.stages[-1].kind == "return"
+
+
+@pytest.mark.parametrize(
+    ("after", "stages"),
     [
-        ((jump(1, 5),), True),
-        ((takeoff(20), waypoint(50, 20), rtl()), True),
-        ((waypoint(50, 20),), False),
+        ((jump(1, 5),), 18),  # six laps
+        ((takeoff(20), waypoint(50, 20), rtl()), 6),
+        ((WAIT, takeoff(20), rtl()), 5),
+        ((waypoint(50, 20),), 3),
+        ((item(21, 0.0, 0.0),), 3),
     ],
 )
 def test_ardupilot_takes_off_again_after_a_return(
-    after: tuple[MissionItem, ...], *, again: bool
+    after: tuple[MissionItem, ...], stages: int
 ) -> None:
     # Tried in its simulation: "Mission: 4 Jump 1/1 / Mission: 1 Takeoff", with MIS_OPTIONS 0.
-    found = route(takeoff(20), waypoint(90, 20), rtl(), *after, dialect=Autopilot.ARDUPILOT)
-    [finding] = [f for f in found.findings if f.code == "T104"]
-    assert (finding.severity is Severity.ERROR) is again
-    assert ("takes off again" in finding.message) is again
+    made = route(takeoff(20), waypoint(90, 20), rtl(), *after, dialect=Autopilot.ARDUPILOT)
+    assert len(made.stages) == stages
+    left_out = [f.severity for f in made.findings if f.code == "T104"]
+    assert left_out == ([Severity.INFO] if stages == 3 else [])
 
 
 def test_items_behind_the_landing_that_a_jump_has_led_past_are_flown() -> None:

@@ -120,13 +120,13 @@ class StepLegs(Value, eq=False):
         stages: Sequence[Stage],
         *,
         default_speed_m_s: float,
-        over_home: tuple[float, float] | None = None,
+        over_home: tuple[FloatArray, float] | None = None,
         set_down_s: float = 0.0,
     ) -> StepLegs:
         """Return the stages of a route, each beginning where the one before ends.
 
-        Setting down a load takes two rows: down to the ground, and back up.  So does a return whose
-        height over home and wait there are known, ``over_home`` [m], [s]: to there, and down.
+        Setting down a load takes two rows: down to the ground, and back up.  So do returns whose
+        heights over home and wait there are known, ``over_home`` [m], [s]: to there, and down.
         """
         two = {StageKind.SET_DOWN} if over_home is None else {StageKind.SET_DOWN, StageKind.RETURN}
         count = [1 + (s.kind in two) for s in stages]
@@ -139,9 +139,10 @@ class StepLegs(Value, eq=False):
         for stage, row in zip(stages, first.tolist(), strict=True):
             if stage.kind is StageKind.SET_DOWN:
                 end[row, 2], hold_s[row] = stage.height_m - stage.above_ground_m, set_down_s
-            elif stage.kind is StageKind.RETURN and over_home is not None:
-                end[row, 2], hold_s[row] = over_home
-                landing[row] = False
+        if over_home is not None:
+            home = first[[s.kind is StageKind.RETURN for s in stages]]
+            end[home, 2], hold_s[home] = over_home
+            landing[home] = False
         centre = end[:, :2].copy()
         for row, s in enumerate(flown):
             if s.kind is StageKind.CIRCLE:

@@ -8,6 +8,7 @@ is its first landing item; it begins at the first DO_LAND_START before that, els
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -255,31 +256,33 @@ def leads_along(mission: Mission, return_type: int) -> bool:
     return return_type in _FOLLOW_MISSION
 
 
-def with_own_return(route: Route, destinations: Destinations) -> Route:
-    """Return a route whose own return leads where the vehicle itself would return to.
+def with_own_returns(route: Route, destinations: Destinations) -> Route:
+    """Return a route whose own returns lead where the vehicle itself would return to.
 
-    The return, if there is one, is the last stage, and leads straight home.
+    They lead straight home in what is given; what takes off again after one does so from there.
     """
-    number = len(route.stages) - 1
-    if number < 1 or route.stages[number].kind is not StageKind.RETURN:
-        return route
-    before = route.stages[number - 1]
-    place_m = np.array([[before.east_m, before.north_m, before.height_m]])
-    stage = np.array([number])
-    chosen = destinations.chosen(place_m, stage)
-    if chosen[0] == HOME:
-        return route
-    targets = destinations.targets(stage, chosen, place_m)
-    east_m, north_m, ground_m = targets.ground_m[0].tolist()
-    returning = replace(
-        route.stages[number],
-        east_m=east_m,
-        north_m=north_m,
-        height_m=ground_m,
-        above_ground_m=float(targets.above_ground_m[0]),
-        return_path=targets.paths[0] if targets.paths else None,
-    )
-    return replace(route, stages=(*route.stages[:number], returning))
+    stages = list(route.stages)
+    for number, (before, own) in enumerate(pairwise(route.stages), start=1):
+        if own.kind is not StageKind.RETURN:
+            continue
+        place_m = np.array([[before.east_m, before.north_m, before.height_m]])
+        stage = np.array([number])
+        chosen = destinations.chosen(place_m, stage)
+        if chosen[0] == HOME:
+            continue
+        targets = destinations.targets(stage, chosen, place_m)
+        east_m, north_m, ground_m = targets.ground_m[0].tolist()
+        stages[number] = replace(
+            own,
+            east_m=east_m,
+            north_m=north_m,
+            height_m=ground_m,
+            above_ground_m=float(targets.above_ground_m[0]),
+            return_path=targets.paths[0] if targets.paths else None,
+        )
+        if number + 1 < len(stages):
+            stages[number + 1] = replace(stages[number + 1], east_m=east_m, north_m=north_m)
+    return replace(route, stages=tuple(stages))
 
 
 SETTING_NOT_FOLLOWED = Rule(

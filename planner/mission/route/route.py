@@ -17,11 +17,12 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Rule, Severity
-from planner.geo.geodesy import LocalFrame
+from planner.geo.geodesy import LocalFrame, distance_m
 from planner.mission.commands import Command, command_name, is_destination, is_navigation
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.stage import Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
+    LIFTS_OFF,
     TAKEOFFS,
     MissionState,
     counts_from_sea,
@@ -185,7 +186,7 @@ def make_route(
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
     firings: Mapping[int, float] | None = None,
-    continues_after_land: bool = False,
+    continues_after: frozenset[StageKind] | None = None,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -200,8 +201,9 @@ def make_route(
     firings : Mapping, optional
         Where on their legs items that conditions hold back are carried out, by position among the
         reached items; any other is dropped. [-]
-    continues_after_land : bool
-        Whether the mission continues after a landing that a take-off comes next to.
+    continues_after : frozenset of StageKind, optional
+        Stages that land and after which the mission goes on where a take-off comes next; default those of
+        the dialect's own settings.
 
     Raises
     ------
@@ -213,14 +215,16 @@ def make_route(
     order = flown_order(mission.items, dialect)
     state, findings = _begin(mission, dialect, home_amsl_m, terrain)
     state.firings = firings or {}
+    if continues_after is None:
+        continues_after = frozenset() if dialect is None else CONTINUES_AFTER[dialect]
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []
     lap_start: int | None = None
     for position, number in enumerate(order.visits):
-        if state.is_over and continues_after_land:
-            ahead = (mission.items[n - 1].command for n in order.visits[position:])
-            state.is_over = not (state.stages[-1].kind is StageKind.LAND and _takes_off_next(ahead))
+        if state.is_over and state.stages[-1].kind in continues_after:
+            ahead = (mission.items[n - 1] for n in order.visits[position:])
+            state.is_over = not _takes_off_next(state, ahead)
         if state.is_over:
             findings += _left_out(mission, state, order.visits[position:], reached)
             break
@@ -239,28 +243,50 @@ def make_route(
     return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
 
 
+CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
+    Autopilot.ARDUPILOT: frozenset({StageKind.RETURN}),
+    Autopilot.PX4: frozenset({StageKind.LAND}),
+    Autopilot.STEP: frozenset(),
+}
+"""After what landings a mission goes on as the autopilots are delivered: ``ModeAuto::rtl_run`` does not
+disarm, ``Commander::handleAutoDisarm`` not in the middle of a mission."""
 _LOOKED_AHEAD = 16
 """Places in the list from which ArduPilot looks ahead for a take-off."""
+_STRAIGHT_UP_M = 2.0
+"""So far beside its landing place PX4 is sent straight up: NAV_ACC_RAD of multicopters, within which it
+is there already. [m]"""
 
 
-def _takes_off_next(ahead: Iterable[int]) -> bool:
+def _takes_off_next(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
     """Return whether a take-off is the next navigation command but for delays.
 
     Notes
     -----
     ``AP_Mission::is_takeoff_next`` asks for the next navigation command from each place on: conditions and
-    DO_ commands are looked past, and jumps are followed.
+    DO_ commands are looked past, and jumps are followed.  PX4 flies to whatever comes next straight from
+    the ground, a take-off or not (``MissionBase::checkClimbRequired`` asks when the mission begins, not
+    after a landing in it): up, where that is over where it stands.
     """
-    places = (command for command in ahead if command not in {Command.DO_JUMP, Command.DO_JUMP_TAG})
+    places = (item for item in ahead if item.command not in {Command.DO_JUMP, Command.DO_JUMP_TAG})
     last_delay = -1
-    for place, command in enumerate(places):
-        if command in TAKEOFFS:
+    for place, item in enumerate(places):
+        if state.dialect is Autopilot.PX4 and item.command in LIFTS_OFF:
+            return _is_over(state, item)
+        if item.command in TAKEOFFS:
             return last_delay + 1 < _LOOKED_AHEAD
-        if command == Command.NAV_DELAY:
+        if item.command == Command.NAV_DELAY:
             last_delay = place
-        elif is_navigation(command):
+        elif is_navigation(item.command):
             return False
     return False
+
+
+def _is_over(state: MissionState, item: MissionItem) -> bool:
+    """Return whether an item is over where the vehicle stands."""
+    north, east = item.latitude_deg, item.longitude_deg
+    if north is None or east is None or not is_on_earth(north, east):
+        return False
+    return float(distance_m(state.latitude_deg, state.longitude_deg, north, east)) <= _STRAIGHT_UP_M
 
 
 HOME_UNKNOWN = Rule(
@@ -427,15 +453,16 @@ ITEMS_NOT_FLOWN = Rule(
     Severity.INFO,
     summary="Items after the landing or return are not flown.",
     why="Items after the end of a mission are reached by a jump or a failsafe only, or never.",
-    how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out, unless --params has "
-    "bit 2 of ArduPilot's MIS_OPTIONS set (4, continue after land) and a take-off is the next navigation "
-    "command but for NAV_DELAY (AP_Mission::is_takeoff_next): then the flight goes on.  An error "
-    "where a take-off is among those left out: a vehicle that is started again flies what is not counted; "
-    "and on PX4 where a place is: landed it stays armed in its mission and takes off to what comes next "
-    "(Commander::handleAutoDisarm).  So does ArduPilot after a return whose next navigation command is a "
-    "take-off, whatever MIS_OPTIONS (ModeAuto::verify_RTL).",
-    fix="move the items before the landing, or delete them; to land and take off again, set MIS_OPTIONS "
-    "to 4 and let the take-off follow the landing or its NAV_DELAY",
+    how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out, unless the mission goes "
+    "on there.  ArduPilot: a take-off is the next navigation command but for NAV_DELAY "
+    "(AP_Mission::is_takeoff_next), after a return that lands, whatever MIS_OPTIONS (ModeAuto::verify_RTL), "
+    "after a LAND where --params has bit 2 of MIS_OPTIONS set (4, continue after land).  PX4 after a LAND: "
+    "it stays armed (Commander::handleAutoDisarm) and the next place is within 2 m of where it stands.  An "
+    "error where a take-off is among those left out: a vehicle that is started again flies what is not "
+    "counted; and on PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
+    "without climbing first (MissionBase::checkClimbRequired; tried).",
+    fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF at "
+    "the place of the landing follow it, with MIS_OPTIONS 4 on ArduPilot",
     instead="a mission that ends with its landing",
 )
 
@@ -444,21 +471,18 @@ def _left_out(
     mission: Mission, state: MissionState, after: Sequence[int], reached: list[int]
 ) -> list[Finding]:
     """Return that items after the end of the flight are not flown."""
-    end = state.stages[-1]
-    if (
-        state.dialect is Autopilot.ARDUPILOT
-        and end.kind is StageKind.RETURN
-        and _takes_off_next(mission.items[number - 1].command for number in after)
-    ):
-        return [
-            ITEMS_NOT_FLOWN.finding(
-                f"ArduPilot takes off again after the return of item {end.item}, which is not predicted",
-                severity=Severity.ERROR,
-                item=after[0],
-                place=mission.items[after[0] - 1].place,
-            )
-        ]
     missed = sorted(set(after) - set(reached))
+    if state.dialect is Autopilot.PX4 and state.stages[-1].kind is StageKind.LAND:
+        going = (n for n in after if is_destination(mission.items[n - 1].command))
+        if (onward := next(going, None)) is not None:
+            message = (
+                "PX4 flies on from the landing at a slant from the ground, which is not predicted: put a "
+                "NAV_TAKEOFF at the place of the landing before it"
+            )
+            place = mission.items[onward - 1].place
+            return [
+                ITEMS_NOT_FLOWN.finding(message, severity=Severity.ERROR, item=onward, place=place)
+            ]
     if not missed:
         return []
     which = f"item {missed[0]}" if len(missed) == 1 else f"{len(missed)} items from {missed[0]} on"
@@ -466,21 +490,12 @@ def _left_out(
         mission.items[n - 1].command in {Command.DO_LAND_START, Command.DO_RETURN_PATH_START}
         for n in missed
     )
-    said = f"{which} after the end of the flight at item {end.item}: not flown"
     # A vehicle set to continue after a landing, or started again, flies what comes after it.
     is_flown = not landing and any(
         mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed
     )
-    if (
-        state.dialect is Autopilot.PX4
-        and end.kind is StageKind.LAND
-        and any(is_destination(mission.items[n - 1].command) for n in missed)
-    ):
-        said, is_flown = (
-            f"{which}: PX4 takes off again after the landing, which is not predicted",
-            True,
-        )
-    elif landing:
+    said = f"{which} after the end of the flight at item {state.stages[-1].item}: not flown"
+    if landing:
         said += ", reached by a failsafe only"
     return [
         ITEMS_NOT_FLOWN.finding(

@@ -72,6 +72,8 @@ _GROUND_SAMPLES, _MOST_GROUND_SAMPLES = 65, 1025
 HIGHEST_M = 10_000.0
 """No multicopter gets there; the air of the prediction ends not far above. [m]"""
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+LIFTS_OFF = TAKEOFFS | {Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME}
+"""What PX4 takes off to after a landing."""
 _LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
 """They end on the ground, whatever their altitude."""
 
@@ -500,7 +502,13 @@ class MissionState:
         ):
             message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it continues"
             self.remark(HEADING_NORTH, message)
-        self._go(_KINDS[item.command], item, hold_s=self._hold_s(item))
+        kind = StageKind.TAKEOFF if self.has_landed else _KINDS[item.command]
+        self._go(kind, item, hold_s=self._hold_s(item))
+
+    @property
+    def has_landed(self) -> bool:
+        """Whether the vehicle stands where it has landed."""
+        return bool(self.stages) and self.stages[-1].kind in {StageKind.LAND, StageKind.RETURN}
 
     def loiter_for_ever(self, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
@@ -645,8 +653,7 @@ class MissionState:
         seconds = item.param1 or 0.0
         if seconds > LONGEST_HOLD_S:
             self.refuse(item, f"a delay of {seconds:g} s is longer than any flight")
-        has_landed = bool(self.stages) and self.stages[-1].kind is StageKind.LAND
-        in_air = bool(self.stages) and not has_landed
+        in_air = bool(self.stages) and not self.has_landed
         if seconds <= 0.0:
             clock = [item.param2, item.param3, item.param4]
             if any(part is not None and part >= 0.0 for part in clock):
@@ -658,7 +665,7 @@ class MissionState:
                     message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
                 self.remark(WAIT_NOT_COUNTED, message, severity=severity)
-        elif has_landed:
+        elif self.has_landed:
             landing = self.stages[-1]
             self.stages[-1] = replace(landing, hold_s=landing.hold_s + seconds)
         elif not in_air:

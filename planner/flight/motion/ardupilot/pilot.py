@@ -224,7 +224,10 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
     if len(home) and parameters.return_final_altitude_m <= 0.0:
         ground = stages.place_m[home, 2]
         datum_m = stages.datum_m[home]
-        manoeuvres.append(landing(home * SLOTS + 3, over, ground, parameters, datum_m=datum_m))
+        wait_s = stages.hold_s[home]
+        manoeuvres.append(
+            landing(home * SLOTS + 3, over, ground, parameters, datum_m=datum_m, wait_s=wait_s)
+        )
     elif len(home):
         manoeuvres.append(
             change_of_height(

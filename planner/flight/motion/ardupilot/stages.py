@@ -40,6 +40,9 @@ _LOWEST_TAKEOFF_M = 1.0
 _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_DOWN)
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
 
+_LANDED = (StageKind.LAND, StageKind.RETURN)
+"""Stages after which the vehicle stands on the ground."""
+
 _SPLINES_LEAD_TO = (StageKind.LAND, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT)
 """``ModeAuto::get_spline_from_cmd``: a spline is flown through towards the place of any command."""
 
@@ -164,7 +167,7 @@ def stage_columns(
             parameters=parameters,
         )
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
-    landed = np.concatenate(([True], kind[:-1] == KIND_INDEX[StageKind.LAND]))
+    landed = np.concatenate(([True], is_kind(kind[:-1], *_LANDED)))
     through = is_kind(kind, StageKind.GO, StageKind.SPLINE) & (hold == 0.0)
     onward = is_kind(kind, *_NEXT_MAY_BE)
     # Splines ask for the place of the next command alone.
@@ -256,7 +259,7 @@ def _chained(
         before = end[row - 1] if row else before
         match stages[row].kind:
             case StageKind.TAKEOFF:
-                stands = row == 0 or stages[row - 1].kind is StageKind.LAND
+                stands = row == 0 or stages[row - 1].kind in _LANDED
                 end[row, :2] = before[:2]
                 end[row, 2] = max(place_m[row, 2], before[2] + _LOWEST_TAKEOFF_M * stands)
             case StageKind.DELAY:

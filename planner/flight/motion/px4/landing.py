@@ -99,7 +99,8 @@ def add_landings(
 ) -> None:
     """Add the pieces of landings.
 
-    A mission's landing disarms as it has landed, that of a return COM_DISARM_LAND later.
+    A mission's landing disarms as it has landed, or waits to take off again; that of a return disarms
+    COM_DISARM_LAND later.
 
     Notes
     -----
@@ -116,7 +117,7 @@ def add_landings(
     descents.add_to(pieces, move, time_scale)
     disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
     pieces.add_lines(
-        Places(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarm_s),
+        Places(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarm_s + landing.planned.hold_s),
         descents.touched_m(),
         is_grounded=True,
     )

@@ -292,7 +292,8 @@ class _Navigator:
                 move = self._go(index, stage, is_stop=True, hold_s=0.0)
                 yield move._replace(seen_height_m=stage.height_m, yaw_rad=math.nan)
                 self.height_m, self.is_airborne = stage.height_m, False
-                yield self._move(index, stage.item, is_stop=True, is_landing=True)
+                hold_s = stage.hold_s
+                yield self._move(index, stage.item, hold_s=hold_s, is_stop=True, is_landing=True)
             case StageKind.RETURN if stage.return_path is not None:
                 yield from self.home_along(index, stage.item, stage.return_path)
             case StageKind.RETURN:
