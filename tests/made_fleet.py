@@ -82,7 +82,7 @@ PACK = '[pack.P]\nbattery = "170Wh"\n'
 
 
 @cache
-def checked(*tables: str, **missions: Mission) -> FleetResult:
+def checked(*tables: str, what_if: bool = False, **missions: Mission) -> FleetResult:
     """Return the check of a fleet of tables; a job for each mission, called like it."""
     with TemporaryDirectory() as folder:
         jobs = ""
@@ -94,4 +94,4 @@ def checked(*tables: str, **missions: Mission) -> FleetResult:
             write_vehicle(Path(folder) / "unpowered.toml", unpowered())
         file = Path(folder) / "fleet.toml"
         file.write_text("schema = 1\n" + jobs + "\n".join(tables), encoding="utf-8")
-        return check_fleet(read_fleet(file))
+        return check_fleet(read_fleet(file), what_if=what_if)

@@ -53,9 +53,20 @@ def command() -> None:
 @click.argument("fleet", metavar="FLEET.toml", type=MISSION_PATH)
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
 @data_options("text", "json")
+@click.option(
+    "--what-if",
+    is_flag=True,
+    help="judge contingencies too: each vehicle out, pack weak, sortie late, return from anywhere",
+)
 @click.option("--exit-zero", is_flag=True, help="exit with 0 even where the fleet is a no-go")
 def check(
-    fleet: str, *, file_format: str, output: Path | None, exit_zero: bool, **options: object
+    fleet: str,
+    *,
+    file_format: str,
+    output: Path | None,
+    what_if: bool,
+    exit_zero: bool,
+    **options: object,
 ) -> ExitCode:
     """Judge a whole fleet: go or no-go.
 
@@ -73,7 +84,7 @@ def check(
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
-    result = check_fleet(read)
+    result = check_fleet(read, what_if=what_if)
     for one in result.sorties:
         show_traceback(getattr(one.result, "failure", ""))
     is_json = file_format == "json"

@@ -7,11 +7,13 @@ seconds from the beginning of the operation.
 import datetime as dt
 import math
 from collections.abc import Mapping
+from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
 
+from planner.errors import described
 from planner.setup import Setup
 from planner.values import Value, field
 from planner.vehicle.battery import Battery
@@ -39,6 +41,15 @@ chargers end, 2 to 7 % of the rate (Battery University BU-409 has 3 %).  At 1C t
 power to the end would be 60: a pack that takes longer than planned is short at its next flight. [-]"""
 
 
+class ContingencyKind(StrEnum):
+    """What may go otherwise than planned."""
+
+    VEHICLE_OUT = "vehicle-out"
+    WEAK_PACK = "weak-pack"
+    LATE = "late"
+    RETURN = "return"
+
+
 class FleetOperation(Part):
     """The operation as a whole; optional."""
 
@@ -46,6 +57,22 @@ class FleetOperation(Part):
         None
     )
     latest_s: Annotated[float | None, Key("everything has landed by then", "s", _TIME)] = None
+    must_survive: Annotated[
+        tuple[str, ...],
+        Key(
+            "contingencies that are judged without --what-if, and whose findings are errors: "
+            f"{', '.join(ContingencyKind)}"
+        ),
+    ] = ()
+
+    def inconsistencies(self) -> Problems:
+        """Yield what is no contingency."""
+        for name in self.must_survive:
+            if name not in set(ContingencyKind):
+                yield (
+                    "must_survive",
+                    f"must be of {', '.join(ContingencyKind)}, got {described(name)}",
+                )
 
 
 class Separation(Part):
@@ -358,6 +385,11 @@ class Fleet(Value):
     layers: Layers | None = None
     swap: Swap | None = None
     """``None``: no packs are given."""
+
+    @property
+    def swap_s(self) -> float:
+        """From landed to ready with another pack. [s]"""
+        return 0.0 if self.swap is None else self.swap.time_s
 
     def pad_of(self, sortie: Sortie) -> Pad | None:
         """Return the pad a sortie takes off from; ``None``: the home of its mission."""

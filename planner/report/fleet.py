@@ -22,6 +22,7 @@ from planner.report.text import (
     printable,
     table_lines,
 )
+from planner.service.fleet_contingency import takeover_text
 from planner.values import field_names
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from planner.report.json import Document
     from planner.report.text import Medium
     from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
+    from planner.service.fleet_contingency import Contingency
     from planner.service.fleet_plan import FleetPlan
 
 _TOTALS = (
@@ -44,6 +46,9 @@ _TOTALS = (
     "flight_s",
     "energy_by_state_wh",
 )
+
+
+_HOLDS = {True: "yes", False: "no", None: "not judged"}
 
 
 def fleet_text(result: FleetResult, *, medium: Medium) -> str:
@@ -85,6 +90,13 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
             for one in totals.by_vehicle
         ]
         lines += table_lines([("vehicle", "", "in the air", "energy"), *rows], alignment="<>>>")
+    if result.contingencies is not None:
+        lines.append("")
+        answers = [
+            (one.what, _HOLDS[one.holds], takeover_text(one.takeovers))
+            for one in result.contingencies
+        ]
+        lines += table_lines([("what if", "holds", "instead"), *answers], alignment="<<<")
     lines += _finding_lines(result, medium=medium)
     suppressed = (
         *(one.finding for one in result.suppressed),
@@ -130,6 +142,9 @@ def fleet_document(result: FleetResult, *, version: str) -> Document:
         "totals": values(totals, _TOTALS)
         | {"by_vehicle": [values(one, field_names(one)) for one in totals.by_vehicle]},
         "sorties": [_sortie_document(one) for one in result.sorties],
+        "contingencies": None
+        if result.contingencies is None
+        else [_contingency_document(one) for one in result.contingencies],
         "charges": [values(one, field_names(one)) for one in result.charges],
         "findings": [_finding_document(one) for one in result.findings],
         "suppressed": [
@@ -213,6 +228,13 @@ def _sortie_document(one: FlownSortie) -> Document:
         "charge": plain(one.charge),
         "charge_left": plain(one.charge_left),
         "mission": mission_document(one.result),
+    }
+
+
+def _contingency_document(one: Contingency) -> Document:
+    return values(one, ("kind", "subject", "what", "holds", "why")) | {
+        "sorties": list(one.sorties),
+        "takeovers": [values(each, field_names(each)) for each in one.takeovers],
     }
 
 

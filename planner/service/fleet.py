@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.errors import MissionFileError, UsageError
 from planner.fleet.charging import PackDay
-from planner.fleet.fleet import Fleet
+from planner.fleet.fleet import ContingencyKind, Fleet
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.mission.files import read_mission
 from planner.mission.items import Home
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from planner.fleet.fleet import Charger, Pack, Sortie
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
+    from planner.service.fleet_contingency import Contingency
     from planner.service.preflight import UnreadableMission, VerdictText
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
@@ -137,6 +138,8 @@ class FleetResult(Value):
     findings: tuple[FleetFinding, ...]
     """About several sorties or the fleet; those about one are with its check."""
     suppressed: tuple[FleetFinding, ...] = ()
+    contingencies: tuple[Contingency, ...] | None = None
+    """What becomes of it where one thing goes otherwise; ``None``: nobody asked."""
 
     @property
     def all_findings(self) -> tuple[Finding, ...]:
@@ -158,7 +161,9 @@ class FleetResult(Value):
         return verdict_text(self.verdict, self.all_findings, fail_on)
 
 
-def check_fleet(fleet: Fleet, *, checks: SortieChecks | None = None) -> FleetResult:
+def check_fleet(
+    fleet: Fleet, *, checks: SortieChecks | None = None, what_if: bool = False
+) -> FleetResult:
     """Judge a whole fleet: each sortie as `planner.check` does, then all of them together.
 
     Parameters
@@ -167,17 +172,21 @@ def check_fleet(fleet: Fleet, *, checks: SortieChecks | None = None) -> FleetRes
         As `planner.read_fleet` returns it.
     checks : SortieChecks, optional
         Of the same vehicles, packs, pads and jobs, with what has been checked already.
+    what_if : bool
+        Judge contingencies too: each vehicle out, each pack with less health, each sortie late, a return
+        of each vehicle.  Those the file names in ``must_survive`` are judged in any case.
 
     Returns
     -------
     FleetResult
-        Verdict, sorties with their checks, totals, charges and findings.
+        Verdict, sorties with their checks, totals, charges, findings and contingencies.
 
     Raises
     ------
     UsageError
         If a vehicle cannot be flown as asked, or no fleet is given.
     """
+    from planner.service.fleet_contingency import contingency_findings, judge_contingencies
     from planner.service.fleet_separation import separation_findings
     from planner.service.fleet_times import time_findings
 
@@ -185,8 +194,15 @@ def check_fleet(fleet: Fleet, *, checks: SortieChecks | None = None) -> FleetRes
     if not isinstance(given, Fleet):
         msg = f"fleet must be planner.read_fleet(path): got {given!r:.60}"
         raise UsageError(msg)
-    flown, charges = fly_sorties(fleet, checks or SortieChecks(fleet))
-    found = [*time_findings(fleet, flown, charges), *separation_findings(fleet, flown)]
+    checks = checks or SortieChecks(fleet)
+    flown, charges = fly_sorties(fleet, checks)
+    apart = [*separation_findings(fleet, flown)]
+    found = [*time_findings(fleet, flown, charges), *apart]
+    contingencies = None
+    kinds = [one for one in ContingencyKind if what_if or one in fleet.operation.must_survive]
+    if kinds:
+        contingencies = judge_contingencies(fleet, checks, flown, apart, kinds)
+        found += contingency_findings(fleet, contingencies)
     setup = next(iter(fleet.vehicles.values())).setup
     reported, suppressed = setup.selection.divide([one.finding for one in found], file=fleet.source)
     result = FleetResult(
@@ -198,6 +214,7 @@ def check_fleet(fleet: Fleet, *, checks: SortieChecks | None = None) -> FleetRes
         charges=charges,
         findings=_about(reported, found),
         suppressed=_about(suppressed, found),
+        contingencies=contingencies,
     )
     is_go = result.is_readable and all(one.result.verdict == "go" for one in flown)
     return replace(
@@ -235,9 +252,8 @@ def fly_sorties(
         one = checks.flown(sortie, charge)
         flown.append(one)
         if sortie.pack is not None:
-            swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
             # What is not known is taken for empty: then it is charged the longer.
-            day.put_down(sortie.pack, one.end_s + swap_s, one.charge_left or 0.0)
+            day.put_down(sortie.pack, one.end_s + fleet.swap_s, one.charge_left or 0.0)
     return tuple(flown), day.finish()
 
 
@@ -290,6 +306,12 @@ class SortieChecks:
         self._given = {} if missions is None else missions
         self._checked: dict[tuple[object, ...], CheckResult | UnreadableMission] = {}
 
+    def of(self, fleet: Fleet) -> SortieChecks:
+        """Return the checks of a fleet with other packs or vehicles, sharing what is alike."""
+        other = SortieChecks(fleet, self._given)
+        other._missions, other._checked = self._missions, self._checked
+        return other
+
     def flown(self, sortie: Sortie, charge: float | None) -> FlownSortie:
         """Return a sortie with its check, on a pack that is so full."""
         fleet = self._fleet
@@ -299,7 +321,9 @@ class SortieChecks:
             path,
             None if pad is None else pad.name,
             sortie.vehicle,
+            fleet.vehicles[sortie.vehicle].setup.battery_health,
             None if pack is None else pack.group,
+            None if pack is None else pack.settings.get("battery_health"),
             charge,
             fleet.jobs[sortie.job].payload_kg,
         )

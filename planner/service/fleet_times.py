@@ -183,14 +183,10 @@ def _grouped(flown: Iterable[FlownSortie], key: str) -> Mapping[str, list[FlownS
     return groups
 
 
-def _swap_s(fleet: Fleet) -> float:
-    return 0.0 if fleet.swap is None else fleet.swap.time_s
-
-
 def _packs(
     fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
 ) -> Iterator[FleetFinding]:
-    swap_s = _swap_s(fleet)
+    swap_s = fleet.swap_s
     usable = usable_chargers(fleet)
     cold = [one for one in fleet.chargers.values() if one not in usable]
     for name, sorties in _grouped(flown, "pack").items():
@@ -239,7 +235,7 @@ def _packs(
 
 
 def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
-    swap_s = _swap_s(fleet)
+    swap_s = fleet.swap_s
     for name, sorties in _grouped(flown, "vehicle").items():
         vehicle = fleet.vehicles[name]
         for one, two in pairwise(sorties):
@@ -294,7 +290,7 @@ def stands(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, Stand]:
     for one in flown:
         if (pad := fleet.pad_of(one.sortie)) is not None:
             users.setdefault(pad.name, set()).add(one.sortie.vehicle)
-    swap_s = _swap_s(fleet)
+    swap_s = fleet.swap_s
     found = {}
     for sorties in _grouped(flown, "vehicle").values():
         ends_s = [-AT_REST_S, *(one.end_s for one in sorties[:-1])]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from made_fleet import OUT, PACK, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
-from made_missions import mission, rtl
+from made_missions import item, mission, north, rtl
 from rule_cases.case import RuleCases
 
 if TYPE_CHECKING:
@@ -127,6 +127,58 @@ def layers(step_m: float) -> tuple[Finding, ...]:
     return found(tables, sortie("s1", "a", 0.0), sortie("s2", "b", 1000.0))
 
 
+def what_if(*tables: str, **missions: Mission) -> tuple[Finding, ...]:
+    """Return what is found of a fleet whose contingencies are judged."""
+    return tuple(one.finding for one in checked(*tables, what_if=True, **missions).findings)
+
+
+def spare(before_s: float) -> tuple[Finding, ...]:
+    """A vehicle and a spare one farther away; the day ends so long before the spare one would be back."""
+    tables = TWO + "[operation]\nlatest_s = {!r}\n"
+    from_b_s = checked(TWO, sortie("s1", "b", 0.0)).sorties[0].time_s
+    return what_if(tables.format(from_b_s - before_s), sortie("s1", "a", 0.0))
+
+
+def ageing(fraction: float) -> tuple[Finding, ...]:
+    """A sortie on so much of the pack that, at 90 % of its health, it leaves 20 % of."""
+    hover = mission(up(20), place(50, 0, 20, 900.0), rtl())
+    tables = pad("a", 0, 0) + vehicles("a", model="falkowski-2023-quadrotor") + SWAP
+    first = sortie("s1", "a", 0.0, more='pack = "P"')
+    taken_wh = checked(tables, PACK, first, out=hover).sorties[0].energy_wh
+    assert taken_wh is not None
+    pack = f'[pack.P]\nbattery = "{fraction * taken_wh / 0.9 / 0.8!r}Wh"\n'
+    return what_if(tables, pack, first, out=hover)
+
+
+def late(before_s: float) -> tuple[Finding, ...]:
+    """A sortie that may start 10 s late, and a day that ends so long before it then is back."""
+    [alone] = checked(ALONE, sortie("s1", "a", 0.0)).sorties
+    assert alone.assessment is not None
+    slowest_s = alone.assessment.totals.time_s_p90
+    assert slowest_s is not None
+    tables = "[separation]\nhorizontal_m = 5\nstart_error_s = 10\n"
+    tables += f"[operation]\nlatest_s = {slowest_s + 10.0 - before_s!r}\n"
+    return what_if(ALONE, tables, sortie("s1", "a", 0.0))
+
+
+def put_beside(metres: float) -> tuple[Finding, ...]:
+    """One that lands elsewhere, and another put so far beside its home while it may still return."""
+    tables = SEPARATION + SWAP + pad("a", 0, 0) + pad("b", 0, metres) + vehicles("a", "b")
+    tables += vehicles("c").replace('pad = "c"', 'pad = "b"')
+    away = mission(up(20), place(100, 0, 20, 60.0), item(21, north(100), 0.0))
+    first = sortie("s1", "a", 0.0, job="away")
+    return what_if(
+        tables, first, sortie("s2", "b", 170.0), sortie("s3", "c", 2000.0), out=OUT, away=away
+    )
+
+
+def unsure(start_error_s: float) -> tuple[Finding, ...]:
+    """Two of a model without a spread of its times, with a tolerance of their starts."""
+    model = vehicles("a", model="falkowski-2023-quadrotor")
+    tables = f"[separation]\nhorizontal_m = 5\nstart_error_s = {start_error_s!r}\n"
+    return what_if(pad("a", 0, 0) + model + tables, sortie("s1", "a", 0.0))
+
+
 CASES: Mapping[str, RuleCases] = {
     "S105": RuleCases(
         fires=lambda: pack_again(59.0),
@@ -180,6 +232,25 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: powered("arducopter-sitl-quad"),
         boundary=lambda: powered("unpowered.toml"),
         silent=lambda: charged(1.0),
+    ),
+    "S122": RuleCases(
+        fires=lambda: spare(0.1), boundary=lambda: spare(0.0), silent=lambda: spare(-10.0)
+    ),
+    "S123": RuleCases(
+        fires=lambda: ageing(0.999),
+        boundary=lambda: ageing(1.0 + 1e-9),  # exact but for rounding
+        silent=lambda: ageing(1.01),
+    ),
+    "S124": RuleCases(
+        fires=lambda: late(0.1), boundary=lambda: late(0.0), silent=lambda: late(-10.0)
+    ),
+    "S125": RuleCases(
+        fires=lambda: put_beside(7.3),
+        boundary=lambda: put_beside(7.6),  # 5 m and 2.5 m, to the 0.1 m of a return
+        silent=lambda: put_beside(8.0),
+    ),
+    "S126": RuleCases(
+        fires=lambda: unsure(0.0), boundary=lambda: unsure(0.001), silent=lambda: unsure(10.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
