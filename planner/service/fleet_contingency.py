@@ -343,7 +343,7 @@ class _Judge:
             ]
             short = [why for one in own if (why := _return_is_short(one))]
             unknown = [
-                f"the way home of {one.name} is not known"
+                f"the energy home of {one.name} is not known"
                 for one in own
                 if (
                     one.assessment is None

@@ -176,7 +176,8 @@ def unsure(start_error_s: float) -> tuple[Finding, ...]:
     """Two of a model without a spread of its times, with a tolerance of their starts."""
     model = vehicles("a", model="falkowski-2023-quadrotor")
     tables = f"[separation]\nhorizontal_m = 5\nstart_error_s = {start_error_s!r}\n"
-    return what_if(pad("a", 0, 0) + model + tables, sortie("s1", "a", 0.0))
+    first = sortie("s1", "a", 0.0, more='pack = "P"')
+    return what_if(pad("a", 0, 0) + model + tables, SWAP, PACK, first)
 
 
 CASES: Mapping[str, RuleCases] = {
