@@ -20,11 +20,12 @@ from planner.flight.motion.followed_ground import ClimbLimits, follow_ground
 from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
+from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     import numpy.typing as npt
 
@@ -196,6 +197,26 @@ def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind]
     if parameters.return_final_altitude_m <= 0.0:
         lands.add(StageKind.RETURN)
     return frozenset(lands)
+
+
+def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:
+    """Return how long an autopilot waits at items of what a vehicle carries, by their command. [s]
+
+    Notes
+    -----
+    PX4's ``MissionBlock::item_has_timeout`` and ``is_mission_item_reached_or_completed``: as long as
+    MIS_COMMAND_TOUT says, before 1.16 until the gripper has answered but no longer than MIS_PD_TO.
+    """
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    if not isinstance(parameters, Px4Parameters):
+        return {}
+    deployment_s = max(parameters.payload_wait_s, parameters.deployment_wait_s)
+    return {
+        Command.DO_GIMBAL_MANAGER_PITCHYAW: parameters.payload_wait_s,
+        Command.DO_GRIPPER: deployment_s,
+        Command.DO_WINCH: deployment_s,
+    }
 
 
 def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:

@@ -12,7 +12,7 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.flight.held_items import route_with_queue
 from planner.flight.motion.kinematics import STATES, FlightState
-from planner.flight.pilot import continues_after, flight_parameters, make_pilot
+from planner.flight.pilot import continues_after, flight_parameters, make_pilot, payload_waits_s
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
     flown_home,
@@ -447,6 +447,7 @@ def verify_flight(
             home_amsl_m=setup.home_amsl_m,
             firings=firings,
             continues_after=continues_after(flown_with),
+            payload_waits_s=payload_waits_s(flown_with),
         ),
         pilot,
     )

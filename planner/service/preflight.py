@@ -33,6 +33,7 @@ from planner.flight.pilot import (
     flight_parameters,
     make_pilot,
     own_parameters_of,
+    payload_waits_s,
 )
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.returns.destination import make_destinations, with_own_returns
@@ -237,6 +238,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             terrain=setup.terrain,
             firings=firings,
             continues_after=continues_after(own_parameters),
+            payload_waits_s=payload_waits_s(own_parameters),
         )
         if setup.speed_m_s is None:
             return route

@@ -9,6 +9,7 @@ import pytest
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 from pymavlink.dialects.v20 import ardupilotmega, common
 
+import planner
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.commands import (
@@ -23,6 +24,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import FenceAction, Route, StageKind
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -210,3 +212,125 @@ def test_what_the_autopilot_skips_is_no_go_only_where_it_is_not_known_who_flies(
     for dialect, severity in ((Autopilot.ARDUPILOT, Severity.WARNING), (None, Severity.ERROR)):
         found = make_route(mission(TAKEOFF, set_mode, LEG, rtl()), dialect=dialect).findings
         assert [one.severity for one in found if one.code == "T102"] == [severity]
+
+
+WITHOUT_MOTION = {
+    Autopilot.ARDUPILOT: {
+        # "do-commands always return true for verify"
+        "AP_Mission::verify_command": """
+            DO_SET_RELAY DO_REPEAT_RELAY DO_SET_SERVO DO_REPEAT_SERVO DO_DIGICAM_CONFIGURE
+            DO_DIGICAM_CONTROL DO_SET_CAM_TRIGG_DIST DO_SET_RESUME_REPEAT_DIST
+            DO_GIMBAL_MANAGER_PITCHYAW IMAGE_START_CAPTURE IMAGE_STOP_CAPTURE VIDEO_START_CAPTURE
+            VIDEO_STOP_CAPTURE SET_CAMERA_ZOOM SET_CAMERA_FOCUS SET_CAMERA_SOURCE
+        """,
+        # "do commands (always return true)"; a place to look at turns the vehicle, not its way
+        "ModeAuto::verify_command": """
+            DO_SET_ROI DO_SET_ROI_LOCATION DO_SET_ROI_NONE DO_MOUNT_CONTROL DO_GUIDED_LIMITS
+            DO_LAND_START DO_RETURN_PATH_START
+        """,
+        # They hold back the DO_ commands behind them, not the navigation command that is flown.
+        "AP_Mission::advance_current_do_cmd": "CONDITION_DELAY CONDITION_DISTANCE CONDITION_YAW",
+        # In no version's parser, or in some only: camera and gimbal commands by MAVLink's definition.
+        "common.xml": """
+            DO_SET_ROI_SYSID DO_SET_CAM_TRIGG_INTERVAL DO_MOUNT_CONFIGURE SET_CAMERA_MODE
+            CAMERA_TRACK_POINT CAMERA_TRACK_RECTANGLE CAMERA_STOP_TRACKING
+        """,
+    },
+    Autopilot.PX4: {
+        # "Action Commands that doesn't have timeout completes instantaneously": return true
+        "MissionBlock::is_mission_item_reached_or_completed": """
+            DO_SET_ACTUATOR DO_LAND_START DO_TRIGGER_CONTROL DO_DIGICAM_CONTROL IMAGE_START_CAPTURE
+            IMAGE_STOP_CAPTURE VIDEO_START_CAPTURE VIDEO_STOP_CAPTURE DO_CONTROL_VIDEO
+            DO_MOUNT_CONFIGURE DO_MOUNT_CONTROL DO_GIMBAL_MANAGER_CONFIGURE NAV_ROI DO_SET_ROI
+            DO_SET_ROI_LOCATION DO_SET_ROI_WPNEXT_OFFSET DO_SET_ROI_NONE DO_SET_CAM_TRIGG_DIST
+            OBLIQUE_SURVEY DO_SET_CAM_TRIGG_INTERVAL SET_CAMERA_MODE SET_CAMERA_ZOOM SET_CAMERA_FOCUS
+        """,
+        # Waits MIS_COMMAND_TOUT, which is 0 unless it is set.
+        "MissionBlock::item_has_timeout": "DO_GIMBAL_MANAGER_PITCHYAW",
+    },
+}
+"""Where the autopilots' sources say that a command neither moves nor holds the vehicle."""
+REFUSED = {Support.REFUSED, Support.BLOCKS_ARMING}
+
+
+@pytest.mark.parametrize("autopilot", WITHOUT_MOTION)
+def test_every_command_is_flown_told_refused_or_without_motion_by_the_source(
+    autopilot: Autopilot,
+) -> None:
+    still = {name for names in WITHOUT_MOTION[autopilot].values() for name in names.split()}
+    frames = (2, 3) if autopilot is Autopilot.PX4 else (3,)
+    for number, name in DIALECTS.items():
+        if support(number, autopilot) in REFUSED:
+            assert name not in still
+            continue
+        if command_effect(number) is CommandEffect.NO_EFFECT:
+            assert name in still, f"no source says that {name} does not move {autopilot.label}"
+        for frame in frames:
+            if support(number, autopilot, frame=frame) in REFUSED:
+                continue
+            # Laps of a jump, a circle of two turns, a wait of 2 s, a speed of 3 m/s.
+            first = 1.0 if number == Command.DO_CHANGE_SPEED else 2.0
+            one = item(number, north(200), 55.0, params=(first, 3.0, 0.0, 0.0), frame=frame)
+            tags = item(600, params=(2.0, 0.0, 0.0, 0.0), frame=2)
+            route = flown(TAKEOFF, tags, one, LEG, rtl(), dialect=autopilot)
+            plain = flown(TAKEOFF, tags, item(206, frame=2), LEG, rtl(), dialect=autopilot)
+            told = [finding for finding in route.findings if finding.item == 3]
+            has_effect = (
+                route.stages != plain.stages
+                or len(route.reached) > len(plain.reached)
+                or route.fence_switches != plain.fence_switches
+            )
+            if name in still:
+                assert not told, name
+                assert not has_effect, name
+            else:
+                # A tag is where jumps lead to: by itself it is nothing.
+                assert told or has_effect or number == Command.JUMP_TAG, (name, frame)
+
+
+@pytest.mark.parametrize(
+    ("command", "settings", "wait_s"),
+    [
+        # MissionBlock::item_has_timeout: flown by PX4 with 5 s, the gimbal's item took 5.04 s.
+        (1000, {"MIS_COMMAND_TOUT": 5.0}, 5.0),
+        (211, {"MIS_COMMAND_TOUT": 5.0}, 5.0),
+        (42600, {"MIS_COMMAND_TOUT": 5.0}, 5.0),
+        (205, {"MIS_COMMAND_TOUT": 5.0}, 0.0),
+        (1000, {"MIS_COMMAND_TOUT": 0.0}, 0.0),
+        (211, {"MIS_PD_TO": 4.0}, 4.0),
+        (1000, {"MIS_PD_TO": 4.0}, 0.0),
+    ],
+)
+def test_px4_waits_for_what_it_carries(
+    command: int, settings: dict[str, float], wait_s: float
+) -> None:
+    given = ParameterSet(
+        source="px4.params",
+        values={name: ParameterValue(value) for name, value in settings.items()},
+        stack=Autopilot.PX4,
+    )
+    vehicle = planner.load_vehicle("px4-sih-quad")
+
+    def time_s(*items: MissionItem) -> float:
+        result = planner.check(mission(*items), vehicle, parameters=given, position_noise_m=0.0)
+        assert result.totals is not None
+        return result.totals.time_s
+
+    # Before the landing the vehicle nearly stands: what is left to fly is flown within the wait.
+    place, land = waypoint(60.0, 20.0), item(21, north(60), 0.0)
+    moves_nothing = time_s(TAKEOFF, place, land)
+    carries = time_s(TAKEOFF, place, item(command, frame=2), land)
+    assert carries - moves_nothing == pytest.approx(wait_s, abs=0.05)
+
+
+def test_a_wait_for_the_load_is_only_in_the_air() -> None:
+    waits = {int(Command.DO_GRIPPER): 5.0}
+    grip = item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0))
+    held = [
+        make_route(mission(*items, rtl()), dialect=Autopilot.PX4, payload_waits_s=waits).stages
+        for items in ((grip, TAKEOFF, LEG), (TAKEOFF, LEG, grip))
+    ]
+    assert [[stage.hold_s for stage in stages] for stages in held] == [
+        [0.0] * 3,
+        [0.0, 0.0, 5.0, 0.0],
+    ]

@@ -29,7 +29,6 @@ _COPTER = {
     "LOG_FILE_DSRMROT": 1,  # a log each flight
 }
 _PX4 = {
-    "SIH_NOISE": 0,
     "SIH_KDV": 0.15,  # as the shipped model was flown
     "COM_ARM_AUTH_REQ": 1,
     "COM_ARM_AUTH_ID": 245,
@@ -234,6 +233,7 @@ def start_px4(binary: Path, folder: Path, *, instance: int, speed: float) -> Bui
         "PX4_SIMULATOR": "sihsim",
         "PX4_SIM_SPEED_FACTOR": str(speed),
         "HEADLESS": "1",
+        "SIH_NOISE": "0.02",  # a fraction; the clock of this build stands still with none
         **{f"PX4_PARAM_{name}": str(value) for name, value in _PX4.items()},
     }
     order = [str(programs / "px4"), "-d", "-i", str(instance), "-w", str(folder), str(etc)]

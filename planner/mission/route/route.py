@@ -187,6 +187,7 @@ def make_route(
     terrain: TerrainGrid | None = None,
     firings: Mapping[int, float] | None = None,
     continues_after: frozenset[StageKind] | None = None,
+    payload_waits_s: Mapping[int, float] | None = None,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -204,6 +205,8 @@ def make_route(
     continues_after : frozenset of StageKind, optional
         Stages that land and after which the mission goes on where a take-off comes next; default those of
         the dialect's own settings.
+    payload_waits_s : Mapping, optional
+        How long the vehicle waits at items of what it carries, by their command. [s]
 
     Raises
     ------
@@ -217,6 +220,7 @@ def make_route(
     state.firings = firings or {}
     if continues_after is None:
         continues_after = frozenset() if dialect is None else CONTINUES_AFTER[dialect]
+    state.payload_waits_s = payload_waits_s or {}
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []

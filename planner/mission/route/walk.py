@@ -353,6 +353,8 @@ class MissionState:
     firings: Mapping[int, float] = field(default_factory=dict)
     """Of items held back, by their position among the reached, how far along its leg each is carried
     out; one that is not among them is dropped. [-]"""
+    payload_waits_s: Mapping[int, float] = field(default_factory=dict)
+    """By command. [s]"""
     visit: int = -1
     """Position of the item being followed among the reached."""
     conditions: list[Condition] = field(default_factory=list)
@@ -648,12 +650,16 @@ class MissionState:
             )
         )
 
+    @property
+    def _in_air(self) -> bool:
+        return bool(self.stages) and not self.has_landed
+
     def delay(self, item: MissionItem) -> None:
         """Wait for a time, or until a time of day."""
         seconds = item.param1 or 0.0
         if seconds > LONGEST_HOLD_S:
             self.refuse(item, f"a delay of {seconds:g} s is longer than any flight")
-        in_air = bool(self.stages) and not self.has_landed
+        in_air = self._in_air
         if seconds <= 0.0:
             clock = [item.param2, item.param3, item.param4]
             if any(part is not None and part >= 0.0 for part in clock):
@@ -787,6 +793,9 @@ class MissionState:
 
     def pass_by(self, item: MissionItem) -> None:
         """Follow an item that is no flight of its own, or none that is predicted."""
+        wait_s = self.payload_waits_s.get(item.command, 0.0) if self._in_air else 0.0
+        if wait_s > 0.0:
+            self._add(replace(self._stage(StageKind.DELAY), hold_s=wait_s))
         effect = command_effect(item.command)
         if effect is CommandEffect.NO_EFFECT or item.command in {
             Command.DO_JUMP,
@@ -802,6 +811,8 @@ class MissionState:
         elif is_destination(item.command) and self.has_place(item):
             self._go(StageKind.GO, item)
             assumed = "a straight flight to its place is assumed"
+        elif wait_s > 0.0:
+            assumed = f"a wait of {quantity.duration(wait_s)} is predicted, no change of mass"
         else:
             assumed = "0 s and 0 Wh are assumed"
         self.remark(
