@@ -6,6 +6,10 @@ MADE := .venv/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
 VEHICLE := falkowski-2023-quadrotor
 
+# Compiled modules are kept, whatever the shell says: each worker and each process that a test
+# starts would compile them all again.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme rules models clean
 
 help: ## say what can be made
@@ -36,7 +40,7 @@ lint: $(MADE)
 	$(BIN)/ruff check
 
 types: $(MADE)
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 
 layers: $(MADE)
 	$(BIN)/lint-imports
@@ -93,3 +97,4 @@ models: $(MADE) ## identify the shipped models anew: make models FLIGHTS=folder
 
 clean: ## remove the environment and every cache
 	rm -rf .venv dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find planner tests -name __pycache__ -prune -exec rm -r {} +

@@ -8,7 +8,10 @@ spline or a circle, with all the places that bend it.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -131,15 +134,20 @@ def _is_passed(item: MissionItem) -> bool:
     return item.command in {16, _SPLINE} and not item.param1
 
 
-def is_covered(wanted: Sample, flown: Iterable[Sample], *, within_m: float) -> bool:
-    """Return whether some sample lies at the place with the same state."""
-    return any(
-        one.state == wanted.state
-        and abs(one.east_m - wanted.east_m) <= within_m
-        and abs(one.north_m - wanted.north_m) <= within_m
-        and abs(one.height_m - wanted.height_m) <= within_m
-        for one in flown
-    )
+def uncovered(
+    wanted: Iterable[Sample], flown: Iterable[Sample], *, within_m: float
+) -> list[Sample]:
+    """Return the samples at whose place no other lies with the same state."""
+    places = defaultdict(list)
+    for one in flown:
+        places[one.state].append(one[:3])
+    arrays = {state: np.array(of) for state, of in places.items()}
+    return [
+        one
+        for one in wanted
+        if one.state not in arrays
+        or not (np.abs(arrays[one.state] - one[:3]) <= within_m).all(axis=1).any()
+    ]
 
 
 def _place(mission: Mission, item: MissionItem) -> tuple[float, float, float]:

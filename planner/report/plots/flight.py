@@ -15,6 +15,7 @@ from planner.report.plots.picture_files import (
     RED,
     STATE_COLOURS,
     Chart,
+    inline_rows,
     load_altair,
     styled,
 )
@@ -80,9 +81,7 @@ def altitude_panel(tables: FlightTables) -> Chart:
     x = _time_axis(tables)
     y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
     y = y.scale(zero=False, domain=_heights_m(tables), nice=False)
-    home = alt.Chart(alt.InlineData(values=[{"home_amsl_m": round(home_m, 2)}])).encode(
-        y="home_amsl_m:Q"
-    )
+    home = alt.Chart(inline_rows([{"home_amsl_m": round(home_m, 2)}])).encode(y="home_amsl_m:Q")
     layers = [
         home.mark_rule(strokeDash=[2, 3]),
         home.mark_text(dy=-6).encode(
@@ -147,7 +146,7 @@ def power_panel(tables: FlightTables) -> Chart:
             .encode(x=_time_axis(tables), y=alt.Y("power_w:Q").title("Power [W]"))
         )
     layers.append(
-        alt.Chart(alt.InlineData(values=named))
+        alt.Chart(inline_rows(named))
         .mark_text(baseline="top", dy=4, fillOpacity=has_room)
         .encode(x="middle_min:Q", y=alt.value(0), text="state:N")
     )
@@ -199,14 +198,14 @@ def energy_panel(tables: FlightTables) -> Chart:
             curve(alt.NamedData("returns"), "needed_wh", _NEEDED),
         ]
     if (tightest := tightest_row(tables)) is not None:
-        point = alt.Chart(alt.InlineData(values=[tightest])).encode(x=x, y="needed_wh:Q")
+        point = alt.Chart(inline_rows([tightest])).encode(x=x, y="needed_wh:Q")
         layers += [
             point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
             point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
         ]
     if battery is not None:
         for row, dashes in zip(limit_rows(battery), ([1, 0], [2, 3]), strict=True):
-            limit = alt.Chart(alt.InlineData(values=[row])).encode(y="energy_wh:Q")
+            limit = alt.Chart(inline_rows([row])).encode(y="energy_wh:Q")
             layers += [
                 limit.mark_rule(strokeWidth=1.2, strokeDash=dashes),
                 limit.mark_text(align="left", baseline="bottom", dx=4, dy=-2).encode(

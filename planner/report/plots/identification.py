@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.identify.manoeuvres import simulated_answers
-from planner.report.plots.picture_files import BLUE, GREY, Chart, load_altair, styled
+from planner.report.plots.picture_files import BLUE, GREY, Chart, inline_rows, load_altair, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,7 +82,7 @@ def _response(response: ResponseEvidence) -> Chart:
                 for t, v in zip(since_s[::step].tolist(), values[::step].tolist(), strict=True)
             ]
     layers = [
-        alt.Chart(alt.InlineData(values=rows))
+        alt.Chart(inline_rows(rows))
         .mark_line(strokeWidth=1.2)
         .encode(
             x=alt.X("time_s:Q").title("Time after the command [s]").scale(nice=False),
@@ -92,9 +92,7 @@ def _response(response: ResponseEvidence) -> Chart:
         )
     ]
     if response.window_s is not None:
-        rule = alt.Chart(alt.InlineData(values=[{"time_s": response.window_s}])).encode(
-            x="time_s:Q"
-        )
+        rule = alt.Chart(inline_rows([{"time_s": response.window_s}])).encode(x="time_s:Q")
         layers += [
             rule.mark_rule(strokeDash=[2, 3]),
             rule.mark_text(align="right", dx=-4, baseline="top").encode(
@@ -188,7 +186,7 @@ def _points_and_law(
     ]
     x_axis = alt.X("x:Q").title(titles[0]).scale(zero=False)
     y_axis = alt.Y("y:Q").title(titles[1]).scale(zero=False)
-    measured = alt.Chart(alt.InlineData(values=rows))
+    measured = alt.Chart(inline_rows(rows))
     layers = [
         measured.mark_rule(color=GREY, strokeWidth=1.5).encode(
             x=x_axis, y=alt.Y("low:Q").title(titles[1]), y2="high:Q"
@@ -203,7 +201,7 @@ def _points_and_law(
             for x, y in zip(law[0].tolist(), law[1].tolist(), strict=True)
         ]
         layers.append(
-            alt.Chart(alt.InlineData(values=line))
+            alt.Chart(inline_rows(line))
             .mark_line(color=BLUE, strokeWidth=1.8)
             .encode(x=x_axis, y=y_axis, strokeDash=alt.StrokeDash("what:N").title("Law"))
         )
@@ -227,7 +225,7 @@ def verification_figure(one: Verification, *, title: str = "") -> Chart:
     rows = _rows(one.flown, _FLOWN) + _rows(one.foreseen, _PREDICTED)
     styles = {_FLOWN: _CURVES[_FLOWN], _PREDICTED: _CURVES[_MODEL]}
     panels = [
-        alt.Chart(alt.InlineData(values=rows, name="flights"))
+        alt.Chart(inline_rows(rows, name="flights"))
         .mark_line(strokeWidth=1.5)
         .encode(
             x=alt.X("time_s:Q").title("Time [s]").scale(nice=False),

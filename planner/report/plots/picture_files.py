@@ -38,6 +38,13 @@ def _load(name: str) -> ModuleType:
         raise UsageError(_MISSING) from error
 
 
+def inline_rows(rows: Sequence[dict[str, Any]], **options: str) -> Chart:
+    """Return rows as the data of a chart, unchecked: a look at every value costs more than drawing it."""
+    data = load_altair().InlineData(values=[], **options)
+    data.values = rows
+    return data
+
+
 Scheme = Literal["light", "dark", "page"]
 """``page``: the ink is that of the page around the picture, whatever it is."""
 

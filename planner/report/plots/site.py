@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner import quantity
-from planner.report.plots.picture_files import BLUE, GREEN, ORANGE, PURPLE, RED, Chart, load_altair
+from planner.report.plots.picture_files import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    Chart,
+    inline_rows,
+    load_altair,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -113,7 +122,7 @@ def map_panel(tables: FlightTables) -> Chart:
     )
     if not crowded:
         layers.append(
-            layer(alt.InlineData(values=_label_rows(marks, view)))
+            layer(inline_rows(_label_rows(marks, view)))
             .mark_text(align="left", baseline="bottom", dx=6, dy=-5, clip=True)
             .encode(text="label:N")
         )
@@ -206,7 +215,7 @@ def _bounds(rows: Sequence[Row]) -> tuple[FloatArray, FloatArray]:
 def _compass_layers(result: CheckResult) -> list[Chart]:
     """Return what says where north is, and where the wind blows to, in the corners of the map."""
     alt = load_altair()
-    one = alt.Chart(alt.InlineData(values=[{}]))
+    one = alt.Chart(inline_rows([{}]))
     layers = [
         one.mark_text(align="center", fontSize=13).encode(
             x=alt.value(14), y=alt.value(14), text=alt.value("N ↑")

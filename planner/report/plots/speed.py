@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from planner.report.plots.picture_files import BLUE, ORANGE, Chart, load_altair
+from planner.report.plots.picture_files import BLUE, ORANGE, Chart, inline_rows, load_altair
 
 if TYPE_CHECKING:
     from planner.service.speed import SpeedCurve
@@ -39,7 +39,7 @@ def speed_figure(curve: SpeedCurve) -> Chart:
     x = alt.X("speed_m_s:Q").title("Cruise speed [m/s]").scale(zero=False, nice=False)
     marks: list[Chart] = []
     for number, (speed_m_s, several) in enumerate(sorted(names.items())):
-        rule = alt.Chart(alt.InlineData(values=[{"speed_m_s": speed_m_s}])).encode(x="speed_m_s:Q")
+        rule = alt.Chart(inline_rows([{"speed_m_s": speed_m_s}])).encode(x="speed_m_s:Q")
         align, dx = ("left", 3) if speed_m_s < middle_m_s else ("right", -3)  # none beyond an edge
         marks += [
             rule.mark_rule(strokeDash=[2, 3]),
@@ -52,7 +52,7 @@ def speed_figure(curve: SpeedCurve) -> Chart:
     return alt.vconcat(
         *(
             alt.layer(
-                alt.Chart(alt.InlineData(values=rows))
+                alt.Chart(inline_rows(rows))
                 .mark_line(color=colour, strokeWidth=1.8)
                 .encode(x=x, y=alt.Y(f"{column}:Q").title(title).scale(zero=False)),
                 *marks,

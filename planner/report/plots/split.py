@@ -18,6 +18,7 @@ from planner.report.plots.picture_files import (
     RED,
     SKY,
     Chart,
+    inline_rows,
     load_altair,
 )
 from planner.report.plots.site import HEIGHT, WIDTH, fence_layer, ground_axes, ground_view
@@ -56,7 +57,7 @@ def split_map_figure(split: Split) -> Chart:
     x, y = ground_axes(view)
 
     def layer(rows: list[Row]) -> Chart:
-        return alt.Chart(alt.InlineData(values=rows)).encode(x=x, y=y)
+        return alt.Chart(inline_rows(rows)).encode(x=x, y=y)
 
     layers = []
     if fence:
@@ -112,7 +113,7 @@ def split_energy_figure(split: Split) -> Chart:
     y = alt.Y("part:O").title("Part")
     marked = "; mark: the reserve begins" if any("limit_wh" in row for row in rows) else ""
     x = alt.X("energy_wh:Q").title(f"Energy [Wh]{marked}").scale(zero=True)
-    bars = alt.Chart(alt.InlineData(values=rows)).encode(y=y)
+    bars = alt.Chart(inline_rows(rows)).encode(y=y)
     layers = [
         bars.mark_bar(color=SKY, height={"band": 0.7}).encode(x=x),
         bars.mark_text(align="left", baseline="middle", dx=5, color=_ON_COLOURS).encode(
