@@ -23,7 +23,7 @@ from planner.cli.output import (
     standard_medium,
     write_data,
 )
-from planner.errors import ExitCode, FleetFileError
+from planner.errors import ExitCode, FleetFileError, UsageError
 from planner.setting import Group
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.fleet.fleet import Fleet
+    from planner.service.fleet import FleetResult
+    from planner.service.fleet_plan import FleetPlan
 
 _OF_VEHICLES = (
     "vehicle",
@@ -42,6 +44,13 @@ _OF_VEHICLES = (
     "per_file_ignores",
 )
 """Settings that each vehicle, pad and job has of its own."""
+
+
+_REPORT = path_option(
+    "--report",
+    metavar="FILE.html",
+    help="write the fleet as a page as well: timeline, map over time, energy, distances",
+)
 
 
 @click.group("fleet", short_help="Judge several vehicles, packs and jobs together.")
@@ -58,6 +67,7 @@ def command() -> None:
     is_flag=True,
     help="judge contingencies too: each vehicle out, pack weak, sortie late, return from anywhere",
 )
+@_REPORT
 @click.option("--exit-zero", is_flag=True, help="exit with 0 even where the fleet is a no-go")
 def check(
     fleet: str,
@@ -65,6 +75,7 @@ def check(
     file_format: str,
     output: Path | None,
     what_if: bool,
+    report: Path | None,
     exit_zero: bool,
     **options: object,
 ) -> ExitCode:
@@ -81,6 +92,7 @@ def check(
     from planner.service.fleet import check_fleet
 
     refuse_overwriting(output, (fleet,))
+    _refuse_report(report, fleet, output)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
@@ -94,6 +106,7 @@ def check(
         else fleet_text(result, medium=standard_medium(output)),
         output=output,
     )
+    _write_report(result, report)
     if not result.is_readable:
         return ExitCode.UNUSABLE
     return ExitCode.GO if result.verdict == "go" or exit_zero else ExitCode.NO_GO
@@ -123,6 +136,7 @@ def check(
 @click.option("--force", is_flag=True, help="write over files that are there already")
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
 @format_option("text", "json")
+@_REPORT
 def plan(
     fleet: str,
     *,
@@ -131,6 +145,7 @@ def plan(
     effort_s: float,
     force: bool,
     file_format: str,
+    report: Path | None,
     **options: object,
 ) -> ExitCode:
     """Plan who flies what when, on which pack.
@@ -145,6 +160,7 @@ def plan(
     from planner.report.fleet import plan_json, plan_text
     from planner.service.fleet_plan import plan_fleet, write_plan
 
+    _refuse_report(report, fleet)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
@@ -158,7 +174,34 @@ def plan(
         else plan_text(made, medium=standard_medium())
     )
     narrate(f"the plan is in {file}")
+    _write_report(made.result, report, made)
     return ExitCode.GO
+
+
+def _refuse_report(report: Path | None, fleet: str, output: Path | None = None) -> None:
+    """Raise ``UsageError`` where the page cannot be written, before anything is checked."""
+    if report is None:
+        return
+    from planner.report.html.page import refuse_without_libraries
+
+    if report == output:
+        msg = "--output and --report name the same file: give them one each"
+        raise UsageError(msg)
+    refuse_overwriting(report, (fleet,))
+    refuse_without_libraries()
+
+
+def _write_report(result: FleetResult, report: Path | None, plan: FleetPlan | None = None) -> None:
+    """Write a fleet as a page, where that is asked for."""
+    if report is None:
+        return
+    from datetime import UTC, datetime
+
+    from planner.report.html.fleet import fleet_html
+
+    page = fleet_html(result, version=__version__, made_at=datetime.now(UTC), plan=plan)
+    write_data(page, output=report)
+    narrate(f"the page is in {report}")
 
 
 def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:

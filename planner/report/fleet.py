@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.report.json import (
+    checks_document,
     envelope,
     finding_document,
     json_text,
@@ -146,6 +147,7 @@ def fleet_document(result: FleetResult, *, version: str) -> Document:
         if result.contingencies is None
         else [_contingency_document(one) for one in result.contingencies],
         "charges": [values(one, field_names(one)) for one in result.charges],
+        "checks": checks_document(result.checked),
         "findings": [_finding_document(one) for one in result.findings],
         "suppressed": [
             _finding_document(one) | {"suppression": one.finding.suppression}

@@ -25,12 +25,15 @@ from planner.rules.fenced_flight import make_fenced_flight
 from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from planner.arrays import FloatArray, IntArray
     from planner.flight.prediction import Trace
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.stage import Stage
     from planner.report.plots.picture_files import Chart
     from planner.rules.assessment import Assessment
+    from planner.service.fleet import FleetResult
     from planner.service.preflight import CheckResult
 
 
@@ -169,12 +172,14 @@ def place_rows(assessment: Assessment) -> list[Row]:
     return [home | {"short": "H"}, *rally]
 
 
-def fence_outlines(assessment: Assessment) -> list[tuple[bool, FloatArray, FloatArray]]:
+def fence_outlines(
+    assessment: Assessment, frame: LocalFrame | None = None
+) -> list[tuple[bool, FloatArray, FloatArray]]:
     """Return whether each area of the fence is to be kept inside, and its closed outline.
 
-    East and north of home. (n,) [m]
+    East and north of home, or in another frame. (n,) [m]
     """
-    fence, frame = assessment.mission.fence, assessment.route.frame
+    fence, frame = assessment.mission.fence, frame or assessment.route.frame
     if fence is None:
         return []
     found = []
@@ -197,11 +202,28 @@ def fence_outlines(assessment: Assessment) -> list[tuple[bool, FloatArray, Float
 
 def fence_rows(assessment: Assessment) -> list[Row]:
     """Return the outlines of the fence's areas, closed, a row per point."""
+    return outline_rows(fence_outlines(assessment))
+
+
+def outline_rows(outlines: Sequence[tuple[bool, FloatArray, FloatArray]]) -> list[Row]:
+    """Return closed outlines, a row per point."""
     return [
         {"area": number, "kind": "stay inside" if is_inside else "keep out"} | row
-        for number, (is_inside, *line_m) in enumerate(fence_outlines(assessment), start=1)
+        for number, (is_inside, *line_m) in enumerate(outlines, start=1)
         for row in _line_rows(*line_m)
     ]
+
+
+def fleet_outlines(
+    result: FleetResult, frame: LocalFrame
+) -> list[tuple[bool, FloatArray, FloatArray]]:
+    """Return the areas of all fences of a fleet as of one, those of several sorties once."""
+    fences = {
+        one.assessment.mission.fence: one.assessment
+        for one in result.sorties
+        if one.assessment is not None and one.assessment.mission.fence is not None
+    }
+    return [area for one in fences.values() for area in fence_outlines(one, frame)]
 
 
 def _line_rows(east_m: FloatArray, north_m: FloatArray) -> list[Row]:
@@ -326,14 +348,14 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
 def with_data(chart: Chart, tables: FlightTables) -> Chart:
     """Return a chart with the rows it names: it can be shown as it is."""
     # Set as an item: a property would have every row checked.
-    chart["datasets"] = named_rows(chart.to_dict(validate=False), tables)
+    chart["datasets"] = named_rows(chart.to_dict(validate=False), tables.named)
     return chart
 
 
-def named_rows(spec: dict[str, Any], tables: FlightTables) -> dict[str, list[Row]]:
+def named_rows(spec: dict[str, Any], tables: Mapping[str, list[Row]]) -> dict[str, list[Row]]:
     """Return the rows that the specification of a chart names."""
     text = str(spec)
-    return {name: rows for name, rows in tables.named.items() if f"'name': '{name}'" in text}
+    return {name: rows for name, rows in tables.items() if f"'name': '{name}'" in text}
 
 
 def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[Row]:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from planner.fleet.fleet import Charger, Pack, Sortie
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
+    from planner.rules.ledger import LedgerEntry
     from planner.service.fleet_contingency import Contingency
     from planner.service.preflight import UnreadableMission, VerdictText
     from planner.setup import Setup
@@ -140,6 +141,8 @@ class FleetResult(Value):
     suppressed: tuple[FleetFinding, ...] = ()
     contingencies: tuple[Contingency, ...] | None = None
     """What becomes of it where one thing goes otherwise; ``None``: nobody asked."""
+    checked: tuple[LedgerEntry, ...] = ()
+    """What became of each rule about several sorties or the fleet, by its code."""
 
     @property
     def all_findings(self) -> tuple[Finding, ...]:
@@ -187,6 +190,7 @@ def check_fleet(
         If a vehicle cannot be flown as asked, or no fleet is given.
     """
     from planner.service.fleet_contingency import contingency_findings, judge_contingencies
+    from planner.service.fleet_ledger import fleet_checks
     from planner.service.fleet_separation import separation_findings
     from planner.service.fleet_times import time_findings
 
@@ -215,6 +219,7 @@ def check_fleet(
         findings=_about(reported, found),
         suppressed=_about(suppressed, found),
         contingencies=contingencies,
+        checked=fleet_checks(fleet, flown, found),
     )
     is_go = result.is_readable and all(one.result.verdict == "go" for one in flown)
     return replace(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _STEP_S = 0.5
 _SAMPLES = 4000
 """Of the distance of a pair, before the least is looked for between them."""
-_POINTS = 240
+_POINTS = 180
 _MOST_PAIRS = 6
 """Curves in a picture that can be told apart."""
 _FINER = 21

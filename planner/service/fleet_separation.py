@@ -38,7 +38,7 @@ from planner.service.separation import (
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.fleet.approach import ClosestApproach
@@ -464,19 +464,24 @@ def _apart(approach: ClosestApproach) -> str:
 
 
 def _same_system_ids(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
-    ids: dict[float, str] = {}
-    for name in dict.fromkeys(one.sortie.vehicle for one in flown):
-        vehicle = fleet.vehicles[name]
-        given = vehicle.system_id
-        if given is None:
-            found = system_id(vehicle.setup.parameters)
-            given = None if found is None else int(found[0])
-        if given is None:
-            continue
+    ids: dict[int, str] = {}
+    for name, given in known_system_ids(fleet, flown).items():
         if given in ids:
-            message = f"{name} and {ids[given]} both have system id {given:g}"
+            message = f"{name} and {ids[given]} both have system id {given}"
             yield FleetFinding(finding=DUPLICATE_SYSTEM_ID.finding(message))
         ids.setdefault(given, name)
+
+
+def known_system_ids(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, int]:
+    """Return the system id of each vehicle that flies, as the fleet file or its parameters give it."""
+    ids = {}
+    for name in dict.fromkeys(one.sortie.vehicle for one in flown):
+        vehicle = fleet.vehicles[name]
+        found = system_id(vehicle.setup.parameters)
+        given = vehicle.system_id or (None if found is None else int(found[0]))
+        if given is not None:
+            ids[name] = given
+    return ids
 
 
 def _layer_steps(fleet: Fleet, separation: Separation) -> Iterator[FleetFinding]:

@@ -13,7 +13,7 @@ import numpy as np
 from planner.fleet.fleet import Separation
 from planner.flight.prediction import used_energy_wh
 from planner.service.fleet_pairs import APART_CODES, closest_pairs
-from planner.service.fleet_separation import members
+from planner.service.fleet_separation import RETURN_CROSSES, members
 from planner.service.fleet_times import pad_stays
 from planner.values import Value
 
@@ -119,7 +119,7 @@ class FleetTimeline(Value, eq=False):
     """A fleet over time; times count from the beginning of the operation."""
 
     end_s: float
-    """When the last has landed and its pack is changed. [s]"""
+    """When the last has landed and its pack is changed, in whole seconds. [s]"""
     frame: LocalFrame | None
     """Of all places; ``None``: nothing is flown."""
     rows: tuple[TimelineRow, ...]
@@ -161,7 +161,8 @@ def fleet_timeline(result: FleetResult) -> FleetTimeline:
     all_ = members(fleet, fleet.separation or _ALONE, flown) if flown else []
     first = flown[0].assessment if flown else None
     swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
-    end_s = max((one.end_s for one in flown), default=0.0) + swap_s
+    ready_s = max((one.end_s for one in flown), default=0.0) + swap_s
+    end_s = float(math.ceil(ready_s))
     energies = [_energy(one) for one in flown]
     edge_s = np.linspace(0.0, end_s or 1.0, _SPANS + 1)
     used_wh = np.zeros(len(edge_s))
@@ -172,7 +173,7 @@ def fleet_timeline(result: FleetResult) -> FleetTimeline:
         _track(one, member, energy)
         for one, member, energy in zip(flown, all_, energies, strict=True)
     )
-    rows = tuple(_rows(result, flown, end_s))
+    rows = tuple(_rows(result, flown, ready_s))
     return FleetTimeline(
         end_s=end_s,
         frame=None if first is None else first.route.frame,
@@ -259,9 +260,10 @@ def _rows(result: FleetResult, flown: Sequence[FlownSortie], end_s: float) -> It
     """Yield what is used in the operation, over time."""
     fleet, charges = result.fleet, result.charges
     swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
-    for name in dict.fromkeys(one.sortie.vehicle for one in flown):
+    for name in fleet.vehicles:
         own = [one for one in flown if one.sortie.vehicle == name]
-        yield TimelineRow(kind="vehicle", name=name, spans=tuple(_flights(own, swap_s)))
+        if own:
+            yield TimelineRow(kind="vehicle", name=name, spans=tuple(_flights(own, swap_s)))
     for name in fleet.packs:
         own = [one for one in flown if one.sortie.pack == name]
         charged = _cut("charge", [one for one in charges if one.pack == name], end_s)
@@ -272,7 +274,8 @@ def _rows(result: FleetResult, flown: Sequence[FlownSortie], end_s: float) -> It
         for number, on_it in enumerate(sockets, start=1):
             name = charger.name if charger.count == 1 else f"{charger.name} {number}"
             yield TimelineRow(kind="charger", name=name, spans=_cut("charge", on_it, end_s))
-    for name, stays in pad_stays(fleet, flown).items():
+    stays_of = pad_stays(fleet, flown)
+    for name, stays in ((name, stays_of[name]) for name in fleet.pads if name in stays_of):
         stood = sorted(
             (max(one.from_s, 0.0), min(one.until_s, end_s), one.flown.name) for one in stays
         )
@@ -325,7 +328,7 @@ def _marks(
     track_of = {one.sortie: one for one in tracks}
     found = []
     for one in findings:
-        if one.at_s is None:
+        if one.at_s is None or not one.sorties:
             continue
         at_s, own = one.at_s, {vehicles.get(name) for name in one.sorties}
         inside = []
@@ -337,11 +340,11 @@ def _marks(
             }
             if (row.kind == "vehicle" and row.name in own) or len(there) > 1:
                 inside.append(number)
-        # of a return the first is not where it is planned to be
-        placed = [name for name in one.sorties if name in track_of][-1:]
+        # The time is that of the first, of a return of which the other one alone is where it is planned.
+        whose = one.sorties[-1 if one.finding.code == RETURN_CROSSES.code else 0]
         place_m = None
-        if one.finding.code in APART_CODES and placed:
-            place_m = track_of[placed[0]].place_at(at_s)[:2]
+        if one.finding.code in APART_CODES and whose in track_of:
+            place_m = track_of[whose].place_at(at_s)[:2]
         found.append(
             TimelineMark(
                 finding=one.finding,

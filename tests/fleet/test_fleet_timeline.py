@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -134,7 +135,7 @@ def test_rows_say_who_has_what_and_when() -> None:
     timeline = fleet_timeline(result)
     first, second, third = result.sorties
     rows = {(row.kind, row.name): row.spans for row in timeline.rows}
-    assert timeline.end_s == third.end_s + 60.0
+    assert timeline.end_s == math.ceil(third.end_s + 60.0)
     assert [(one.use, one.start_s, one.end_s, one.name) for one in rows["vehicle", "one"]] == [
         ("flight", 0.0, first.end_s, "first"),
         ("swap", first.end_s, first.end_s + 60.0, "first"),
@@ -174,7 +175,7 @@ def test_a_finding_is_marked_when_and_where_it_happens() -> None:
     near = marks["S101"]
     [pair] = timeline.pairs
     assert near.at_s == pytest.approx(pair.least_s, abs=1.0)
-    assert near.place_m == timeline.tracks[1].place_at(near.at_s)[:2]
+    assert near.place_m == timeline.tracks[0].place_at(near.at_s)[:2]
 
 
 def test_places_of_a_trajectory_are_those_of_its_bernstein_polynomials() -> None:

@@ -27,7 +27,7 @@ from planner.report.text import (
 from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.report.json import Document
@@ -52,23 +52,25 @@ def page_charts(tables: FlightTables, specs: dict[str, Spec]) -> dict[str, objec
     The specifications are taken over: each gets the layers that the script moves.
     """
     for name, spec in specs.items():
-        spec["layer"] += _map_layers(spec) if name == "map" else _time_layers()
+        spec["layer"] += _map_layers(spec) if name == "map" else time_layers()
         spec["datasets"] = spec.get("datasets", {})
+    return {"charts": specs, "tables": page_tables(tables.named), "focus": finding_focus(tables)}
+
+
+def page_tables(tables: Mapping[str, Sequence[Row]]) -> dict[str, object]:
+    """Return rows as the page's script reads them: the names of the columns once."""
     return {
-        "charts": specs,
-        "tables": {
-            name: {"columns": list(rows[0]), "rows": [list(row.values()) for row in rows]}
-            for name, rows in tables.named.items()
-        },
-        "focus": finding_focus(tables),
+        name: {"columns": list(rows[0]), "rows": [list(row.values()) for row in rows]}
+        for name, rows in tables.items()
+        if rows
     }
 
 
 def still_charts(tables: FlightTables, specs: dict[str, Spec]) -> dict[str, str]:
     """Return the charts of a result as SVG, for readers without JavaScript."""
+    rows = tables.named
     return {
-        name: still_svg(spec | {"datasets": named_rows(spec, tables)})
-        for name, spec in specs.items()
+        name: still_svg(spec | {"datasets": named_rows(spec, rows)}) for name, spec in specs.items()
     }
 
 
@@ -93,7 +95,7 @@ def finding_focus(tables: FlightTables) -> list[Row | None]:
     return focus
 
 
-def _time_layers() -> list[Spec]:
+def time_layers() -> list[Spec]:
     """Return what the page moves on a picture over time: what is in focus, and a cursor."""
 
     def at(field: str) -> Spec:
@@ -117,15 +119,7 @@ def _time_layers() -> list[Spec]:
 
 def _map_layers(spec: Spec) -> list[Spec]:
     """Return what the page moves on the map, and let the map be zoomed."""
-    axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
-    place = {key: axes[key] for key in ("x", "y")}
-    spec["layer"][0].setdefault("params", []).append(
-        {
-            "name": "view",
-            "select": {"type": "interval", "zoom": "wheel![event.shiftKey]"},
-            "bind": "scales",
-        }
-    )
+    place = zoomable(spec)
     line = {"type": "line", "color": ORANGE, "strokeWidth": 9, "opacity": 0.7, "strokeCap": "round"}
     along = {
         "order": {"field": "order", "type": "quantitative"},
@@ -146,6 +140,19 @@ def _map_layers(spec: Spec) -> list[Spec]:
             ("cursor", "cursor", cross, {}),
         )
     ]
+
+
+def zoomable(spec: Spec) -> Spec:
+    """Let a map be zoomed; return how its layers place things."""
+    axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
+    spec["layer"][0].setdefault("params", []).append(
+        {
+            "name": "view",
+            "select": {"type": "interval", "zoom": "wheel![event.shiftKey]"},
+            "bind": "scales",
+        }
+    )
+    return {key: axes[key] for key in ("x", "y")}
 
 
 _HEADS = {

@@ -86,36 +86,28 @@
     look();
   }
 
-  class Mission {
-    constructor(element) {
+  // Pictures with a slider: what is over time has a cursor, what is on a map moves.
+  class Moving {
+    constructor(element, payload) {
       this.element = element;
-      this.payload = JSON.parse(document.getElementById(`payload-${element.dataset.mission}`).textContent);
+      this.payload = payload;
       this.views = {};
       this.tables = {};
-      this.focused = null;
       for (const [name, table] of Object.entries(this.payload.tables || {})) {
         this.tables[name] = table.rows.map(
           (row) => Object.fromEntries(table.columns.map((column, index) => [column, row[index]])));
       }
-      for (const details of element.querySelectorAll("[data-long]")) {
-        details.addEventListener("toggle", () => {
-          if (details.open && !details.querySelector("thead tr")) {
-            fillLong(details, this.payload.long[details.dataset.long]);
-          }
-        });
-      }
-      if (!this.payload.charts) return;
-      this.slider = element.querySelector("input[type=range]");
-      this.output = element.querySelector("output");
-      this.end = this.tables.flight[this.tables.flight.length - 1].time_min;
+    }
+
+    start(end) {
+      this.end = end;
+      this.slider = this.element.querySelector("input[type=range]");
+      this.output = this.element.querySelector("output");
       this.slider.addEventListener("input", () => this.look(this.end * this.slider.value / this.slider.max));
-      for (const button of element.querySelectorAll("button.show")) {
-        button.addEventListener("click", () => this.show(button));
-      }
-      for (const button of element.querySelectorAll("[data-zoom]")) {
+      for (const button of this.element.querySelectorAll("[data-zoom]")) {
         button.addEventListener("click", () => this.zoom(Number(button.dataset.zoom)));
       }
-      drawWhereThereIsRoom(element.querySelector(".charts"), () => this.draw());
+      drawWhereThereIsRoom(this.element.querySelector(".charts"), () => this.draw());
     }
 
     async draw() {
@@ -123,12 +115,11 @@
         await this.embed(canvas, canvas.dataset.chart);
       }
       this.element.dataset.drawn = "true";
-      if (this.focused) this.focus(this.focused);
     }
 
     async embed(canvas, name) {
       const spec = structuredClone(this.payload.charts[name]);
-      for (const table of ["cursor", "focus_time", "focus_place"]) spec.datasets[table] = [];
+      for (const table of ["cursor", "vehicles", "focus_time", "focus_place"]) spec.datasets[table] = [];
       Object.assign(spec.datasets, this.tables);
       if (name === "map" && matchMedia("(pointer: coarse)").matches) {
         for (const layer of spec.layer) for (const param of layer.params || []) param.select.translate = false;
@@ -142,22 +133,60 @@
         const time = this.views[name].scale("x").invert(
           (event.clientX - svg.getBoundingClientRect().left) * (svg.viewBox.baseVal.width || canvas.clientWidth)
             / svg.getBoundingClientRect().width - this.views[name].origin()[0]);
-        if (time >= 0 && time <= this.end) {
-          this.slider.value = String(Math.round(time / this.end * this.slider.max));
-          this.look(time);
-        }
+        if (time >= 0 && time <= this.end) this.seek(time);
       });
     }
 
+    // Put the slider on a time as well.
+    seek(time) {
+      this.slider.value = String(Math.round(time / this.end * this.slider.max));
+      this.look(time);
+    }
+
     // The row of a table that is not later than a time.
-    at(table, time) {
+    at(table, time, key = "time_min") {
       let low = 0;
       for (let high = table.length - 1; low < high;) {
         const middle = Math.ceil((low + high) / 2);
-        if (table[middle].time_min <= time) low = middle;
+        if (table[middle][key] <= time) low = middle;
         else high = middle - 1;
       }
       return table[low];
+    }
+
+    zoom(factor) {
+      const view = this.views.map;
+      ["x", "y"].forEach((axis, index) => {
+        const [low, high] = view.scale(axis).domain();
+        const middle = (low + high) / 2;
+        const domain = factor ? [low, high].map((end) => middle + factor * (end - middle)) : this.whole[index];
+        view.signal(axis === "x" ? "view_east_m" : "view_north_m", domain);
+      });
+      view.runAsync();
+    }
+  }
+
+  class Mission extends Moving {
+    constructor(element) {
+      super(element, JSON.parse(document.getElementById(`payload-${element.dataset.mission}`).textContent));
+      this.focused = null;
+      for (const details of element.querySelectorAll("[data-long]")) {
+        details.addEventListener("toggle", () => {
+          if (details.open && !details.querySelector("thead tr")) {
+            fillLong(details, this.payload.long[details.dataset.long]);
+          }
+        });
+      }
+      if (!this.payload.charts) return;
+      for (const button of element.querySelectorAll("button.show")) {
+        button.addEventListener("click", () => this.show(button));
+      }
+      this.start(this.tables.flight[this.tables.flight.length - 1].time_min);
+    }
+
+    async draw() {
+      await super.draw();
+      if (this.focused) this.focus(this.focused);
     }
 
     look(time) {
@@ -202,16 +231,153 @@
         view.data(name === "map" ? "focus_place" : "focus_time", name === "map" ? places : times).runAsync();
       }
     }
+  }
 
-    zoom(factor) {
-      const view = this.views.map;
-      ["x", "y"].forEach((axis, index) => {
-        const [low, high] = view.scale(axis).domain();
-        const middle = (low + high) / 2;
-        const domain = factor ? [low, high].map((end) => middle + factor * (end - middle)) : this.whole[index];
-        view.signal(axis === "x" ? "view_east_m" : "view_north_m", domain);
+  // 3661 s as 1:01:01, 61 s as 1:01.
+  function clock(time, isTimeOfDay = false) {
+    const whole = Math.round(time);
+    const [hours, minutes, seconds] = [whole / 3600, whole / 60 % 60, whole % 60].map(Math.floor);
+    const two = (number) => String(number).padStart(2, "0");
+    if (isTimeOfDay) return `${two(hours % 24)}:${two(minutes)}:${two(seconds)}`;
+    return hours ? `${hours}:${two(minutes)}:${two(seconds)}` : `${minutes}:${two(seconds)}`;
+  }
+
+  // Columns as rows: texts with their counts, and numbers by the digits after their point and their differences.
+  function unpacked(columns) {
+    const rows = [];
+    for (const [name, [first, ...rest]] of Object.entries(columns)) {
+      let values;
+      if (Array.isArray(first)) values = [first, ...rest].flatMap(([text, count]) => Array(count).fill(text));
+      else {
+        let sum = 0;
+        values = rest.map((more) => { sum += more; return sum / 10 ** first; });
+      }
+      values.forEach((value, index) => { rows[index] = { ...rows[index], [name]: value }; });
+    }
+    return rows;
+  }
+
+  class Fleet extends Moving {
+    constructor(element) {
+      const payload = JSON.parse(document.getElementById("payload-fleet").textContent);
+      super(element, { ...payload, tables: {} });
+      for (const [name, columns] of Object.entries(payload.tables || {})) this.tables[name] = unpacked(columns);
+      if (!this.payload.charts) return;
+      this.tracks = new Map(); // of each vehicle those of its sorties, in the order of time
+      for (const row of this.tables.tracks) {
+        if (!this.tracks.has(row.vehicle)) this.tracks.set(row.vehicle, new Map());
+        const own = this.tracks.get(row.vehicle);
+        if (!own.has(row.sortie)) own.set(row.sortie, []);
+        own.get(row.sortie).push(row);
+      }
+      this.play = element.querySelector("[data-play]");
+      this.speed = element.querySelector("[data-speed]");
+      // The slowest that shows the whole in a minute and a half.
+      const speeds = [...this.speed.options].map((option) => option.value);
+      this.speed.value = speeds.find((speed) => this.payload.end_s / speed <= 90) || speeds[speeds.length - 1];
+      this.play.addEventListener("click", () => this.toggle());
+      for (const button of element.querySelectorAll("[data-mark]")) {
+        button.addEventListener("click", () => this.step(Number(button.dataset.mark)));
+      }
+      for (const button of element.querySelectorAll("button.show")) {
+        button.addEventListener("click", () => {
+          this.seek(Number(button.dataset.at) / 60);
+          element.querySelector(".chart.map").scrollIntoView({ block: "center" });
+        });
+      }
+      this.start(this.payload.end_s / 60);
+      this.slider.addEventListener("keydown", (event) => {
+        if (event.key !== " ") return;
+        event.preventDefault();
+        this.toggle();
       });
-      view.runAsync();
+      this.look(0);
+    }
+
+    async draw() {
+      await super.draw();
+      this.look(this.time);
+    }
+
+    toggle() {
+      this.playing = !this.playing;
+      this.play.textContent = this.playing ? "Pause" : "Play";
+      this.play.setAttribute("aria-pressed", String(this.playing));
+      this.output.setAttribute("aria-live", this.playing ? "off" : "polite");
+      if (!this.playing) return;
+      if (this.time >= this.end) this.seek(0);
+      let before = performance.now();
+      const frame = async (now) => {
+        if (!this.playing) return;
+        const time = Math.min(this.time + (now - before) / 60000 * Number(this.speed.value), this.end);
+        before = now;
+        this.slider.value = String(Math.round(time / this.end * this.slider.max));
+        await this.look(time);
+        if (time >= this.end) this.toggle();
+        else requestAnimationFrame(frame);
+      };
+      requestAnimationFrame(frame);
+    }
+
+    step(by) {
+      const times = [...new Set(this.payload.marks.map((mark) => mark.at_s / 60))].sort((a, b) => a - b);
+      const next = by > 0 ? times.find((time) => time > this.time + 1e-9)
+        : times.reverse().find((time) => time < this.time - 1e-9);
+      if (next !== undefined) this.seek(next);
+    }
+
+    // Where a vehicle is: flown, last flown, or still before its first sortie.
+    where(vehicle, seconds) {
+      const own = [...this.tracks.get(vehicle).values()];
+      const track = own.filter((rows) => rows[0].time_s <= seconds).pop() || own[0];
+      const [first, last] = [track[0], track[track.length - 1]];
+      const row = this.at(track, seconds, "time_s");
+      const next = track[track.indexOf(row) + 1] || row;
+      const gone = Math.min(Math.max((seconds - row.time_s) / (next.time_s - row.time_s || 1), 0), 1);
+      const between = (key) => row[key] + gone * (next[key] - row[key]);
+      const item = this.tables.items.filter((one) => one.sortie === first.sortie && one.time_s <= seconds).pop();
+      const flies = seconds >= first.time_s && seconds < last.time_s;
+      return {
+        vehicle, sortie: first.sortie,
+        east_m: between("east_m"), north_m: between("north_m"), height_m: between("height_m"),
+        used_wh: row.used_wh === null ? null : between("used_wh"),
+        now: flies ? `item ${item ? item.item : 1}` : seconds < first.time_s ? `starts at ${clock(first.time_s)}`
+          : `ended at ${clock(last.time_s)}`,
+      };
+    }
+
+    look(time) {
+      this.time = time;
+      const seconds = time * 60;
+      const vehicles = [...this.tracks.keys()].map((vehicle) => this.where(vehicle, seconds));
+      const runs = Object.entries(this.views).map(([name, view]) =>
+        view.data(name === "map" ? "vehicles" : "cursor", name === "map" ? vehicles : [{ time_min: time }]).runAsync());
+      const group = this.at(this.tables.group, time);
+      const texts = [clock(seconds)];
+      if (this.payload.start) {
+        const [, wall] = this.payload.start.match(/T(\d\d:\d\d:\d\d)/);
+        const [hours, minutes, rest] = wall.split(":").map(Number);
+        texts.push(`time of day ${clock(hours * 3600 + minutes * 60 + rest + seconds, true)}`);
+      }
+      texts.push(`${vehicles.filter((one) => one.now.startsWith("item")).length} in the air`);
+      if (this.views.power || this.payload.charts.power) {
+        texts.push(`${group.power_w.toFixed(0)} W`, `${group.used_wh.toFixed(1)} Wh used`);
+      }
+      const near = this.payload.marks.filter((mark) => Math.abs(mark.at_s - seconds) <= 1);
+      texts.push(...near.map((mark) => mark.text));
+      this.output.textContent = texts.join(" · ");
+      this.slider.setAttribute("aria-valuetext", texts[0]);
+      for (const one of vehicles) {
+        const cells = this.rowOf(one.vehicle).querySelectorAll("td");
+        const shown = [one.sortie, one.now, `${one.height_m.toFixed(0)} m`,
+          one.used_wh === null ? "—" : `${one.used_wh.toFixed(1)} Wh`];
+        shown.forEach((text, index) => { cells[index].textContent = text; });
+      }
+      return Promise.all(runs);
+    }
+
+    rowOf(vehicle) {
+      return [...this.element.querySelectorAll(".now tbody tr")].find((row) => row.dataset.vehicle === vehicle);
     }
   }
 
@@ -226,6 +392,7 @@
     });
   }
 
+  for (const element of document.querySelectorAll("[data-fleet]")) new Fleet(element);
   for (const element of document.querySelectorAll("[data-mission]")) {
     if (element.localName !== "details") new Mission(element);
     else element.addEventListener("toggle", () => new Mission(element), { once: true });

@@ -89,22 +89,45 @@ def check_html(
     order = (
         missions if title else sorted(missions, key=lambda view: badness(results[view["number"]]))
     )
-    style, script = (_text(name) for name in ("page.css", "page.js"))
-    scripts = [plotting_bundle(), script] if any(view["charts"] for view in missions) else [script]
-    text = template("page.html.j2").render(
+    return page_text(
         title=title or (missions[0]["file"] if len(results) == 1 else tally(results)),
+        version=version,
+        made_at=made_at,
+        has_charts=any(view["charts"] for view in missions),
         is_one=len(results) == 1 and not title,
         missions=order,
         heads=[one.label for one in KEY_FIGURES],
         overview=() if title else _overview(results, order),
         sections=sections,
+        payloads=[page_json(view["payload"]) for view in missions],
+    )
+
+
+def page_text(
+    *,
+    title: str,
+    version: str,
+    made_at: datetime,
+    has_charts: bool,
+    is_one: bool = True,
+    sections: Sequence[str] = (),
+    **missions: object,
+) -> str:
+    """Return a page of sections and missions; what is one has a heading of its own."""
+    style, script = (_text(name) for name in ("page.css", "page.js"))
+    scripts = [plotting_bundle(), script] if has_charts else [script]
+    empty = {"missions": (), "heads": (), "overview": (), "payloads": ()}
+    text = template("page.html.j2").render(
+        title=title,
+        is_one=is_one,
+        sections=sections,
         style=style,
         scripts=scripts,
         policy=_policy(scripts),
         config=page_json(chart_config("page")),
-        payloads=[page_json(view["payload"]) for view in missions],
         version=version,
         made_at=made_at.strftime("%Y-%m-%d %H:%M %Z").strip(),
+        **(empty | missions),
     )
     return well_formed(text)
 

@@ -51,6 +51,11 @@ Scheme = Literal["light", "dark", "page"]
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#8C8C8C"
 
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY)
+"""What follows each other has different ones; more than these have them again."""
+ON_COLOURS = "#000000"
+"""Ink on them, whatever the page's is."""
+
 STATE_COLOURS: dict[str, str] = {
     FlightState.TAKEOFF: ORANGE,
     FlightState.CLIMB: YELLOW,

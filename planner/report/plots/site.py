@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray
+    from planner.physics.wind import Wind
     from planner.report.tables import FlightTables, Row
-    from planner.service.preflight import CheckResult
 
 
 WIDTH, HEIGHT = 720, 540
@@ -126,7 +126,7 @@ def map_panel(tables: FlightTables) -> Chart:
             .mark_text(align="left", baseline="bottom", dx=6, dy=-5, clip=True)
             .encode(text="label:N")
         )
-    layers += _compass_layers(tables.result)
+    layers += compass_layers(tables.result.setup.wind)
     return alt.layer(*layers).properties(
         width=WIDTH,
         height=HEIGHT,
@@ -169,11 +169,11 @@ def _hide_each_other(one: Row, other: Row, metres_per_px: float) -> bool:
     )
 
 
-def ground_axes(view: View) -> tuple[Chart, Chart]:
-    """Return the axes of a map that shows so much."""
+def ground_axes(view: View, *, origin: str = "home") -> tuple[Chart, Chart]:
+    """Return the axes of a map that shows so much, in metres from a place."""
     alt = load_altair()
-    x = alt.X("east_m:Q").title("East of home [m]").axis(tickCount=8)
-    y = alt.Y("north_m:Q").title("North of home [m]").axis(tickCount=8)
+    x = alt.X("east_m:Q").title(f"East of {origin} [m]").axis(tickCount=8)
+    y = alt.Y("north_m:Q").title(f"North of {origin} [m]").axis(tickCount=8)
     return (
         x.scale(domain=[view.west_m, view.east_m], nice=False, zero=False),
         y.scale(domain=[view.south_m, view.north_m], nice=False, zero=False),
@@ -212,7 +212,7 @@ def _bounds(rows: Sequence[Row]) -> tuple[FloatArray, FloatArray]:
     return places.min(axis=0), places.max(axis=0)
 
 
-def _compass_layers(result: CheckResult) -> list[Chart]:
+def compass_layers(wind: Wind) -> list[Chart]:
     """Return what says where north is, and where the wind blows to, in the corners of the map."""
     alt = load_altair()
     one = alt.Chart(inline_rows([{}]))
@@ -221,7 +221,6 @@ def _compass_layers(result: CheckResult) -> list[Chart]:
             x=alt.value(14), y=alt.value(14), text=alt.value("N ↑")
         )
     ]
-    wind = result.setup.wind
     if wind.speed_m_s > 0.0:
         text = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
         layers += [

@@ -10,11 +10,10 @@ import numpy as np
 from planner import quantity
 from planner.flight.prediction import sample_trace
 from planner.report.plots.picture_files import (
-    BLUE,
+    COLOURS,
     GREEN,
     GREY,
-    ORANGE,
-    PURPLE,
+    ON_COLOURS,
     RED,
     SKY,
     Chart,
@@ -32,10 +31,6 @@ if TYPE_CHECKING:
 
 
 _BAR_PX = 24
-_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY)
-"""Parts that follow each other have different ones; more parts than these have them again."""
-_ON_COLOURS = "#000000"
-"""Ink on them, whatever the page's is."""
 _LABEL_PLACES = 41
 """Looked at for the number of a part, evenly along its way."""
 _OWN = 1
@@ -69,7 +64,7 @@ def split_map_figure(split: Split) -> Chart:
     )
     own = [row for row in legs if row["is_own"]]
     names = [str(number) for number in range(1, len(split.parts) + 1)]
-    colours = [colour for _, colour in zip(names, cycle(_COLOURS), strict=False)]
+    colours = [colour for _, colour in zip(names, cycle(COLOURS), strict=False)]
     colour = alt.Color("part:N").legend(None).scale(domain=names, range=colours)
     labels = _label_rows(own)
     layers += [
@@ -80,7 +75,7 @@ def split_map_figure(split: Split) -> Chart:
         .mark_point(shape="circle", filled=True, size=330, opacity=1.0, clip=True)
         .encode(color=colour),
         layer(labels)
-        .mark_text(fontWeight="bold", clip=True, color=_ON_COLOURS)
+        .mark_text(fontWeight="bold", clip=True, color=ON_COLOURS)
         .encode(text="part:N"),
         layer(marks).mark_point(filled=True, size=60, shape="square", opacity=1.0, color=GREEN),
         # Left of the place, clear of the number of a part that begins there.
@@ -116,7 +111,7 @@ def split_energy_figure(split: Split) -> Chart:
     bars = alt.Chart(inline_rows(rows)).encode(y=y)
     layers = [
         bars.mark_bar(color=SKY, height={"band": 0.7}).encode(x=x),
-        bars.mark_text(align="left", baseline="middle", dx=5, color=_ON_COLOURS).encode(
+        bars.mark_text(align="left", baseline="middle", dx=5, color=ON_COLOURS).encode(
             x=alt.value(0), text="label:N"
         ),
     ]

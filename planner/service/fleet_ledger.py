@@ -1,0 +1,74 @@
+"""What became of each rule about a fleet: checked, not checked for want of something, or not applicable."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.rules.ledger import LedgerEntry, Outcome
+from planner.service import fleet_separation as apart
+from planner.service import fleet_times as times
+from planner.service import separation
+from planner.service.fleet_separation import known_system_ids
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.findings import Rule
+    from planner.fleet.fleet import Fleet
+    from planner.service.fleet import FleetFinding, FlownSortie
+
+_APART = (separation.SEPARATION, apart.DOWNWASH, apart.RETURN_CROSSES, apart.GROUND_SEPARATION)
+_PACKS = (times.PACK_CLASH, times.PACK_NOT_FULL, times.PACK_NOT_CHARGED)
+_ALWAYS = (
+    times.VEHICLE_CLASH,
+    times.SORTIE_UNSUITED,
+    times.OUT_OF_HOURS,
+    times.JOB_NOT_FLOWN,
+    times.UNKNOWN_ENERGY,
+    times.PACK_ASSUMED,
+)
+
+
+def fleet_checks(
+    fleet: Fleet, flown: Sequence[FlownSortie], found: Sequence[FleetFinding]
+) -> tuple[LedgerEntry, ...]:
+    """Return an entry for each rule about a fleet, by its code."""
+    return tuple(sorted(_entries(fleet, flown, found), key=lambda entry: entry.code))
+
+
+def _entries(
+    fleet: Fleet, flown: Sequence[FlownSortie], found: Sequence[FleetFinding]
+) -> Iterator[LedgerEntry]:
+    vehicles = {one.sortie.vehicle for one in flown}
+    several = Outcome.CHECKED if len(vehicles) > 1 else Outcome.NOT_APPLICABLE
+    together = "several vehicles that fly" if several is Outcome.NOT_APPLICABLE else ""
+    unchecked = any(one.finding.code == separation.SEPARATION_UNCHECKED.code for one in found)
+    yield _entry(separation.SEPARATION_UNCHECKED, several, together)
+    for rule in _APART:
+        if unchecked:
+            needs = "every sortie flown, and the altitude of every home"
+            yield _entry(rule, Outcome.NOT_CHECKED, needs)
+        else:
+            yield _entry(rule, several, together)
+    if several is Outcome.CHECKED and len(known_system_ids(fleet, flown)) < len(vehicles):
+        needs = "system_id of every vehicle"
+        yield _entry(separation.DUPLICATE_SYSTEM_ID, Outcome.NOT_CHECKED, needs)
+    else:
+        yield _entry(separation.DUPLICATE_SYSTEM_ID, several, together)
+    without = [one for one in flown if one.sortie.pack is None]
+    for rule in _PACKS:
+        needs = "a pack of every sortie" if without else ""
+        yield _entry(rule, Outcome.NOT_CHECKED if without else Outcome.CHECKED, needs)
+    homeless = [one for one in flown if fleet.pad_of(one.sortie) is None]
+    needs = "a pad of every sortie" if homeless else ""
+    yield _entry(times.PAD_OCCUPIED, Outcome.NOT_CHECKED if homeless else Outcome.CHECKED, needs)
+    for rule in _ALWAYS:
+        yield _entry(rule, Outcome.CHECKED, "")
+    if fleet.layers is None:
+        yield _entry(apart.LAYER_STEP, Outcome.NOT_APPLICABLE, "[layers]")
+    else:
+        yield _entry(apart.LAYER_STEP, several, together)
+
+
+def _entry(rule: Rule, outcome: Outcome, needs: str) -> LedgerEntry:
+    return LedgerEntry(code=rule.code, name=rule.name, outcome=outcome, needs=needs)
