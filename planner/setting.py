@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 Subject = TypeVar("Subject")
 Outcome = TypeVar("Outcome")
-_UNIT = re.compile("_(m_s|m|s|c|kg)$")
+_UNIT = re.compile("_(m_s|m|s|c|kg|deg)$")
 SettingValue = Any
 """The value of a setting: each kind has its own."""
 

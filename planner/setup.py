@@ -504,6 +504,15 @@ class Setup(_Vehicle):
         rows=(Row("position_noise_m", "Position noise [m]", _plain),),
     )
 
+    heading_deg: float | None = setting(
+        Number("deg", 0.0, 360.0),
+        Group.FLIGHT,
+        "heading the vehicle is armed with, clockwise from north, which PX4 turns from and returns to",
+        default=None,
+        unset="half a turn away where it matters",
+        rows=(Row("heading_deg", "Heading at arming", quantity.bearing),),
+    )
+
     speed_m_s: float | None = setting(
         Number("m/s", 0.0, FASTEST_M_S, is_open=True),
         Group.FLIGHT,

@@ -42,6 +42,7 @@ class VirtualVehicle:
     """What answers; its fields are what a test looks at."""
 
     autopilot: int = PX4
+    heading_cdeg: int = 9000
     lists: dict[MissionKind, tuple[WireItem, ...]] = field(
         default_factory=lambda: dict.fromkeys(MissionKind, ())
     )
@@ -137,6 +138,7 @@ class VirtualVehicle:
                 lon=80_000_000,
                 alt=488_100,
                 relative_alt=100,
+                hdg=self.heading_cdeg,
             ),
             245: message("EXTENDED_SYS_STATE", landed_state=self.landed_state),
         }

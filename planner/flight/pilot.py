@@ -245,6 +245,7 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
             wind=setup.wind,
             airspeed_limit_m_s=limit_m_s,
             tracking=Tracking(noise_m=noise_m, drag_per_s=vehicle.drag_per_s),
+            heading_rad=None if setup.heading_deg is None else math.radians(setup.heading_deg),
         )
     return ArduPilotPilot(
         parameters=parameters,
@@ -374,6 +375,8 @@ class Px4Pilot(Value):
     airspeed_limit_m_s: float | None
     """Airspeed at the greatest tilt; ``None``: not known. [m s⁻¹]"""
     tracking: Tracking
+    heading_rad: float | None = None
+    """That it is armed with; ``None``: not known. [rad]"""
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; PX4 shapes its references, so nothing rings."""
@@ -385,6 +388,7 @@ class Px4Pilot(Value):
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             tracking=self.tracking,
+            heading_rad=self.heading_rad,
         )
         return motion, NO_TRANSIENTS
 
@@ -403,6 +407,7 @@ class Px4Pilot(Value):
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             tracking=self.tracking,
+            heading_rad=self.heading_rad,
         )
         return motion, NO_TRANSIENTS
 

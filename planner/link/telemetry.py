@@ -102,6 +102,8 @@ class VehiclePosition(Value):
     longitude_deg: float
     altitude_amsl_m: float
     height_above_home_m: float
+    heading_deg: float | None = None
+    """Clockwise from north. [°]"""
 
 
 class WindEstimate(Value):
@@ -141,6 +143,8 @@ class VehicleState(Value):
         return f"it is {' and '.join(found)}" if found else ""
 
 
+_NO_HEADING = 0xFFFF
+"""As GLOBAL_POSITION_INT says that it has none."""
 _OFFSET_BASIS, _PRIME = 0x811C9DC5, 0x01000193
 _AUTOPILOT = 1 << 24
 _MOST_KEPT = 200
@@ -405,6 +409,7 @@ class Telemetry:
             longitude_deg=position["lon"] / 1e7,
             altitude_amsl_m=position["alt"] / 1e3,
             height_above_home_m=position["relative_alt"] / 1e3,
+            heading_deg=None if position["hdg"] == _NO_HEADING else position["hdg"] / 1e2,
         )
 
     def _battery(self) -> BatteryState | None:

@@ -112,6 +112,10 @@ def check_vehicle(
         else:
             setup = replace(setup, charge=reported)
             taken.append(f"charge {reported * 100:.0f} %")
+    position = state.position
+    if setup.heading_deg is None and not state.is_armed and position is not None:
+        setup = replace(setup, heading_deg=position.heading_deg)
+        taken += [] if position.heading_deg is None else [f"heading {position.heading_deg:.0f}°"]
     home = snapshot.mission.home
     if setup.home_amsl_m is None and home is not None and home.altitude_amsl_m is not None:
         taken.append(f"home {home.altitude_amsl_m:.1f} m AMSL")

@@ -33,6 +33,13 @@ def _check(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, dict
     return ended, document["missions"][0]
 
 
+def test_a_heading_the_vehicle_does_not_know_is_not_taken(
+    vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.heading_cdeg = 65_535  # UINT16_MAX, GLOBAL_POSITION_INT.hdg
+    assert _check(capsys)[1]["conditions"]["heading_deg"] is None  # type: ignore[index] # an object
+
+
 def test_the_mission_on_the_vehicle_is_checked_with_its_own_charge_home_and_parameters(
     vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -40,10 +47,12 @@ def test_the_mission_on_the_vehicle_is_checked_with_its_own_charge_home_and_para
     ended, result = _check(capsys)
     messages = {f["code"]: f["message"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
     assert messages["V101"] == (
-        "taken from PX4 1.16.2 (system 1): charge 80 %, home 200.0 m AMSL, 2 parameters"
+        "taken from PX4 1.16.2 (system 1): charge 80 %, heading 90°, home 200.0 m AMSL, "
+        "2 parameters"
     )
     assert result["file"] == "udpin:127.0.0.1:14550"
     assert result["conditions"]["home_amsl_m"] == 200.0  # type: ignore[index] # an object
+    assert result["conditions"]["heading_deg"] == 90.0  # type: ignore[index] # an object
     assert len(result["items"]) == 3  # type: ignore[arg-type] # a list
     assert ended == (0 if result["verdict"] == "go" else 1)
 

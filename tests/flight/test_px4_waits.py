@@ -108,6 +108,45 @@ def test_a_return_begun_near_home_waits_for_the_heading_of_home(
     assert home_s(replace(PX4, **change)) - home_s(anyhow) == pytest.approx(wait_s, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("armed_deg", "wait_s"),
+    [
+        # It comes home from the north. 20°/s² turn 90° in 2 √(90/20) s, of which the last 12° are not asked.
+        (180.0, 0.0),
+        (90.0, 2.0 * math.sqrt(4.5) - math.sqrt(1.2)),
+        (270.0, 2.0 * math.sqrt(4.5) - math.sqrt(1.2)),
+        (0.0, 6.0 - math.sqrt(1.2)),
+        (None, 6.0 - math.sqrt(1.2)),
+    ],
+)
+def test_the_heading_of_home_is_that_at_arming(armed_deg: float | None, wait_s: float) -> None:
+    stages = (
+        *(takeoff(), go(0.0, 200.0), go(0.0, 0.0, hold=20.0)),
+        stage(StageKind.RETURN, height_m=0.0),
+    )
+    heading_rad = None if armed_deg is None else math.radians(armed_deg)
+    motion = fly_px4(stages, PX4, heading_rad=heading_rad)
+    anyhow = fly_px4(stages, replace(PX4, yaw_acceptance_rad=math.pi))
+    waited_s = float(motion.segments.end_s[-1] - anyhow.segments.end_s[-1])
+    assert waited_s == pytest.approx(wait_s, abs=0.01)
+    told = [one.code for one in motion.findings]
+    assert told == (["T119"] if armed_deg is None else [])
+
+
+@pytest.mark.parametrize(
+    ("armed_deg", "is_waited_for"), [(90.0, False), (81.0, False), (0.0, True)]
+)
+def test_the_first_heading_asked_for_is_turned_to_from_that_at_arming(
+    armed_deg: float, *, is_waited_for: bool
+) -> None:
+    # Straight up, then held there until it looks east, MIS_YAW_ERR 12°.
+    asked = replace(go(0.0, 0.0), yaw_deg=90.0)
+    known = fly_px4((takeoff(), asked), PX4, heading_rad=math.radians(armed_deg))
+    free = fly_px4((takeoff(), go(0.0, 0.0)), PX4)
+    waited_s = float(known.segments.end_s[-1] - free.segments.end_s[-1])
+    assert waited_s == pytest.approx(3.147 if is_waited_for else 0.0, abs=0.01)
+
+
 def test_many_returns_know_no_heading_of_each_other() -> None:
     places = np.array([[0.0, 300.0, 40.0], [0.0, 5.0, 40.0], [0.0, 5.0, 40.0]])
     motion = px4_returns(places, np.zeros(3), PX4)

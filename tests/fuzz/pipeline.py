@@ -67,6 +67,7 @@ _SETTINGS: dict[str, tuple[str, ...]] = {
     "temperature_c": ("-40", "15", "50", "15±5"),
     "payload_kg": ("0", "0.5", "5", "0.5±0.1"),
     "position_noise_m": ("0", "0.3", "1.5"),
+    "heading_deg": ("0", "270"),
     "speed_m_s": ("0.5", "5", "15", "60"),
     "reaction_time_s": ("0", "1.5", "10"),
     "battery_health": ("50%", "100%", "85%"),

@@ -262,6 +262,7 @@ _TYPED = tuple(
         *(("ignore", "E105,T"), ("select", "ALL"), ("fail_on", "warning"), ("risk", "1%")),
         *(("target", "px4-1.16"), ("autopilot", "auto"), ("reaction_time_s", "1.5 s")),
         *(("battery_health", "85%"), ("position_error_m", "3 m"), ("position_noise_m", "0.3")),
+        ("heading_deg", "90"),
     )
 )
 _KINDS = {key: setting.kind for key, setting in settings().items()}

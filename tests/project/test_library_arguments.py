@@ -20,6 +20,7 @@ NUMBERS = (
     "payload_kg",
     "temperature_c",
     "position_noise_m",
+    "heading_deg",
     "battery_health",
     "battery_resistance_factor",
     "battery_temperature_c",

@@ -61,8 +61,9 @@ def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArr
     own = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
     held = np.maximum.accumulate(np.where(np.isnan(own), -1, np.arange(len(own))))
     first = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(own)), 0))
-    after = np.where(held >= first, own[held], np.nan)
-    return np.where(np.append(moves.is_first, False), np.nan, np.append(np.nan, after))
+    after = np.where(held >= first, own[held], moves.start_yaw_rad)
+    before = np.where(moves.is_first, moves.start_yaw_rad, np.append(np.nan, after[:-1]))
+    return np.append(before, after[-1:])
 
 
 def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:

@@ -114,7 +114,7 @@ _SMALLEST_RADIUS_M = 0.001
 _HOMEWARD, _DOWN, _LANDING = 1, 2, 3
 """Legs of the four of a return: home, down to wait, to the ground."""
 HOME_YAW = math.inf
-"""The heading of home, which is that at arming, where it is not known."""
+"""The heading of home, which is that at arming."""
 
 
 class Move(NamedTuple):
@@ -173,6 +173,8 @@ class Moves(Columns, eq=False):
     """Begins a flight of its own."""
     start_m: FloatArray
     """Place from which its flight begins. (n, 3) [m]"""
+    start_yaw_rad: FloatArray
+    """Heading with which its flight begins; NaN where not known."""
 
     def beginnings_m(self) -> FloatArray:
         """Return where each is meant to begin: at the target of the one before. (n, 3) [m]"""
@@ -181,14 +183,25 @@ class Moves(Columns, eq=False):
 
     @classmethod
     def of(cls, rows: Sequence[Move]) -> Moves:
-        """Return the rows of one flight, which begins at home, as columns."""
+        """Return the rows of one flight, which begins at home with any heading, as columns."""
         columns = zip(Move._fields, zip(*rows, strict=True), _COLUMN_TYPES, strict=True)
         arrays: dict[str, Any] = {
             name: np.array(column, dtype=dtype) for name, column, dtype in columns
         }
         # A place nearer than that is home: divisions by less overflow.
         arrays["target_m"][np.abs(arrays["target_m"]) < _AT_HOME_M] = 0.0
-        return cls(**arrays, is_first=np.arange(len(rows)) == 0, start_m=np.zeros((len(rows), 3)))
+        return cls(
+            **arrays,
+            is_first=np.arange(len(rows)) == 0,
+            start_m=np.zeros((len(rows), 3)),
+            start_yaw_rad=np.full(len(rows), np.nan),
+        )
+
+    def armed_with(self, heading_rad: float | None) -> Moves:
+        """Return the moves with the heading of home, where it is known."""
+        if heading_rad is None:
+            return self
+        return replace(self, yaw_rad=np.where(self.yaw_rad == HOME_YAW, heading_rad, self.yaw_rad))
 
 
 def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves:
@@ -237,6 +250,7 @@ def return_moves(
         is_return=~false,
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
+        start_yaw_rad=np.full(len(flight), np.nan),
     )
 
 

@@ -75,11 +75,11 @@ HEADING_ASSUMED = Rule(
     summary="Half a turn is assumed to a heading, because the heading before it is not known.",
     why="PX4 waits over a waypoint, or over home before it lands, until the vehicle has turned: half a "
     "turn takes 4.9 s at 60°/s and 20°/s², no turn none.  No mission says how the vehicle stands as it "
-    "is armed, which is the heading it returns to.",
+    "is armed, which is the heading it returns to; on the line the vehicle reports it.",
     how="The first waypoint with a heading, a return begun within RTL_MIN_DIST of home, and one that "
     "waits before it lands (RTL_LAND_DELAY), where the turn is not over when the vehicle is there, and "
     "MIS_YAW_TMT does not end the wait.",
-    fix="leave the heading of the waypoint free, or end the mission farther from home than RTL_MIN_DIST",
+    fix="give the heading the vehicle is armed with by --heading, or leave that of the waypoint free",
 )
 
 
@@ -101,10 +101,12 @@ def fly_px4(
     tracking: Tracking = FOLLOWS,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
+    heading_rad: float | None = None,
 ) -> Motion:
     """Return how PX4 flies the stages of a route.
 
-    The first of at least one stage begins at home, disarmed on the ground.  Ground speed is held against
+    The first of at least one stage begins at home, disarmed on the ground, with a heading that may not be
+    known.  Ground speed is held against
     the wind until the tilt reaches its limit, at that airspeed.  Noise of the position slows PX4's time
     down, 0.3 m measured in simulation, and is refused (ValueError) where it stops it; so does the lag
     that drag causes.
@@ -115,8 +117,11 @@ def fly_px4(
     stops and nearly cancels: braking, the vehicle is 0.4 m ahead of the trajectory (there 0.3 s sooner);
     starting from standing, it lags and the trajectory waits for it (0.2 s later).
     """
+    moves = moves_of_stages(stages, parameters).armed_with(heading_rad)
+    if heading_rad is not None:
+        moves = replace(moves, start_yaw_rad=np.full(len(moves.item), heading_rad))
     motion, legs = _fly(
-        moves_of_stages(stages, parameters),
+        moves,
         len(stages),
         parameters,
         tracking=tracking,
@@ -137,6 +142,7 @@ def px4_returns(
     tracking: Tracking = FOLLOWS,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
+    heading_rad: float | None = None,
 ) -> Motion:
     """Return how PX4 returns from places, each from standing there, as one motion.
 
@@ -148,7 +154,9 @@ def px4_returns(
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
     motion, _ = _fly(
-        return_moves(places, homes, parameters, above_ground_m, return_paths),
+        return_moves(places, homes, parameters, above_ground_m, return_paths).armed_with(
+            heading_rad
+        ),
         len(places),
         parameters,
         tracking=tracking,
