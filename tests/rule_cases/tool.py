@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from made_missions import HOME
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, found, vehicle_of
+from rule_cases.energy import NEED_WH, OUT_AND_BACK
 
 from planner.errors import MissionFileError
 from planner.fetched import FetchMark
@@ -35,6 +37,12 @@ def _mark(time: str, speed: str, vehicle: str = "3f") -> FetchMark:
     return FetchMark.of(f"2026-11-{time}T08:00:00Z", vehicle, values)
 
 
+def _home_unknown(share_of_need: float) -> tuple[Finding, ...]:
+    """Return what is reported from a home of unknown altitude with so much of the energy needed."""
+    made = replace(OUT_AND_BACK, home=replace(HOME, altitude_amsl_m=0.0))  # a placeholder
+    return found(made, battery=Battery(capacity_wh=NEED_WH * share_of_need), reserve=0.0)
+
+
 def _watched(parameters: str) -> tuple[Finding, ...]:
     """Return what is reported of a battery of unknown cells under failsafes."""
     bare = replace(vehicle_of(ARDUPILOT), battery=None)
@@ -61,6 +69,14 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: _watched("BATT_LOW_VOLT,21\nBATT_FS_LOW_ACT,2\n"),
         silent=lambda: found(PLAIN, ARDUPILOT, "BATT_LOW_VOLT,21\n", battery=None),
         boundary=lambda: _watched("BATT_LOW_VOLT,0\nBATT_FS_LOW_ACT,2\n"),
+    ),
+    "X909": RuleCases(
+        # Air is at 2500 m 1.1314 times as hard on the power as at sea level, at 4500 m 1.2556 times.
+        fires=lambda: _home_unknown(1.131),
+        boundary=lambda: _home_unknown(1.256),
+        silent=lambda: found(
+            OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * 1.131), reserve=0.0
+        ),
     ),
     "X908": RuleCases(
         fires=lambda: _fetched_apart(_mark("22", "500.0"), _mark("15", "1000.0")),

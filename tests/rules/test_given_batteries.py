@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import mission, rtl, takeoff, waypoint
+from made_missions import HOME, mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Finding, Severity
@@ -222,6 +222,34 @@ def test_no_battery_lasts_longer_than_a_multicopter_ever_flew(
     result = check(PLAIN, ARTICLE, battery=read_battery(label))
     assert ("E123" not in error_codes(result)) is is_possible
     assert (result.verdict == "go") is is_possible
+
+
+@pytest.mark.parametrize("health", [None, 0.8, 0.23])
+def test_an_impossible_battery_is_none_for_being_worn(health: float | None) -> None:
+    quad = load_vehicle("dji-matrice-100")
+    result = check(PLAIN, quad, battery=read_battery("4000Wh"), battery_health=health)
+    assert "E123" in error_codes(result)
+
+
+@pytest.mark.parametrize(
+    ("share", "home_amsl_m", "severity"),
+    [
+        # 1.225 kg/m³ over 0.9569 kg/m³ at 2500 m (ISO 2533): a power √ of that, 1.1315 times as great.
+        (1.130, None, Severity.ERROR),
+        (1.133, None, Severity.WARNING),
+        (1.130, 0.0, None),
+        (1.130, 400.0, None),
+    ],
+)
+def test_where_home_is_unknown_the_battery_lasts_in_thin_air(
+    share: float, home_amsl_m: float | None, severity: Severity | None
+) -> None:
+    made = replace(PLAIN, home=replace(HOME, altitude_amsl_m=None))
+    need_wh = check(PLAIN, ARTICLE, battery=Battery(capacity_wh=100.0)).totals.energy_wh
+    pack = Battery(capacity_wh=share * need_wh)
+    result = check(made, ARTICLE, battery=pack, reserve=0.0, home_amsl_m=home_amsl_m)
+    found = [one.severity for one in result.findings if one.code == "X909"]
+    assert found == ([] if severity is None else [severity])
 
 
 def test_a_battery_of_ten_thousand_volts_for_small_rotors_is_a_slip() -> None:

@@ -642,6 +642,7 @@ def _laid_out(
         ),
         frame=frame,
         home_amsl_m=state.home_amsl_m or 0.0,
+        knows_home_amsl=state.home_amsl_m is not None,
         ground_datum_m=state.ground_datum_m or 0.0,
         amsl_items=tuple(state.amsl_items),
         fence_switches=tuple(

@@ -143,6 +143,8 @@ class Route(Value):
     frame: LocalFrame
     """Local frame at home; heights count from home as well."""
     home_amsl_m: float
+    """0 where it is not known."""
+    knows_home_amsl: bool = True
     ground_datum_m: float = 0.0
     """What heights of a terrain grid are above home from: its own height of home where heights count from
     home, else the lower of that and home's altitude. [m AMSL]"""
