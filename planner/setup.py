@@ -556,7 +556,7 @@ class Setup(_Vehicle):
     position_error_m: float = setting(
         Number("m", 0.0, 100.0),
         Group.JUDGEMENT,
-        "how wrong the position may be, for fences",
+        "how wrong the position may be, for fences and terrain",
         default=ASSUMED_POSITION_ERROR_M,
         unset="2.5",
         rows=(Row("position_error_m", "Position error", quantity.height),),

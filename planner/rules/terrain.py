@@ -68,6 +68,8 @@ _LEVEL = [
 ]
 _ALIKE_M = 0.01
 """Places that differ by less are as low as each other: the first is named. [m]"""
+_SAME_PLACE_M = 1e-3
+"""Lines shorter over ground go up and down. [m]"""
 _ROUNDING_M = 1e-4
 """Heights of grids are of single precision. [m]"""
 
@@ -79,12 +81,13 @@ BELOW_TERRAIN = Rule(
     "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
     how="Height of the predicted flight minus the ground of --terrain along the whole flight without "
     "take-off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so "
-    "that no ridge falls between two samples; fires below --clearance, 5 m by default (heights above "
-    "home and grids err by some metres each).  Legs that follow terrain on ArduPilot are judged by "
-    "their height above it.  Ground that is not known, without --terrain or outside of its grid, is level "
-    "with home: a path more than 1 m below it fires, and one nearer to it than --clearance is not evaluated "
-    "(X904): it cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, "
-    "the clearance is what ground of 15° rises, 5 m in 19 m.",
+    "that no ridge falls between two samples; --position-error to both sides of it too, and at every "
+    "centre nearer than that of cells narrower than twice as much; fires below --clearance, 5 m by default "
+    "(heights above home and grids err by some metres each).  Legs that follow terrain on ArduPilot are "
+    "judged by their height above it.  Ground not known, without --terrain or outside of its grid, is "
+    "level with home: a path more than 1 m below it fires, and one nearer to it than --clearance is not "
+    "evaluated (X904): it cannot be wrong by less than ground that is known.  Around home, where the vehicle "
+    "stood, the clearance is what ground of 15° rises, 5 m in 19 m.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -114,7 +117,8 @@ RETURN_BELOW_TERRAIN = Rule(
     "the mission), at the height of its return: PX4 the higher of its own and RTL_RETURN_ALT over that "
     "place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT over home, whatever "
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
-    "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines.  Where "
+    "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
+    "--position-error of them.  Where "
     "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Outside of the grid the ground is level "
     "with home (X902); not evaluated (X904) without --terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
@@ -256,7 +260,8 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
         whole = not is_known.any()
         outside = quantity.distance(float(clearance.length_m[~is_known].sum()))
         yield _outside(a, "the whole flight" if whole else outside, int(item[is_known.argmin()]))
-    yield from _too_low(a, flown)
+    over = tuple(_too_low(a, flown))
+    yield from over or _beside(a, terrain, flown)
     yield from _follows_too_low(a)
     if not is_known.any():
         return
@@ -370,6 +375,95 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
         if is_known[worst]
         else "correct the altitude, or give --terrain where the ground falls away",
     )
+
+
+def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Finding]:
+    """Yield a finding where the ground beside the path is too high, as near as the vehicle may be to it.
+
+    The path is judged shifted to both sides; of cells so fine that one may be between, every centre is.
+    """
+    from planner.flight.path import FlightLines, flown_lines
+
+    error_m, path = a.setup.position_error_m, flown.path
+    follows = [_follows_terrain(a, int(item)) for item in path.item[flown.legs]]
+    lines = flown_lines(path, flown.legs[~np.array(follows)])
+    if not len(lines.owner) or error_m <= 0.0:
+        return
+    way_m = (lines.end_m - lines.start_m)[:, :2]
+    across = np.column_stack((-way_m[:, 1], way_m[:, 0], np.zeros(len(way_m))))
+    across *= error_m / np.maximum(np.hypot(*way_m.T), _SAME_PLACE_M)[:, None]
+    sides = FlightLines.joined(
+        [
+            replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
+            for side in (-across, across)
+        ]
+    )
+    sides = _near_home_cut(
+        sides.select(np.argsort(sides.owner, kind="stable")), a.setup.clearance_m
+    )
+    clearance = _clearance(a, terrain, sides)
+    least_m, _, _ = clearance.extremes_m()
+    low_m = np.where(clearance.is_known & (least_m < clearance.asked_m), least_m, np.inf)
+    worst = int(low_m.argmin())
+    lowest_m, leg = float(low_m[worst]), int(sides.owner[clearance.line[worst]])
+    peak = _highest_beside(a, terrain, lines)
+    if peak is not None and peak.clearance_m < lowest_m:
+        lowest_m, leg = peak.clearance_m, int(lines.owner[peak.row])
+    if lowest_m < np.inf:
+        yield a.finding(
+            BELOW_TERRAIN,
+            f"{_above(lowest_m, f'the ground within {_beside_m(a)} of the path')}{_asked(a, lowest_m)}",
+            item=int(path.item[leg]),
+            fix="fly higher there, or farther from it; --position-error says how wrong the position may be",
+        )
+
+
+def _beside_m(a: Assessment) -> str:
+    return quantity.height(a.setup.position_error_m)
+
+
+def _highest_beside(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> _Low | None:
+    """Return where a line passes lowest by a centre of fine cells; ``None`` where by none too low."""
+    import shapely
+
+    error_m, frame = a.setup.position_error_m, a.route.frame
+    if terrain.cell_m >= 2.0 * error_m:
+        return None
+    ends_m = np.stack((lines.start_m, lines.end_m), axis=1)
+    level_m = a.route.ground_datum_m + float(ends_m[..., 2].min()) - a.setup.clearance_m
+    box_m = ends_m.reshape(-1, 3)
+    box_m = np.concatenate((box_m - error_m, box_m + error_m))
+    latitude, longitude, ground_amsl_m = terrain.peaks_above(
+        level_m, *frame.latitude_longitude_deg(*_box_m(box_m))
+    )
+    if not len(latitude):
+        return None
+    peaks_m = np.column_stack(frame.east_north_m(latitude, longitude))
+    tree = shapely.STRtree(shapely.linestrings(ends_m[..., :2]))
+    peak, row = tree.query(shapely.points(peaks_m), predicate="dwithin", distance=error_m)
+    if not len(row):
+        return None
+    height_m = _nearest_height_m(peaks_m[peak], ends_m[row, 0], ends_m[row, 1])
+    clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
+    asked_m = np.minimum(a.setup.clearance_m, _RISE * np.hypot(*peaks_m[peak].T)) - _ROUNDING_M
+    clearance_m = np.where(clearance_m < asked_m, clearance_m, np.inf)
+    worst = int(clearance_m.argmin())
+    if not np.isfinite(clearance_m[worst]):
+        return None
+    return _Low(
+        float(clearance_m[worst]), int(row[worst]), np.append(peaks_m[peak[worst]], height_m[worst])
+    )
+
+
+def _nearest_height_m(place_m: FloatArray, start_m: FloatArray, end_m: FloatArray) -> FloatArray:
+    """Return the heights of lines where they are nearest to places on the map; of upright ones the least."""
+    way_m = end_m - start_m
+    squared = (way_m[:, :2] ** 2).sum(axis=1)
+    along = ((place_m - start_m[:, :2]) * way_m[:, :2]).sum(axis=1)
+    share = np.clip(along / np.maximum(squared, _SAME_PLACE_M**2), 0.0, 1.0)
+    nearest_m = start_m[:, 2] + share * way_m[:, 2]
+    lower_m = np.minimum(start_m[:, 2], end_m[:, 2])
+    return np.asarray(np.where(squared > _SAME_PLACE_M**2, nearest_m, lower_m))
 
 
 def _follows_terrain(a: Assessment, number: int) -> bool:
@@ -523,19 +617,23 @@ def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> _
     peaks_m = np.column_stack(frame.east_north_m(latitude, longitude))
     corners_m = np.stack((over_m[:, :2], turn_m[:, 0, :2], turn_m[:, 1, :2]), axis=1)
     tree = shapely.STRtree(shapely.convex_hull(shapely.linestrings(corners_m)))
-    peak, row = tree.query(shapely.points(peaks_m), predicate="intersects")
+    peak, row = tree.query(
+        shapely.points(peaks_m), predicate="dwithin", distance=a.setup.position_error_m
+    )
     # A place is over + u (turn_0 − over) + v (turn_1 − over); its height as straight lines have it.
     sides_m = corners_m[row, 1:] - corners_m[row, :1]
     away_m = peaks_m[peak] - corners_m[row, 0]
     area = sides_m[:, 0, 0] * sides_m[:, 1, 1] - sides_m[:, 0, 1] * sides_m[:, 1, 0]
-    is_wide = np.abs(area) > _NARROW_M2
-    peak, row, sides_m, away_m, area = (one[is_wide] for one in (peak, row, sides_m, away_m, area))
     if not len(row):
         return None
-    u = (away_m[:, 0] * sides_m[:, 1, 1] - away_m[:, 1] * sides_m[:, 1, 0]) / area
-    v = (away_m[:, 1] * sides_m[:, 0, 0] - away_m[:, 0] * sides_m[:, 0, 1]) / area
+    is_wide = np.abs(area) > _NARROW_M2
+    whole = np.where(is_wide, area, 1.0)
+    u = (away_m[:, 0] * sides_m[:, 1, 1] - away_m[:, 1] * sides_m[:, 1, 0]) / whole
+    v = (away_m[:, 1] * sides_m[:, 0, 0] - away_m[:, 0] * sides_m[:, 0, 1]) / whole
     base_m = over_m[row, 2]
     height_m = base_m + u * (turn_m[row, 0, 2] - base_m) + v * (turn_m[row, 1, 2] - base_m)
+    along_m = _nearest_height_m(peaks_m[peak], over_m[row], turn_m[row, 0])
+    height_m = np.where(is_wide, height_m, along_m)
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
     clearance_m = np.where(np.isnan(clearance_m), np.inf, clearance_m)
     worst = int(clearance_m.argmin())

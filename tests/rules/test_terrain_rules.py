@@ -25,7 +25,7 @@ from made_missions import (
     takeoff,
     waypoint,
 )
-from made_terrain import CELL_M, COLUMNS, ROWS, ground, of_heights, slope
+from made_terrain import CELL_DEG, CELL_M, COLUMNS, ROWS, ground, of_heights, slope
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -92,6 +92,50 @@ def test_a_ridge_between_two_waypoints_is_found(
     assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
     if fires:
         assert "below the ground" in found[0].message
+
+
+def pole(east_m: float, north_m: float) -> tuple[TerrainGrid, float]:
+    """Return level ground in cells of 1 m by 0.68 m with one 40 m higher, and how far east its centre is."""
+    rows, columns, cell_deg = 400, 41, CELL_DEG / CELL_M
+    wide_m = math.cos(math.radians(HOME.latitude_deg))
+    row, column = rows - 1 - round(north_m + 40.0), round(east_m / wide_m) + columns // 2
+    heights = np.full((rows, columns), 400.0, dtype=np.float32)
+    heights[row, column] += 40.0
+    south, west = north(-40.5), HOME.longitude_deg - 0.5 * columns * cell_deg
+    tile = replace(
+        ground(0.0).tiles[0],
+        heights_amsl_m=heights,
+        transform=(cell_deg, 0.0, west, 0.0, -cell_deg, south + rows * cell_deg),
+        bounds_deg=(south, west, south + rows * cell_deg, west + columns * cell_deg),
+        cell_m=wide_m,
+    )
+    return TerrainGrid(tiles=(tile,)), (column - columns // 2) * wide_m
+
+
+@settings(max_examples=4, deadline=None)
+@given(east_m=st.floats(-6.0, 6.0), north_m=st.floats(30.0, 270.0))
+def test_ground_as_near_as_the_position_may_be_wrong_is_under_the_path(
+    east_m: float, north_m: float
+) -> None:
+    terrain, beside_m = pole(east_m, north_m)
+    found = of("A102", findings(mission(takeoff(20), waypoint(300, 20), rtl()), terrain))
+    if abs(beside_m) <= 2.5:
+        assert [one.severity for one in found] == [Severity.ERROR]
+    elif abs(beside_m) > 2.5 + 0.69:  # its slopes end at the next centre
+        assert found == []
+
+
+@pytest.mark.parametrize(("steep", "is_low"), [(3.9, False), (4.1, True)])
+def test_ground_that_rises_beside_the_path_is_as_high_as_where_the_vehicle_may_be(
+    steep: float, *, is_low: bool
+) -> None:
+    # 2.5 m to the side it is 2.5 m × steep higher, of 10 m.
+    level = ground(0.0).tiles[0]
+    wide_m = CELL_M * math.cos(math.radians(HOME.latitude_deg))
+    east_m = (np.arange(COLUMNS) + 0.5 - 0.5 * COLUMNS) * wide_m
+    rising = of_heights(np.tile(400.0 + steep * east_m, (ROWS, 1)), level)
+    one = mission(takeoff(10), waypoint(300, 10), rtl())
+    assert bool(of("A102", findings(one, rising, Autopilot.ARDUPILOT))) is is_low
 
 
 def test_how_deep_and_where_is_said() -> None:
