@@ -18,14 +18,17 @@ from planner.mission.files import write_mission as write_mission
 from planner.mission.items import Mission as Mission
 from planner.physics.wind import Wind as Wind
 from planner.quantity import Spread as Spread
+from planner.report.fleet_exports import write_exports as write_exports
 from planner.selection import Selection as Selection
 from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
 from planner.service.fleet import FleetResult as FleetResult
 from planner.service.fleet import check_fleet as check_fleet
+from planner.service.fleet_contingency import Contingency as Contingency
 from planner.service.fleet_plan import FleetPlan as FleetPlan
 from planner.service.fleet_plan import plan_fleet as plan_fleet
 from planner.service.fleet_plan import write_plan as write_plan
+from planner.service.fleet_volumes import fleet_volumes as fleet_volumes
 from planner.service.preflight import CheckResult as CheckResult
 from planner.service.preflight import check as check
 from planner.service.separation import check_together as check_together

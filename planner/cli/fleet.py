@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import datetime as dt
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +13,7 @@ from planner.cli.options import (
     data_options,
     format_option,
     given_settings,
+    kind_option,
     path_option,
     setting_options,
 )
@@ -24,12 +26,13 @@ from planner.cli.output import (
     write_data,
 )
 from planner.errors import ExitCode, FleetFileError, UsageError
-from planner.setting import Group
+from planner.setting import Form, Group
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from planner.cli.options import Command
     from planner.fleet.fleet import Fleet
     from planner.service.fleet import FleetResult
     from planner.service.fleet_plan import FleetPlan
@@ -53,6 +56,52 @@ _REPORT = path_option(
 )
 
 
+def _read_instant(text: str) -> dt.datetime:
+    try:
+        instant = dt.datetime.fromisoformat(text)
+    except ValueError:
+        instant = None
+    if instant is None or instant.tzinfo is None:
+        msg = (
+            f"expected a date and time with its offset, such as 2026-05-12T08:00:00Z, got {text!r}"
+        )
+        raise ValueError(msg)
+    return instant
+
+
+def _export_options(command: Command) -> Command:
+    """Add the options of the files for other programs."""
+    for option in reversed(
+        (
+            path_option(
+                "--export",
+                "tracks",
+                multiple=True,
+                help="write the tracks: to a .geojson, .kml or .czml",
+            ),
+            path_option(
+                "--volumes", help="write the volumes other operators keep clear of, ASTM F3548-21"
+            ),
+            kind_option(
+                "--start-time",
+                Form(_read_instant, dt.datetime.isoformat),
+                "when the operation begins, such as 2026-05-12T08:00:00Z [default: start in [operation]]",
+                metavar="DATE-TIME",
+            ),
+            click.option(
+                "--geoid-height",
+                "geoid_height_m",
+                type=float,
+                metavar="M",
+                help="height of the geoid (sea level) above the WGS 84 ellipsoid, for .czml and volumes "
+                "[default: geoid_height_m in [operation]]",
+            ),
+        )
+    ):
+        command = option(command)
+    return command
+
+
 @click.group("fleet", short_help="Judge several vehicles, packs and jobs together.")
 def command() -> None:
     """Judge several vehicles, packs and jobs together."""
@@ -68,6 +117,7 @@ def command() -> None:
     help="judge contingencies too: each vehicle out, pack weak, sortie late, return from anywhere",
 )
 @_REPORT
+@_export_options
 @click.option("--exit-zero", is_flag=True, help="exit with 0 even where the fleet is a no-go")
 def check(
     fleet: str,
@@ -91,14 +141,16 @@ def check(
     from planner.report.fleet import fleet_json, fleet_text
     from planner.service.fleet import check_fleet
 
-    refuse_overwriting(output, (fleet,))
     _refuse_report(report, fleet, output)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
+    refuse_overwriting(output, (fleet,))
+    _refuse_exports(read, options)
     result = check_fleet(read, what_if=what_if)
     for one in result.sorties:
         show_traceback(getattr(one.result, "failure", ""))
+    _write_exports(result, options)
     is_json = file_format == "json"
     write_data(
         fleet_json(result, version=__version__)
@@ -137,6 +189,7 @@ def check(
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
 @format_option("text", "json")
 @_REPORT
+@_export_options
 def plan(
     fleet: str,
     *,
@@ -164,6 +217,7 @@ def plan(
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
+    _refuse_exports(read, options)
     made = plan_fleet(
         read, minimize=minimize, folder=folder, effort_s=effort_s, on_step=narrate_seldom()
     )
@@ -174,6 +228,7 @@ def plan(
         else plan_text(made, medium=standard_medium())
     )
     narrate(f"the plan is in {file}")
+    _write_exports(made.result, options)
     _write_report(made.result, report, made)
     return ExitCode.GO
 
@@ -202,6 +257,29 @@ def _write_report(result: FleetResult, report: Path | None, plan: FleetPlan | No
     page = fleet_html(result, version=__version__, made_at=datetime.now(UTC), plan=plan)
     write_data(page, output=report)
     narrate(f"the page is in {report}")
+
+
+def _refuse_exports(fleet: Fleet, options: Mapping[str, Any]) -> None:
+    """Raise ``UsageError`` where an export would take the place of what is read."""
+    flown = (one.mission for one in (*fleet.jobs.values(), *fleet.sorties.values()))
+    inputs = (fleet.source, *filter(None, flown))
+    for file in (*options["tracks"], options["volumes"]):
+        refuse_overwriting(file, inputs)
+
+
+def _write_exports(result: FleetResult, options: Mapping[str, Any]) -> None:
+    """Write the files for other programs that are asked for."""
+    if not options["tracks"] and options["volumes"] is None:
+        return
+    from planner.report.fleet_exports import write_exports
+
+    write_exports(
+        result,
+        tracks=options["tracks"],
+        volumes=options["volumes"],
+        start=options["start_time"],
+        geoid_height_m=options["geoid_height_m"],
+    )
 
 
 def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:

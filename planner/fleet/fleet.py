@@ -57,6 +57,15 @@ class FleetOperation(Part):
         None
     )
     latest_s: Annotated[float | None, Key("everything has landed by then", "s", _TIME)] = None
+    geoid_height_m: Annotated[
+        float | None,
+        Key(
+            "height of the geoid (sea level) above the WGS 84 ellipsoid there: for exports with heights "
+            "above the ellipsoid",
+            "m",
+            Range(-110.0, 90.0),
+        ),
+    ] = None
     must_survive: Annotated[
         tuple[str, ...],
         Key(
