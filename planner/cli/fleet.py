@@ -261,8 +261,9 @@ def _write_report(result: FleetResult, report: Path | None, plan: FleetPlan | No
 
 def _refuse_exports(fleet: Fleet, options: Mapping[str, Any]) -> None:
     """Raise ``UsageError`` where an export would take the place of what is read."""
-    flown = (one.mission for one in (*fleet.jobs.values(), *fleet.sorties.values()))
-    inputs = (fleet.source, *filter(None, flown))
+    jobs = (one.mission for one in fleet.jobs.values())
+    flown = (fleet.mission_of(one) for one in fleet.sorties.values())
+    inputs = (fleet.source, *jobs, *flown)
     for file in (*options["tracks"], options["volumes"]):
         refuse_overwriting(file, inputs)
 
