@@ -37,14 +37,19 @@ def review_app(*files: str, given: Mapping[str, object] | None = None) -> Review
     return ReviewApp(files or (TOO_FAR,), lambda file: what_if_of(file, given))
 
 
+async def checked(pilot: Pilot[None]) -> Screen[Any]:
+    """Wait until every check is done and shown; return the screen."""
+    await pilot.pause()
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+    return pilot.app.screen
+
+
 async def settled(pilot: Pilot[None]) -> ReviewScreen:
     """Wait until every check is done and shown; return the review."""
-    await pilot.pause()
-    await pilot.app.workers.wait_for_complete()
-    await pilot.pause()
-    await pilot.app.workers.wait_for_complete()
-    await pilot.pause()
-    screen = pilot.app.screen
+    screen = await checked(pilot)
     assert isinstance(screen, ReviewScreen)
     return screen
 

@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,13 +20,19 @@ from planner.cli.options import (
     setting_options,
 )
 from planner.errors import ExitCode, LinkError, UsageError
+from planner.setup import settings
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 LEAST_COLUMNS, LEAST_ROWS = 60, 16
 """A smaller terminal cannot show one pane."""
 
 
 @click.command("review")
-@click.argument("missions", metavar="[MISSION|FOLDER|URL]...", nargs=-1, type=MISSION_PATH)
+@click.argument(
+    "missions", metavar="[MISSION|FLEET.toml|FOLDER|URL]...", nargs=-1, type=MISSION_PATH
+)
 @setting_options(*CHECK_GROUPS)
 @link_options
 def command(missions: tuple[str, ...], **options: object) -> ExitCode:
@@ -34,7 +41,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     Without a mission, those of the current folder are offered; of several, and of a folder, a list
     with the verdict of each.  Everything it shows, mavjoule check reports too.  URL is the address of a
     vehicle, as for fetch: what is on it, its charge and home are followed, and its flight; nothing
-    is ever commanded.
+    is ever commanded.  A fleet file is moved in time: timeline, map, vehicles and findings.
     """
     link = taken_link(options)
     is_live = any(is_vehicle(mission) for mission in missions)
@@ -51,6 +58,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
         msg = f"the terminal UI needs textual (pip install textual); {_instead(missions)}"
         raise UsageError(msg) from error
     given = given_settings(options)
+    _refuse_settings_of_fleets(missions, given)
 
     def what_if_of(mission: str) -> WhatIf:
         file = "-" if is_live else mission
@@ -88,5 +96,22 @@ def _refuse_terminal(missions: tuple[str, ...]) -> None:
     raise UsageError(msg)
 
 
+def _is_fleet(mission: str) -> bool:
+    return Path(mission).suffix.lower() == ".toml"
+
+
+def _refuse_settings_of_fleets(missions: tuple[str, ...], given: Mapping[str, object]) -> None:
+    """Raise ``UsageError`` where an option is given that each vehicle of a fleet has of its own."""
+    from planner.fleet.reader import condition_settings
+
+    fleets = [mission for mission in missions if _is_fleet(mission)]
+    own = [key for key in given if key not in condition_settings()]
+    if fleets and own:
+        msg = f"{settings()[own[0]].option} is not for a fleet: {fleets[0]} says it of each vehicle"
+        raise UsageError(msg)
+
+
 def _instead(missions: tuple[str, ...]) -> str:
-    return f"run instead: {command_text(['mavjoule', 'check', *(missions or ('MISSION',))])}"
+    command = ["fleet", "check"] if missions and all(map(_is_fleet, missions)) else ["check"]
+    words = command_text(["mavjoule", *command, *(missions or ("MISSION",))])
+    return f"run instead: {words}"

@@ -125,6 +125,16 @@ def read_fleet(path: str | Path, *, given: Settings | None = None) -> Fleet:
     return fleet
 
 
+def is_fleet_file(path: str | Path) -> bool:
+    """Return whether a file has the tables of a fleet; nothing is said of what it says of them."""
+    try:
+        data = read_bounded(path, most_bytes=MOST_BYTES, error=FleetFileError, what=WHAT)
+        document = toml_document(data, source=str(path), error=FleetFileError, what=WHAT)
+    except FleetFileError:
+        return False
+    return all(isinstance(document.get(one), dict) for one in ("vehicle", "job"))
+
+
 class _FleetReading(Reading):
     """The problems found while the tables of a fleet file are turned into values."""
 

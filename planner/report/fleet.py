@@ -99,12 +99,27 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
         ]
         lines += table_lines([("what if", "holds", "instead"), *answers], alignment="<<<")
     lines += _finding_lines(result, medium=medium)
-    suppressed = (
-        *(one.finding for one in result.suppressed),
-        *(one for sortie in result.sorties for one in sortie.result.suppressed),
-    )
-    lines += ["", closing_line(result.all_findings, suppressed=suppressed)]
+    lines += ["", closing_line(result.all_findings, suppressed=suppressed_findings(result))]
     return "\n".join(lines) + "\n"
+
+
+def fleet_headline(result: FleetResult) -> str:
+    """Return what a fleet takes, in a line."""
+    totals = result.totals
+    counts = (
+        quantity.count(totals.sorties, "sortie", "sorties"),
+        quantity.count(totals.vehicles, "vehicle"),
+        quantity.duration(totals.makespan_s),
+    )
+    energy = quantity.energy(totals.energy_wh)
+    partly = "" if totals.is_energy_whole or totals.energy_wh is None else ", not of every sortie"
+    return f"{counts[0]} on {counts[1]} in {counts[2]}, {energy}{partly}"
+
+
+def suppressed_findings(result: FleetResult) -> list[Finding]:
+    """Return what is not reported, as asked, of the fleet and of its sorties."""
+    own = [one for sortie in result.sorties for one in sortie.result.suppressed]
+    return [*(one.finding for one in result.suppressed), *own]
 
 
 def _finding_lines(result: FleetResult, *, medium: Medium) -> Iterator[str]:

@@ -98,6 +98,11 @@ class Track(Value, eq=False):
         )
         return east_m, north_m, height_m
 
+    def used_at(self, time_s: float) -> float | None:
+        """Return the energy used by a time; ``None``: not known. [Wh]"""
+        used_wh = float(np.interp(time_s, self.time_s, self.used_wh))
+        return None if math.isnan(used_wh) else used_wh
+
     def item_at(self, time_s: float) -> int:
         """Return the item flown at a time."""
         return int(self.item[max(int(np.searchsorted(self.item_s, time_s, side="right")) - 1, 0)])
@@ -139,6 +144,11 @@ class FleetTimeline(Value, eq=False):
     def power_w(self) -> FloatArray:
         """Mean power of the group in each span. (k,) [W]"""
         return np.asarray(np.diff(self.used_wh) / np.diff(self.edge_s) * 3600.0)
+
+    def group_at(self, time_s: float) -> tuple[float, float]:
+        """Return the mean power of the group about a time, and its energy by then. [W], [Wh]"""
+        span = int(np.clip(np.searchsorted(self.edge_s, time_s, side="right") - 1, 0, _SPANS - 1))
+        return float(self.power_w[span]), float(np.interp(time_s, self.edge_s, self.used_wh))
 
     def vehicles_at(self, time_s: float) -> Iterator[Track]:
         """Yield of each vehicle the track it is on at a time: flown, last flown, or first to be flown."""

@@ -10,7 +10,8 @@ from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.theme import Theme
 
-from planner.tui.screens.missions import MissionsScreen
+from planner.tui.screens.fleet import FleetScreen
+from planner.tui.screens.missions import FLEET_SUFFIX, MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ THEMES = (DARK, LIGHT.name, HIGH_CONTRAST.name)
 
 
 class ReviewApp(App[None]):
-    """Reviews mission files, folders of them, or the vehicle on a link; ``what_if_of`` has settings."""
+    """Reviews missions, folders of them, a fleet, or the vehicle on a link; ``what_if_of`` has settings."""
 
     TITLE = "mavjoule review"
     CSS = """
@@ -96,13 +97,15 @@ class ReviewApp(App[None]):
         """The review of the vehicle."""
 
     def get_default_screen(self) -> Screen[None]:
-        """Return the mission, the list of them, or the vehicle."""
+        """Return the mission, the list of them, the fleet, or the vehicle."""
         [first, *others] = self.missions
         if self.link is not None:
             from planner.tui.screens.live import LiveScreen
 
             self.live = LiveScreen(self.link, self.what_if_of)
             return self.live
+        if not others and Path(first).suffix.lower() == FLEET_SUFFIX:
+            return FleetScreen(first, self.what_if_of(first).given)
         if others or Path(first).is_dir():
             return MissionsScreen(self.missions, self.what_if_of)
         return ReviewScreen(first, self.what_if_of)
@@ -110,7 +113,7 @@ class ReviewApp(App[None]):
     def action_missions(self) -> None:
         """Go from a review to the list of missions, of its folder where none was given."""
         review = self.screen
-        if not isinstance(review, ReviewScreen):
+        if not isinstance(review, ReviewScreen | FleetScreen):
             return
         if len(self.screen_stack) > 1:
             self.pop_screen()

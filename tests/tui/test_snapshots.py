@@ -18,24 +18,26 @@ FOLDER = Path(__file__).parent / "snapshots"
 SHOTS = {
     "energy-of-a-no-go": ("crossing-too-far.plan", (80, 24), ("p", "p", "p", "2")),
     "map-of-a-survey": ("survey-vineyard.plan", (80, 24), ("3",)),
+    "fleet-in-time": ("fleets/delivery-two-pads.toml", (80, 24), ("n", "n")),
 }
 """Mission, size of the terminal and keys, by name."""
 
 
 async def screenshot(mission: str, size: tuple[int, int], keys: tuple[str, ...]) -> str:
-    from reviews import review_app, settled
+    from reviews import checked, review_app
 
     async with review_app(mission).run_test(size=size) as pilot:
-        await settled(pilot)
+        await checked(pilot)
         for key in keys:
             await pilot.press(key)
-        await settled(pilot)
+        await checked(pilot)
         return pilot.app.export_screenshot()
 
 
 @pytest.mark.asyncio
 @pytest.mark.parametrize("name", SHOTS)
 async def test_the_screen_looks_as_it_did(name: str) -> None:
+    shutil.copytree(FOLDER.parents[2] / "missions" / "fleets", "fleets")
     taken = (FOLDER / f"{name}.svg").read_text(encoding="utf-8")
     assert await screenshot(*SHOTS[name]) == taken, f"run {Path(__file__).name} if this is meant"
 

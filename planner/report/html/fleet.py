@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner import catalogue, quantity
 from planner.report.figures import KEY_FIGURES, ShownFigure, shown_figure
-from planner.report.fleet import fleet_document
+from planner.report.fleet import fleet_document, fleet_headline, suppressed_findings
 from planner.report.html.mission import FindingView, finding_view, time_layers, zoomable
 from planner.report.html.page import page_json, page_text, refuse_without_libraries, template
 from planner.report.plots.fleet import (
@@ -95,9 +95,9 @@ def fleet_html(
         {
             "verdict": result.verdict_text,
             "file": printable(result.file),
-            "headline": _headline(result),
+            "headline": fleet_headline(result),
             "cards": _figures(document["totals"], "totals", _CARDS),
-            "closing": closing_line(result.all_findings, suppressed=_suppressed(result)),
+            "closing": closing_line(result.all_findings, suppressed=suppressed_findings(result)),
             "problems": [one for one in views if one[1].finding in by_weight(_findings(result))[0]],
             "notes": [one for one in views if one[1].finding in by_weight(_findings(result))[1]],
             "suppressed": [
@@ -222,23 +222,6 @@ def _start(result: FleetResult) -> str | None:
 
 def _findings(result: FleetResult) -> list[Finding]:
     return [one.finding for one in result.findings]
-
-
-def _suppressed(result: FleetResult) -> list[Finding]:
-    own = [one for sortie in result.sorties for one in sortie.result.suppressed]
-    return [*(one.finding for one in result.suppressed), *own]
-
-
-def _headline(result: FleetResult) -> str:
-    totals = result.totals
-    counts = (
-        quantity.count(totals.sorties, "sortie", "sorties"),
-        quantity.count(totals.vehicles, "vehicle"),
-        quantity.duration(totals.makespan_s),
-    )
-    energy = quantity.energy(totals.energy_wh)
-    partly = "" if totals.is_energy_whole or totals.energy_wh is None else ", not of every sortie"
-    return f"{counts[0]} on {counts[1]} in {counts[2]}, {energy}{partly}"
 
 
 def _separation_text(result: FleetResult) -> str:

@@ -13,13 +13,17 @@ from textual.widgets import Static
 from textual.worker import get_current_worker
 
 from planner import quantity
-from planner.errors import MavjouleError, bug_text
+from planner.errors import FleetFileError, MavjouleError, bug_text
 from planner.findings import Severity
+from planner.fleet.reader import is_fleet_file
+from planner.report.fleet import fleet_headline
 from planner.report.text import by_weight, headline, printable
+from planner.service.fleet import FleetResult
 from planner.service.preflight import CheckResult, UnreadableMission, check_file
 from planner.tui.checked import FileWatch, deciding_files
 from planner.tui.details import Details, summary
 from planner.tui.rows import LEFT_OPEN, MARKS, NOT_CHECKED, finding_line
+from planner.tui.screens.fleet import FleetScreen, checked_fleet, fleet_files, fleet_summary
 from planner.tui.widgets.bars import KeyBar
 from planner.tui.widgets.panes import DetailsPane
 from planner.tui.widgets.row_list import RowList, Table, TableColumn
@@ -35,10 +39,12 @@ if TYPE_CHECKING:
 
 SUFFIXES = frozenset({".plan", ".waypoints", ".mission"})
 """What mission files are called; a file that is named by the user may be called anything."""
+FLEET_SUFFIX = ".toml"
+"""What fleet files are called, as are models and settings, which hold other tables."""
 MOST_LISTED = 2000
 
 
-Outcome = CheckResult | UnreadableMission | str
+Outcome = CheckResult | UnreadableMission | FleetResult | str
 """Of a check; a text says why a mission could not be checked."""
 
 
@@ -48,10 +54,11 @@ class MissionEntry(Value):
     path: str
     name: str
     is_folder: bool = False
+    is_fleet: bool = False
 
 
 def entries_of(folder: Path) -> tuple[MissionEntry, ...]:
-    """Return the missions of a folder and its folders, the way up first.
+    """Return the missions and fleets of a folder and its folders, the way up last.
 
     Hidden ones are left out; what cannot be read holds nothing.
     """
@@ -61,6 +68,9 @@ def entries_of(folder: Path) -> tuple[MissionEntry, ...]:
         inside = []
     seen = [path for path in inside if not path.name.startswith(".")][:MOST_LISTED]
     missions = [path for path in seen if path.suffix.lower() in SUFFIXES and path.is_file()]
+    missions += [
+        path for path in seen if path.suffix.lower() == FLEET_SUFFIX and is_fleet_file(path)
+    ]
     folders = [path for path in seen if path.is_dir()]
     return (
         *(_entry(str(path), path.name) for path in (*missions, *folders)),
@@ -71,7 +81,10 @@ def entries_of(folder: Path) -> tuple[MissionEntry, ...]:
 def _entry(path: str, name: str) -> MissionEntry:
     is_folder = Path(path).is_dir()
     return MissionEntry(
-        path=path, name=printable(name) + ("/" if is_folder else ""), is_folder=is_folder
+        path=path,
+        name=printable(name) + ("/" if is_folder else ""),
+        is_folder=is_folder,
+        is_fleet=not is_folder and Path(path).suffix.lower() == FLEET_SUFFIX,
     )
 
 
@@ -97,7 +110,7 @@ def mission_table(entries: Sequence[MissionEntry], results: Mapping[str, Outcome
         sign = (
             "✔" if _is_go(result) else _OPEN_SIGNS.get(result.verdict_text, MARKS[Severity.ERROR])
         )
-        return sign, entry.name, result.verdict_text, headline(result)
+        return sign, entry.name, result.verdict_text, _headline(result)
 
     return Table(
         entries=entries,
@@ -110,6 +123,10 @@ def mission_table(entries: Sequence[MissionEntry], results: Mapping[str, Outcome
         cells_of=cells,
         tone_of=lambda entry: _tone(results.get(entry.path)),
     )
+
+
+def _headline(result: CheckResult | UnreadableMission | FleetResult) -> str:
+    return fleet_headline(result) if isinstance(result, FleetResult) else headline(result)
 
 
 _OPEN_SIGNS = {NOT_CHECKED: LEFT_OPEN}
@@ -135,8 +152,11 @@ def preview(entry: MissionEntry, result: Outcome | None) -> Details:
         return Details(title=entry.name)
     if isinstance(result, str):
         return Details(title=entry.name, tone="error", parts=(("", printable(result)),))
-    brief = summary(result)
-    problems = map(finding_line, by_weight(result.findings)[0])
+    if isinstance(result, FleetResult):
+        brief, found = fleet_summary(result), result.all_findings
+    else:
+        brief, found = summary(result), result.findings
+    problems = dict.fromkeys(map(finding_line, by_weight(found)[0]))
     texts = (brief.headline, brief.return_plan, *problems, brief.closing, brief.not_checked)
     return Details(
         title=f"{brief.verdict}  {entry.name}",
@@ -237,6 +257,8 @@ class MissionsScreen(Screen[None]):
         for path in paths[:1]:
             with suppress(MavjouleError):
                 files += deciding_files(path, self._what_if_of(path))
+        for result in self._results.values():
+            files += fleet_files(result) if isinstance(result, FleetResult) else ()
         self._watch.follow(files)
 
     @work(thread=True, exclusive=True, group="missions", description="check")
@@ -246,15 +268,24 @@ class MissionsScreen(Screen[None]):
             if worker.is_cancelled:
                 return
             try:
-                result: Outcome = check_file(path, self._what_if_of(path).setup())
+                result = self._checked(path)
+            except FleetFileError as error:
+                result = "; ".join(error.problems)
             except (MavjouleError, ValueError) as error:
                 result = str(error)
             except Exception as error:  # noqa: BLE001 - the other missions are checked still
                 result = bug_text(error)
             self.call_later(self._take, path, result)
 
+    def _checked(self, path: str) -> Outcome:
+        what_if = self._what_if_of(path)
+        if Path(path).suffix.lower() == FLEET_SUFFIX:
+            return checked_fleet(path, what_if.given)
+        return check_file(path, what_if.setup())
+
     def _take(self, path: str, result: Outcome) -> None:
         self._results[path] = result
+        self._follow()
         self._show()
 
     @on(RowList.Selected, "#missions")
@@ -272,7 +303,12 @@ class MissionsScreen(Screen[None]):
             self._go_to(Path(entry.path))
             return
         try:
-            self.app.push_screen(ReviewScreen(entry.path, self._what_if_of))
+            what_if_of = self._what_if_of
+            self.app.push_screen(
+                FleetScreen(entry.path, what_if_of(entry.path).given)
+                if entry.is_fleet
+                else ReviewScreen(entry.path, what_if_of)
+            )
         except MavjouleError as error:
             self.notify(str(error), severity="error", markup=False)
 

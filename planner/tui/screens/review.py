@@ -124,7 +124,7 @@ class ReviewScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Yield the verdict, the panes and the keys."""
         yield VerdictStrip(f"Checking {self.file} …", id="verdict", markup=False)
-        yield PaneBar(id="pane-bar")
+        yield PaneBar(PANES, id="pane-bar")
         yield Panes()
         yield KeyBar()
 

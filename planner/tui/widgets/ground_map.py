@@ -14,6 +14,8 @@ from planner.tui.widgets.canvas import DOTS_ACROSS, DOTS_DOWN, VEHICLE, Canvas, 
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from textual import events
 
     from planner.arrays import FloatArray
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from planner.geo.geodesy import LocalFrame
     from planner.physics.wind import Wind
     from planner.rules.assessment import Assessment
+    from planner.tui.widgets.fleet_plots import FleetGround
 
 
 _SAMPLES = 3000
@@ -57,6 +60,20 @@ class Ground(Value, eq=False):
     frame: LocalFrame
     wind: Wind
 
+    @property
+    def end_s(self) -> float:
+        """When the flight ends. [s]"""
+        return float(self.time_s[-1])
+
+    @property
+    def tracks_m(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """East and north of what is flown. (n,) [m]"""
+        return ((self.east_m, self.north_m),)
+
+    def vehicles_at(self, time_s: float) -> tuple[tuple[str, tuple[float, float]], ...]:
+        """Return a sign for each vehicle, and where it is at a time. [m]"""
+        return (("◆", self.place_m(time_s)),)
+
     def place_m(self, time_s: float) -> tuple[float, float]:
         """Return where the vehicle is at a time, east and north. [m]"""
         return (
@@ -66,10 +83,7 @@ class Ground(Value, eq=False):
 
     def extent_m(self) -> tuple[float, float, float, float]:
         """Return west, south, east and north ends of all there is to draw. [m]"""
-        drawn: tuple[Ground | Outline | Mark, ...] = (self, *self.outlines, *self.marks)
-        east_m = np.concatenate([np.atleast_1d(one.east_m) for one in drawn])
-        north_m = np.concatenate([np.atleast_1d(one.north_m) for one in drawn])
-        return float(east_m.min()), float(north_m.min()), float(east_m.max()), float(north_m.max())
+        return extent_m(self.tracks_m, (*self.outlines, *self.marks))
 
     def stretch_m(self, stretch: FlightStretch) -> list[tuple[FloatArray, FloatArray]]:
         """Return the parts of a finding's stretch, east and north of each. (n,) [m]"""
@@ -86,6 +100,17 @@ class Ground(Value, eq=False):
         """Return when the vehicle is nearest to a place. [s]"""
         nearest = np.argmin(np.hypot(self.east_m - east_m, self.north_m - north_m))
         return float(self.time_s[nearest])
+
+
+def extent_m(
+    tracks_m: Sequence[tuple[FloatArray, FloatArray]], drawn: Sequence[Outline | Mark]
+) -> tuple[float, float, float, float]:
+    """Return west, south, east and north ends of tracks and of what else is drawn. [m]"""
+    places_m = [*tracks_m, *((one.east_m, one.north_m) for one in drawn)]
+    east_m, north_m = (
+        np.concatenate([np.atleast_1d(place_m[axis]) for place_m in places_m]) for axis in (0, 1)
+    )
+    return float(east_m.min()), float(north_m.min()), float(east_m.max()), float(north_m.max())
 
 
 def ground(assessment: Assessment | None) -> Ground | None:
@@ -157,6 +182,7 @@ def scale_bar_m(m_per_dot: float, dots: int) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most_m * (1 + 1e-9))
 
 
+_TRACK_INKS = ("curve", "second")
 _FINEST_M = 0.05
 """A dot is no less than this. [m]"""
 
@@ -178,7 +204,7 @@ class GroundMap(Drawing):
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 - of Widget
         super().__init__(**options)
-        self._ground: Ground | None = None
+        self._ground: Ground | FleetGround | None = None
         self._stretch: FlightStretch | None = None
         self._span_s: tuple[float, float] | None = None
         self._scale: Scale | None = None
@@ -191,10 +217,10 @@ class GroundMap(Drawing):
     @property
     def end_s(self) -> float:
         """When the flight ends; 0 where nothing is flown. [s]"""
-        return 0.0 if self._ground is None else float(self._ground.time_s[-1])
+        return 0.0 if self._ground is None else self._ground.end_s
 
-    def show(self, ground: Ground | None) -> None:
-        """Show another flight."""
+    def show(self, ground: Ground | FleetGround | None) -> None:
+        """Show another flight, or those of a fleet."""
         self._ground = ground
         self.redraw()
 
@@ -289,7 +315,8 @@ class GroundMap(Drawing):
             if not outline.is_inclusion:  # crossed out, so that no colour is needed
                 column, row = int(x.mean()) // DOTS_ACROSS, int(y.mean()) // DOTS_DOWN
                 canvas.write(column, row, "✖", "exclusion")
-        canvas.line(*scale.dots(ground.east_m, ground.north_m), "curve")
+        for number, track_m in enumerate(ground.tracks_m):
+            canvas.line(*scale.dots(*track_m), _TRACK_INKS[number % len(_TRACK_INKS)])
         for mark in ground.marks:
             canvas.write(*_cell((mark.east_m, mark.north_m), scale), mark.letter, "mark")
         self._write_legend(canvas, ground, scale)
@@ -299,11 +326,13 @@ class GroundMap(Drawing):
         return canvas
 
     @staticmethod
-    def _write_legend(canvas: Canvas, ground: Ground, scale: Scale) -> None:
+    def _write_legend(canvas: Canvas, ground: Ground | FleetGround, scale: Scale) -> None:
         length_m = scale_bar_m(scale.m_per_dot, canvas.width // 4)
         bar = "─" * max(round(length_m / scale.m_per_dot / DOTS_ACROSS) - 2, 0)
         canvas.write(0, canvas.rows - 1, f"├{bar}┤ {quantity.distance(length_m)}", "axis")
-        if ground.wind.speed_m_s:
+        if ground.wind is None:
+            wind = ""
+        elif ground.wind.speed_m_s:
             wind = f"wind {wind_arrow(ground.wind)} {quantity.speed(ground.wind.speed_m_s)}"
         else:
             wind = "no wind"
@@ -315,15 +344,16 @@ class GroundMap(Drawing):
         ground, scale = self._ground, self._scale
         if ground is None or scale is None:
             return
-        if self._span_s is not None:
+        if self._span_s is not None and isinstance(ground, Ground):
             at = np.linspace(*self._span_s, 200)
             east_m = np.interp(at, ground.time_s, ground.east_m)
             north_m = np.interp(at, ground.time_s, ground.north_m)
             self._draw_stretch(canvas, *scale.dots(east_m, north_m))
-        if self._stretch is not None:
+        if self._stretch is not None and isinstance(ground, Ground):
             for part_m in ground.stretch_m(self._stretch):
                 self._draw_stretch(canvas, *scale.dots(*part_m))
-        canvas.write(*_cell(ground.place_m(self.cursor_s), scale), "◆", "cursor")
+        for sign, place_m in ground.vehicles_at(self.cursor_s):
+            canvas.write(*_cell(place_m, scale), sign, "cursor")
         if self._vehicle_m is not None:
             canvas.write(*_cell(self._vehicle_m, scale), VEHICLE, "cursor")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import on
 from textual.containers import Container, VerticalScroll
@@ -26,6 +26,8 @@ from planner.tui.widgets.row_list import RowList, Table
 from planner.tui.widgets.what_if_form import WhatIfForm
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from textual.app import ComposeResult
 
     from planner.findings import Finding
@@ -60,14 +62,18 @@ class PaneBar(Static):
     }
     """
 
+    def __init__(self, panes: Mapping[str, str], **options: Any) -> None:  # noqa: ANN401 - of Widget
+        super().__init__(**options)
+        self._panes = panes
+
     def on_mount(self) -> None:
         """Show that the first pane is shown."""
-        self.show(next(iter(PANES)))
+        self.show(next(iter(self._panes)))
 
     def show(self, current: str) -> None:
         """Show the names of the panes, and which one is shown."""
         parts = []
-        for number, (pane, name) in enumerate(PANES.items(), start=1):
+        for number, (pane, name) in enumerate(self._panes.items(), start=1):
             part = Content.from_markup(f"[@click=screen.show_pane('{pane}')] {number} {name} [/]")
             parts.append(part.stylize("bold reverse") if pane == current else part)
         self.update(Content("").join(parts))
