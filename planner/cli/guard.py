@@ -73,8 +73,8 @@ _DEFAULTS = GuardSettings()
 @kind_option(
     "--valid-for",
     Duration(least_s=1.0),
-    "how long an acceptance holds; PX4 does not ask again until then [default: 1 s, and 5 s where the "
-    "pilot has to arm twice, COM_ARM_AUTH_MET 1]",
+    "how long an acceptance holds; PX4 does not ask again until then [default: for the arming that asked, "
+    "and 5 s where the pilot has to arm twice, COM_ARM_AUTH_MET 1]",
 )
 @kind_option(
     "--confirm-within",

@@ -31,8 +31,9 @@ _DEFAULT_WAIT_S = 1.0
 _METHODS = {0: "the first arming waits for the answer", 1: "arm twice: the first time asks"}
 """By COM_ARM_AUTH_MET."""
 _TWO_STEPS = 1
-_SHORTEST_S = 1
-"""An answer that the arming itself waits for is used as it comes, and held for at least a second. [s]"""
+_SHORTEST_S = 0
+"""An answer that the arming itself waits for is used as it comes: PX4 1.17 arms by one that holds for no
+time, and asks again at the next arming. [s]"""
 _ENOUGH_WAIT_S = 5.0
 """COM_ARM_AUTH_TO in which mission, fence, rally points and parameters are confirmed on a busy computer
 too; 2 s were too short on one. [s]"""

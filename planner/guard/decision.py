@@ -118,7 +118,7 @@ class ArmingStatus(Value):
     is_asking: bool
     wait_s: float
     """How long it waits for an answer. [s]"""
-    holds_s: int = 1
+    holds_s: int = 0
     """How long an acceptance has to hold, so that it arms by it. [s]"""
     is_armed: bool = False
 
@@ -377,7 +377,7 @@ class Guard:
         self._is_checking = False
         self._is_asking = False
         self._wait_s = 1.0
-        self._holds_s = 1
+        self._holds_s = 0
         self._is_armed = False
         self._heard_s = now_s
         self._pending: list[tuple[ArmRequest, float]] = []
@@ -492,7 +492,7 @@ class Guard:
                 return ArmAnswer(
                     result=ArmResult.ACCEPTED,
                     text=self._judged.judgement.text,
-                    valid_for_s=self._settings.valid_for_s or self._holds_s,
+                    valid_for_s=self._valid_for_s,
                 )
             late = (
                 "the vehicle could not be read again before it stops waiting: arm once more; a slow "
@@ -502,6 +502,11 @@ class Guard:
         if obstacle.may_pass and in_time:
             return None
         return _rejection(obstacle.judgement)
+
+    @property
+    def _valid_for_s(self) -> int:
+        given_s = self._settings.valid_for_s
+        return self._holds_s if given_s is None else given_s
 
     def _answered(
         self, request: ArmRequest, answer: ArmAnswer, obstacle: _Obstacle | None, now_s: float

@@ -115,7 +115,8 @@ def decision_text(decision: Decision) -> str:
     match decision.kind:
         case "answer":
             result = str(details["result"]).replace("_", " ")
-            held = f" for {details['valid_for_s']} s" if details["result"] == "accepted" else ""
+            valid_s = details.get("valid_for_s")
+            held = f" for {valid_s} s" if valid_s else ""
             return f"arm request {result}{held}: {decision.text}"
         case "verdict":
             return f"verdict {decision.verdict}: {decision.text}"
