@@ -7,6 +7,8 @@ After ``AP_Arming.cpp``, ``AP_Arming_Copter.cpp``, ``AP_MotorsMulticopter.cpp``,
 from __future__ import annotations
 
 import math
+import re
+from collections import Counter
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,14 +16,17 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command
+from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.rules.declaration import ARDUPILOT, PX4, judges
 from planner.rules.declaration import PARAMETERS as PARAMETERS_IN_USE
+from planner.rules.fence_settings import AREAS, CIRCLE, fence_is_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from planner.findings import Finding
+    from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -40,8 +45,15 @@ _SATELLITES = 3
 """EK3_SRC1_POSXY of a position by satellites."""
 _WITHOUT_THROTTLE = 2
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
-_CIRCLE = 2
-"""Bit of FENCE_TYPE."""
+_SWITCHES = re.compile(r"RC\d+_OPTION")
+_OPTIONS = 256
+"""Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
+_OUTPUTS, _OUTPUTS_OF_A_FILE = re.compile(r"SERVO\d+_FUNCTION"), 8
+"""The outputs of a vehicle, and the least number of them: a file with fewer does not list them all."""
+_FIRST_MOTOR = 33
+"""SERVOx_FUNCTION of the first motor; the others follow."""
+_MOTORS = {1: 4, 2: 6, 3: 8, 4: 8, 5: 6}
+"""Motors by FRAME_CLASS: quad, hexa, octa, octa-quad, Y6."""
 
 
 class _Given(NamedTuple):
@@ -49,6 +61,7 @@ class _Given(NamedTuple):
 
     own: ArduPilotParameters
     values: dict[str, float]
+    mission: Mission
 
     def value(self, *names: str, default: float) -> float:
         """Return the first of some names that the file holds, in its own unit."""
@@ -58,7 +71,28 @@ class _Given(NamedTuple):
     def has_fence(self) -> bool:
         """Whether AC_Fence checks its parameters."""
         own = self.own
-        return bool(own.fence_type) and bool(own.fence_enable or own.fence_auto_enable)
+        return bool(own.fence_type) and fence_is_on(own)
+
+    @property
+    def lacks_areas(self) -> bool:
+        """Whether the vehicle has no fence area: a plan brings its own, a text file leaves what is there."""
+        holds = self.mission.file_format is MissionFormat.WPL and self.value(
+            "FENCE_TOTAL", default=1
+        )
+        return not (self.mission.fence or holds)
+
+    def counted(self, pattern: re.Pattern[str]) -> Counter[int]:
+        """Return how often each value is given to the parameters of a pattern."""
+        return Counter(int(value) for name, value in self.values.items() if pattern.fullmatch(name))
+
+    @property
+    def motors_without_output(self) -> bool:
+        """Whether a motor of the frame is on no output; not known where the file leaves outputs out."""
+        motors = _MOTORS.get(int(self.value("FRAME_CLASS", default=0)), 0)
+        given = self.counted(_OUTPUTS)
+        return given.total() >= _OUTPUTS_OF_A_FILE and any(
+            not given[number] for number in range(_FIRST_MOTOR, _FIRST_MOTOR + motors)
+        )
 
 
 def _both_above_0(low: float, critical: float) -> bool:
@@ -106,6 +140,23 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
     ),
     (
         PARAMETERS,
+        "RC3_MIN is not more than 10 above FS_THR_VALUE",
+        lambda p: (
+            p.value("FS_THR_ENABLE", default=1) != 0
+            and p.value("RCMAP_THROTTLE", default=3) == 3
+            and p.value("RC3_MIN", default=math.inf) <= p.value("FS_THR_VALUE", default=975) + 10
+        ),
+    ),
+    (
+        PARAMETERS,
+        "two RCx_OPTION are the same",
+        lambda p: any(
+            times > 1 for option, times in p.counted(_SWITCHES).items() if 0 < option < _OPTIONS
+        ),
+    ),
+    (ALWAYS, "a motor of FRAME_CLASS is on no SERVOx_FUNCTION", lambda p: p.motors_without_output),
+    (
+        PARAMETERS,
         "ACRO_BAL_ROLL or ACRO_BAL_PITCH is negative",
         lambda p: min(p.value(f"ACRO_BAL_{axis}", default=1) for axis in ("ROLL", "PITCH")) < 0.0,
     ),
@@ -118,8 +169,10 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
     ),
     (
         ANY,
-        "FENCE_ENABLE is 1 and FENCE_TYPE 0: no fence selected",
-        lambda p: bool(p.own.fence_enable) and not p.own.fence_type,
+        "FENCE_ENABLE is 1 and nothing that FENCE_TYPE selects is there",
+        lambda p: (
+            bool(p.own.fence_enable) and not p.own.fence_type & ~(AREAS if p.lacks_areas else 0)
+        ),
     ),
     (
         ANY,
@@ -134,7 +187,7 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
         "FENCE_MARGIN is above FENCE_RADIUS",
         lambda p: (
             p.has_fence
-            and bool(p.own.fence_type & _CIRCLE)
+            and bool(p.own.fence_type & CIRCLE)
             and p.own.fence_radius_m < p.own.fence_margin_m
         ),
     ),
@@ -171,9 +224,11 @@ WOULD_NOT_ARM = Rule(
     "needs a position (modeCheck.cpp).  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  "
     "Always: FRAME_CLASS 0, "
     "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3, GPS1_TYPE 0 with EK3_SRC1_POSXY 3 "
-    "(satellites), EK3_SRC1_POSXY 0.  Parameters: PILOT_SPEED_UP 0, FS_THR_VALUE below 910, ACRO_BAL_ROLL or "
-    "_PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 and no rangefinder.  A fence in use: "
-    "FENCE_TYPE 0, FENCE_MARGIN at or above half of FENCE_ALT_MAX less FENCE_ALT_MIN, or above "
+    "(satellites), EK3_SRC1_POSXY 0, a motor of FRAME_CLASS 1 to 5 on none of eight SERVOx_FUNCTION or "
+    "more.  Parameters: PILOT_SPEED_UP 0, FS_THR_VALUE below 910 or above RC3_MIN less 11, two equal "
+    "RCx_OPTION, ACRO_BAL_ROLL or _PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 and no rangefinder.  "
+    "A fence in use: FENCE_TYPE 0, or 4 without an area, FENCE_MARGIN at or above half of FENCE_ALT_MAX less "
+    "FENCE_ALT_MIN, or above "
     "FENCE_RADIUS; FENCE_ALT_MIN below -100 m.  Battery: BATT_CRT_VOLT or "
     "BATT_CRT_MAH at or above BATT_LOW_VOLT or BATT_LOW_MAH (above it from 4.7 on), all above 0.",
     fix="correct the parameter on the vehicle",
@@ -183,7 +238,7 @@ WOULD_NOT_ARM = Rule(
 
 @judges(WOULD_NOT_ARM, needs=(ARDUPILOT,))
 def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    given = _Given(parameters, numbers(a))
+    given = _Given(parameters, numbers(a), a.mission)
     for check, said, is_so in _REFUSED:
         if is_checked(a, check) and is_so(given):
             yield a.finding(WOULD_NOT_ARM, f"ArduPilot does not arm: {said}")

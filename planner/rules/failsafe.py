@@ -12,6 +12,7 @@ from planner.findings import Rule, Severity
 from planner.flight.failsafe import RETURNS, WARNS, ardupilot_events, battery_profile, px4_events
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
+from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.rules.arming import BATTERY, is_checked, numbers
@@ -26,6 +27,7 @@ from planner.rules.declaration import (
     judges,
 )
 from planner.rules.energy import place_along
+from planner.rules.fence_settings import AREAS, fence_is_on
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
@@ -415,6 +417,43 @@ def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding
                 severity=severity,
                 place=rally[points_found[0] - 1].place,
             )
+
+
+HELD_AREAS_UNKNOWN = Rule(
+    "F114 held-areas-unknown",
+    Severity.ERROR,
+    summary="The vehicle holds a fence or rally points that the mission's file does not.",
+    why="A text file replaces the mission and nothing else: the fence and the rally points that were there "
+    "before stay, stop the flight in the air or lead its returns elsewhere, and nobody has looked at them.",
+    how="ArduPilot and a file in QGC WPL, which holds neither: FENCE_TOTAL above 0, or no fence selected but "
+    "areas (FENCE_TYPE 4), where the fence is on for areas and acts (FENCE_ENABLE, FENCE_AUTOENABLE or "
+    "DO_FENCE_ENABLE, FENCE_TYPE bit 4, FENCE_ACTION); RALLY_TOTAL above 0.",
+    fix="check a plan that holds them, such as mavjoule fetch writes",
+    instead="a plan that holds them",
+    leaves_open=True,
+)
+
+
+@judges(HELD_AREAS_UNKNOWN, needs=(ARDUPILOT,))
+def _held_areas_unknown(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    if a.mission.file_format is not MissionFormat.WPL:
+        return
+    values = numbers(a)
+    points = values.get("FENCE_TOTAL", float(parameters.fence_type == AREAS))
+    is_on = fence_is_on(parameters) or a.route.fence_switched_on is not None
+    acts = bool(parameters.fence_type & AREAS and parameters.fence_action)
+    if points > 0.0 and is_on and acts and not a.mission.fence:
+        yield a.finding(
+            HELD_AREAS_UNKNOWN,
+            "the fence areas on the vehicle (FENCE_TOTAL, FENCE_TYPE) are not in this file: the flight is "
+            "not checked against them",
+        )
+    if values.get("RALLY_TOTAL", 0.0) > 0.0 and not a.mission.rally:
+        yield a.finding(
+            HELD_AREAS_UNKNOWN,
+            "the rally points on the vehicle (RALLY_TOTAL) are not in this file: where its returns lead is "
+            "unknown",
+        )
 
 
 HOVER_THROTTLE_HIGH = Rule(

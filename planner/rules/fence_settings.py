@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.mission.route.stage import Route
     from planner.vehicle.parameters.resolve import FlightParameters
 
-_CEILING, _CIRCLE, _POLYGONS, _FLOOR = 1, 2, 4, 8
+_CEILING, CIRCLE, AREAS, _FLOOR = 1, 2, 4, 8
 """Bits of ArduPilot's FENCE_TYPE."""
 _ONE_INCLUSION_IS_ENOUGH = 2
 """Bit of ArduPilot's FENCE_OPTIONS."""
@@ -63,7 +63,7 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
     is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
     for they were drawn to be kept; that they are off is F111.
     """
-    is_on = not isinstance(parameters, ArduPilotParameters) or _is_on(parameters)
+    is_on = not isinstance(parameters, ArduPilotParameters) or fence_is_on(parameters)
     again = (
         isinstance(parameters, ArduPilotParameters)
         and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
@@ -109,9 +109,9 @@ def limits_from_parameters(
             ceiling_m=ceiling_m or None,
             ceiling_name="GF_MAX_VER_DIST",
         )
-    kind = parameters.fence_type if _is_on(parameters) or is_switched_on else 0
+    kind = parameters.fence_type if fence_is_on(parameters) or is_switched_on else 0
     return FenceLimits(
-        distance_m=parameters.fence_radius_m if kind & _CIRCLE else None,
+        distance_m=parameters.fence_radius_m if kind & CIRCLE else None,
         distance_name=f"FENCE_RADIUS ({parameters.fence_radius_m:g} m)",
         ceiling_m=parameters.fence_height_max_m if kind & _CEILING else None,
         ceiling_name="FENCE_ALT_MAX",
@@ -147,8 +147,8 @@ def why_not_enforced(
     reasons: tuple[tuple[bool, str, str], ...]
     if isinstance(parameters, ArduPilotParameters):
         reasons = (
-            (not (_is_on(parameters) or is_switched_on), "fence_enable", "the fence is off"),
-            (not parameters.fence_type & _POLYGONS, "fence_type", "polygons and circles are off"),
+            (not (fence_is_on(parameters) or is_switched_on), "fence_enable", "the fence is off"),
+            (not parameters.fence_type & AREAS, "fence_type", "polygons and circles are off"),
             (parameters.fence_action == 0, "fence_action", "a breach is only reported"),
         )
     else:
@@ -162,5 +162,6 @@ def why_not_enforced(
     return None
 
 
-def _is_on(parameters: ArduPilotParameters) -> bool:
+def fence_is_on(parameters: ArduPilotParameters) -> bool:
+    """Return whether the parameters switch the fence on."""
     return bool(parameters.fence_enable or parameters.fence_auto_enable)

@@ -10,6 +10,7 @@ from made_missions import HOME, rtl, takeoff
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, RuleCases, found
 
 from planner.geo.fence import Fence, FencePolygon
+from planner.mission.items import MissionFormat
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -52,6 +53,11 @@ def loitering(clear_m: float) -> Iterable[Finding]:
 def apart(gap_m: float) -> Iterable[Finding]:
     """Return what is reported of two inclusions, one of which begins so far behind the other."""
     return reported(SHORT, box(-200, -200, 200, 200), box(200.0 + gap_m, -200, 900, 200))
+
+
+def as_text(parameters: str) -> Iterable[Finding]:
+    """Return what is reported of a mission in a text file, which has no place for a fence."""
+    return found(replace(PLAIN, file_format=MissionFormat.WPL), ARDUPILOT, parameters)
 
 
 def led_around(clear_m: float, oa_type: int = 1) -> Iterable[Finding]:
@@ -147,6 +153,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: reported(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,1\n"),
         fires_at_boundary=True,
         silent=lambda: reported(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,2\n"),
+    ),
+    "F114": RuleCases(
+        fires=lambda: as_text("FENCE_ENABLE,1\nFENCE_TOTAL,6\nFENCE_RADIUS,1000\n"),
+        boundary=lambda: as_text("FENCE_ENABLE,1\nFENCE_TOTAL,0\nFENCE_RADIUS,1000\n"),
+        silent=lambda: found(PLAIN, ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TOTAL,6\nRALLY_TOTAL,1\n"),
     ),
     "F112": RuleCases(
         fires=lambda: reported(SHORT, ring(256), autopilot=ARDUPILOT),

@@ -20,6 +20,13 @@ def refuses(parameters: str, code: str = "M127") -> bool:
     return code in {one.code for one in found(PLAIN, ARDUPILOT, parameters)}
 
 
+def outputs(frame_class: float, *functions: int) -> str:
+    """Return the eight outputs of a vehicle, those not named without a function."""
+    given = dict.fromkeys(range(1, 9), 0) | dict(enumerate(functions, start=1))
+    rows = "".join(f"SERVO{number}_FUNCTION,{function}\n" for number, function in given.items())
+    return f"FRAME_CLASS,{frame_class:g}\n{rows}"
+
+
 # Each condition as the source has it: one value that it refuses, the nearest that it takes.
 @pytest.mark.parametrize(
     ("refused", "taken"),
@@ -34,6 +41,14 @@ def refuses(parameters: str, code: str = "M127") -> bool:
         ("PILOT_SPD_UP,0\n", "PILOT_SPD_UP,0.5\n"),
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,910\n"),
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,909\nFS_THR_ENABLE,0\n"),
+        ("FS_THR_VALUE,975\nRC3_MIN,985\n", "FS_THR_VALUE,975\nRC3_MIN,986\n"),
+        ("RC3_MIN,900\n", "RC3_MIN,900\nRCMAP_THROTTLE,1\n"),
+        ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,9\nRC8_OPTION,10\n"),
+        ("RC7_OPTION,255\nRC8_OPTION,255\n", "RC7_OPTION,256\nRC8_OPTION,256\n"),
+        ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,0\nRC8_OPTION,0\n"),
+        (outputs(1, 33, 34, 35, 33), outputs(1, 36, 34, 35, 33)),
+        (outputs(2, 33, 34, 35, 36), outputs(2, 33, 34, 35, 36, 37, 38)),
+        (outputs(1, 33, 34, 35), "FRAME_CLASS,1\nSERVO1_FUNCTION,33\n"),
         ("ACRO_BAL_ROLL,-0.1\n", "ACRO_BAL_ROLL,0\n"),
         ("RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,1\n"),
         (
@@ -48,6 +63,8 @@ def refuses(parameters: str, code: str = "M127") -> bool:
             f"{FENCE}FENCE_MARGIN,30\nFENCE_RADIUS,30\n",
         ),
         ("FENCE_ENABLE,1\nFENCE_TYPE,0\n", "FENCE_ENABLE,0\nFENCE_TYPE,0\n"),
+        # A fence of areas alone, and a plan that brings none: tried in ArduPilot's simulation.
+        ("FENCE_ENABLE,1\nFENCE_TYPE,4\n", "FENCE_ENABLE,1\nFENCE_TYPE,5\nFENCE_ALT_MAX,120\n"),
         (f"{FENCE}FENCE_ALT_MIN,-101\n", f"{FENCE}FENCE_ALT_MIN,-100\n"),
         ("BATT_LOW_VOLT,20\nBATT_CRT_VOLT,20\n", "BATT_LOW_VOLT,20\nBATT_CRT_VOLT,19.9\n"),
         ("BATT_LOW_VOLT,19\nBATT_CRT_VOLT,20\n", "BATT_LOW_VOLT,0\nBATT_CRT_VOLT,20\n"),

@@ -8,10 +8,12 @@ from functools import partial
 import pytest
 from fenced_missions import at, box, degrees, findings_of, rally
 from made_missions import rtl, takeoff
+from rule_cases.case import ARDUPILOT, PLAIN, found
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.geo.fence import FencePolygon
+from planner.mission.items import MissionFormat
 from planner.values import replace
 
 SHORT = (takeoff(20), at(0, 100), rtl())
@@ -176,3 +178,26 @@ def test_only_ardupilot_has_areas_across_the_180th_meridian(autopilot: Autopilot
         vertices_deg=((-17.0, 179.9), (-16.9, 179.9), (-16.9, -179.9), (-17.0, -179.9)),
     )
     assert ("F105" in findings_of(SHORT, fiji, autopilot=autopilot)) == (autopilot is Autopilot.PX4)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "is_open"),
+    [
+        ("FENCE_TOTAL,6\n", False),
+        ("FENCE_TOTAL,6\nFENCE_AUTOENABLE,3\n", True),
+        ("FENCE_TOTAL,6\nFENCE_ENABLE,1\nFENCE_TYPE,3\n", False),
+        ("FENCE_TOTAL,6\nFENCE_ENABLE,1\nFENCE_ACTION,0\n", False),
+        ("FENCE_ENABLE,1\nFENCE_TYPE,4\n", True),
+        ("FENCE_ENABLE,1\nFENCE_TYPE,7\n", False),
+        ("RALLY_TOTAL,2\n", True),
+        ("RALLY_TOTAL,0\n", False),
+    ],
+)
+def test_what_a_text_file_leaves_on_the_vehicle_is_not_checked(
+    parameters: str,
+    is_open: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    wide = f"{parameters}FENCE_RADIUS,1000\nFENCE_ALT_MAX,100\n"
+    text = replace(PLAIN, file_format=MissionFormat.WPL)
+    assert ("F114" in {one.code for one in found(text, ARDUPILOT, wide)}) is is_open
+    assert "F114" not in {one.code for one in found(PLAIN, ARDUPILOT, wide)}
