@@ -179,7 +179,12 @@ def _not_of_responses(
     return state
 
 
-# The same few responses are asked for every mission: this question needs root finding.
+# The same few responses are asked for every mission: the peak needs root finding.
+@lru_cache(maxsize=64)
+def _whole_j(unit: StepResponse, window_s: float) -> float:
+    return float(unit.integral(window_s))
+
+
 @lru_cache(maxsize=64)
 def _peak_s(unit: StepResponse, window_s: float, *, highest: bool) -> float:
     return unit.extremum(window_s, highest=highest).time_s
@@ -234,9 +239,10 @@ class Transients(Value, eq=False):
         for rows, unit, window in self._known():
             pause_s = self.pause_s[rows]
             at_pause = np.zeros(len(pause_s))
-            at_pause[pause_s > 0.0] = unit.value(self.pause_at_s[rows][pause_s > 0.0])
-            whole = float(unit.integral(window)) + at_pause * pause_s
-            energy[rows] = self.amplitude[rows] * whole
+            pauses = pause_s > 0.0
+            if pauses.any():
+                at_pause[pauses] = unit.value(self.pause_at_s[rows][pauses])
+            energy[rows] = self.amplitude[rows] * (_whole_j(unit, window) + at_pause * pause_s)
         return energy
 
     def peak_times_s(self) -> FloatArray:

@@ -172,14 +172,28 @@ class Flight(Value, eq=False, dict=True):
     power: SteadyPower
     segment_energy_j: FloatArray
     """Energy of each segment, windows counted with the segment that begins them. (n,) [J]"""
-    node_power_w: FloatArray
-    """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
+    node_s: FloatArray
+    """Times of the nodes of the quadrature of each piece, since it began. (p, k) [s]"""
     node_state: KinematicState
     """Where the vehicle is and how it moves at these nodes. (p, k)"""
-    extremes: Extremes | None
-    """The box the flight stays in; ``None`` where nothing is flown."""
+    node_steady_w: FloatArray
+    """Power there without the transients. (p, k) [W]"""
     stopping_factor_p90: float | None = None
     """Factor on stopping distances that one flight of ten exceeds; ``None``: not known. [-]"""
+
+    @cached_property
+    def node_power_w(self) -> FloatArray:
+        """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
+        since_start_s = self.motion.piece_start_s()[:, None] + self.node_s
+        return self.node_steady_w + self.transients.total_power_w(since_start_s)
+
+    @cached_property
+    def extremes(self) -> Extremes | None:
+        """The box the flight stays in; ``None`` where nothing is flown."""
+        if not self.node_s.size:
+            return None
+        airspeed_m_s = self.power.airspeed_m_s(self.node_state)
+        return flight_extremes(self.node_state, airspeed_m_s, self.motion.piece_segment)
 
     @property
     def segments(self) -> Segments:
@@ -241,19 +255,14 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
     piece, node_s = _nodes(motion)
     state = motion.state_at(piece, node_s)
     steady_w = _steady_power_w(motion, piece, state, power)
-    at_nodes_w = steady_w + transients.total_power_w(motion.piece_start_s()[:, None] + node_s)
     return Flight(
         motion=motion,
         transients=transients,
         power=power,
         segment_energy_j=_segment_energy_j(motion, transients, steady_w),
-        node_power_w=at_nodes_w,
+        node_s=node_s,
         node_state=state,
-        extremes=(
-            flight_extremes(state, power.airspeed_m_s(state), motion.piece_segment)
-            if node_s.size
-            else None
-        ),
+        node_steady_w=steady_w,
     )
 
 

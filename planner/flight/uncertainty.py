@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
-    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.flight.returns.path import Returns
     from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
@@ -307,8 +307,8 @@ def predict_scenarios(
         return timed
     weather = Weather(samples, power)
     sweep = sweep or sweep_returns(returns)
-    points = None if sweep is None else _tightest_points(returns, sweep, weather)
-    at_points = _energies_j(returns, points, weather.powers())
+    tightest = None if sweep is None else _tightest_rows(returns, sweep, weather)
+    at_points = _energies_j(returns, tightest, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, samples))
     sampled = replace(timed, energy_wh=energy_wh[:, 0])
     if budget is None or battery is None:
@@ -317,7 +317,7 @@ def predict_scenarios(
     return replace(
         sampled,
         margin_wh=above_wh - energy_wh[:, 0],
-        return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if points else None,
+        return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if tightest else None,
     )
 
 
@@ -342,38 +342,40 @@ def predict_energy_band(
     return low_wh, high_wh
 
 
-def _tightest_points(returns: Returns, sweep: ReturnSweep, weather: Weather) -> ReturnPoints:
-    """Return the points where the return is tightest, in mean and in extreme conditions."""
+def _tightest_rows(returns: Returns, sweep: ReturnSweep, weather: Weather) -> ReturnSweep:
+    """Return the rows where the return is tightest, in mean and in extreme conditions."""
     rows = set(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST].tolist())
     corners = tuple(weather.corners())
     if corners:
-        points = returns.points(sweep.segment, sweep.fraction)
-        sum_j = _energies_j(returns, points, corners)[:, 1:].sum(axis=-1)
+        sum_j = _energies_j(returns, sweep, corners)[:, 1:].sum(axis=-1)
         rows |= set(sum_j.argmax(axis=1).tolist())
-    chosen = sorted(rows)
-    return returns.points(sweep.segment[chosen], sweep.fraction[chosen])
+    return sweep.select(np.array(sorted(rows)))
 
 
 def _energies_j(
-    returns: Returns, points: ReturnPoints | None, powers: Iterable[SteadyPower]
+    returns: Returns, sweep: ReturnSweep | None, powers: Iterable[SteadyPower]
 ) -> FloatArray:
-    """Return energies by state in several conditions: of the flight, and of returns from each point.
+    """Return energies by state in several conditions: of the flight, and of the returns of a sweep.
 
-    First the whole flight, then for each point the flight up to it and the return from there.
-    (conditions, 1 + points, states) [J]
+    First the whole flight, then for each row the flight up to there and the return from there.
+    (conditions, 1 + rows, states) [J]
     """
     powers, flight = tuple(powers), returns.flight
-    count = 0 if points is None else len(points.segment)
+    count = 0 if sweep is None else len(sweep.segment)
     energies_j = np.empty((len(powers), 1 + count, len(STATES)))
     for row, used_j in zip(energies_j, _used_by_state_j(flight, powers), strict=True):
         row[0] = used_j[-1]
-        if points is not None:
-            before_j, after_j = used_j[points.segment], used_j[points.segment + 1]
-            row[1:] = before_j + points.fraction[:, None] * (after_j - before_j)
-    if points is not None:
-        energies_j[:, 1:, _BRAKE] += j_from_wh(points.stop_wh)
-        destination = returns.chosen(points)
-        _, flown = returns.fly_by_state(points.stop_m, points.stage, destination, powers=powers)
+        if sweep is not None:
+            before_j, after_j = used_j[sweep.segment], used_j[sweep.segment + 1]
+            row[1:] = before_j + sweep.fraction[:, None] * (after_j - before_j)
+    if sweep is not None:
+        energies_j[:, 1:, _BRAKE] += j_from_wh(sweep.stop_wh)
+        flown: Iterable[FloatArray] = (sweep.after_stop_j,)
+        if len(powers) > 1:  # else all samples have the conditions of the prediction
+            points = returns.points(sweep.segment, sweep.fraction)
+            _, flown = returns.fly_by_state(
+                points.stop_m, points.stage, sweep.destination, powers=powers
+            )
         for row, return_j in zip(energies_j, flown, strict=True):
             row[1:] += return_j
     return energies_j

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.arrays import FloatArray, IntArray
+    from planner.flight.motion.kinematics import SegmentColumns
     from planner.flight.pilot import Pilot
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
@@ -97,6 +98,13 @@ class FlownReturns(Value, eq=False):
     def energy_wh(self) -> FloatArray:
         """Energy to stop, return and land. (n,) [Wh]"""
         return self.points.stop_wh + wh_from_j(self._summed(self.flight.segment_energy_j))
+
+    @property
+    def state_energy_j(self) -> FloatArray:
+        """Energy to return and land once stopped, by state. (n, states) [J]"""
+        return by_state(
+            self.flight.motion.segments, self.flight.segment_energy_j, len(self.points.segment)
+        )
 
     def _summed(self, of_segments: FloatArray) -> FloatArray:
         item = self.flight.motion.segments.item
@@ -293,11 +301,8 @@ class Returns(Value, eq=False, dict=True):
         motion, transients = self.pilot.fly_returns(stand_m, targets, self.route)
         columns, count = motion.segments, len(stand_m)
         time_s = np.bincount(columns.item, columns.duration_s, minlength=count).astype(np.float64)
-        at = columns.item * len(STATES) + columns.state
         return time_s, (
-            np.bincount(at, own_j, minlength=count * len(STATES))
-            .astype(np.float64)
-            .reshape(count, -1)
+            by_state(columns, own_j, count)
             for own_j in segment_energies_j(motion, transients, powers)
         )
 
@@ -357,6 +362,13 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
         piece_start_s=motion.piece_start_s(),
         first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
     )
+
+
+def by_state(columns: SegmentColumns, own_j: FloatArray, count: int) -> FloatArray:
+    """Return the energies of segments summed by item, of which there are so many, and state. [J]"""
+    at = columns.item * len(STATES) + columns.state
+    summed_j = np.bincount(at, own_j, minlength=count * len(STATES))
+    return summed_j.astype(np.float64).reshape(count, -1)
 
 
 def thinned(segments: IntArray, most: int) -> IntArray:

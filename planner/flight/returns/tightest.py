@@ -73,6 +73,10 @@ class ReturnSweep(Columns, eq=False):
     """Energy to stop, return and land. (n,) [Wh]"""
     return_s: FloatArray
     """Time to stop, return and land. (n,) [s]"""
+    stop_wh: FloatArray
+    """Energy of that to stop. (n,) [Wh]"""
+    after_stop_j: FloatArray
+    """Energy of that to return and land, by state. (n, states) [J]"""
 
     @property
     def sum_wh(self) -> FloatArray:
@@ -172,6 +176,8 @@ def _swept(flown: FlownReturns) -> ReturnSweep:
         used_wh=points.used_wh,
         return_wh=flown.energy_wh,
         return_s=flown.time_s,
+        stop_wh=points.stop_wh,
+        after_stop_j=flown.state_energy_j,
     )
 
 
