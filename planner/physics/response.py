@@ -208,38 +208,44 @@ class Modes(Value, eq=False):
         Times since the impulse broadcast against B; before it the result is 0. [s]  A negative k
         differentiates, without the impulses at t = 0.
         """
+        return np.asarray(self.impulse_integrals(t_s, k)[0])
+
+    def impulse_integrals(self, t_s: npt.ArrayLike, *orders: int) -> FloatArray:
+        """Return :math:`I_k` of several k at the same times: they share their exponentials. (k, …)"""
         t = np.asarray(t_s, dtype=np.float64)
         before = t < 0.0
         if t.ndim and not self.feedthrough.ndim and before.any():
-            result = np.zeros(t.shape)
-            result[~before] = self._after_impulse(t[~before], k)
+            result = np.zeros((len(orders), *t.shape))
+            result[:, ~before] = self._after_impulse(t[~before], orders)
             return result
-        return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), k))
+        return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), orders))
 
-    def _after_impulse(self, t: FloatArray, k: int) -> FloatArray:
-        powers = self.integrators + k
-        total = np.zeros(np.broadcast_shapes(t.shape, self.feedthrough.shape))
+    def _after_impulse(self, t: FloatArray, orders: Sequence[int]) -> FloatArray:
+        shape = np.broadcast_shapes(t.shape, self.feedthrough.shape)
+        totals = np.zeros((len(orders), *shape))
         for rate, turning, residue in self.fractions:
-            weight = residue / (rate + 1j * turning) ** powers
-            if turning.any():
-                angle = turning * t
-                wave = weight.real * np.cos(angle) - weight.imag * np.sin(angle)
-                total += np.exp(rate * t) * wave
-            else:
-                total += weight.real * np.exp(rate * t)
-        if powers > 0:
-            total += _power_sum(self.steady_series[:powers][::-1], t)
+            turns = turning.any()
+            decay = np.exp(rate * t)
+            cosine, sine = (np.cos(turning * t), np.sin(turning * t)) if turns else (1.0, 0.0)
+            for row, k in enumerate(orders):
+                weight = residue / (rate + 1j * turning) ** (self.integrators + k)
+                wave = weight.real * cosine - weight.imag * sine if turns else weight.real
+                totals[row] += decay * wave
         early = t * self.fastest_rad_s < 1.0
-        close = self.is_close
-        if powers > 0 and len(self.fractions) > 1:
-            close = close | (t * self.slowest_rad_s < 1.0)
-        for where, values in ((close & ~early, self._by_differences), (early, self._by_series)):
-            if where.any():
-                mask = np.broadcast_to(where, total.shape)
-                total[mask] = values(np.broadcast_to(t, total.shape)[mask], mask, k)
-        if k > 0:
-            total += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
-        return total
+        slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
+        for row, k in enumerate(orders):
+            own = totals[row, ...]
+            powers = self.integrators + k
+            if powers > 0:
+                own += _power_sum(self.steady_series[:powers][::-1], t)
+            close = self.is_close | slow if powers > 0 else self.is_close
+            for where, values in ((close & ~early, self._by_differences), (early, self._by_series)):
+                if where.any():
+                    mask = np.broadcast_to(where, shape)
+                    own[mask] = values(np.broadcast_to(t, shape)[mask], mask, k)
+            if k > 0:
+                own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
+        return totals
 
     def _by_series(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
         terms = [_at(mask, markov) for markov in self.markov[max(-k, 0) :]]
@@ -463,19 +469,29 @@ class StepResponse(Value):
 
     def value(self, t_s: npt.ArrayLike) -> FloatArray:
         """Answer at times of any shape [output]."""
-        return self._integral(t_s, 1)
+        return np.asarray(self._integrals(t_s, 1)[0])
 
     def slope(self, t_s: npt.ArrayLike) -> FloatArray:
         """Rate of change of the answer, without the impulse of a feedthrough [output/s]."""
-        return self._integral(t_s, 0)
+        return np.asarray(self._integrals(t_s, 0)[0])
 
     def integral(self, t_s: npt.ArrayLike) -> FloatArray:
         """Integral of the answer from 0 to each time [output·s]."""
-        return self._integral(t_s, 2)
+        return np.asarray(self._integrals(t_s, 2)[0])
 
-    def _integral(self, t_s: npt.ArrayLike, k: int) -> FloatArray:
+    def slope_and_value(self, t_s: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return both at the cost of little more than one."""
+        slope, value = self._integrals(t_s, 0, 1)
+        return slope, value
+
+    def value_and_integral(self, t_s: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return both at the cost of little more than one."""
+        value, integral = self._integrals(t_s, 1, 2)
+        return value, integral
+
+    def _integrals(self, t_s: npt.ArrayLike, *orders: int) -> FloatArray:
         since = np.asarray(t_s, dtype=np.float64) - self.system.delay_s
-        return self.amplitude * self.system.modes.impulse_integral(since, k)
+        return self.amplitude * self.system.modes.impulse_integrals(since, *orders)
 
     @property
     def final_value(self) -> float:

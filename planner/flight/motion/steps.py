@@ -52,11 +52,12 @@ class VerticalStepLaw(Value, eq=False):
         """Return the state of ``row`` at its own time."""
         paused = np.clip(time_s - self.peak_s, 0.0, self.pause_s[row])
         own = time_s - paused
-        rate = self.step_m[row] * self.response.slope(own)
-        zero = np.zeros(row.shape)
-        risen = self.response.value(own) + self.peak_rate * paused
-        height = self.height_m[row] + self.step_m[row] * risen
-        return KinematicState.of((self.east_m[row], self.north_m[row], height), (zero, zero, rate))
+        slope, value = self.response.slope_and_value(own)
+        step_m, zero = self.step_m[row], np.zeros(row.shape)
+        height = self.height_m[row] + step_m * (value + self.peak_rate * paused)
+        return KinematicState.of(
+            (self.east_m[row], self.north_m[row], height), (zero, zero, step_m * slope)
+        )
 
 
 class SpeedPulseLaw(Value, eq=False):
@@ -77,10 +78,11 @@ class SpeedPulseLaw(Value, eq=False):
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
-        after = time_s - self.pulse_s[row]
+        # the steps up and down, and what they have come to
+        up_and_down_s = np.stack((time_s, time_s - self.pulse_s[row]))
+        value, integral = self.response.value_and_integral(up_and_down_s)
         speed = self.speed_m_s[row]
-        rate = speed * (self.response.value(time_s) - self.response.value(after))
-        way = speed * (self.response.integral(time_s) - self.response.integral(after))
+        rate, way = speed * (value[0] - value[1]), speed * (integral[0] - integral[1])
         east, north = self.east[row], self.north[row]
         return KinematicState.of(
             (self.east_m[row] + way * east, self.north_m[row] + way * north, self.height_m[row]),
