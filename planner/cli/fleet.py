@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
+import signal
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -29,11 +31,12 @@ from planner.errors import ExitCode, FleetFileError, UsageError
 from planner.setting import Form, Group
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from planner.cli.options import Command
     from planner.fleet.fleet import Fleet
+    from planner.fleet.schedule import Patience
     from planner.service.fleet import FleetResult
     from planner.service.fleet_plan import FleetPlan
 
@@ -185,6 +188,13 @@ def check(
     metavar="S",
     help="seconds for each schedule, in the solver's own time: the same on every machine",
 )
+@click.option(
+    "--time-limit",
+    "time_limit_s",
+    type=click.FloatRange(0.1, 86_400.0),
+    metavar="S",
+    help="seconds of the clock after which the best plan so far is made whole; it then says so",
+)
 @click.option("--force", is_flag=True, help="write over files that are there already")
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
 @format_option("text", "json")
@@ -196,6 +206,7 @@ def plan(
     folder: Path,
     minimize: str,
     effort_s: float,
+    time_limit_s: float | None,
     force: bool,
     file_format: str,
     report: Path | None,
@@ -206,10 +217,14 @@ def plan(
     Jobs of FLEET.toml that may be split are divided into sorties, which are given to vehicles and packs
     and started so that all keep apart.  Shows what one vehicle takes, two, and so on, with the fewest
     that are in time and those of least energy.  Writes DIR/fleet.toml, which mavjoule fleet check
-    passes, and a mission for each part of a job.
+    passes, and a mission for each part of a job and for each flight lifted to one of the [layers].
+
+    The same file gives the same plan, unless --time-limit or Ctrl-C cut the search short: the best plan
+    so far is then made whole, checked and written.  Ctrl-C once more ends without one.
 
     Exit codes: 0 there is a plan, 1 there is none, 2 a file, usage or configuration is unusable.
     """
+    from planner.fleet.schedule import Patience
     from planner.report.fleet import plan_json, plan_text
     from planner.service.fleet_plan import plan_fleet, write_plan
 
@@ -218,9 +233,16 @@ def plan(
     if read is None:
         return ExitCode.UNUSABLE
     _refuse_exports(read, options)
-    made = plan_fleet(
-        read, minimize=minimize, folder=folder, effort_s=effort_s, on_step=narrate_seldom()
-    )
+    patience = Patience() if time_limit_s is None else Patience(time_limit_s)
+    with _interrupting(patience):
+        made = plan_fleet(
+            read,
+            minimize=minimize,
+            folder=folder,
+            effort_s=effort_s,
+            patience=patience,
+            on_step=narrate_seldom(),
+        )
     file = write_plan(made, folder, force=force)
     write_data(
         plan_json(made, version=__version__)
@@ -281,6 +303,22 @@ def _write_exports(result: FleetResult, options: Mapping[str, Any]) -> None:
         start=options["start_time"],
         geoid_height_m=options["geoid_height_m"],
     )
+
+
+@contextmanager
+def _interrupting(patience: Patience) -> Iterator[None]:
+    """Let the first Ctrl-C cut a search short, and the next one end the program."""
+
+    def stop(*_: object) -> None:
+        signal.signal(signal.SIGINT, before)
+        narrate("stopping: the best plan so far is made whole; Ctrl-C once more ends without one")
+        patience.stop()
+
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:

@@ -31,6 +31,7 @@ from planner.vehicle.declared import (
 LATEST_S = 7 * 86_400.0
 """An operation takes a week at most. [s]"""
 MOST_PACKS = 1000
+MOST_LAYERS = 1000
 _TIME = Range(0.0, LATEST_S)
 _HEIGHT = Range(0.0, 10_000.0)
 ASSUMED_HEIGHT_ERROR_M = 2.5
@@ -136,7 +137,11 @@ class Separation(Part):
 
 
 class Layers(Part):
-    """Heights above the pads that `fleet plan` may lift flights to; optional."""
+    """Heights above home that `mavjoule fleet plan` may lift flights to; optional.
+
+    A flight is lifted, never lowered, where it cannot be kept apart by its start, or only later: its
+    greatest height is then that of a layer, and every other is raised by the same.
+    """
 
     lowest_m: Annotated[float, Key("lowest layer", "m", _HEIGHT)]
     highest_m: Annotated[float, Key("highest layer", "m", _HEIGHT)]
@@ -146,6 +151,8 @@ class Layers(Part):
         """Yield what does not fit together."""
         if self.highest_m < self.lowest_m:
             yield "highest_m", f"is below lowest_m, {self.lowest_m:g}"
+        elif (self.highest_m - self.lowest_m) / MOST_LAYERS > self.step_m:
+            yield "step_m", f"makes more than {MOST_LAYERS} layers"
 
     @property
     def heights_m(self) -> tuple[float, ...]:

@@ -11,14 +11,16 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
 from enum import StrEnum
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
 from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from ortools.sat.python.cp_model import CpModel, CpSolver, IntVar, LinearExprT
 
@@ -38,6 +40,56 @@ _FIRST = 10.0
 _FURTHER = 0.1
 """Share of it for each objective that only tells equal schedules apart. [-]"""
 _EVER = math.inf
+_HURRIED_S = 0.1
+"""Effort for each schedule once the search is cut short: what is there is made whole. [s]"""
+_LEAST_S = 0.05
+
+
+class Patience:
+    """How long a search may go on: until a time of the clock, or until it is told to stop.
+
+    Neither is known before: what is found then may be another plan the next time.
+
+    Parameters
+    ----------
+    time_limit_s : float, optional
+        Of the clock, from now on. [s]
+    """
+
+    def __init__(self, time_limit_s: float = _EVER) -> None:
+        self._limit_s = time_limit_s
+        self._until_s = monotonic() + time_limit_s
+        self._solver: CpSolver | None = None
+        self._told = False
+
+    @property
+    def cut_short(self) -> str:
+        """Why nothing better is looked for; empty: it still is."""
+        if self._told:
+            return "it was interrupted"
+        return f"its {self._limit_s:g} s were over" if monotonic() >= self._until_s else ""
+
+    def stop(self) -> None:
+        """Let the search end with the best there is by now; for a signal or another thread."""
+        self._told = True
+        if self._solver is not None:
+            self._solver.stop_search()
+
+    def solved(self, solver: CpSolver, model: CpModel) -> Any:  # noqa: ANN401 - a status of OR-Tools
+        """Return how a model is solved, in a thread: signals do not reach the solver."""
+        solver.parameters.catch_sigint_signal = False
+        if not self.cut_short and self._until_s < _EVER:
+            solver.parameters.max_time_in_seconds = max(self._until_s - monotonic(), _LEAST_S)
+        self._solver = solver
+        with ThreadPoolExecutor(1) as pool:
+            solving = pool.submit(solver.solve, model)
+            try:
+                return solving.result()
+            except BaseException:
+                solver.stop_search()
+                raise
+            finally:
+                self._solver = None
 
 
 class Objective(StrEnum):
@@ -156,7 +208,7 @@ def best_schedule(
     minimize: Objective,
     most_vehicles: int | None = None,
     effort_s: float = EFFORT_S,
-    on_step: Callable[[str], None] = lambda _: None,
+    patience: Patience | None = None,
 ) -> Schedule | None:
     """Return the best schedule of all tasks; ``None``: there is none.
 
@@ -173,16 +225,16 @@ def best_schedule(
         Fly with no more of them.
     effort_s : float
         Of deterministic time. [s]
-    on_step : callable
-        Called with how far the search is, in words.
+    patience : Patience, optional
+        What may cut it short.
 
     Raises
     ------
     UsageError
         If OR-Tools is not installed, or the effort ends before anything is found.
     """
-    solver = _Solver(tasks, means, conflicts, most_vehicles)
-    return solver.best(minimize, effort_s=effort_s, on_step=on_step)
+    solver = _Solver(tasks, means, conflicts, most_vehicles, patience or Patience())
+    return solver.best(minimize, effort_s=effort_s)
 
 
 def smallest_conflict(
@@ -205,7 +257,7 @@ def smallest_conflict(
             for ((i, a), (j, b)), closed in conflicts.items()
             if i in places and j in places
         }
-        model = _Solver([tasks[one] for one in kept], means, own, most_vehicles)
+        model = _Solver([tasks[one] for one in kept], means, own, most_vehicles, Patience())
         return model.is_infeasible(effort_s)
 
     core = list(range(len(tasks)))
@@ -222,7 +274,12 @@ class _Solver:
     """The model of one fleet in CP-SAT."""
 
     def __init__(
-        self, tasks: Sequence[Task], means: Means, conflicts: Conflicts, most_vehicles: int | None
+        self,
+        tasks: Sequence[Task],
+        means: Means,
+        conflicts: Conflicts,
+        most_vehicles: int | None,
+        patience: Patience,
     ) -> None:
         try:
             from ortools.sat.python import cp_model
@@ -232,6 +289,7 @@ class _Solver:
         self._cp = cp_model
         self._tasks = tasks
         self._means = means
+        self._patience = patience
         self._model: CpModel = cp_model.CpModel()
         self._horizon = self._longest_ms(conflicts)
         self._start = [self._time(f"start {one.name}") for one in tasks]
@@ -266,9 +324,7 @@ class _Solver:
         """Return whether it is proven that there is no schedule."""
         return bool(self._solved(effort_s)[1] == self._cp.INFEASIBLE)
 
-    def best(
-        self, minimize: Objective, *, effort_s: float, on_step: Callable[[str], None]
-    ) -> Schedule | None:
+    def best(self, minimize: Objective, *, effort_s: float) -> Schedule | None:
         """Return the best schedule; each further objective among those equal in the ones before."""
         amounts: dict[Objective, LinearExprT] = {
             Objective.ENERGY: sum(
@@ -288,10 +344,14 @@ class _Solver:
         found: CpSolver | None = None
         bound, is_best = 0.0, False
         for number, amount in enumerate(stages):
+            if found is not None and self._patience.cut_short:
+                break
             self._model.minimize(amount)
             solver, status = self._solved(effort_s * (_FURTHER if number else 1.0))
             if status == self._cp.UNKNOWN and found is None:
-                solver, status = self._solved(effort_s * _FIRST)
+                # the first that is found is looked for longer, whoever waits
+                solver = self._solver(effort_s * _FIRST)
+                status = Patience().solved(solver, self._model)
             if status == self._cp.INFEASIBLE and found is None:
                 return None
             if status not in {self._cp.OPTIMAL, self._cp.FEASIBLE}:
@@ -307,17 +367,22 @@ class _Solver:
                 bound, is_best = solver.best_objective_bound, status == self._cp.OPTIMAL
             self._model.add(amount <= round(solver.objective_value))
             self._hint(solver)
-            on_step(f"{minimize}: step {number + 1} of {len(stages)}")
         assert found is not None
         scale = {Objective.ENERGY: _MWH, Objective.MAKESPAN: _MS}.get(minimize, 1)
         return self._schedule(found, bound=bound / scale, is_best=is_best)
 
-    def _solved(self, effort_s: float) -> tuple[CpSolver, Any]:
-        solver = self._cp.CpSolver()
+    def _solver(self, effort_s: float) -> CpSolver:
+        solver: CpSolver = self._cp.CpSolver()
         solver.parameters.num_workers = 1
         solver.parameters.random_seed = 1
         solver.parameters.max_deterministic_time = effort_s
-        return solver, solver.solve(self._model)
+        return solver
+
+    def _solved(self, effort_s: float) -> tuple[CpSolver, Any]:
+        if self._patience.cut_short:
+            effort_s = min(effort_s, _HURRIED_S)
+        solver = self._solver(effort_s)
+        return solver, self._patience.solved(solver, self._model)
 
     def _hint(self, solver: CpSolver) -> None:
         self._model.clear_hints()  # type: ignore[no-untyped-call] # of OR-Tools

@@ -192,11 +192,14 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
         if schedule.is_best
         else f"at most {quantity.percent(gap)} above the least there is"
     )
+    cut = [f"The search was cut short ({plan.cut_short}): another time it may find another plan."]
+    cut = cut if plan.cut_short else []
     lines = [
         f"Least {plan.minimize}: {plan.amount_text}; {proof}",
         "",
         *table_lines([heads, *rows], alignment=">>>>>><"),
         "All keep apart in flight; in the plan that is written, on every return too.",
+        *cut,
         "",
     ]
     return "\n".join(lines) + "\n" + fleet_text(plan.result, medium=medium)
@@ -210,6 +213,7 @@ def plan_json(plan: FleetPlan, *, version: str) -> str:
         "bound": plain(plan.schedule.bound),
         "gap": plain(plan.gap),
         "is_best": plan.schedule.is_best,
+        "cut_short": plan.cut_short,
         "rows": [
             values(row, field_names(row)) | {"marks": [*plan.marks(row)]} for row in plan.rows
         ],

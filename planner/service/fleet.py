@@ -190,6 +190,7 @@ def check_fleet(
         If a vehicle cannot be flown as asked, or no fleet is given.
     """
     from planner.service.fleet_contingency import contingency_findings, judge_contingencies
+    from planner.service.fleet_layers import layer_findings
     from planner.service.fleet_ledger import fleet_checks
     from planner.service.fleet_separation import separation_findings
     from planner.service.fleet_times import time_findings
@@ -201,7 +202,7 @@ def check_fleet(
     checks = checks or SortieChecks(fleet)
     flown, charges = fly_sorties(fleet, checks)
     apart = [*separation_findings(fleet, flown)]
-    found = [*time_findings(fleet, flown, charges), *apart]
+    found = [*time_findings(fleet, flown, charges), *apart, *layer_findings(fleet, flown)]
     contingencies = None
     kinds = [one for one in ContingencyKind if what_if or one in fleet.operation.must_survive]
     if kinds:
@@ -359,8 +360,7 @@ class SortieChecks:
 
         Raises MissionFileError if it cannot be read.
         """
-        path, pad = self._fleet.mission_of(sortie), self._fleet.pad_of(sortie)
-        mission = self._given.get(path) or self._read(path)
+        mission, pad = self.written_mission(sortie), self._fleet.pad_of(sortie)
         if pad is None:
             return mission
         amsl_m = pad.amsl_m
@@ -371,7 +371,14 @@ class SortieChecks:
         )
         return replace(mission, home=home)
 
-    def _read(self, path: str) -> Mission:
+    def written_mission(self, sortie: Sortie) -> Mission:
+        """Return the mission of a sortie as its file has it.
+
+        Raises MissionFileError if it cannot be read.
+        """
+        path = self._fleet.mission_of(sortie)
+        if path in self._given:
+            return self._given[path]
         if path not in self._missions:
             try:
                 self._missions[path] = read_mission(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.rules.ledger import LedgerEntry, Outcome
+from planner.service import fleet_layers as layers
 from planner.service import fleet_separation as apart
 from planner.service import fleet_times as times
 from planner.service import separation
@@ -64,10 +65,15 @@ def _entries(
     yield _entry(times.PAD_OCCUPIED, Outcome.NOT_CHECKED if homeless else Outcome.CHECKED, needs)
     for rule in _ALWAYS:
         yield _entry(rule, Outcome.CHECKED, "")
-    if fleet.layers is None:
-        yield _entry(apart.LAYER_STEP, Outcome.NOT_APPLICABLE, "[layers]")
+    for rule in (layers.LAYER_STEP, layers.NOT_LIFTED):
+        if fleet.layers is None:
+            yield _entry(rule, Outcome.NOT_APPLICABLE, "[layers]")
+        else:
+            yield _entry(rule, several, together)
+    if any(one.sortie.mission is not None for one in flown):
+        yield _entry(layers.LIFTED, Outcome.CHECKED, "")
     else:
-        yield _entry(apart.LAYER_STEP, several, together)
+        yield _entry(layers.LIFTED, Outcome.NOT_APPLICABLE, "a sortie with a mission of its own")
 
 
 def _entry(rule: Rule, outcome: Outcome, needs: str) -> LedgerEntry:

@@ -8,68 +8,38 @@ fleet still finds between two sorties, as on returns, is forbidden and planned a
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.errors import FleetPlanError, SplitError, UsageError
+from planner.errors import FleetPlanError, UsageError
 from planner.files import make_output_folder, write_output_files
 from planner.findings import Severity
-from planner.fleet.approach import Meeting
-from planner.fleet.fleet import Sortie
-from planner.fleet.return_flights import return_conflict
-from planner.fleet.schedule import (
-    EFFORT_S,
-    Means,
-    Objective,
-    Option,
-    PackGroup,
-    PackUse,
-    Task,
-    best_schedule,
-    smallest_conflict,
-)
-from planner.fleet.separation import home_above_m, predict_conflicts
-from planner.fleet.shifts import ClosedShifts
+from planner.fleet.schedule import EFFORT_S, Objective, Patience, best_schedule, smallest_conflict
+from planner.fleet.separation import predict_conflicts
 from planner.fleet.writer import fleet_file_text
-from planner.mission.formats.plan import read_plan_text
-from planner.service.fleet import (
-    SortieChecks,
-    check_fleet,
-    initial_charge,
-    pack_battery,
-    usable_chargers,
-)
-from planner.service.fleet_separation import fleet_spacing, members, return_flights
-from planner.service.split import split_under
+from planner.service.fleet import check_fleet
+from planner.service.fleet_meetings import Meetings
+from planner.service.fleet_separation import fleet_spacing, members
+from planner.service.fleet_ways import Ways, listed
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
-    from planner.fleet.fleet import Fleet, Job, Pack, Separation
-    from planner.fleet.return_flights import ReturnFlights
-    from planner.fleet.schedule import Departure, Schedule
-    from planner.fleet.separation import Member
-    from planner.mission.items import Mission
+    from planner.fleet.fleet import Fleet
+    from planner.fleet.schedule import Departure, Means, Schedule
     from planner.service.fleet import FleetResult, FlownSortie
-
-    Closed = dict[tuple[tuple[int, int], tuple[int, int]], tuple[tuple[float, float], ...]]
+    from planner.service.fleet_meetings import Closed
+    from planner.service.fleet_ways import Candidate
 
 PLAN_FILE = "fleet.toml"
-_LONGEST_NAME = 28
-"""Of a job in the name of a part, which has 40 at most."""
 _MOST_REPAIRS = 60
 """Times a plan is made again without what the check of the fleet found."""
-_FINER = 4
-"""Parts of the intervals in which returns are looked at first, where all starts are asked for."""
-_RETURNS_ROUND_S = 1.0
-"""To what starts are found that keep the returns of another clear; each try looks at all of them. [s]"""
 _MOST_DOUBLED = 12
+_SAME = 1e-3
+"""Amounts no farther apart are equal: the schedule counts in thousandths. [s, Wh]"""
 _FORBIDDEN_S = 5.0
 """About a difference of starts that the check found wrong; twice as much each time it is found again. [s]"""
 
@@ -102,6 +72,8 @@ class FleetPlan(Value):
     schedule: Schedule
     rows: tuple[PlanRow, ...]
     """For one vehicle, two, and so on; those that cannot be flown are left out."""
+    cut_short: str = ""
+    """Why nothing better was looked for; empty: it was."""
 
     @property
     def gap(self) -> float:
@@ -132,32 +104,13 @@ class FleetPlan(Value):
         return (*found, "least energy") if row is least else (*found,)
 
 
-class _Part(Value, eq=False):
-    """A job, or a part of it."""
-
-    name: str
-    job: Job
-    path: str
-    text: str | None
-    """Of the file to be written; ``None``: the file of the job itself."""
-
-
-class _Candidate(Value, eq=False):
-    """The jobs in so many sorties, and everything the schedule asks of them."""
-
-    parts: tuple[_Part, ...]
-    flights: tuple[tuple[FlownSortie, ...], ...]
-    """Of each part, as each of its options is flown."""
-    tasks: tuple[Task, ...]
-    conflicts: Closed
-
-
 def plan_fleet(
     fleet: Fleet,
     *,
     minimize: Objective | str = Objective.MAKESPAN,
     folder: Path | str = "",
     effort_s: float = EFFORT_S,
+    patience: Patience | None = None,
     on_step: Callable[[str], None] = lambda _: None,
 ) -> FleetPlan:
     """Return a plan of who flies which part of which job when, on which pack.
@@ -172,6 +125,8 @@ def plan_fleet(
         Where the parts are to be written, for their names.
     effort_s : float
         For each schedule, in the deterministic time of the solver. [s]
+    patience : Patience, optional
+        What may cut the search short; the plan then says so.
     on_step : callable
         Called with how far the plan is, in words.
 
@@ -192,11 +147,15 @@ def plan_fleet(
     except ValueError as error:
         msg = f"minimize must be one of {', '.join(Objective)}: got {minimize!r}"
         raise UsageError(msg) from error
-    planning = _Planning(fleet, Path(folder), effort_s, on_step)
+    patience = patience or Patience()
+    planning = _Planning(fleet, Ways(fleet, Path(folder)), effort_s, patience)
     rows: list[PlanRow] = []
-    candidates: list[_Candidate] = []
+    candidates: list[Candidate] = []
     for count in range(1, len(fleet.vehicles) + 1):
+        if rows and patience.cut_short:
+            break
         row, candidate = planning.row(count)
+        on_step(f"planned with {quantity.count(count, 'vehicle')}")
         if row is not None and (not rows or row != replace(rows[-1], vehicles=row.vehicles)):
             rows.append(row)
         candidates += candidate
@@ -242,37 +201,31 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
 class _Planning:
     """The plans of one fleet for several numbers of vehicles, which share every check."""
 
-    def __init__(
-        self, fleet: Fleet, folder: Path, effort_s: float, on_step: Callable[[str], None]
-    ) -> None:
+    def __init__(self, fleet: Fleet, ways: Ways, effort_s: float, patience: Patience) -> None:
         self._fleet = fleet
-        self._folder = folder
+        self._ways = ways
         self._effort_s = effort_s
-        self._on_step = on_step
-        self._missions: dict[str, Mission] = {}
-        self._checks = SortieChecks(fleet, self._missions)
-        self._divided: dict[tuple[str, int | None], tuple[_Part, ...]] = {}
-        self._candidates: dict[tuple[int | None, ...], _Candidate] = {}
-        self._groups: dict[str, list[Pack]] = {}
-        for pack in fleet.packs.values():
-            self._groups.setdefault(pack.group or pack.name, []).append(pack)
-        self._chargers = usable_chargers(fleet)
-        self._refusals: dict[str, str] = {}
-        self._meetings: dict[object, _Meetings] = {}
+        self._patience = patience
+        self._candidates: dict[tuple[int | None, ...], Candidate] = {}
+        self._in_layers: dict[Candidate, tuple[frozenset[int], Candidate]] = {}
+        self._meetings: dict[object, Meetings] = {}
 
-    def row(self, vehicles: int) -> tuple[PlanRow | None, list[_Candidate]]:
+    def row(self, vehicles: int) -> tuple[PlanRow | None, list[Candidate]]:
         """Return what takes so many vehicles least time, and the divisions that were tried for it."""
-        best: tuple[Schedule, _Candidate] | None = None
-        candidates = [self._candidate(counts) for counts in self._counts(vehicles)]
-        endless = replace(self._means(), latest_s=math.inf)
-        for candidate in candidates:
-            schedule = self._cleared(candidate, Objective.MAKESPAN, endless, vehicles)
-            if schedule is not None and (best is None or _rank(schedule) < _rank(best[0])):
-                best = schedule, candidate
-        self._on_step(f"planned with {quantity.count(vehicles, 'vehicle')}")
-        if best is None:
+        candidates = []
+        for counts in self._ways.counts(vehicles):
+            if counts not in self._candidates:
+                self._candidates[counts] = self._ways.candidate(counts)
+            candidates.append(self._candidates[counts])
+        endless = replace(self._ways.means(), latest_s=math.inf)
+        found = [
+            one
+            for candidate in candidates
+            if (one := self._cleared(candidate, Objective.MAKESPAN, endless, vehicles)) is not None
+        ]
+        if not found:
             return None, candidates
-        schedule, candidate = best
+        schedule, candidate = min(found, key=lambda one: _rank(one[0]))
         latest_s = self._fleet.operation.latest_s
         largest_wh = max(
             candidate.tasks[one.task].options[one.option].energy_wh for one in schedule.departures
@@ -289,249 +242,106 @@ class _Planning:
         ), candidates
 
     def whole(
-        self, minimize: Objective, candidates: Sequence[_Candidate], rows: tuple[PlanRow, ...]
+        self, minimize: Objective, candidates: Sequence[Candidate], rows: tuple[PlanRow, ...]
     ) -> FleetPlan:
         """Return the plan with least of something, and nothing wrong with the fleet as a whole."""
-        means = self._means()
+        means = self._ways.means()
         for _ in range(_MOST_REPAIRS):
             schedule, candidate = self._best(minimize, candidates, means)
             planned = self._planned(candidate, schedule)
-            result = check_fleet(planned, checks=self._checks)
+            result = check_fleet(planned, checks=self._ways.checks)
             if not self._forbidden(candidate, schedule, result):
                 break
         if result.verdict != "go":
             wrong = next(one for one in result.all_findings if one.severity is Severity.ERROR)
             msg = f"{self._fleet.source}: no plan was found that is a go: {wrong.code} {wrong.message}"
             raise FleetPlanError(msg)
+        flown = (one.mission for one in planned.sorties.values())
         return FleetPlan(
             fleet=planned,
             result=result,
-            missions={part.path: part.text for part in candidate.parts if part.text is not None},
+            missions={path: self._ways.texts[path] for path in flown if path is not None},
             minimize=minimize,
             schedule=schedule,
             rows=rows,
+            cut_short=self._patience.cut_short,
         )
 
     def _best(
-        self, minimize: Objective, candidates: Sequence[_Candidate], means: Means
-    ) -> tuple[Schedule, _Candidate]:
+        self, minimize: Objective, candidates: Sequence[Candidate], means: Means
+    ) -> tuple[Schedule, Candidate]:
         """Return the best schedule of several divisions of the jobs."""
         found = [
-            (schedule, candidate)
+            one
             for candidate in dict.fromkeys(candidates)
-            if (schedule := self._cleared(candidate, minimize, means, None)) is not None
+            if (one := self._cleared(candidate, minimize, means, None)) is not None
         ]
         if not found:
             raise FleetPlanError(self._why_not(candidates, means))
         return min(found, key=lambda one: _rank(one[0], minimize))
 
-    def _counts(self, vehicles: int) -> list[tuple[int | None, ...]]:
-        """Return in how many even sorties to fly each job, ``None``: the fewest it takes.
-
-        The fewest, as many as a share of the vehicles, and as many as give each vehicle the same number.
-        """
-        jobs = [*self._fleet.jobs.values()]
-        fewest = [len(self._parts(job, None)) for job in jobs]
-        times_s = [self._time_s(job) for job in jobs]
-        whole_s = sum(times_s) or 1.0
-        shares = [math.ceil(vehicles * one / whole_s - 1e-9) for one in times_s]
-        wanted = (
-            [max(one, share) for one, share in zip(fewest, shares, strict=True)],
-            [vehicles * math.ceil(one / vehicles) for one in fewest],
-        )
-        found: dict[tuple[int | None, ...], None] = {(None,) * len(jobs): None}
-        for counts in wanted:
-            even = (
-                count if job.may_split and count > 1 and self._parts(job, count) else None
-                for job, count in zip(jobs, counts, strict=True)
-            )
-            found[tuple(even)] = None
-        return [*found]
-
-    def _time_s(self, job: Job) -> float:
-        """Return the time of all sorties of a job, in the fewest. [s]"""
-        flown = (self._ways(part) for part in self._parts(job, None))
-        return math.fsum(min((one.time_s for one in ways), default=0.0) for ways in flown)
-
-    def _parts(self, job: Job, count: int | None) -> tuple[_Part, ...]:
-        """Return a job in so many parts, or the fewest; empty where that is not possible."""
-        at = (job.name, count)
-        if at not in self._divided:
-            whole = _Part(name=job.name, job=job, path=job.mission, text=None)
-            if count in {None, 1} and (not job.may_split or self._ways(whole)):
-                self._divided[at] = (whole,)
-            else:
-                self._divided[at] = self._split(job, count) if job.may_split else ()
-            if count is None and not self._divided[at]:
-                # it cannot be flown, and the schedule says why
-                self._divided[at] = (whole,)
-        return self._divided[at]
-
-    def _split(self, job: Job, count: int | None) -> tuple[_Part, ...]:
-        """Return a job split for the first vehicle and pack, of most energy first, that can fly it."""
-        for sortie in sorted(self._sorties(job, job.name, None), key=self._energy_wh, reverse=True):
-            setup = self._checks.setup(sortie, self._full(sortie))
-            try:
-                split = split_under(self._checks.mission(sortie), setup, parts=count)
-            except SplitError as error:
-                self._refusals.setdefault(job.name, str(error))
-                continue
-            width = len(split.parts)
-            found = []
-            for number, part in enumerate(split.parts, start=1):
-                # even parts are others than the fewest: their files must not have one name
-                kind = "" if count is None else "even-"
-                name = f"{self._stem(job)}-{kind}{number:02}of{width:02}"
-                path = str(self._folder / f"{name}.plan")
-                found.append(_Part(name=name, job=job, path=path, text=part.text))
-                self._missions[path] = read_plan_text(part.text, source=path)
-            return tuple(found)
-        return ()
-
-    def _stem(self, job: Job) -> str:
-        """Return how the names of a job's parts begin: its own name, or what is left of a long one."""
-        if len(job.name) <= _LONGEST_NAME:
-            return job.name
-        place = [*self._fleet.jobs].index(job.name)
-        return f"{job.name[: _LONGEST_NAME - 4]}-{place:03}"
-
-    def _energy_wh(self, sortie: Sortie) -> float:
-        if sortie.pack is None:
-            battery = self._fleet.vehicles[sortie.vehicle].setup.vehicle.battery
-        else:
-            battery = pack_battery(self._fleet, self._fleet.packs[sortie.pack])
-        return 0.0 if battery is None else battery.energy_wh
-
-    def _sorties(self, job: Job, name: str, path: str | None) -> Iterator[Sortie]:
-        """Yield the ways to fly a job or a part of it: by vehicle, and by group of packs."""
-        for vehicle in self._fleet.vehicles.values():
-            if not set(job.needs) <= set(vehicle.equipment):
-                continue
-            packs: Iterable[str | None] = [
-                group[0].name
-                for group in self._groups.values()
-                if not group[0].fits or vehicle.name in group[0].fits
-            ]
-            for pack in packs if self._groups else (None,):
-                yield Sortie(
-                    name=name,
-                    job=job.name,
-                    vehicle=vehicle.name,
-                    start_s=0.0,
-                    pack=pack,
-                    mission=path,
-                )
-
-    def _full(self, sortie: Sortie) -> float | None:
-        """Return how full its pack is: full, but for one that no charger takes. [-]"""
-        if sortie.pack is None:
-            return None
-        pack = self._fleet.packs[sortie.pack]
-        return 1.0 if self._takers(pack) else initial_charge(pack)
-
-    def _takers(self, pack: Pack) -> list[Any]:
-        return [one for one in self._chargers if one.charges(pack)]
-
-    def _ways(self, part: _Part) -> list[FlownSortie]:
-        """Return the ways to fly a part that are a go."""
-        path = None if part.text is None else part.path
-        flown = (
-            self._checks.flown(sortie, self._full(sortie))
-            for sortie in self._sorties(part.job, part.name, path)
-        )
-        return [one for one in flown if one.result.verdict == "go"]
-
-    def _candidate(self, counts: tuple[int | None, ...]) -> _Candidate:
-        if counts not in self._candidates:
-            jobs = [*self._fleet.jobs.values()]
-            parts = tuple(
-                part
-                for job, count in zip(jobs, counts, strict=True)
-                for part in self._parts(job, count)
-            )
-            flights = tuple(tuple(self._ways(part)) for part in parts)
-            tasks = tuple(
-                Task(
-                    name=part.name,
-                    options=tuple(map(self._option, ways)),
-                    earliest_s=part.job.earliest_s,
-                    latest_s=math.inf if part.job.latest_s is None else part.job.latest_s,
-                    priority=part.job.priority,
-                )
-                for part, ways in zip(parts, flights, strict=True)
-            )
-            self._candidates[counts] = _Candidate(
-                parts=parts, flights=flights, tasks=tasks, conflicts={}
-            )
-        return self._candidates[counts]
-
-    def _option(self, flown: FlownSortie) -> Option:
-        name = flown.sortie.pack
-        packs: tuple[PackUse, ...] = ()
-        if name is not None:
-            pack = self._fleet.packs[name]
-            left = flown.charge_left or 0.0
-            packs = (PackUse(packs=pack.group or name, charge_s=self._charge_s(pack, left)),)
-        energy_wh = flown.energy_wh
-        return Option(
-            vehicle=flown.sortie.vehicle,
-            duration_s=flown.time_s,
-            energy_wh=math.nan if energy_wh is None else energy_wh,
-            packs=packs,
-        )
-
-    def _charge_s(self, pack: Pack, charge: float) -> dict[str, float]:
-        """Return how long a pack takes to be full, by the chargers that take it. [s]"""
-        battery = pack_battery(self._fleet, pack)
-        if battery is None:
-            return {}
-        return {one.name: one.charge_time_s(battery, charge) for one in self._takers(pack)}
-
-    def _means(self) -> Means:
-        fleet = self._fleet
-        return Means(
-            vehicles={
-                name: (
-                    one.available_from_s,
-                    math.inf if one.available_until_s is None else one.available_until_s,
-                )
-                for name, one in fleet.vehicles.items()
-            },
-            packs={
-                name: PackGroup(
-                    count=len(group),
-                    charge_first_s=self._charge_s(group[0], charge)
-                    if (charge := initial_charge(group[0])) < 1.0
-                    else {},
-                )
-                for name, group in self._groups.items()
-            },
-            chargers={one.name: one.count for one in self._chargers},
-            swap_s=0.0 if fleet.swap is None else fleet.swap.time_s,
-            latest_s=math.inf if fleet.operation.latest_s is None else fleet.operation.latest_s,
-        )
-
     def _cleared(
-        self, candidate: _Candidate, minimize: Objective, means: Means, vehicles: int | None
-    ) -> Schedule | None:
+        self, candidate: Candidate, minimize: Objective, means: Means, vehicles: int | None
+    ) -> tuple[Schedule, Candidate] | None:
         """Return the best schedule in which no two come too near to each other in the air.
+
+        In layers only where something is better then: a wait on the ground costs nothing.
+        """
+        below = self._apart(candidate, minimize, means, vehicles)
+        if self._fleet.layers is None or not candidate.met:
+            return None if below is None else (below, candidate)
+        free = self._schedule(candidate, {}, minimize, means, vehicles)
+        if free is None:
+            return None
+        if below is not None and below.amount(minimize) <= free.amount(minimize) + _SAME:
+            return below, candidate
+        layered = self._layered(candidate)
+        above = self._apart(layered, minimize, means, vehicles)
+        found = [(one, of) for one, of in ((below, candidate), (above, layered)) if one is not None]
+        return min(found, key=lambda one: _rank(one[0], minimize), default=None)
+
+    def _layered(self, candidate: Candidate) -> Candidate:
+        """Return a candidate in which those that come too near to others may be lifted to layers."""
+        met = frozenset(candidate.met)
+        if candidate not in self._in_layers or self._in_layers[candidate][0] != met:
+            self._in_layers[candidate] = met, self._ways.lifted(candidate)
+        layered = self._in_layers[candidate][1]
+        for at, closed in candidate.conflicts.items():
+            layered.conflicts[at] = tuple(sorted({*closed, *layered.conflicts.get(at, ())}))
+        return layered
+
+    def _apart(
+        self, candidate: Candidate, minimize: Objective, means: Means, vehicles: int | None
+    ) -> Schedule | None:
+        """Return the best schedule of a candidate in which no two come too near to each other.
 
         What they must not have is looked for where a schedule without it has it: what is best without
         more of it is best.
         """
         while True:
-            schedule = best_schedule(
-                candidate.tasks,
-                means,
-                candidate.conflicts,
-                minimize=minimize,
-                most_vehicles=vehicles,
-                effort_s=self._effort_s,
-            )
+            schedule = self._schedule(candidate, candidate.conflicts, minimize, means, vehicles)
             if schedule is None or not self._too_near(candidate, schedule):
                 return schedule
 
-    def _flown(self, candidate: _Candidate, schedule: Schedule) -> list[FlownSortie]:
+    def _schedule(
+        self,
+        candidate: Candidate,
+        conflicts: Closed,
+        minimize: Objective,
+        means: Means,
+        vehicles: int | None,
+    ) -> Schedule | None:
+        return best_schedule(
+            candidate.tasks,
+            means,
+            conflicts,
+            minimize=minimize,
+            most_vehicles=vehicles,
+            effort_s=self._effort_s,
+            patience=self._patience,
+        )
+
+    def _flown(self, candidate: Candidate, schedule: Schedule) -> list[FlownSortie]:
         """Return every sortie as a schedule flies it."""
         found = []
         for one in schedule.departures:
@@ -539,22 +349,21 @@ class _Planning:
             pack = None
             if one.pack is not None:
                 group, number = one.pack
-                pack = self._groups[group][number].name
+                pack = self._ways.groups[group][number].name
             sortie = replace(
                 way.sortie, name=candidate.parts[one.task].name, start_s=one.start_s, pack=pack
             )
             found.append(replace(way, sortie=sortie))
         return found
 
-    def _planned(self, candidate: _Candidate, schedule: Schedule) -> Fleet:
+    def _planned(self, candidate: Candidate, schedule: Schedule) -> Fleet:
         """Return the fleet with its sorties in the order of their starts."""
         flown = sorted(self._flown(candidate, schedule), key=lambda one: (one.start_s, one.name))
         return replace(self._fleet, sorties={one.name: one.sortie for one in flown})
 
-    def _too_near(self, candidate: _Candidate, schedule: Schedule) -> bool:
+    def _too_near(self, candidate: Candidate, schedule: Schedule) -> bool:
         """Return whether two come too near to each other in the air; if so, forbid their starts."""
-        separation = self._fleet.separation
-        flown = [one for one in self._flown(candidate, schedule) if one.time_s > 0.0]
+        separation, flown = self._fleet.separation, self._flown(candidate, schedule)
         if separation is None or len({one.sortie.vehicle for one in flown}) < 2:
             return False
         together = members(self._fleet, separation, flown)
@@ -564,7 +373,7 @@ class _Planning:
             self._forbid(candidate, *pair, with_returns=False)
         return bool(near)
 
-    def _forbidden(self, candidate: _Candidate, schedule: Schedule, result: FleetResult) -> bool:
+    def _forbidden(self, candidate: Candidate, schedule: Schedule, result: FleetResult) -> bool:
         """Return whether the check of the fleet found two sorties at fault; if so, forbid their starts."""
         places = {part.name: number for number, part in enumerate(candidate.parts)}
         pairs = {
@@ -579,7 +388,7 @@ class _Planning:
         return bool(pairs)
 
     def _forbid(
-        self, candidate: _Candidate, one: Departure, two: Departure, *, with_returns: bool
+        self, candidate: Candidate, one: Departure, two: Departure, *, with_returns: bool
     ) -> None:
         """Forbid the difference of two starts, and those about it that are no better."""
         later_s = two.start_s - one.start_s
@@ -590,6 +399,7 @@ class _Planning:
         if not closed:
             width_s = _FORBIDDEN_S * 2.0 ** min(len(before), _MOST_DOUBLED)
             closed = [(later_s - width_s, later_s + width_s)]
+        candidate.met.update((one.task, two.task))
         candidate.conflicts[at] = tuple(sorted({*before, *closed}))
 
     def _closed(
@@ -600,24 +410,25 @@ class _Planning:
         if separation is None or not one.time_s > 0.0 < two.time_s:
             return []
         key = tuple(
-            (each.sortie.name, each.sortie.vehicle, each.sortie.pack) for each in (one, two)
+            (each.sortie.name, each.sortie.vehicle, each.sortie.pack, each.sortie.mission)
+            for each in (one, two)
         )
         if key not in self._meetings:
-            self._meetings[key] = _Meetings(self._fleet, separation, (one, two))
+            self._meetings[key] = Meetings(self._fleet, separation, (one, two))
         return self._meetings[key].about(later_s, with_returns=with_returns)
 
-    def _why_not(self, candidates: Sequence[_Candidate], means: Means) -> str:
+    def _why_not(self, candidates: Sequence[Candidate], means: Means) -> str:
         """Return why there is no plan."""
         source = self._fleet.source
         for candidate in candidates:
             for part, ways in zip(candidate.parts, candidate.flights, strict=True):
                 if not ways:
-                    return f"{source}: {self._unflyable(part)}"
+                    return f"{source}: {self._ways.unflyable(part)}"
         candidate = candidates[0]
         core = smallest_conflict(
             candidate.tasks, means, candidate.conflicts, effort_s=self._effort_s
         )
-        names = _listed([candidate.parts[one].name for one in core])
+        names = listed([candidate.parts[one].name for one in core])
         if len(core) == 1:
             return (
                 f"{source}: {names} cannot be flown in its hours: allow it more time, or a vehicle and "
@@ -626,95 +437,6 @@ class _Planning:
         return (
             f"{source}: {names} cannot all be flown in their hours, apart from each other: allow more "
             "time, more vehicles or packs, other places or heights"
-        )
-
-    def _unflyable(self, part: _Part) -> str:
-        """Return why nothing flies a part."""
-        flown = [
-            self._checks.flown(sortie, self._full(sortie))
-            for sortie in self._sorties(
-                part.job, part.name, None if part.text is None else part.path
-            )
-        ]
-        if not flown:
-            needs = f" with {_listed(part.job.needs)}" if part.job.needs else ""
-            return (
-                f"{part.name} cannot be flown: there is no vehicle{needs} with a pack that fits it"
-            )
-        refusal = self._refusals.get(part.job.name)
-        if refusal is not None:
-            return refusal
-        one = flown[0]
-        wrong = next(
-            (each for each in one.result.findings if each.severity is Severity.ERROR), None
-        )
-        why = "" if wrong is None else f": {wrong.code} {wrong.message}"
-        more = (
-            "" if part.job.may_split else "; may_split = true lets it be flown in several sorties"
-        )
-        return f"{part.name} cannot be flown: it is a no-go on {one.sortie.vehicle}{why}{more}"
-
-
-class _Meetings:
-    """At which differences of their starts two sorties come too near to each other."""
-
-    def __init__(
-        self, fleet: Fleet, separation: Separation, flown: tuple[FlownSortie, FlownSortie]
-    ) -> None:
-        self._spacing = fleet_spacing(separation)
-        self._flown = flown
-        # Vehicles of one name never meet; packs and starts count for nothing here.
-        self._one, self._two = members(fleet, separation, flown)
-
-    def about(self, later_s: float, *, with_returns: bool) -> list[tuple[float, float]]:
-        """Return the intervals that a difference is in. [s]"""
-        found = [self._flights.around(later_s)]
-        if not with_returns:
-            return [one for one in found if one is not None]
-        found += [None if one is None else one.around(later_s) for one in self._returns[:1]]
-        for back in self._returns[1:]:
-            turned = None if back is None else back.around(-later_s)
-            found.append(None if turned is None else (-turned[1], -turned[0]))
-        return [one for one in found if one is not None]
-
-    @cached_property
-    def _flights(self) -> ClosedShifts:
-        return ClosedShifts(self._meeting(self._one, self._two))
-
-    @cached_property
-    def _returns(self) -> tuple[ClosedShifts | None, ClosedShifts | None]:
-        """Of the returns of the first with the second, and the other way round."""
-        first, second = (each.assessment for each in self._flown)
-        assert first is not None  # both fly
-        assert second is not None
-        frame = first.route.frame
-        return (
-            self._of_returns(return_flights(first, frame), self._one, self._two),
-            self._of_returns(return_flights(second, frame), self._two, self._one),
-        )
-
-    def _of_returns(self, flights: ReturnFlights, one: Member, two: Member) -> ClosedShifts | None:
-        begin_s, end_s = flights.first_intervals()
-        if not len(begin_s):
-            return None
-        cuts = np.linspace(begin_s, end_s, _FINER + 1)
-        fan = flights.fan(cuts[:-1].T.ravel(), cuts[1:].T.ravel())
-        meeting = replace(self._meeting(one, two), first=fan.whole)
-
-        def is_clear(low_s: float, high_s: float) -> bool:
-            between_s = 0.5 * (high_s - low_s)
-            at = replace(meeting, later_s=low_s + between_s, shift_s=meeting.shift_s + between_s)
-            return return_conflict(flights, fan, at, self._spacing.separation_m) is None
-
-        return ClosedShifts(meeting, is_clear=is_clear, round_s=_RETURNS_ROUND_S)
-
-    def _meeting(self, one: Member, two: Member) -> Meeting:
-        return Meeting(
-            first=one.trajectory,
-            second=two.trajectory,
-            shift_s=2.0 * self._spacing.start_error_s,
-            above_m=home_above_m(one, two),
-            zone=self._spacing.zone(one, two),
         )
 
 
@@ -727,8 +449,3 @@ def _rank(schedule: Schedule, minimize: Objective = Objective.MAKESPAN) -> tuple
         float(schedule.packs),
         float(len(schedule.departures)),
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return names as they stand in a sentence."""
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))

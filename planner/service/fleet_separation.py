@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -44,7 +43,6 @@ if TYPE_CHECKING:
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.fleet import Fleet, Separation
     from planner.geo.geodesy import LocalFrame
-    from planner.physics.response import TransferFunction
     from planner.rules.assessment import Assessment
     from planner.service.fleet import FlownSortie
 
@@ -90,16 +88,6 @@ GROUND_SEPARATION = Rule(
     fix="move the pads apart, or land one after the other is cleared away",
 )
 
-LAYER_STEP = Rule(
-    "S117 layer-step",
-    Severity.WARNING,
-    summary="The layers of the fleet are nearer to each other than vehicles in two of them may be.",
-    why="A plan that puts flights into neighbouring layers to clear them would not clear them.",
-    how="step_m of [layers] against the greatest above_m or below_m of two vehicles, the height errors of "
-    "both, and by how much each overshoots a climb to highest_m (G1 of a step-response model).",
-    fix="make step_m of [layers] larger",
-)
-
 
 def separation_findings(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
     """Yield what is found of the distances between the sorties of several vehicles."""
@@ -107,7 +95,6 @@ def separation_findings(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[
     yield from _same_system_ids(fleet, flown)
     if separation is None or len({one.sortie.vehicle for one in flown}) < 2:
         return
-    yield from _layer_steps(fleet, separation)
     yield from _left_out(flown)
     pairs = _Pairs(fleet, separation, [one for one in flown if one.time_s > 0.0])
     yield from pairs.unknown_heights()
@@ -482,37 +469,3 @@ def known_system_ids(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str,
         if given is not None:
             ids[name] = given
     return ids
-
-
-def _layer_steps(fleet: Fleet, separation: Separation) -> Iterator[FleetFinding]:
-    layers = fleet.layers
-    if layers is None:
-        return
-    heights_m = []
-    for vehicle in fleet.vehicles.values():
-        response = vehicle.setup.vehicle.responses.altitude
-        overshoot = 0.0 if response is None else _overshoot(response.transfer_function)
-        above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
-        below_m = above_m if separation.below_m is None else separation.below_m
-        free_m = max(
-            above_m if vehicle.above_m is None else vehicle.above_m,
-            below_m if vehicle.below_m is None else vehicle.below_m,
-        )
-        heights_m.append((free_m, separation.height_error_m + overshoot * layers.highest_m))
-    free_m = max(free_m for free_m, _ in heights_m)
-    errors_m = sum(sorted(error_m for _, error_m in heights_m)[-2:])
-    if layers.step_m < free_m + errors_m:
-        message = (
-            f"step_m of [layers] is {quantity.height(layers.step_m)}, {quantity.height(free_m + errors_m)} "
-            f"needed: {quantity.height(free_m)} of separation, {quantity.height(errors_m)} of height "
-            "errors and overshoots"
-        )
-        yield FleetFinding(finding=LAYER_STEP.finding(message))
-
-
-def _overshoot(response: TransferFunction) -> float:
-    """Return how far a second-order response passes a step, over the step. [-]"""
-    damping = response.damping_ratio
-    if damping is None or not 0.0 < damping < 1.0:
-        return 0.0
-    return math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))

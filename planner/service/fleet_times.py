@@ -345,8 +345,24 @@ class Stay(Value):
 
 def pad_stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[Stay]]:
     """Return who stands on each pad and when, by its name; flights in between are not stays."""
+    stays: dict[str, list[Stay]] = {}
+    stand_of = stands(fleet, flown)
+    for one, landing in zip(flown, landing_pads(fleet, flown), strict=True):
+        stand, pad = stand_of[one.name], fleet.pad_of(one.sortie)
+        if pad is not None:
+            stay = Stay(from_s=one.start_s - stand.before_s, until_s=one.start_s, flown=one)
+            stays.setdefault(pad.name, []).append(stay)
+        if landing is not None:
+            stay = Stay(from_s=one.end_s, until_s=one.end_s + stand.after_s, flown=one)
+            stays.setdefault(landing, []).append(stay)
+    return stays
+
+
+def landing_pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> list[str | None]:
+    """Return the pads that sorties end on, by name; ``None``: on none."""
+    found: list[str | None] = [None] * len(flown)
     if not fleet.pads:
-        return {}
+        return found
     pads = [*fleet.pads.values()]
     frame = LocalFrame(latitude_deg=pads[0].latitude_deg, longitude_deg=pads[0].longitude_deg)
     place_m = np.stack(
@@ -356,22 +372,14 @@ def pad_stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[Stay
         ),
         axis=-1,
     )
-    stays: dict[str, list[Stay]] = {}
-    stand_of = stands(fleet, flown)
-    for one in flown:
-        stand, pad = stand_of[one.name], fleet.pad_of(one.sortie)
-        if pad is not None:
-            stay = Stay(from_s=one.start_s - stand.before_s, until_s=one.start_s, flown=one)
-            stays.setdefault(pad.name, []).append(stay)
+    for number, one in enumerate(flown):
         landing_m = _landing_m(one, frame)
-        if landing_m is None:
-            continue
-        away_m = np.hypot(*(place_m - landing_m).T)
-        nearest = int(np.argmin(away_m))
-        if away_m[nearest] <= PAD_RADIUS_M:
-            stay = Stay(from_s=one.end_s, until_s=one.end_s + stand.after_s, flown=one)
-            stays.setdefault(pads[nearest].name, []).append(stay)
-    return stays
+        if landing_m is not None:
+            away_m = np.hypot(*(place_m - landing_m).T)
+            nearest = int(np.argmin(away_m))
+            if away_m[nearest] <= PAD_RADIUS_M:
+                found[number] = pads[nearest].name
+    return found
 
 
 def _landing_m(one: FlownSortie, frame: LocalFrame) -> FloatArray | None:

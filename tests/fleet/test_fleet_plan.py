@@ -12,9 +12,14 @@ from made_missions import mission, rtl
 import planner
 from planner.errors import FleetPlanError, UsageError
 from planner.fleet.reader import read_fleet
+from planner.fleet.schedule import Patience
 from planner.mission.files import write_mission
+from planner.mission.formats.plan import read_plan_text
+from planner.report.fleet import plan_text
+from planner.report.text import Medium
 from planner.service.fleet import check_fleet
 from planner.service.fleet_plan import PLAN_FILE, FleetPlan, plan_fleet, write_plan
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission
@@ -27,7 +32,11 @@ SWAP = "[swap]\ntime_s = 60\n"
 
 
 def planned(
-    folder: Path, *tables: str, minimize: str = "makespan", jobs: dict[str, Mission] | None = None
+    folder: Path,
+    *tables: str,
+    minimize: str = "makespan",
+    jobs: dict[str, Mission] | None = None,
+    patience: Patience | None = None,
 ) -> FleetPlan:
     """Return the plan of a fleet of tables, for a folder beside its file."""
     text = "schema = 1\n"
@@ -36,7 +45,12 @@ def planned(
         if f"[job.{name}]" not in "".join(tables):
             text += f'[job.{name}]\nmission = "{name}.plan"\n'
     (folder / "given.toml").write_text(text + "\n".join(tables), encoding="utf-8")
-    return plan_fleet(read_fleet(folder / "given.toml"), minimize=minimize, folder=folder / "out")
+    return plan_fleet(
+        read_fleet(folder / "given.toml"),
+        minimize=minimize,
+        folder=folder / "out",
+        patience=patience,
+    )
 
 
 def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
@@ -104,6 +118,76 @@ def test_a_job_that_may_be_split_is_shared_out(tmp_path: Path) -> None:
     }
     file = write_plan(made, tmp_path / "out")
     assert check_fleet(read_fleet(file)).verdict == "go"
+
+
+FACING = (
+    SEPARATION
+    + pad("a", 0, 0)
+    + pad("b", 200, 0)
+    + vehicles("a", more='equipment = ["of a"]')
+    + vehicles("b", more='equipment = ["of b"]')
+    + '[job.first]\nmission = "first.plan"\nneeds = ["of a"]\n'
+    + '[job.second]\nmission = "second.plan"\nneeds = ["of b"]\n'
+)
+"""Two jobs, each for a vehicle of its own."""
+ALONG = {  # the same 200 m towards each other: no start but a late one clears them
+    "first": mission(up(20), place(200, 60, 20), rtl()),
+    "second": mission(up(20), place(0, 60, 20), rtl()),
+}
+LAYERS = "[layers]\nlowest_m = 30\nhighest_m = 80\nstep_m = 10\n"
+"""10 m: 5 m of separation and twice 2.5 m of height errors."""
+
+
+def test_what_only_a_late_start_clears_is_lifted_to_a_layer(tmp_path: Path) -> None:
+    late = planned(tmp_path, FACING, jobs=ALONG)
+    made = planned(tmp_path, FACING + LAYERS, jobs=ALONG)
+    assert late.schedule.makespan_s > made.schedule.makespan_s + 10.0
+    assert [one.start_s for one in made.fleet.sorties.values()] == [0.0, 0.0]
+    # one of them, and no farther than to the lowest layer above it
+    [(path, text)] = made.missions.items()
+    assert path.endswith("-30m.plan")
+    heights_m = [item.altitude_m for item in read_plan_text(text, source=path).items]
+    assert heights_m == [30.0, 30.0, 0.0]
+    file = write_plan(made, tmp_path / "out")
+    again = check_fleet(read_fleet(file))
+    assert again.verdict == made.result.verdict == "go"
+    told = [one.finding.message for one in again.findings if one.finding.code == "S119"]
+    lifted = Path(path).name.removesuffix("-30m.plan")
+    assert told == [f"{lifted} is flown 10 m above the heights of job {lifted}"]
+
+
+def test_a_wait_on_the_ground_comes_before_a_layer_where_it_takes_no_longer(tmp_path: Path) -> None:
+    made = planned(tmp_path, FACING + LAYERS, jobs=ALONG, minimize="energy")
+    assert not made.missions
+
+
+def test_what_cannot_be_lifted_is_named(tmp_path: Path) -> None:
+    above_sea = mission(up(20), replace(place(200, 60, 420), frame=0), rtl())
+    made = planned(tmp_path, FACING + LAYERS, jobs={**ALONG, "first": above_sea})
+    told = [one.finding.message for one in made.result.findings if one.finding.code == "S120"]
+    assert told == ["job first stays at its heights: item 2 is in GLOBAL, not above home"]
+    assert [Path(path).name for path in made.missions] == ["second-30m.plan"]
+
+
+def test_two_from_one_pad_take_it_one_after_the_other(tmp_path: Path) -> None:
+    made = planned(tmp_path, SWAP, FACING.replace('pad = "b"', 'pad = "a"'))
+    first, second = made.result.sorties
+    # Returns of the first lead to the pad at any time: the second is put on it when the first has been
+    # cleared away, a minute after its landing, and starts a minute later.
+    assert second.start_s == pytest.approx(first.end_s + 120.0, abs=2e-3)
+    assert made.result.verdict == "go"
+    assert made.schedule.is_best
+
+
+def test_a_search_that_is_cut_short_still_ends_with_a_whole_plan(tmp_path: Path) -> None:
+    patience = Patience()
+    patience.stop()
+    made = planned(tmp_path, TWO, patience=patience)
+    assert (made.result.verdict, made.cut_short) == ("go", "it was interrupted")
+    assert len(made.rows) == 1
+    told = plan_text(made, medium=Medium(width=200))
+    assert "The search was cut short (it was interrupted)" in told
+    assert planned(tmp_path, TWO, patience=Patience(0.0)).cut_short == "its 0 s were over"
 
 
 @pytest.mark.parametrize(

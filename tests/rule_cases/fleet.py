@@ -180,6 +180,19 @@ def unsure(start_error_s: float) -> tuple[Finding, ...]:
     return what_if(pad("a", 0, 0) + model + tables, SWAP, PACK, first)
 
 
+def lifted(by_m: float) -> tuple[Finding, ...]:
+    """A sortie that is flown so much higher than its job."""
+    own = mission(up(20 + by_m), place(100, 0, 20 + by_m), rtl())
+    flown = sortie("s1", "a", 0.0, more='mission = "part_1.plan"')
+    return found(ALONE, flown, out=OUT, part_1=own)
+
+
+def topmost(highest_m: float) -> tuple[Finding, ...]:
+    """Layers up to there, for flights at 20 m."""
+    tables = TWO + f"[layers]\nlowest_m = 10\nhighest_m = {highest_m!r}\nstep_m = 10\n"
+    return found(tables, sortie("s1", "a", 0.0), sortie("s2", "b", 1000.0))
+
+
 CASES: Mapping[str, RuleCases] = {
     "S105": RuleCases(
         fires=lambda: pack_again(59.0),
@@ -252,6 +265,12 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S126": RuleCases(
         fires=lambda: unsure(0.0), boundary=lambda: unsure(0.001), silent=lambda: unsure(10.0)
+    ),
+    "S119": RuleCases(
+        fires=lambda: lifted(0.05), boundary=lambda: lifted(0.04), silent=lambda: lifted(0.0)
+    ),
+    "S120": RuleCases(
+        fires=lambda: topmost(10.0), boundary=lambda: topmost(30.0), silent=lambda: topmost(80.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
