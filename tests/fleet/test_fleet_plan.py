@@ -139,9 +139,7 @@ LAYERS = "[layers]\nlowest_m = 30\nhighest_m = 80\nstep_m = 10\n"
 
 
 def test_what_only_a_late_start_clears_is_lifted_to_a_layer(tmp_path: Path) -> None:
-    late = planned(tmp_path, FACING, jobs=ALONG)
     made = planned(tmp_path, FACING + LAYERS, jobs=ALONG)
-    assert late.schedule.makespan_s > made.schedule.makespan_s + 10.0
     assert [one.start_s for one in made.fleet.sorties.values()] == [0.0, 0.0]
     # one of them, and no farther than to the lowest layer above it
     [(path, text)] = made.missions.items()
