@@ -51,8 +51,8 @@ NOT_LIFTED = Rule(
     Severity.INFO,
     summary="A job cannot be lifted to the layers of the fleet.",
     why="A plan can keep it apart by its start alone.",
-    how="With [layers] and several vehicles that fly: a mission with heights that are not above home, with none at "
-    "all, or with one that no layer is above.",
+    how="With [layers] and several vehicles that fly: a mission with heights that are not "
+    "above home, with none at all, or with one that no layer is above.",
     fix="give its heights above home, or the fleet a higher layer",
 )
 
