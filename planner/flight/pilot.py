@@ -207,16 +207,15 @@ def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:
     PX4's ``MissionBlock::item_has_timeout`` and ``is_mission_item_reached_or_completed``: as long as
     MIS_COMMAND_TOUT says, before 1.16 until the gripper has answered but no longer than MIS_PD_TO.
     """
-    from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.px4 import DEPLOYMENT_WAIT, Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):
         return {}
-    deployment_s = max(parameters.payload_wait_s, parameters.deployment_wait_s)
-    return {
-        Command.DO_GIMBAL_MANAGER_PITCHYAW: parameters.payload_wait_s,
-        Command.DO_GRIPPER: deployment_s,
-        Command.DO_WINCH: deployment_s,
-    }
+    origin = parameters.origins.get("payload_wait_s")
+    waiting = [Command.DO_GRIPPER, Command.DO_WINCH]
+    if origin is None or origin.name != DEPLOYMENT_WAIT:
+        waiting.append(Command.DO_GIMBAL_MANAGER_PITCHYAW)
+    return dict.fromkeys(waiting, parameters.payload_wait_s)
 
 
 def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:

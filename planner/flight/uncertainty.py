@@ -3,11 +3,12 @@ r"""The uncertainty of a prediction: many flights of one mission, as samples of 
 Sampled are the conditions (wind, payload, temperature, charge) and the errors of the model as the
 ``[spread]`` of its file has them.  With the energy :math:`E_s` of each state,
 
-.. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad t = (1 + \tau)\, t_0,
+.. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad t = (1 + \tau)\, t_0 + \delta,
 
-ε common to a flight, η of each state, τ of the time.  They come from n flights, so each is its
-standard deviation times a sample of Student's t with n degrees of freedom: with few flights the
-standard deviation is itself little known (Student, Biometrika 6 (1908) 1).
+ε common to a flight, η of each state, τ of the time, δ of how long the end of a landing takes.  The
+first three come from n flights, so each is its standard deviation times a sample of Student's t with n
+degrees of freedom: with few flights the standard deviation is itself little known (Student, Biometrika
+6 (1908) 1).
 
 Approximations:
 
@@ -85,6 +86,21 @@ class UnknownSamples(Value, eq=False):
     state_error: FloatArray
     """(samples, states)"""
     stopping_error: FloatArray
+    landing_rank: FloatArray
+    """Fraction of landings that are sooner found over."""
+
+    def landing_delay_s(self, sooner_s: float, later_s: float) -> FloatArray:
+        """Return how much later than predicted landings are over: most often as predicted. [s]
+
+        The triangular distribution of the least, the likeliest and the most that is known.
+        """
+        whole = sooner_s + later_s
+        is_sooner = self.landing_rank * whole < sooner_s
+        return np.where(
+            is_sooner,
+            np.sqrt(self.landing_rank * whole * sooner_s) - sooner_s,
+            later_s - np.sqrt((1.0 - self.landing_rank) * whole * later_s),
+        )
 
 
 def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> UnknownSamples:
@@ -94,7 +110,7 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     payload is not below zero, a charge not above all.  The samples of one quantity do not depend on the
     spread of another.
     """
-    normal, student = _standard_samples(spread.n_flights)
+    normal, student, uniform = _standard_samples(spread.n_flights)
     wind = setup.wind
     speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
     from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
@@ -109,19 +125,21 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
         time_error=(spread.time_fraction or 0.0) * student[0],
         energy_error=(spread.energy_fraction or 0.0) * student[1],
         stopping_error=(spread.stopping_distance_fraction or 0.0) * student[2],
+        landing_rank=uniform,
         state_error=np.array([of_states.get(state, 0.0) for state in STATES]) * student[3:].T,
     )
 
 
 @lru_cache(maxsize=2)
-def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray]:
-    """Return samples of the normal and of Student's distribution, made once."""
+def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return samples of the normal, of Student's and of the uniform distribution, made once."""
     random = np.random.default_rng(_SEED)
     normal = random.standard_normal((5, SAMPLES))
     student = random.standard_t(n_flights, (3 + len(STATES), SAMPLES))
-    normal.setflags(write=False)
-    student.setflags(write=False)
-    return normal, student
+    uniform = random.random(SAMPLES)
+    for samples in (normal, student, uniform):
+        samples.setflags(write=False)
+    return normal, student, uniform
 
 
 class Weather:
@@ -299,7 +317,8 @@ def predict_scenarios(
     samples = sample_unknowns(spread, setup, power)
     time_s = stopping_factor = None
     if spread.time_fraction is not None:
-        time_s = np.maximum(flight.time_s * (1.0 + samples.time_error), 0.0)
+        landed_s = samples.landing_delay_s(*flight.motion.landing_spread_s)
+        time_s = np.maximum(flight.time_s * (1.0 + samples.time_error) + landed_s, 0.0)
     if spread.stopping_distance_fraction is not None:
         stopping_factor = np.maximum(1.0 + samples.stopping_error, 0.0)
     timed = Scenarios(time_s=time_s, stopping_factor=stopping_factor)

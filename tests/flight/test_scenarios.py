@@ -175,6 +175,18 @@ def test_without_any_spread_of_the_energy_every_draw_is_the_prediction() -> None
     assert result.return_plan.below_reserve_probability == 0.0
 
 
+def test_a_px4_is_on_the_ground_for_longer_or_shorter_until_it_knows() -> None:
+    """From 2 s sooner, without a range sensor, to 8 s later, most often as predicted: a triangle."""
+    spread = ModelSpread(n_flights=MANY, source="made", time_fraction=1e-9)
+    vehicle = replace(load_vehicle("px4-sih-quad"), spread=spread)
+    totals = check(ROWS, vehicle, position_noise_m=0.0).totals
+    # F = (x + 2)²/(2 · 10) up to 0, 1 − (8 − x)²/(8 · 10) beyond; within three standard deviations of 10 000.
+    assert totals.time_s_p10 is not None
+    assert totals.time_s_p90 is not None
+    assert totals.time_s_p10 - totals.time_s == pytest.approx(math.sqrt(0.1 * 20) - 2.0, abs=0.06)
+    assert totals.time_s_p90 - totals.time_s == pytest.approx(8.0 - math.sqrt(0.1 * 80), abs=0.12)
+
+
 def test_time_energy_charge_and_stops_spread_as_the_model_says() -> None:
     spread = ModelSpread(
         n_flights=MANY,

@@ -163,6 +163,8 @@ class Motion(Value, eq=False):
     """Rate of descending along ground that is followed, which saves no power; ``None``: none does. (p,)"""
     wander_m: float = 0.0
     """Way beyond that of the segments, which a vehicle wanders about them. [m]"""
+    landing_spread_s: tuple[float, float] = (0.0, 0.0)
+    """How much sooner and how much later than predicted its landings may be over, together. [s]"""
     findings: tuple[Finding, ...] = ()
 
     @property

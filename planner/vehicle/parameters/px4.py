@@ -17,6 +17,8 @@ _SLOW = _GAIN = Range(0.0, 10.0, excludes_low=True)
 _JERK = Range(0.0, 500.0, excludes_low=True)
 _OR_NEGATIVE = Range(high=_FASTEST_M_S)
 _FRACTION = Range(0.0, 1.0)
+DEPLOYMENT_WAIT = "MIS_PD_TO"
+"""The wait of before 1.16, which gimbals did not have."""
 
 
 class Px4Parameters(AutopilotParameters, eq=False):
@@ -60,10 +62,10 @@ class Px4Parameters(AutopilotParameters, eq=False):
     yaw_acceptance_rad: float = parameter("MIS_YAW_ERR deg", 12.0, NOT_NEGATIVE)
     # longest wait for a heading; negative: no end
     yaw_timeout_s: float = parameter("MIS_YAW_TMT s", -1.0)
-    # wait for a gimbal, a gripper or a winch
-    payload_wait_s: float = parameter("MIS_COMMAND_TOUT s", 0.0, NOT_NEGATIVE)
-    # before 1.16, of a gripper or a winch only
-    deployment_wait_s: float = parameter("MIS_PD_TO s", 0.0, NOT_NEGATIVE)
+    # wait for a gripper or a winch, since 1.16 for a gimbal too
+    payload_wait_s: float = parameter(
+        "MIS_COMMAND_TOUT s", 0.0, NOT_NEGATIVE, formerly=DEPLOYMENT_WAIT
+    )
     takeoff_speed_m_s: float = parameter("MPC_TKO_SPEED m/s", 1.5, _SLOW)
     takeoff_ramp_s: float = parameter("MPC_TKO_RAMP_T s", 3.0, NOT_NEGATIVE)
     spool_up_s: float = parameter("COM_SPOOLUP_TIME s", 1.0, NOT_NEGATIVE)

@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 LANDED_AFTER_S = 3.45
 """From touch-down to the landed flag: three times 1 s, and 0.45 s until the thrust has gone (3.43 to 3.46 s
 measured in six landings; ``MulticopterLandDetector``).  That is with a range sensor, which cannot see the
-ground below its feet; no parameter states whether there is one, and without it is 2 s sooner. [s]"""
+ground below its feet: ``LandDetector::Run`` then waits three times as long. [s]"""
+LANDED_SOONER_S = 2.0
+"""By which it is sooner without such a sensor; no parameter states whether there is one. [s]"""
+LANDED_LATER_S = 8.0
+"""How long PX4 asks for the least thrust besides, where its estimate of the height is not to be relied on
+(``_minimum_thrust_8s_hysteresis``).  1.3 to 12 s after touch-down were recorded. [s]"""
 
 RANGE_LATE_S = 0.11
 """Age of the distance to the ground, by which a landing slows down: the estimator's, delayed as much as GPS
@@ -116,10 +121,9 @@ def add_landings(
     descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters)
     descents.add_to(pieces, move, time_scale)
     disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
+    grounded_s = LANDED_AFTER_S + disarm_s + landing.planned.hold_s
     pieces.add_lines(
-        Places(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarm_s + landing.planned.hold_s),
-        descents.touched_m(),
-        is_grounded=True,
+        Places(move, len(descents.parts), RAMP, grounded_s), descents.touched_m(), is_grounded=True
     )
 
 

@@ -17,7 +17,12 @@ from planner.flight.motion.kinematics import (
 )
 from planner.flight.motion.px4.braking import stopping_distance_m
 from planner.flight.motion.px4.lag import Tracking, TrackingLag
-from planner.flight.motion.px4.landing import add_landings, add_takeoffs
+from planner.flight.motion.px4.landing import (
+    LANDED_LATER_S,
+    LANDED_SOONER_S,
+    add_landings,
+    add_takeoffs,
+)
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import fly_legs, overshot_m, waits_unknown, yaw_waits_s
 from planner.flight.motion.px4.moves import moves_of_stages, return_moves
@@ -203,6 +208,7 @@ def _fly(
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
+    landings = int(legs.planned.is_landing.sum())
     aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
     motion = Motion(
         segments=_segments(ordered, legs, parameters),
@@ -216,6 +222,7 @@ def _fly(
         done_segment=done,
         piece_is_grounded=ordered.is_grounded,
         wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
+        landing_spread_s=(landings * LANDED_SOONER_S, landings * LANDED_LATER_S),
         findings=findings,
     )
     return motion, legs
