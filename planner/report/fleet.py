@@ -19,6 +19,7 @@ from planner.report.text import (
     by_weight,
     closing_line,
     finding_lines,
+    ledger_lines,
     note_lines,
     printable,
     table_lines,
@@ -49,7 +50,7 @@ _TOTALS = (
 )
 
 
-_HOLDS = {True: "yes", False: "no", None: "not judged"}
+HOLDS = {True: "yes", False: "no", None: "not judged"}
 
 
 def fleet_text(result: FleetResult, *, medium: Medium) -> str:
@@ -94,12 +95,13 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
     if result.contingencies is not None:
         lines.append("")
         answers = [
-            (one.what, _HOLDS[one.holds], takeover_text(one.takeovers))
+            (one.what, HOLDS[one.holds], takeover_text(one.takeovers))
             for one in result.contingencies
         ]
         lines += table_lines([("what if", "holds", "instead"), *answers], alignment="<<<")
     lines += _finding_lines(result, medium=medium)
     lines += ["", closing_line(result.all_findings, suppressed=suppressed_findings(result))]
+    lines += ["", *ledger_lines(result.checked, medium=medium)]
     return "\n".join(lines) + "\n"
 
 

@@ -220,7 +220,7 @@ def check_fleet(
         findings=_about(reported, found),
         suppressed=_about(suppressed, found),
         contingencies=contingencies,
-        checked=fleet_checks(fleet, flown, found),
+        checked=fleet_checks(fleet, flown, found, contingencies or ()),
     )
     is_go = result.is_readable and all(one.result.verdict == "go" for one in flown)
     return replace(

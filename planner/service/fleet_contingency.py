@@ -84,7 +84,7 @@ CONTINGENCY_NOT_JUDGED = Rule(
     leaves_open=True,
 )
 
-_RULES = {
+RULES = {
     ContingencyKind.VEHICLE_OUT: VEHICLE_OUT,
     ContingencyKind.WEAK_PACK: WEAK_PACK,
     ContingencyKind.LATE: LATE_SORTIE,
@@ -136,7 +136,7 @@ def contingency_findings(
             message = f"{one.what}: {one.why}"
             if one.takeovers:
                 message += f"; {takeover_text(one.takeovers)}"
-            yield _told(fleet, _RULES[one.kind], one.kind, message)
+            yield _told(fleet, RULES[one.kind], one.kind, message)
     for (kind, why), rows in open_.items():
         more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
         yield _told(fleet, CONTINGENCY_NOT_JUDGED, kind, f"{rows[0].what}{more}: {why}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.rules.ledger import LedgerEntry, Outcome
+from planner.service import fleet_contingency as what_if
 from planner.service import fleet_layers as layers
 from planner.service import fleet_separation as apart
 from planner.service import fleet_times as times
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from planner.findings import Rule
     from planner.fleet.fleet import Fleet
     from planner.service.fleet import FleetFinding, FlownSortie
+    from planner.service.fleet_contingency import Contingency
 
 _APART = (separation.SEPARATION, apart.DOWNWASH, apart.RETURN_CROSSES, apart.GROUND_SEPARATION)
 _PACKS = (times.PACK_CLASH, times.PACK_NOT_FULL, times.PACK_NOT_CHARGED)
@@ -31,10 +33,25 @@ _ALWAYS = (
 
 
 def fleet_checks(
-    fleet: Fleet, flown: Sequence[FlownSortie], found: Sequence[FleetFinding]
+    fleet: Fleet,
+    flown: Sequence[FlownSortie],
+    found: Sequence[FleetFinding],
+    contingencies: Sequence[Contingency],
 ) -> tuple[LedgerEntry, ...]:
     """Return an entry for each rule about a fleet, by its code."""
-    return tuple(sorted(_entries(fleet, flown, found), key=lambda entry: entry.code))
+    entries = (*_entries(fleet, flown, found), *_contingency_entries(contingencies))
+    return tuple(sorted(entries, key=lambda entry: entry.code))
+
+
+def _contingency_entries(contingencies: Sequence[Contingency]) -> Iterator[LedgerEntry]:
+    for kind, rule in what_if.RULES.items():
+        own = [one for one in contingencies if one.kind is kind]
+        open_ = [one for one in own if one.holds is None]
+        if not own:
+            yield _entry(rule, Outcome.NOT_APPLICABLE, "--what-if")
+        else:
+            outcome = Outcome.NOT_CHECKED if open_ else Outcome.CHECKED
+            yield _entry(rule, outcome, open_[0].why if open_ else "")
 
 
 def _entries(

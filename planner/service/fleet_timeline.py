@@ -6,6 +6,7 @@ What pages and the terminal UI show of a fleet is made here, once, of the check 
 from __future__ import annotations
 
 import math
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from planner.geo.geodesy import LocalFrame
     from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
     from planner.service.fleet_pairs import PairDistance
+    from planner.service.fleet_times import Stay
 
 TRACK_ERROR_M = 1.0
 """How far a vehicle may be from its thinned track at any time: two fifths of the position error of a
@@ -51,7 +53,7 @@ class Span(Value):
     start_s: float
     end_s: float
     name: str
-    """Of the sortie or, of a charge, the pack."""
+    """Of the sortie; of a charge that of the pack, of a pad that of the vehicle."""
 
 
 class TimelineRow(Value):
@@ -286,15 +288,7 @@ def _rows(result: FleetResult, flown: Sequence[FlownSortie], end_s: float) -> It
             yield TimelineRow(kind="charger", name=name, spans=_cut("charge", on_it, end_s))
     stays_of = pad_stays(fleet, flown)
     for name, stays in ((name, stays_of[name]) for name in fleet.pads if name in stays_of):
-        stood = sorted(
-            (max(one.from_s, 0.0), min(one.until_s, end_s), one.flown.name) for one in stays
-        )
-        spans = [
-            Span(use="stand", start_s=from_s, end_s=until_s, name=sortie)
-            for from_s, until_s, sortie in stood
-            if until_s > from_s
-        ]
-        yield TimelineRow(kind="pad", name=name, spans=tuple(spans))
+        yield TimelineRow(kind="pad", name=name, spans=tuple(_stood(stays, end_s)))
 
 
 def _flights(flown: Sequence[FlownSortie], swap_s: float) -> Iterator[Span]:
@@ -305,6 +299,18 @@ def _flights(flown: Sequence[FlownSortie], swap_s: float) -> Iterator[Span]:
         ready_s = min(one.end_s + swap_s, until_s)
         if ready_s > one.end_s:
             yield Span(use="swap", start_s=one.end_s, end_s=ready_s, name=one.name)
+
+
+def _stood(stays: Sequence[Stay], end_s: float) -> Iterator[Span]:
+    """Yield who stands on a pad: what a vehicle stands after a flight and before the next is one."""
+    by_vehicle = sorted(stays, key=lambda one: (one.flown.sortie.vehicle, one.from_s))
+    for name, own in groupby(by_vehicle, key=lambda one: one.flown.sortie.vehicle):
+        until_s = -math.inf
+        for one in own:
+            from_s = max(one.from_s, until_s, 0.0)
+            until_s = max(until_s, min(one.until_s, end_s))
+            if until_s > from_s:
+                yield Span(use="stand", start_s=from_s, end_s=until_s, name=name)
 
 
 def _sockets(charges: Sequence[Charge]) -> list[list[Charge]]:
@@ -346,7 +352,8 @@ def _marks(
             there = {
                 span.name
                 for span in row.spans
-                if span.name in one.sorties and span.start_s <= at_s <= span.end_s
+                if (span.name in one.sorties or span.name in own)
+                and span.start_s <= at_s <= span.end_s
             }
             if (row.kind == "vehicle" and row.name in own) or len(there) > 1:
                 inside.append(number)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner import catalogue, quantity
 from planner.report.figures import KEY_FIGURES, ShownFigure, shown_figure
-from planner.report.fleet import fleet_document, fleet_headline, suppressed_findings
+from planner.report.fleet import HOLDS, fleet_document, fleet_headline, suppressed_findings
 from planner.report.html.mission import FindingView, finding_view, time_layers, zoomable
 from planner.report.html.page import page_json, page_text, refuse_without_libraries, template
 from planner.report.plots.fleet import (
@@ -24,6 +24,7 @@ from planner.report.rule_text import explanation
 from planner.report.tables import named_rows
 from planner.report.text import by_weight, checked_text, closing_line, printable
 from planner.rules.ledger import Outcome
+from planner.service.fleet_contingency import takeover_text
 from planner.service.fleet_timeline import TRACK_ERROR_ENERGY, TRACK_ERROR_M, fleet_timeline
 
 if TYPE_CHECKING:
@@ -126,6 +127,10 @@ def fleet_html(
             "by_vehicle": [
                 (number, one, quantity.duration(one.time_s), quantity.energy(one.energy_wh))
                 for number, one in enumerate(result.totals.by_vehicle)
+            ],
+            "contingencies": [
+                (one.what, HOLDS[one.holds], one.why, takeover_text(one.takeovers))
+                for one in result.contingencies or ()
             ],
             "plan": None if plan is None else _plan_view(plan, specs),
             "rules": _rules(result),

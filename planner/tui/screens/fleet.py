@@ -231,11 +231,15 @@ class FleetScreen(Screen[None]):
         Binding("q", "app.quit", "Quit", show=False),
     ]
 
-    def __init__(self, file: str, given: Mapping[str, Any]) -> None:
+    def __init__(
+        self, file: str, given: Mapping[str, Any], result: FleetResult | None = None
+    ) -> None:
         super().__init__()
         self.file = file
         self.result: FleetResult | None = None
         """As it was checked last."""
+        self._known = result
+        """As the list of missions has it: it is not checked again to be shown."""
         self.time_s = 0.0
         self._given = given
         self._timeline: FleetTimeline | None = None
@@ -263,7 +267,7 @@ class FleetScreen(Screen[None]):
             self.query_one(f"#{pane}").border_title = name
         self.query_one("#timeline").focus()
         self._watch.follow([Path(self.file)])
-        self._check()
+        self._check(self._known)
         self.set_interval(WATCH_S, self.watch_files)
 
     # Checks
@@ -271,7 +275,7 @@ class FleetScreen(Screen[None]):
     def action_recheck(self) -> None:
         """Check everything again, in the background."""
         self.query_one("#verdict", VerdictStrip).update(Content(f"Checking {self.file} …"))
-        self._check()
+        self._check(None)
 
     def watch_files(self) -> None:
         """Check again where a file that decides the verdict was written since."""
@@ -279,9 +283,9 @@ class FleetScreen(Screen[None]):
             self.action_recheck()
 
     @work(thread=True, exclusive=True, group="check", description="check")
-    def _check(self) -> None:
+    def _check(self, known: FleetResult | None) -> None:
         try:
-            result = checked_fleet(self.file, self._given)
+            result = known or checked_fleet(self.file, self._given)
             timeline = fleet_timeline(result)
         except FleetFileError as error:
             self.call_later(self._fail, "\n".join(error.problems))

@@ -303,12 +303,13 @@ class MissionsScreen(Screen[None]):
             self._go_to(Path(entry.path))
             return
         try:
-            what_if_of = self._what_if_of
-            self.app.push_screen(
-                FleetScreen(entry.path, what_if_of(entry.path).given)
-                if entry.is_fleet
-                else ReviewScreen(entry.path, what_if_of)
-            )
+            if entry.is_fleet:
+                known = self._results.get(entry.path)
+                given = self._what_if_of(entry.path).given
+                result = known if isinstance(known, FleetResult) else None
+                self.app.push_screen(FleetScreen(entry.path, given, result))
+            else:
+                self.app.push_screen(ReviewScreen(entry.path, self._what_if_of))
         except MavjouleError as error:
             self.notify(str(error), severity="error", markup=False)
 
