@@ -24,6 +24,7 @@ from planner.rules.fence_settings import (
 )
 from planner.rules.fenced_flight import make_fenced_flight, straight_legs
 from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
+from planner.rules.terrain import tops_over_terrain_m
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -49,8 +50,8 @@ _ARDUPILOT_VERTICES = 255
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
 _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
-_PATH_JUDGED = frozenset(StageKind) - {StageKind.LAND, StageKind.RETURN}
-"""Stages whose heights between their ends are those of the flight, not of a landing."""
+_PATH_JUDGED = frozenset(StageKind) - {StageKind.RETURN}
+"""Stages whose heights between their ends are judged; the mission's own return is as all others."""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
 
 _OA_MARGIN_M = 5.0
@@ -64,7 +65,8 @@ FENCE_HEIGHT = Rule(
     "breaches the fence on every return.",
     how="The highest place of the flight above the home that counts then, along the whole path (splines "
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
-    "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it); the lowest place between "
+    "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it, but over the hills of --terrain "
+    "where RTL_ALT_TYPE has them follow it); the lowest place between "
     "take-off and landing against FENCE_ALT_MIN (bit 8), to 1 cm.  A flight at the limit itself "
     "breaches it: ArduPilot counts that height as beyond, and no vehicle holds a height to the "
     "centimetre.",
@@ -184,13 +186,12 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
     if returns.sample is not None:
         points.append(returns.sample.points)
     places = returns.destinations
-    heights_m = [
-        (
-            returns.straight_corners_m(own, returns.chosen(own))[0][:, 2, 2]
-            - places.home_datum_m[places.home_of(own.stage)]
-        )[is_on[own.stage]]
-        for own in points
-    ]
+    heights_m = []
+    for own in points:
+        corners_m, _ = returns.straight_corners_m(own, returns.chosen(own))
+        top_m = np.maximum(corners_m[:, 2, 2], tops_over_terrain_m(a, corners_m))
+        top_m -= places.home_datum_m[places.home_of(own.stage)]
+        heights_m.append(top_m[is_on[own.stage]])
     return float(np.concatenate(heights_m).max(initial=0.0))
 
 

@@ -12,6 +12,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
 from planner.rules.declaration import EXTREMES, PROFILE, judges
+from planner.rules.terrain import tops_over_terrain_m
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import parameter_table
 
@@ -120,6 +121,13 @@ def _too_high_for_site(
     if reach.height_m[row] > highest_m + _ROUNDING_M:  # a return may climb higher than every place
         highest_m, item = float(reach.height_m[row]), int(reach.item[row])
         where = f" {reach.where(row)}"
+    sample = a.returns.sample
+    if sample is not None:
+        corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
+        tops_m = tops_over_terrain_m(a, corners_m)
+        if (top_m := float(tops_m.max(initial=-np.inf))) > highest_m:
+            highest_m, where = top_m, " on a return over the ground"
+            item = int(a.route.stages[int(sample.points.stage[tops_m.argmax()])].item)
     if limit_m is not None and highest_m > limit_m + _ROUNDING_M:
         yield a.finding(
             TOO_HIGH_FOR_SITE,

@@ -501,6 +501,26 @@ def _returns_follow_terrain(a: Assessment) -> bool:
     return bool(own.terrain_enable)
 
 
+def tops_over_terrain_m(a: Assessment, corners_m: FloatArray) -> FloatArray:
+    """Return the greatest height above the first home of returns that may follow the ground of --terrain.
+
+    Where none does, or the ground is not known, −∞.  ``corners_m`` are those of `Returns.straight_corners_m`.
+    (n,) [m]
+    """
+    terrain, tops_m = a.setup.terrain, np.full(len(corners_m), -np.inf)
+    own = ARDUPILOT.of(a)
+    if terrain is None or own is None or not _returns_follow_terrain(a):
+        return tops_m
+    ways_m = corners_m[:, 2:4, :2]
+    ground = terrain.under(*a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1]))
+    ground_m = ground.ground_amsl_m.max(axis=1) - a.route.ground_datum_m
+    begins = np.flatnonzero(np.diff(ground.line, prepend=-1))
+    below_m = ground.ground_amsl_m[begins, 0] - a.route.ground_datum_m
+    above_m = np.fmax(corners_m[:, 1, 2] - below_m, own.return_altitude_m)
+    np.fmax.at(tops_m, ground.line, ground_m + above_m[ground.line])
+    return tops_m
+
+
 @judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))
 def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Found]:
     has_source = parameters.terrain_enable or rangefinder_reach_m(a) is not None

@@ -163,7 +163,7 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
     checked: tuple[LedgerEntry, ...] = ()
     if assessment is not None:
         found, checked = judge(assessment, setup.selection)
-        findings = [*assessment.findings, *found]
+        findings = [*assessment.findings, *found, *_over_known_terrain(prepared, found)]
     else:
         findings = [
             *prepared.findings,
@@ -194,6 +194,30 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
         assessment=assessment,
         checked=checked,
     )
+
+
+def _over_known_terrain(prepared: Preparation, found: tuple[Finding, ...]) -> Iterator[Finding]:
+    """Yield the errors of a flight only where ArduPilot knows the terrain, by which it flies to a landing.
+
+    Whether it does no parameter says: TERRAIN_ENABLE allows it.  Both flights have to be possible.
+    """
+    terrain = prepared.setup.terrain
+    if terrain is None or not getattr(prepared.parameters, "terrain_enable", 0):
+        return
+    from planner.flight.motion.followed_ground import following_to_land
+
+    route = following_to_land(prepared.route, terrain)
+    other = None if route is None else assess(replace(prepared, route=route))
+    if other is None:
+        return
+    judged, _ = judge(other, prepared.setup.selection)
+    known = {one.code for one in found if one.severity is Severity.ERROR}
+    for one in judged:
+        if one.severity is Severity.ERROR and one.code not in known:
+            yield replace(
+                one,
+                message=f"{one.message} (with terrain data, by which ArduPilot flies to the landing)",
+            )
 
 
 check = taking_settings(check_mission, Setup)

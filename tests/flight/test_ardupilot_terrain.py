@@ -6,6 +6,7 @@ down between 5 m and 10 m of error, half of WP_TER_MARGIN and all of it.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,10 +18,13 @@ from made_terrain import ground, slope
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
 from planner.flight.motion.ardupilot.vertical import landing
+from planner.flight.motion.followed_ground import following_to_land
 from planner.geo.geodesy import LocalFrame
-from planner.service.preflight import check
+from planner.service.preflight import assess, check, prepare
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -168,6 +172,55 @@ def test_a_circle_keeps_its_height_above_a_slope() -> None:
     assert above_home_m.min() <= 25.0 - 0.176 * 200.0 + 0.5
     on_circle = slice(1500, 2000)
     assert above_ground_m[on_circle] == pytest.approx(25.0, abs=0.5)
+
+
+INTO_A_VALLEY = mission(takeoff_item(60.0), item(16, north(100.0), 60.0), item(21, north(600.0)))
+"""The ground falls from 17.6 m below home to 105.8 m below it on the leg to the landing."""
+
+
+@pytest.mark.parametrize(
+    ("enabled", "ceiling_m", "floor_m", "reported"),
+    [
+        (1, 61.0, -20.0, ["F110"]),  # 60 m above ground 88 m lower than home
+        (1, 61.0, -30.0, []),
+        (0, 61.0, -20.0, []),
+        (1, 59.0, -30.0, ["F110"]),  # level, as without terrain data
+    ],
+)
+def test_a_leg_to_a_landing_is_judged_level_and_over_the_ground(
+    enabled: int, ceiling_m: float, floor_m: float, reported: list[str]
+) -> None:
+    # From 100 m to 600 m north the ground falls from −17.6 m to −105.8 m: 77.6 m above it all along.
+    text = (
+        f"TERRAIN_ENABLE,{enabled}\nFENCE_ENABLE,1\nFENCE_TYPE,9\nRTL_ALT,3000\n"
+        f"FENCE_ALT_MAX,{ceiling_m}\nFENCE_ALT_MIN,{floor_m}\n"
+    )
+    found = check(
+        INTO_A_VALLEY,
+        load_vehicle("arducopter-sitl-quad"),
+        terrain=slope(10.0),
+        parameters=parameters_from_text(text.encode(), source="p.param"),
+        clearance_m=0.0,
+    ).findings
+    assert [one.code for one in found if one.code == "F110"] == reported
+
+
+def test_a_landing_leg_over_known_ground_keeps_its_height_above_it() -> None:
+    quad = load_vehicle("arducopter-sitl-quad")
+    prepared = prepare(INTO_A_VALLEY, Setup(vehicle=quad, terrain=slope(10.0)))
+    route = following_to_land(prepared.route, slope(10.0))
+    assert route is not None
+    assessment = assess(replace(prepared, route=route))
+    assert assessment is not None
+    flight = assessment.flight
+    state = flight.motion.state_at_time(np.linspace(0.0, flight.time_s, 2000))
+    on_leg = (state.north_m > 150.0) & (state.north_m < 580.0)
+    fall_m = math.tan(math.radians(10.0)) * (state.north_m[on_leg] - 100.0)
+    assert state.height_m[on_leg] == pytest.approx(60.0 - fall_m, abs=0.5)
+    assert flight.motion.state_at_time(np.array([flight.time_s])).height_m[0] == pytest.approx(
+        -math.tan(math.radians(10.0)) * 600.0, abs=0.5
+    )
+    assert following_to_land(prepared.route, ground(0.0)) is None
 
 
 @pytest.mark.parametrize(

@@ -284,6 +284,28 @@ def test_a_return_above_terrain_without_terrain_asks_for_it(
     assert bool(unjudged(list(result.findings), "A104")) is asks
 
 
+@pytest.mark.parametrize(
+    ("ceiling_m", "parameters", "fires"),
+    [
+        (101, "6000\nRTL_ALT_TYPE,1\n", False),
+        (99, "6000\nRTL_ALT_TYPE,1\n", True),  # 60 m above a ridge of 40 m
+        (99, "6000\nRTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", False),
+        (99, "6000\nRTL_ALT_TYPE,0\n", False),
+        # Higher than RTL_ALT it returns as high above the ground as it is.
+        (99, "3000\nRTL_ALT_TYPE,1\n", True),
+    ],
+)
+def test_a_return_over_terrain_is_as_high_as_the_ground_it_follows(
+    ceiling_m: int, parameters: str, *, fires: bool
+) -> None:
+    one = mission(takeoff(60), waypoint(500, 60), item(21, north(500)))
+    given = f"FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,{ceiling_m}\nRTL_ALT,{parameters}"
+    found = findings(one, ground(40.0), Autopilot.ARDUPILOT, given)
+    assert [f.message for f in of("F110", found)] == [
+        f"a return climbs to 100 m above home; FENCE_ALT_MAX is {ceiling_m} m"
+    ] * fires
+
+
 @pytest.mark.parametrize(("height_cm", "fires"), [(499, True), (500, False), (0, False)])
 def test_a_return_above_terrain_keeps_the_clearance_too(
     height_cm: int,

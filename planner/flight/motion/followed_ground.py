@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -130,6 +132,44 @@ def follow_ground(
         flown_m = _flyable_m(height_m, points, limits)
         lifted.append((points, flown_m - points.place_m[:, 2]))
     return _lifted(motion, lifted) if lifted else motion
+
+
+_LEVEL_GROUND_M = 2.0
+"""Ground that stays so near to its height at the beginning is level: grids are no better. [m]"""
+_LOWERS = frozenset({StageKind.LAND, StageKind.SET_DOWN})
+
+
+def following_to_land(route: Route, terrain: TerrainGrid) -> Route | None:
+    """Return a route whose legs to landings keep their height above the ground; ``None`` where they have it.
+
+    Notes
+    -----
+    ``ModeAuto::terrain_adjusted_location``: a LAND or PAYLOAD_PLACE item with a place is flown to at the
+    present height above terrain, where the vehicle knows the terrain here and there; else level.
+    """
+    stages = list(route.stages)
+    for number, (before, stage) in enumerate(pairwise(route.stages), start=1):
+        ends_m = np.array([(one.east_m, one.north_m) for one in (before, stage)])
+        length_m = math.dist(*ends_m)
+        if stage.kind not in _LOWERS or stage.follows_ground or length_m < _SHORTEST_PART_M:
+            continue
+        count = min(int(length_m / max(terrain.cell_m, _SHORTEST_PART_M)) + 2, _MOST_PARTS)
+        share = np.linspace(0.0, 1.0, count)[:, None]
+        places_m = ends_m[0] + share * (ends_m[1] - ends_m[0])
+        ground_m = terrain.height_amsl_m(*route.frame.latitude_longitude_deg(*places_m.T)).filled(
+            np.nan
+        )
+        if not np.abs(ground_m - ground_m[0]).max() > _LEVEL_GROUND_M:  # level, or not known
+            continue
+        rise_m = float(ground_m[-1] - ground_m[0])
+        sets_down = stage.kind is StageKind.SET_DOWN
+        stages[number] = replace(
+            stage,
+            followed_ground_m=tuple(ground_m.tolist()),
+            follows_ground=True,
+            above_ground_m=stage.above_ground_m + rise_m * sets_down,
+        )
+    return None if stages == list(route.stages) else replace(route, stages=tuple(stages))
 
 
 def _runs(route: Route) -> Iterator[tuple[int, int]]:

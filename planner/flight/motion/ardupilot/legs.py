@@ -492,7 +492,7 @@ def _ways(
     circle = stages.where(StageKind.CIRCLE)
     home = stages.where(StageKind.RETURN)
     end = stages.place_m.copy()
-    end[level, 2] = stages.start_m[level, 2]
+    end[level, 2] = stages.start_m[level, 2] + stages.rise_m[level]
     end[circle] = stages.edge_m[circle]
     single = np.sort(np.concatenate((straight, height[moved], level, circle)))
     top, over = stages.start_m[home].copy(), over_home_m(stages, home, parameters)

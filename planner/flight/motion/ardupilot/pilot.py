@@ -211,7 +211,7 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
     manoeuvres: list[Manoeuvres] = []
     if len(land):
         place = stages.place_m[land].copy()
-        place[:, 2] = stages.start_m[land, 2]
+        place[:, 2] = stages.start_m[land, 2] + stages.rise_m[land]
         manoeuvres.append(
             landing(
                 land * SLOTS + 1,

@@ -86,6 +86,9 @@ class StageColumns(Value, eq=False):
     """Height above its ground of the place a return leads to, as the autopilot has it. (n,) [m]"""
     datum_m: FloatArray
     """Height above the first home of the home that counts during a return. (n,) [m]"""
+    rise_m: FloatArray
+    """How much higher than it begins the leg to a landing, or to where a load is set down, ends: the ground
+    that it follows. (n,) [m]"""
 
     def where(self, *kinds: StageKind) -> IntArray:
         """Return the rows of some kinds."""
@@ -146,6 +149,7 @@ def stage_columns(
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
     radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
+    rise = np.array([_rise_m(stage) for stage in stages])
     start, end, edge, circles = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed, drag=drag
     )
@@ -195,7 +199,16 @@ def stage_columns(
         from_ground=takeoff & landed,
         above_ground_m=column("above_ground_m"),
         datum_m=column("datum_m"),
+        rise_m=rise,
     )
+
+
+_LOWERS = frozenset({StageKind.LAND, StageKind.SET_DOWN})
+
+
+def _rise_m(stage: Stage) -> float:
+    ground_m = stage.followed_ground_m
+    return ground_m[-1] - ground_m[0] if stage.kind in _LOWERS and ground_m else 0.0
 
 
 def return_columns(
@@ -233,6 +246,7 @@ def return_columns(
         from_ground=never,
         above_ground_m=np.asarray(above_ground_m, np.float64),
         datum_m=np.asarray(datum_m, np.float64),
+        rise_m=zero,
     )
 
 
@@ -265,7 +279,7 @@ def _chained(
             case StageKind.DELAY:
                 end[row] = before
             case StageKind.SET_DOWN:
-                end[row, 2] = before[2]
+                end[row, 2] = before[2] + _rise_m(stages[row])
             case StageKind.RETURN:
                 datum_m = np.array([stages[row].datum_m])
                 end[row] = _return_end_m(place_m[row : row + 1], datum_m, parameters)[0]
