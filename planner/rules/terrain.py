@@ -16,7 +16,7 @@ from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
-from planner.rules.declaration import ARDUPILOT, TERRAIN, NotEvaluated, judges
+from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, NotEvaluated, judges
 from planner.rules.feasibility import rangefinder_reach_m
 from planner.values import Value, replace
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
     Found = Finding | NotEvaluated
 
@@ -60,6 +61,8 @@ _OVER_TERRAIN = 1
 _STEEP_DEG, _TOO_STEEP_DEG = 7.0, 15.0
 """Slopes to warn of, and to refuse, at a landing: of helicopters the US Army lands all on up to 7°, those
 on wheels with an advisory on up to 15°, none beyond (FM 3-21.38, landing sites). [°]"""
+_FASTER, _TOO_FAST_M_S = 1.1, 2.0
+"""Over the speed of landing, and in all: LAND_SPEED is documented from 0.3 m/s to 2 m/s. [-], [m s⁻¹]"""
 _RISE = math.tan(math.radians(_TOO_STEEP_DEG))
 """Of the ground around where a vehicle can stand: 5 m in 19 m. [-]"""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
@@ -719,3 +722,69 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
             item=item,
             severity=None if slope_deg[worst] > _TOO_STEEP_DEG else Severity.WARNING,
         )
+
+
+LANDS_FAST = Rule(
+    "T117 lands-fast",
+    Severity.ERROR,
+    summary="The vehicle may touch the ground before it has slowed down.",
+    why="An autopilot that does not measure the ground slows a landing down by its height above home: on a "
+    "hill it comes down at the speed of its descent (tried in ArduPilot's simulation, 50 m above home: 'SIM "
+    "Hit ground at 4.97 m/s').",
+    how="The speed of the descent at the height above home of the ground of --terrain, where the mission "
+    "lands or a return leads: ArduPilot without RNGFND1_TYPE (Mode::get_alt_above_ground_cm; TERRAIN_ENABLE "
+    "gives no data by itself), and PX4, whose range sensor no parameter names.  A warning where it is more "
+    "than 1.1 times LAND_SPEED or MPC_LAND_SPEED; an error above 2 m/s, the most that ArduPilot's LAND_SPEED "
+    "may be set to.",
+    fix="lower the descent speed (LAND_SPEED_HIGH or WPNAV_SPEED_DN, MPC_Z_V_AUTO_DN) to that of the "
+    "landing, or land no more than 10 m (LAND_ALT_LOW, MPC_LAND_ALT2 5 m) higher than home",
+    instead="the parameters of --params",
+)
+
+
+@judges(LANDS_FAST, needs=(PARAMETERS, TERRAIN))
+def _lands_fast(
+    a: Assessment, parameters: FlightParameters, _terrain: TerrainGrid
+) -> Iterator[Found]:
+    places, stages = a.returns.destinations, a.route.stages
+    landing = np.array([row for row, one in enumerate(stages) if one.kind in _LANDS], np.intp)
+    ground_m = np.array([stages[row].height_m for row in landing.tolist()])
+    above_m = ground_m - places.home_datum_m[places.home_of(landing)]
+    item: list[int | None] = [stages[row].item for row in landing.tolist()]
+    sample = a.returns.sample
+    if sample is not None:
+        home = np.flatnonzero(sample.destination != HERE)
+        targets = places.targets(sample.points.stage, sample.destination, sample.points.stop_m)
+        above_m = np.append(above_m, (targets.ground_m[:, 2] - targets.datum_m)[home])
+        item += [None] * len(home)
+    if not len(above_m):
+        return
+    worst = int(above_m.argmax())
+    speed_m_s, slow_m_s = _touch_down_m_s(parameters, float(above_m[worst]))
+    if speed_m_s <= _FASTER * slow_m_s:
+        return
+    lands = "lands" if item[worst] is not None else "a return lands"
+    height = quantity.height(float(above_m[worst]))
+    yield a.finding(
+        LANDS_FAST,
+        f"{lands} {height} above home, where the autopilot may still descend at "
+        f"{quantity.speed(speed_m_s)}: it slows down by its height above home",
+        item=item[worst],
+        severity=None if speed_m_s > _TOO_FAST_M_S else Severity.WARNING,
+    )
+
+
+def _touch_down_m_s(parameters: FlightParameters, above_m: float) -> tuple[float, float]:
+    """Return how fast a vehicle may meet ground so high above home, and how fast it should. [m s⁻¹]"""
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+    slow_m_s, height_m = parameters.land_speed_m_s, np.array([above_m])
+    if isinstance(parameters, ArduPilotParameters):
+        from planner.flight.motion.ardupilot.vertical import landing_speed_m_s
+
+        if parameters.rangefinder_type:
+            return slow_m_s, slow_m_s
+        return float(landing_speed_m_s(height_m, parameters)[0]), slow_m_s
+    from planner.flight.motion.px4.landing import DescentProfile
+
+    return float(DescentProfile.of(parameters).speed_m_s(height_m)[0]), slow_m_s

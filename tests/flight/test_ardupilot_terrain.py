@@ -17,7 +17,7 @@ from made_missions import takeoff as takeoff_item
 from made_terrain import ground, slope
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
-from planner.flight.motion.ardupilot.vertical import landing
+from planner.flight.motion.ardupilot.vertical import landing, landing_speed_m_s
 from planner.flight.motion.followed_ground import following_to_land
 from planner.geo.geodesy import LocalFrame
 from planner.service.preflight import assess, check, prepare
@@ -224,15 +224,29 @@ def test_a_landing_leg_over_known_ground_keeps_its_height_above_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("known", "longer_s"), [("terrain_enable", 0.0), (None, 150.0 / 0.5 - 100.0)]
+    "given", [{"rangefinder_type": 8}, {"terrain_enable": 1}, {"terrain_enable": 0}]
 )
-def test_a_vehicle_that_knows_no_ground_slows_down_ten_metres_above_home(
-    known: str | None, longer_s: float
+def test_a_vehicle_that_measures_no_ground_slows_down_ten_metres_above_home(
+    given: dict[str, int],
 ) -> None:
     # From 60 m above home to ground 150 m below it: the last 10 m at 0.5 m/s, or all below 10 m above home.
     start, ground_m = np.array([[0.0, 0.0, 60.0]]), np.array([-150.0])
-    knows = replace(DEFAULTS, terrain_enable=int(known is not None))
-    usual, own = (
-        landing(np.array([0]), start, ground_m, one).duration_s.sum() for one in (DEFAULTS, knows)
+    measured, own = (
+        landing(np.array([0]), start, ground_m, one).duration_s.sum()
+        for one in (replace(DEFAULTS, rangefinder_type=8), replace(DEFAULTS, **given))
     )
-    assert own - usual == pytest.approx(longer_s, abs=0.1)
+    longer_s = 0.0 if "rangefinder_type" in given else 150.0 / 0.5 - 150.0 / 1.5
+    assert own - measured == pytest.approx(longer_s, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("above_m", "speed_m_s"),
+    # 10 m, and no more than 1 m higher in proportion to that; √(2 · 1 m/s² (e − 0.5 m)) above; 5 m/s at most.
+    [(0.0, 0.5), (10.0, 0.5), (10.55, 0.55), (12.5, 2.0), (14.0, 7.0**0.5), (60.0, 5.0)],
+)
+def test_a_landing_is_as_fast_as_its_height_above_home_has_it(
+    above_m: float, speed_m_s: float
+) -> None:
+    fast = replace(DEFAULTS, land_high_speed_m_s=5.0)
+    found = landing_speed_m_s(np.array([above_m]), fast)
+    assert found[0] == pytest.approx(speed_m_s, abs=1e-9)

@@ -43,6 +43,14 @@ def grounded_s(motion: Motion) -> float:
     return float(motion.piece_duration_s[motion.piece_is_grounded].sum())
 
 
+def test_a_landing_below_home_is_slow_from_where_it_would_be_over_home() -> None:
+    level, lower = (
+        done_s(takeoff(30.0), land(0.0, 0.0, ground_m))[-1] for ground_m in (0.0, -100.0)
+    )
+    # 100 m more at MPC_LAND_SPEED, 0.7 m/s.
+    assert lower - level == pytest.approx(100.0 / 0.7, abs=0.5)
+
+
 @pytest.mark.parametrize(
     ("change", "longer_s"),
     [
@@ -166,4 +174,6 @@ def test_landings_end_on_the_ground_they_were_meant_for(height_m: float, ground_
     assert end.height_m == pytest.approx(ground_m, abs=0.01)
     descent = motion.segments.duration_s[-1]
     least = (over - ground_m) / 1.5
-    assert least < descent < least + 8.5 + 5.0 + 5.0  # slow over 10 m, crawling over one, landed
+    below_s = max(-ground_m, 0.0) * (1.0 / 0.7 - 1.0 / 1.5)
+    # Slow over 10 m and below home, crawling over one, landed.
+    assert least < descent < least + 8.5 + 5.0 + 5.0 + below_s

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from fenced_missions import rally
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+from made_terrain import slope
+from rule_cases.altitude import landing_at
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
 from planner.mission.route.route import flown_order
@@ -93,6 +95,12 @@ CASES: Mapping[str, RuleCases] = {
             returning(item(92, frame=2, params=(0.0, 0.0, 0.0, 0.0))), ARDUPILOT
         ),
         silent=lambda: found(returning(replace(waypoint(200, 20), autocontinue=False)), ARDUPILOT),
+    ),
+    # Above 10 m it descends by 1 m/s a metre: 0.55 m/s, 1.1 times LAND_SPEED, 10.55 m above home.
+    "T117": RuleCases(
+        fires=lambda: found(landing_at(122), ARDUPILOT, terrain=slope(-5.0)),
+        boundary=lambda: found(landing_at(120), ARDUPILOT, terrain=slope(-5.0)),
+        silent=lambda: found(landing_at(122), ARDUPILOT, "RNGFND1_TYPE,8\n", terrain=slope(-5.0)),
     ),
     "T119": RuleCases(
         # It is armed with a heading nobody knows and returns from where it is home.

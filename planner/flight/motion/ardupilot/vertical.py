@@ -129,15 +129,15 @@ def landing(
     -----
     ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, or WP_SPD_DN; slower along the square
     root of the height above LAND_ALT_LOW; never slower than LAND_SPD.  That height is above the ground,
-    above home (``datum_m``) where terrain data are off and there is no rangefinder
-    (``Mode::get_alt_above_ground_cm``: "Assume the Earth is flat").  Then 1.6 s until the landing is
+    above home (``datum_m``) where there is neither a rangefinder nor terrain data
+    (``Mode::get_alt_above_ground_cm``: "Assume the Earth is flat"); TERRAIN_ENABLE gives none by itself, and
+    the longer landing counts.  Then 1.6 s until the landing is
     detected and MOT_SPOOL_TIME until the motors stand still.
     """
     slow = parameters.land_speed_m_s
     ground_m = np.minimum(ground_m, start_m[:, 2])  # on higher ground it stands already
     height = start_m[:, 2] - ground_m
-    knows_ground = parameters.terrain_enable or parameters.rangefinder_type
-    level_m = ground_m if knows_ground else np.maximum(ground_m, datum_m)
+    level_m = ground_m if parameters.rangefinder_type else np.maximum(ground_m, datum_m)
     slow_m = level_m + max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M)
     above = np.maximum(start_m[:, 2] - slow_m, 0.0)
     durations, ways, speeds = _approach(
@@ -160,6 +160,16 @@ def landing(
         duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_up_s + wait_s),
         grounded=(6,),
     )
+
+
+def landing_speed_m_s(height_m: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
+    """Return how fast a landing descends at heights above what it takes for the ground. [m s⁻¹]"""
+    slow, a = parameters.land_speed_m_s, parameters.vertical_acceleration_m_s2
+    left_m = np.maximum(height_m - max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M), 0.0)
+    linear_m = a / _HEIGHT_GAIN_PER_S**2
+    root = np.sqrt(2.0 * a * np.maximum(left_m - 0.5 * linear_m, 0.0))
+    wanted = np.where(left_m < linear_m, _HEIGHT_GAIN_PER_S * left_m, root)
+    return np.clip(wanted, slow, max(parameters.land_high_speed_m_s, slow))
 
 
 def change_of_height(

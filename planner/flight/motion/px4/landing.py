@@ -104,7 +104,9 @@ def add_landings(
 ) -> None:
     """Add the pieces of landings.
 
-    A mission's landing disarms as it has landed, or waits to take off again; that of a return disarms
+    Below home they are slow from where they would be over it: without a range sensor, of which no parameter
+    tells, the ground is taken to be there (``FlightTaskAuto``: ``_dist_to_ground``).  A mission's landing
+    disarms as it has landed, or waits to take off again; that of a return disarms
     COM_DISARM_LAND later.
 
     Notes
@@ -118,7 +120,8 @@ def add_landings(
         return
     landing = legs.select(move)
     descents = _Descents.over(landing, parameters)
-    descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters)
+    lower_m = np.maximum(-landing.planned.target_m[:, 2], 0.0)
+    descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters, lower_m)
     descents.add_to(pieces, move, time_scale)
     disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
     grounded_s = LANDED_AFTER_S + disarm_s + landing.planned.hold_s
@@ -169,20 +172,24 @@ class _Descents:
         )
 
     def fall(
-        self, profile: DescentProfile, begun_m_s: FloatArray, parameters: Px4Parameters
+        self,
+        profile: DescentProfile,
+        begun_m_s: FloatArray,
+        parameters: Px4Parameters,
+        lower_m: FloatArray,
     ) -> None:
-        """Descend from speeds downwards to the ground."""
+        """Descend from speeds downwards to the ground, so far below that which decides how fast."""
         a = np.full_like(self.height_m, parameters.acceleration_down_m_s2)
         j = np.full_like(self.height_m, parameters.jerk_m_s3)
-        first = profile.speed_m_s(self.height_m)
+        first = profile.speed_m_s(self.height_m - lower_m)
         change = first - begun_m_s
         ramp_s = Px4Ramps.of(np.abs(change), a, j).duration_s
         # A landing from lower than its ramp is taken at its speed throughout.
         fits = 0.5 * (first + begun_m_s) * ramp_s <= self.height_m
         ramps = Px4Ramps.of(np.where(fits, np.abs(change), 0.0), a, j)
         self._ramp(ramps, begun_m_s, np.sign(change))
-        self._steadily(profile.fast_m_s, down_to_m=profile.high_m)
-        self._slow_down(profile)
+        self._steadily(profile.fast_m_s, down_to_m=profile.high_m + lower_m)
+        self._slow_down(profile, profile.low_m + lower_m)
         slow, crawl = profile.slow_m_s, profile.crawl_m_s
         self._steadily(slow, down_to_m=profile.crawl_height_m)
         change = np.where(self.height_m > 0.0, max(slow - crawl, 0.0), 0.0)
@@ -240,7 +247,7 @@ class _Descents:
             speed = speed + duration * (acceleration + 0.5 * j * duration)
             acceleration = acceleration + j * duration
 
-    def _steadily(self, speed_m_s: float, *, down_to_m: float) -> None:
+    def _steadily(self, speed_m_s: float, *, down_to_m: FloatArray | float) -> None:
         self._go_on(np.maximum(self.height_m - down_to_m, 0.0) / speed_m_s, speed_m_s)
 
     def _go_on(
@@ -261,9 +268,9 @@ class _Descents:
         self.height_m = self.height_m - way
         self.elapsed_s = self.elapsed_s + t
 
-    def _slow_down(self, profile: DescentProfile) -> None:
-        """Let the speed fall in proportion to the height, an exponential of time."""
-        gain, low = profile.gain_per_s, profile.low_m
+    def _slow_down(self, profile: DescentProfile, low: FloatArray) -> None:
+        """Let the speed fall in proportion to the height above the slow part, an exponential of time."""
+        gain = profile.gain_per_s
         if gain <= 0.0:
             return
         rest = profile.slow_m_s / gain
