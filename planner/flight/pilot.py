@@ -225,7 +225,7 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
     """
     vehicle = setup.vehicle
     if parameters is None or setup.flown_by is Autopilot.STEP:
-        return StepPilot(vehicle=vehicle, parameters=parameters)
+        return StepPilot(vehicle=vehicle, parameters=parameters, terrain=setup.terrain)
     from planner.flight.motion.px4.lag import Tracking
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -275,12 +275,17 @@ def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | Non
     return limit_m_s * min(math.tan(lean_rad) / math.tan(held_rad), 1.0)
 
 
+_CLIMBS_M_S, _DESCENDS_M_S = 2.5, 1.5
+"""WPNAV_SPEED_UP and WPNAV_SPEED_DN as ArduPilot is delivered: it alone follows the ground. [m s⁻¹]"""
+
+
 class StepPilot(Value):
     """Answers steps of the reference with the identified responses, the article's way, or ramps."""
 
     vehicle: VehicleModel
     parameters: FlightParameters | None = None
     """Those of the vehicle itself; ``None``: returns are flown level."""
+    terrain: TerrainGrid | None = None
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route and its power transients."""
@@ -291,6 +296,12 @@ class StepPilot(Value):
             set_down_s=getattr(self.parameters, "place_delay_s", 0.0),
         )
         motion, transients = self._along(legs)
+        limits = ClimbLimits(
+            cruise_m_s=self._speed_m_s,
+            climb_m_s=getattr(self.parameters, "climb_speed_m_s", _CLIMBS_M_S),
+            descent_m_s=getattr(self.parameters, "descent_speed_m_s", _DESCENDS_M_S),
+        )
+        motion = follow_ground(motion, route, self.terrain, limits)
         if self.parameters is None:
             motion = replace(motion, findings=(*motion.findings, *_return_heights(route)))
         return motion, transients

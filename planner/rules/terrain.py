@@ -471,7 +471,10 @@ def _nearest_height_m(place_m: FloatArray, start_m: FloatArray, end_m: FloatArra
 
 def _follows_terrain(a: Assessment, number: int) -> bool:
     """Return whether ArduPilot follows the ground to an item, from 1."""
-    is_item = a.autopilot is Autopilot.ARDUPILOT and number > 0
+    by = a.autopilot
+    if by is Autopilot.STEP and a.setup.terrain is not None and a.target is not None:
+        by = a.target.autopilot
+    is_item = by is Autopilot.ARDUPILOT and number > 0
     return is_item and a.mission.items[number - 1].frame in TERRAIN_FRAMES
 
 

@@ -16,13 +16,16 @@ from made_missions import HOME, item, mission, north, rtl
 from made_missions import takeoff as takeoff_item
 from made_terrain import ground, slope
 
+from planner.autopilot import Autopilot
+from planner.findings import Severity
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
 from planner.flight.motion.ardupilot.vertical import landing, landing_speed_m_s
 from planner.flight.motion.followed_ground import following_to_land
 from planner.geo.geodesy import LocalFrame
-from planner.service.preflight import assess, check, prepare
+from planner.service.preflight import CheckResult, assess, check, prepare
 from planner.setup import Setup
 from planner.values import replace
+from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 
@@ -172,6 +175,50 @@ def test_a_circle_keeps_its_height_above_a_slope() -> None:
     assert above_home_m.min() <= 25.0 - 0.176 * 200.0 + 0.5
     on_circle = slice(1500, 2000)
     assert above_ground_m[on_circle] == pytest.approx(25.0, abs=0.5)
+
+
+STEP = load_vehicle("falkowski-2023-quadrotor")
+OVER_A_RIDGE = mission(
+    takeoff_item(30.0),
+    item(16, north(900.0), 30.0, frame=10),
+    item(21, north(900.0)),
+    autopilot=Autopilot.ARDUPILOT,
+)
+
+
+@pytest.mark.parametrize("ceiling_m", [69.0, 71.0])
+def test_a_step_response_model_is_flown_over_the_ground_that_ardupilot_follows(
+    ceiling_m: float,
+) -> None:
+    text = f"FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,{ceiling_m}\nRTL_ALT,3000\n"
+    result = check(
+        OVER_A_RIDGE,
+        STEP,
+        battery=Battery(capacity_wh=77.0),
+        terrain=ground(40.0),
+        parameters=parameters_from_text(text.encode(), source="p.param"),
+    )
+    codes = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert ("F110" in codes) is (ceiling_m < 70.0)
+    assert "A102" not in codes  # 30 m above the ridge, not 10 m below it
+
+
+@pytest.mark.parametrize(("left", "severity"), [(1.01, Severity.WARNING), (0.99, Severity.ERROR)])
+def test_climbs_that_a_step_response_model_does_not_count_fit_into_the_margin(
+    left: float, severity: Severity
+) -> None:
+    def judged(capacity_wh: float) -> CheckResult:
+        pack = Battery(capacity_wh=capacity_wh)
+        return check(OVER_A_RIDGE, STEP, battery=pack, terrain=ground(40.0), reserve=0.0)
+
+    first = judged(77.0)
+    assert first.return_plan is not None
+    assert first.return_plan.margin_wh is not None
+    # m g h over an efficiency of 0.5, of what hovers 10 m up on 119.49 · 10^0.02 W with 80 W/kg.
+    climbs_wh = 119.49 * 10.0**0.02 / 80.0 * 9.80665 * 40.0 / 0.5 / 3600.0
+    margin_wh = min(first.return_plan.margin_wh, 77.0 - first.totals.energy_wh)
+    [one] = [f for f in judged(77.0 - margin_wh + left * climbs_wh).findings if f.code == "E127"]
+    assert one.severity is severity
 
 
 INTO_A_VALLEY = mission(takeoff_item(60.0), item(16, north(100.0), 60.0), item(21, north(600.0)))

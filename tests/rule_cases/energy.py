@@ -6,7 +6,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from fenced_missions import rally
-from made_missions import mission, rtl, speed, takeoff, waypoint
+from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
+from made_terrain import ground
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, PX4, STEP, RuleCases, found, vehicle_of
 
 from planner.physics.wind import Wind
@@ -18,6 +19,7 @@ from planner.vehicle.model import ModelSpread, Responses
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.autopilot import Autopilot
     from planner.findings import Finding
     from planner.service.preflight import CheckResult
 
@@ -46,6 +48,13 @@ def slowing_to(speed_m_s: float) -> tuple[Finding, ...]:
 def of_capacity(share_of_need: float) -> tuple[Finding, ...]:
     """Return what is reported with a battery of so much of the energy needed, and no reserve."""
     return found(OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * share_of_need), reserve=0.0)
+
+
+def over_ridge(rise_m: float, autopilot: Autopilot = STEP) -> tuple[Finding, ...]:
+    """Return what is reported of a flight that keeps its height above a ridge."""
+    there = item(16, north(900.0), 30.0, frame=10)
+    one = mission(takeoff(30), there, item(21, north(900.0)), autopilot=ARDUPILOT)
+    return found(one, autopilot, terrain=ground(rise_m))
 
 
 @cache
@@ -304,6 +313,12 @@ CASES: Mapping[str, RuleCases] = {
         # Four cells of 3.9 V are the highest that is one; 15.7 V are neither four nor five.
         boundary=lambda: labelled(5.2, 15.7),
         silent=lambda: found(PLAIN),
+    ),
+    # 125 W of hover are 1.56 kg at 80 W/kg: 30.7 J a metre at an efficiency of 0.5; 1 % of 5.68 Wh are 6.7 m.
+    "E127": RuleCases(
+        fires=lambda: over_ridge(7.0),
+        boundary=lambda: over_ridge(6.5),
+        silent=lambda: over_ridge(7.0, ARDUPILOT),
     ),
     # Straight on from 8 m/s the change comes in the middle of 0.4 s of 2.5 m/s²: 7.5 m/s are reached.
     "E126": RuleCases(

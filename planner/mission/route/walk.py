@@ -599,8 +599,8 @@ class MissionState:
                 TERRAIN_NOT_FOLLOWED,
                 f"the ground on the leg is up to {quantity.height(off_line_m)} off the line "
                 f"between the items and is up to {quantity.percent(steepest)} steep: ArduPilot follows "
-                "it, more slowly where it cannot climb so fast; a step-response model is flown along the "
-                "line, without these climbs",
+                "it, more slowly where it cannot climb so fast; of a step-response model the energy of these "
+                "climbs is bounded (E127)",
             )
         return tuple(height.tolist())
 
