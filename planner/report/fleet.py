@@ -50,6 +50,7 @@ _TOTALS = (
 )
 
 
+PLAN_NOTE = "All keep apart in flight; in the plan that is written, on every return too."
 HOLDS = {True: "yes", False: "no", None: "not judged"}
 
 
@@ -188,23 +189,32 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
         )
         for row in plan.rows
     ]
-    schedule, gap = plan.schedule, plan.gap
-    proof = (
-        "no plan has less"
-        if schedule.is_best
-        else f"at most {quantity.percent(gap)} above the least there is"
-    )
-    cut = [f"The search was cut short ({plan.cut_short}): another time it may find another plan."]
-    cut = cut if plan.cut_short else []
     lines = [
-        f"Least {plan.minimize}: {plan.amount_text}; {proof}",
+        plan_headline(plan),
         "",
         *table_lines([heads, *rows], alignment=">>>>>><"),
-        "All keep apart in flight; in the plan that is written, on every return too.",
-        *cut,
+        PLAN_NOTE,
+        *filter(None, [cut_short_text(plan)]),
         "",
     ]
     return "\n".join(lines) + "\n" + fleet_text(plan.result, medium=medium)
+
+
+def plan_headline(plan: FleetPlan) -> str:
+    """Return what a plan has least of, and how good that is proven to be."""
+    proof = (
+        "no plan has less"
+        if plan.schedule.is_best
+        else f"at most {quantity.percent(plan.gap)} above the least there is"
+    )
+    return f"Least {plan.minimize}: {plan.amount_text}; {proof}"
+
+
+def cut_short_text(plan: FleetPlan) -> str:
+    """Return why the search ended before its time; empty where it did not."""
+    if not plan.cut_short:
+        return ""
+    return f"The search was cut short ({plan.cut_short}): another time it may find another plan."
 
 
 def plan_json(plan: FleetPlan, *, version: str) -> str:

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from planner import catalogue, quantity
 from planner.report.figures import KEY_FIGURES, ShownFigure, shown_figure
-from planner.report.fleet import HOLDS, fleet_document, fleet_headline, suppressed_findings
+from planner.report.fleet import (
+    HOLDS,
+    PLAN_NOTE,
+    cut_short_text,
+    fleet_document,
+    fleet_headline,
+    plan_headline,
+    suppressed_findings,
+)
 from planner.report.html.mission import FindingView, finding_view, time_layers, zoomable
 from planner.report.html.page import page_json, page_text, refuse_without_libraries, template
 from planner.report.plots.fleet import (
@@ -340,13 +348,10 @@ def _rules(result: FleetResult) -> list[tuple[str, str, tuple[tuple[str, str], .
 
 def _plan_view(plan: FleetPlan, specs: dict[str, Any]) -> dict[str, Any]:
     """Return what so many vehicles take, as a table and as pictures."""
-    proof = (
-        "no plan has less"
-        if plan.schedule.is_best
-        else f"at most {quantity.percent(plan.gap)} above the least there is"
-    )
     return {
-        "headline": f"Least {plan.minimize}: {plan.amount_text}; {proof}",
+        "headline": plan_headline(plan),
+        "cut_short": cut_short_text(plan),
+        "note": PLAN_NOTE,
         "rows": [
             {
                 "marks": ", ".join(plan.marks(row)),
