@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from simulated_experiment import Flown
 
 TRUTH = {"altitude": G1, "climb_power": G2, "descent_power": G3, "speed": G4, "brake_power": G5}
-FLIGHTS = 3
+FLIGHTS = 2
 MAPPING = """schema = 1
 name = "experiment"
 [columns]
@@ -79,7 +79,7 @@ def csv_text(flown: Flown, *, is_vertical: bool) -> str:
 def identified(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> tuple[Path, dict[str, dict[str, object]]]:
-    """The folder with the model of three flights of each kind, and the report by state."""
+    """The folder with the model of two flights of each kind, and the report by state."""
     folder = tmp_path_factory.mktemp("experiment")
     generator = np.random.default_rng(20231)
     logs = []

@@ -130,7 +130,7 @@ def test_a_lower_place_is_reached_from_above() -> None:
 
 def test_loops_are_written_out_and_said_to_be() -> None:
     whole = mission(
-        takeoff(40.0), waypoint(900.0, 40.0), waypoint(100.0, 40.0), jump(2, 5.0), rtl()
+        takeoff(40.0), waypoint(900.0, 40.0), waypoint(100.0, 40.0), jump(2, 3.0), rtl()
     )
     split = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=50.0))
     assert len(split.parts) > 1
@@ -145,8 +145,10 @@ def test_fence_rally_points_and_home_are_kept_in_every_part() -> None:
         circles=(FenceCircle(inclusion=True, latitude_deg=47.0, longitude_deg=8.0, radius_m=5e3),)
     )
     rally = (RallyPoint(latitude_deg=47.001, longitude_deg=8.0, height_above_home_m=30.0),)
-    whole = replace(survey(8, 1200.0), fence=fence, rally=rally)
-    for part in split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=70.0)).parts:
+    whole = replace(survey(3, 1200.0), fence=fence, rally=rally)
+    parts = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=70.0)).parts
+    assert len(parts) == 2
+    for part in parts:
         read = read_plan_text(part.text, source=part.file)
         assert read.fence is not None
         assert [replace(one, place=None) for one in read.fence.circles] == list(fence.circles)
