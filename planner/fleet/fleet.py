@@ -401,6 +401,8 @@ class Fleet(Value):
     layers: Layers | None = None
     swap: Swap | None = None
     """``None``: no packs are given."""
+    digest: str = ""
+    """SHA-256 of the file."""
 
     @property
     def swap_s(self) -> float:

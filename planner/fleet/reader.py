@@ -7,6 +7,7 @@ the file; nothing in it names what is written.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -122,7 +123,12 @@ def read_fleet(path: str | Path, *, given: Settings | None = None) -> Fleet:
     fleet = reading.fleet(document, source=source)
     if reading.problems:
         raise file_error(reading.problems, source=source, error=FleetFileError)
-    return fleet
+    return replace(fleet, digest=digest(data))
+
+
+def digest(data: bytes) -> str:
+    """Return what tells whether a fleet file has changed."""
+    return hashlib.sha256(data).hexdigest()
 
 
 def is_fleet_file(path: str | Path) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import FleetFileError
 from planner.files import read_bounded, toml_document
-from planner.fleet.reader import MOST_BYTES, TABLES, WHAT
+from planner.fleet.reader import MOST_BYTES, TABLES, WHAT, digest
 from planner.setting import File, Files
 from planner.setup import settings
 from planner.vehicle.writer import toml_key, toml_value
@@ -16,30 +16,31 @@ from planner.vehicle.writer import toml_key, toml_value
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from planner.fleet.fleet import Sortie
+    from planner.fleet.fleet import Fleet
 
 _MODEL = "model"
 
 
-def fleet_file_text(source: str | Path, folder: str | Path, sorties: Mapping[str, Sortie]) -> str:
-    """Return the text of a fleet file with other sorties, and its paths counted from another folder.
+def fleet_file_text(fleet: Fleet, folder: str | Path) -> str:
+    """Return the text of the file of a fleet, with its sorties, and with paths counted from another folder.
 
     Parameters
     ----------
-    source : str or Path
-        The fleet file as it was read.
+    fleet : Fleet
+        As it was read, with other sorties; their own mission files as they are opened.
     folder : str or Path
         Where the text is to be written.
-    sorties : mapping
-        Instead of those of the file; their own mission files as they are opened.
 
     Raises
     ------
     FleetFileError
-        If the file cannot be read any more.
+        If the file cannot be read any more, or is another by now.
     """
-    source, folder = Path(source), Path(folder)
+    source, folder = Path(fleet.source), Path(folder)
     data = read_bounded(source, most_bytes=MOST_BYTES, error=FleetFileError, what=WHAT)
+    if digest(data) != fleet.digest:
+        msg = "has changed since it was read: plan it again"
+        raise FleetFileError(msg, source=fleet.source)
     document = toml_document(data, source=str(source), error=FleetFileError, what=WHAT)
     document["sortie"] = {
         name: {
@@ -47,7 +48,7 @@ def fleet_file_text(source: str | Path, folder: str | Path, sorties: Mapping[str
             for key in ("job", "vehicle", "start_s", "pack", "pad", "mission")
             if (given := getattr(one, key)) is not None
         }
-        for name, one in sorties.items()
+        for name, one in fleet.sorties.items()
     }
     moved = {
         table: _moved(document[table], source, folder) if table != "sortie" else document[table]

@@ -189,7 +189,7 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
         msg = f"{file} is the fleet that is planned: give another folder"
         raise UsageError(msg)
     texts = {Path(path): text for path, text in plan.missions.items()}
-    texts[file] = fleet_file_text(plan.fleet.source, folder, plan.fleet.sorties)
+    texts[file] = fleet_file_text(plan.fleet, folder)
     if not force and (there := [path for path in texts if path.exists()]):
         msg = f"{there[0]} exists already: give another folder, or --force"
         raise UsageError(msg)

@@ -14,6 +14,7 @@ from planner.fleet.separation import SAME_HOME_M
 from planner.fleet.trajectory import AT_REST_S
 from planner.geo.geodesy import LocalFrame
 from planner.service.fleet import FleetFinding, charging_temperature_c, usable_chargers
+from planner.service.separation import uncounted_wait
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -136,6 +137,19 @@ PACK_ASSUMED = Rule(
 )
 
 
+TIMES_UNKNOWN = Rule(
+    "S127 times-unknown",
+    Severity.ERROR,
+    summary="When a sortie flies is not known: it waits for what its times do not count.",
+    why="Everything between sorties is judged by their times: one that waits on the ground flies when the "
+    "others are said to be gone.",
+    how="T107 at a NAV_DELAY of its mission: until a time of day, or on the ground before the take-off.  "
+    "Fires where there are other sorties, or hours to keep.",
+    fix="take the wait out of the mission, and start the sortie later in the fleet file",
+    leaves_open=True,
+)
+
+
 def time_findings(
     fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
 ) -> Iterator[FleetFinding]:
@@ -146,6 +160,7 @@ def time_findings(
     yield from _suited(fleet, flown)
     yield from _hours(fleet, flown)
     yield from _jobs(fleet, flown)
+    yield from _unknown_times(fleet, flown)
     without = [one for one in flown if one.sortie.pack is None and one.energy_wh is not None]
     if without:
         message = f"{_names(without)}: no pack is given, a full battery of the model is assumed"
@@ -431,6 +446,15 @@ def _hours(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]
                 yield FleetFinding(
                     finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=latest_s
                 )
+
+
+def _unknown_times(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    for one in flown:
+        latest_s = fleet.operation.latest_s or fleet.jobs[one.sortie.job].latest_s
+        wait = uncounted_wait(one.result)
+        if wait and (len(flown) > 1 or latest_s is not None):
+            message = f"{one.name} {wait}; no time and no separation of it is checked"
+            yield FleetFinding(finding=TIMES_UNKNOWN.finding(message), sorties=(one.name,))
 
 
 def _jobs(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:

@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.separation import (
@@ -17,6 +18,8 @@ from planner.fleet.separation import (
     predict_conflicts,
 )
 from planner.fleet.trajectory import make_trajectory
+from planner.mission.commands import Command
+from planner.mission.route.walk import WAIT_NOT_COUNTED
 from planner.service.preflight import CheckResult, UnreadableMission, verdict
 from planner.setting import taking_settings
 from planner.setup import Together
@@ -67,7 +70,8 @@ SEPARATION_UNCHECKED = Rule(
     why="A vehicle that was left out is in the air all the same.",
     how="--separation requires it, and another mission could not be read or flies nothing, the flight "
     "never rises to --min-nav-alt, or the altitude of a home is unknown (none, or 0) where homes are "
-    "more than 1 m apart: heights are then compared above home.  In a fleet file an error.",
+    "more than 1 m apart: heights are then compared above home.  An error in a fleet file, and where one "
+    "waits on the ground for what its times do not count (T107).",
     fix="correct what is named, and check again",
     leaves_open=True,
 )
@@ -145,9 +149,14 @@ def keep_apart(
             number, fleet, conflicts, spacing, assessment.mission, details=details
         )
         added[position] += _samesystem_id(number, cases, fleet)
+    waits = [f"{one.file} {wait}" for one in results if (wait := uncounted_wait(one))]
     for position, reasons in enumerate(_unchecked(results, flown, fleet, together.min_nav_alt_m)):
+        if waits:
+            reasons.insert(0, f"{waits[0]}{_and_more(waits)}: when it flies is not known")
         if reasons:
-            added[position].append(SEPARATION_UNCHECKED.finding("; ".join(reasons)))
+            severity = Severity.ERROR if waits else None
+            message = "; ".join(reasons)
+            added[position].append(SEPARATION_UNCHECKED.finding(message, severity=severity))
     return tuple(
         _judged_again(result, found) if isinstance(result, CheckResult) else result
         for result, found in zip(results, added, strict=True)
@@ -268,6 +277,22 @@ def system_id(given: ParameterSet | None) -> tuple[float, str] | None:
         if name in given.values and (value := given.values[name].value) is not None:
             return value, given.source
     return None
+
+
+def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
+    """Return what a flight waits for, where that is not in its times; empty: it waits for nothing else."""
+    if not isinstance(result, CheckResult) or result.assessment is None:
+        return ""
+    items, setup = result.assessment.mission.items, result.assessment.setup
+    for one in (*result.findings, *result.suppressed):
+        if one.code != WAIT_NOT_COUNTED.code or one.item is None:
+            continue
+        item = items[one.item - 1]
+        # PX4 has no time of day: it does not wait.
+        waits = (item.param1 or 0.0) > 0.0 or setup.flown_by is not Autopilot.PX4
+        if item.command == Command.NAV_DELAY and waits:
+            return one.message
+    return ""
 
 
 def why_left_out(result: CheckResult | UnreadableMission) -> str:

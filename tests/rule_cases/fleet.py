@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
-    from planner.mission.items import Mission
+    from planner.mission.items import Mission, MissionItem
 
 PADS = pad("a", 0, 0) + pad("b", 0, 200)
 ALONE = pad("a", 0, 0) + vehicles("a")
@@ -193,6 +193,17 @@ def topmost(highest_m: float) -> tuple[Finding, ...]:
     return found(tables, sortie("s1", "a", 0.0), sortie("s2", "b", 1000.0))
 
 
+def delayed(*items: MissionItem) -> tuple[Finding, ...]:
+    """Two far from each other, one with such items."""
+    sorties = sortie("s1", "a", 0.0, job="waits"), sortie("s2", "b", 0.0, job="away")
+    away = mission(up(20), place(-100, 200, 20), rtl())
+    return found(TWO, *sorties, waits=mission(*items, place(100, 0, 20), rtl()), away=away)
+
+
+WAIT = item(93, None, 0.0, params=(30.0, -1.0, -1.0, -1.0))
+"""30 s, wherever the vehicle is."""
+
+
 CASES: Mapping[str, RuleCases] = {
     "S105": RuleCases(
         fires=lambda: pack_again(59.0),
@@ -271,6 +282,11 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S120": RuleCases(
         fires=lambda: topmost(10.0), boundary=lambda: topmost(30.0), silent=lambda: topmost(80.0)
+    ),
+    "S127": RuleCases(
+        fires=lambda: delayed(WAIT, up(20)),
+        boundary=lambda: delayed(up(20), WAIT),  # in the air it is counted
+        silent=lambda: delayed(up(20)),
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
