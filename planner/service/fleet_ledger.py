@@ -29,6 +29,7 @@ _ALWAYS = (
     times.JOB_NOT_FLOWN,
     times.UNKNOWN_ENERGY,
     times.PACK_ASSUMED,
+    times.TIMES_UNKNOWN,
 )
 
 
@@ -60,11 +61,12 @@ def _entries(
     vehicles = {one.sortie.vehicle for one in flown}
     several = Outcome.CHECKED if len(vehicles) > 1 else Outcome.NOT_APPLICABLE
     together = "several vehicles that fly" if several is Outcome.NOT_APPLICABLE else ""
-    unchecked = any(one.finding.code == separation.SEPARATION_UNCHECKED.code for one in found)
+    open_ = (separation.SEPARATION_UNCHECKED.code, times.TIMES_UNKNOWN.code)
+    unchecked = any(one.finding.code in open_ for one in found)
     yield _entry(separation.SEPARATION_UNCHECKED, several, together)
     for rule in _APART:
         if unchecked:
-            needs = "every sortie flown, and the altitude of every home"
+            needs = "every sortie flown when it is said to, and the altitude of every home"
             yield _entry(rule, Outcome.NOT_CHECKED, needs)
         else:
             yield _entry(rule, several, together)

@@ -118,6 +118,17 @@ def test_what_the_file_must_survive_is_an_error_without_being_asked_for() -> Non
     assert {one.kind.value for one in result.contingencies} == {"vehicle-out"}
 
 
+def test_the_ledger_says_which_contingencies_were_judged() -> None:
+    tables = pad("a", 0, 0) + vehicles("a", model="falkowski-2023-quadrotor") + SWAP
+    asked = '[operation]\nmust_survive = ["late", "weak-pack"]\n[pack.P]\nbattery = "77Wh"\n'
+    result = checked(tables, asked, sortie("s1", "a", 0.0, more=ON_P))
+    ledger = {one.code: (one.outcome.value, one.needs) for one in result.checked}
+    assert ledger["S122"] == ledger["S125"] == ("not-applicable", "--what-if")
+    assert ledger["S123"] == ("checked", "")
+    assert ledger["S124"][0] == "not-checked"
+    assert ledger["S124"][1].startswith("no start_error_s")
+
+
 def test_what_cannot_be_judged_and_must_be_survived_is_never_a_go() -> None:
     tables = pad("a", 0, 0) + vehicles("a", model="falkowski-2023-quadrotor")
     asked = '[operation]\nmust_survive = ["late"]\n'
