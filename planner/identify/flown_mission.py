@@ -166,6 +166,14 @@ def flown_position_noise_m(record: FlightRecord) -> float:
     return min(noise_m, MOST_NOISE_M)
 
 
+def flown_heading_deg(record: FlightRecord) -> float | None:
+    """Return the heading before the take-off; ``None`` where the record has none of it. [°]"""
+    before = np.flatnonzero(~record.is_landed)
+    on_ground = record.yaw_deg[: before[0] if before.size else None]
+    headings = on_ground[np.isfinite(on_ground)]
+    return float(headings[-1]) if headings.size else None
+
+
 _NAMED = 5
 
 

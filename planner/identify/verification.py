@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.pilot import continues_after, flight_parameters, make_pilot, payload_waits_s
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
+    flown_heading_deg,
     flown_home,
     flown_mission,
     flown_position_noise_m,
@@ -527,6 +528,7 @@ def _setup(
         temperature_c=known.temperature_c,
         payload_kg=known.payload_kg,
         position_noise_m=flown_position_noise_m(record) if noise_m is None else noise_m,
+        heading_deg=flown_heading_deg(record),
     )
     assumed = ["wind in the log: calm assumed"] if wind is None else []
     assumed += ["altitude of home in the log"] if home_amsl_m is None else []

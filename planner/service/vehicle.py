@@ -70,11 +70,11 @@ def _now() -> str:
 CONDITIONS_FROM_VEHICLE = Rule(
     "V101 conditions-from-vehicle",
     Severity.INFO,
-    summary="Charge, home and parameters are the vehicle's own.",
+    summary="Charge, heading, home and parameters are the vehicle's own.",
     why="The verdict holds for the vehicle as it is now: a changed battery or a new home requires "
     "another check.",
-    how="Mission, fence, rally points, parameters, battery and home are read over MAVLink.",
-    fix="give --charge, --home-amsl or --params to check with other values",
+    how="Mission, fence, rally points, parameters, battery, heading and home are read over MAVLink.",
+    fix="give --charge, --heading, --home-amsl or --params to check with other values",
 )
 
 CHARGE_NOT_TOLD = Rule(
@@ -94,8 +94,9 @@ def check_vehicle(
     mission: Mission | None = None,
     is_charge_given: bool = False,
 ) -> CheckResult | UnreadableMission:
-    """Check a mission, by default the one on the vehicle, with the vehicle's parameters, charge and home.
+    """Check a mission, by default the one on the vehicle, with the vehicle's own conditions.
 
+    Its parameters, charge, heading and home.
     What the setup names counts more; of its charge, only if that was given and is not its default.
     """
     identity, state = snapshot.identity, snapshot.state

@@ -9,6 +9,7 @@ from made_record import make_record
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, UsageError
 from planner.flight.motion.kinematics import FlightState
+from planner.identify.flown_mission import flown_heading_deg
 from planner.identify.verification import KnownConditions, Verification, find_stops, verify_flight
 from planner.logs.record import FlightRecord, LoggedHome, LoggedItem
 from planner.values import replace
@@ -233,3 +234,13 @@ def test_an_item_that_a_condition_holds_back_is_carried_out_on_the_way() -> None
     assert longer_s == pytest.approx(255.0 - 29.0, abs=10.0)
     # From the beginning: 556 s for 63 s.
     assert early.predicted.time_s - plain.predicted.time_s == pytest.approx(556.0 - 63.0, abs=15.0)
+
+
+def test_the_heading_before_the_take_off_is_that_it_is_armed_with() -> None:
+    is_landed = np.array([True, True, True, False, False, True])
+    yaw_deg = np.array([np.nan, 88.0, 90.0, 200.0, 270.0, 10.0])
+    record = make_record(is_landed=is_landed, yaw_deg=yaw_deg)
+    assert flown_heading_deg(record) == 90.0
+    # Without a heading on the ground, as where a log begins in the air, none is known.
+    assert flown_heading_deg(replace(record, is_landed=np.zeros(6, np.bool_))) is None
+    assert flown_heading_deg(replace(record, yaw_deg=np.full(6, np.nan))) is None
