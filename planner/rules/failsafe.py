@@ -30,7 +30,7 @@ from planner.rules.energy import place_along
 from planner.rules.fence_settings import AREAS, fence_is_on
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.table import OriginKind
+from planner.vehicle.parameters.table import OriginKind, parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -55,6 +55,8 @@ AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX. [-]"""
 _SINKING_THRUST = math.cos(math.radians(30.0))
 """Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
 defaults, sinks. [-]"""
+_SAME_NUMBER = 1e-6
+"""Numbers this near are one: files write them in single precision. [-]"""
 _THRESHOLDS: Mapping[str, str] = {
     "battery_low_v": "battery_low_action",
     "battery_critical_v": "battery_critical_action",
@@ -304,7 +306,7 @@ def _of_monitor(
 ) -> ArduPilotParameters:
     """Return the parameters with those of another monitor in the place of the first's."""
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-    from planner.vehicle.parameters.table import Origin, parameter_table
+    from planner.vehicle.parameters.table import Origin
 
     given: dict[str, float] = {}
     origins = dict(parameters.origins)
@@ -465,12 +467,14 @@ HOVER_THROTTLE_HIGH = Rule(
     "#5244).  From 80 % on ArduPilot leaves it no lean angle but its least "
     "(AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX); from 87 % on, 1/cos 30° below all, it sinks where "
     "it leans by 30°.",
-    how="MOT_THST_HOVER or MPC_THR_HOVER, where the parameter file or the model gives it, times the "
-    "mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
+    how="MOT_THST_HOVER, or MPC_THR_HOVER over MPC_THR_MAX, where the parameter file or the model gives it, "
+    "times the mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
     "over the air at the highest point of the flight, if that is thinner; late in the flight also "
     "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of "
     "a return, where the battery's curve is known.  A warning above 0.7; an error from 0.8 on with a "
-    "full battery, from 0.87 on late in the flight.",
+    "full battery, from 0.87 on late in the flight.  The autopilot's own default (0.35, 0.5), which a file "
+    "saved whole has of a vehicle nobody hovered, says nothing of how the thrust falls with the voltage; "
+    "with a lower MPC_THR_MAX it is not checked (X904).",
     fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
@@ -479,14 +483,24 @@ HOVER_THROTTLE_HIGH = Rule(
 @judges(HOVER_THROTTLE_HIGH, needs=(PARAMETERS, EXTREMES))
 def _hover_throttle_high(
     a: Assessment, parameters: FlightParameters, _extremes: Extremes
-) -> Iterator[Finding]:
+) -> Iterator[Finding | NotEvaluated]:
     origin = parameters.origins.get("hover_throttle")
     if origin is None or origin.kind is OriginKind.DEFAULT:
         return  # the default is of no vehicle in particular
-    full = parameters.hover_throttle * _times_heavier(a) * _times_thinner(a)
+    most = numbers(a).get("MPC_THR_MAX", 1.0) if isinstance(parameters, Px4Parameters) else 1.0
+    full = parameters.hover_throttle / max(most, 1e-9) * _times_heavier(a) * _times_thinner(a)
     late, lowest = full, None
     voltage = "with a full battery"
-    if a.discharge is not None and a.pack is not None and a.pack.ocv_v is not None:
+    untouched = parameter_table(type(parameters))["hover_throttle"].default_si
+    is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
+    if most < 1.0 and full > _MOST_HOVER_THRUST and not is_measured:
+        yield NotEvaluated(
+            rule=HOVER_THROTTLE_HIGH,
+            needs="the throttle this vehicle hovers at; MPC_THR_HOVER is PX4's default",
+            asked_by=f"MPC_THR_MAX of {most:g}",
+        )
+        return
+    if is_measured and a.discharge is not None and a.pack is not None and a.pack.ocv_v is not None:
         segment = int(np.argmin(a.discharge.voltage_v))
         lowest, voltage_v = a.item_of(segment), float(a.discharge.voltage_v[segment])
         back, sample = a.return_discharge, a.returns.sample

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff, waypoint
+from rule_cases.case import PLAIN
+from rule_cases.case import found as findings_of
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -395,6 +397,40 @@ def test_without_a_curve_a_hover_is_judged_with_a_full_battery(
 def test_a_throttle_nobody_measured_tells_nothing() -> None:
     bare = replace(SURVEY_QUAD, parameters=())
     assert not told(check(FLOWN, bare, battery=LABEL, payload_kg=3.0), "E116")
+
+
+@pytest.mark.parametrize(("throttle", "fires"), [(0.34999999, False), (0.36, True)])
+def test_a_default_that_a_file_repeats_says_nothing_of_a_sagging_battery(
+    throttle: float, *, fires: bool
+) -> None:
+    # 25.1 V full, 17.5 V near its end: (25.1 / 17.5)² = 2.06 times 0.36 is 0.74; 0.35 is the default.
+    sagging = Battery(
+        capacity_ah=50_000.0,
+        internal_resistance_ohm=0.0,
+        ocv_soc=(0.0, 0.5, 1.0),
+        ocv_v=(17.0, 17.5, 25.1),
+        cutoff_voltage_v=15.0,
+    )
+    assert (
+        bool(told(checked(battery=sagging, charge=0.5, MOT_THST_HOVER=throttle), "E116")) is fires
+    )
+
+
+@pytest.mark.parametrize(
+    ("parameters", "codes"),
+    [
+        # PX4's simulation with MPC_THR_MAX at the throttle it hovers with: 0.2 m/s up in place of 3.
+        ("MPC_THR_HOVER,0.45\nMPC_THR_MAX,0.5\n", {"E116"}),
+        ("MPC_THR_HOVER,0.45\nMPC_THR_MAX,0.9\n", set()),
+        ("MPC_THR_HOVER,0.5\nMPC_THR_MAX,0.5\n", {"X904"}),
+        ("MPC_THR_HOVER,0.5\nMPC_THR_MAX,0.9\n", set()),
+    ],
+)
+def test_px4_hovers_with_what_the_greatest_thrust_leaves(parameters: str, codes: set[str]) -> None:
+    one = findings_of(
+        PLAIN, Autopilot.PX4, parameters, vehicle=load_vehicle("px4-quad-2kg"), battery=None
+    )
+    assert {finding.code for finding in one} & {"E116", "X904"} == codes
 
 
 def test_px4_averages_its_current_over_50_s() -> None:
