@@ -208,9 +208,9 @@ def test_an_arc_flown_straight_is_no_go(angle_deg: float, severity: Severity) ->
 
 
 def test_what_the_autopilot_skips_is_no_go_only_where_it_is_not_known_who_flies() -> None:
-    set_mode = item(176, frame=2, params=(1.0, 6.0, 0.0, 0.0))
+    go_around = item(191, frame=2, params=(0.0, 0.0, 0.0, 0.0))
     for dialect, severity in ((Autopilot.ARDUPILOT, Severity.WARNING), (None, Severity.ERROR)):
-        found = make_route(mission(TAKEOFF, set_mode, LEG, rtl()), dialect=dialect).findings
+        found = make_route(mission(TAKEOFF, go_around, LEG, rtl()), dialect=dialect).findings
         assert [one.severity for one in found if one.code == "T102"] == [severity]
 
 
@@ -230,11 +230,6 @@ WITHOUT_MOTION = {
         """,
         # They hold back the DO_ commands behind them, not the navigation command that is flown.
         "AP_Mission::advance_current_do_cmd": "CONDITION_DELAY CONDITION_DISTANCE CONDITION_YAW",
-        # In no version's parser, or in some only: camera and gimbal commands by MAVLink's definition.
-        "common.xml": """
-            DO_SET_ROI_SYSID DO_SET_CAM_TRIGG_INTERVAL DO_MOUNT_CONFIGURE SET_CAMERA_MODE
-            CAMERA_TRACK_POINT CAMERA_TRACK_RECTANGLE CAMERA_STOP_TRACKING
-        """,
     },
     Autopilot.PX4: {
         # "Action Commands that doesn't have timeout completes instantaneously": return true
@@ -243,7 +238,8 @@ WITHOUT_MOTION = {
             IMAGE_STOP_CAPTURE VIDEO_START_CAPTURE VIDEO_STOP_CAPTURE DO_CONTROL_VIDEO
             DO_MOUNT_CONFIGURE DO_MOUNT_CONTROL DO_GIMBAL_MANAGER_CONFIGURE NAV_ROI DO_SET_ROI
             DO_SET_ROI_LOCATION DO_SET_ROI_WPNEXT_OFFSET DO_SET_ROI_NONE DO_SET_CAM_TRIGG_DIST
-            OBLIQUE_SURVEY DO_SET_CAM_TRIGG_INTERVAL SET_CAMERA_MODE SET_CAMERA_ZOOM SET_CAMERA_FOCUS
+            OBLIQUE_SURVEY DO_SET_CAM_TRIGG_INTERVAL SET_CAMERA_MODE SET_CAMERA_FOCUS
+            SET_CAMERA_SOURCE
         """,
         # Waits MIS_COMMAND_TOUT, which is 0 unless it is set.
         "MissionBlock::item_has_timeout": "DO_GIMBAL_MANAGER_PITCHYAW",

@@ -140,6 +140,16 @@ def test_no_command_that_moves_or_holds_the_vehicle_has_no_effect() -> None:
         (Command.NAV_ARC_WAYPOINT, Support.REFUSED, Support.UNKNOWN),
         (Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION, Support.BLOCKS_ARMING, Support.REFUSED),
         (183, Support.REFUSED, Support.ACCEPTED),
+        # Uploaded to ArduCopter 4.7.0-dev and PX4 1.17: MAV_MISSION_UNSUPPORTED, or flown past.
+        (198, Support.REFUSED, Support.REFUSED),  # DO_SET_ROI_SYSID
+        (204, Support.ACCEPTED, Support.REFUSED),  # DO_MOUNT_CONFIGURE
+        (214, Support.ACCEPTED, Support.REFUSED),  # DO_SET_CAM_TRIGG_INTERVAL
+        (530, Support.ACCEPTED, Support.REFUSED),  # SET_CAMERA_MODE
+        (531, Support.REFUSED, Support.ACCEPTED),  # SET_CAMERA_ZOOM
+        (534, Support.UNKNOWN, Support.ACCEPTED),  # SET_CAMERA_SOURCE
+        (2004, Support.REFUSED, Support.REFUSED),  # CAMERA_TRACK_POINT
+        (193, Support.REFUSED, Support.SKIPPED),  # DO_PAUSE_CONTINUE
+        (176, Support.REFUSED, Support.UNKNOWN),  # DO_SET_MODE
         (50001, Support.REFUSED, Support.REFUSED),
     ],
 )
