@@ -173,7 +173,7 @@ def _repeats(item: MissionItem) -> int:
     return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
 
 
-_ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
+_ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages that are no flight without one before them."""
 _LOWEST_HOME_M = -500.0
 _HIGHEST_HOME_M = 9000.0
@@ -535,7 +535,8 @@ NOTHING_TO_FLY = Rule(
 
 def _boundaries(mission: Mission, state: MissionState) -> list[Finding]:
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
-    if not any(stage.kind not in _ENDS for stage in state.stages):
+    kinds = (stage.kind for stage in state.stages if stage.kind is not StageKind.DELAY)
+    if next(kinds, StageKind.LAND) in _ENDS:
         state.stages.clear()
         state.places_deg.clear()
         items = quantity.count(len(mission.items), "item")
