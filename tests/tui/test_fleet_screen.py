@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from reviews import checked, missions_shown, review_app, rows_of, text_of
 
 from planner.cli.main import main
 from planner.errors import ExitCode
+from planner.quantity import clock
 from planner.tui.screens.fleet import FleetScreen
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.widgets.bars import VerdictStrip
@@ -49,24 +51,26 @@ async def test_a_fleet_is_listed_opened_moved_in_time_and_left(fleet: Path) -> N
         result = screen.result
         assert result is not None
         assert "NO-GO" in str(screen.query_one(VerdictStrip).content)
-        # the first and the last vehicle flies for all of its 478 s of 719
         [terne, _] = rows_of(screen, "#vehicles")
         assert terne[:4] == ("1", "terne", "clinic", "item 1")
         assert drawn(screen, "#timeline").splitlines()[0].count("✖") == 3
         await pilot.press("n", "n", "n")
         [near] = [one for one in result.findings if one.finding.code == "S101"]
         assert screen.time_s == near.at_s
-        assert text_of(screen, "#moment").startswith("5:00 · 2 in the air")
-        assert "S101 clinic, island" in text_of(screen, "#moment")
-        await pilot.press("right", "comma")
         assert near.at_s is not None
-        assert screen.time_s == pytest.approx(near.at_s + 719.0 / 100.0 - 1.0)
+        assert text_of(screen, "#moment").startswith(f"{clock(near.at_s)} · 2 in the air")
+        assert "S101 clinic, island" in text_of(screen, "#moment")
+        await pilot.press("3", "right", "comma")  # lists scroll by no arrow of theirs
+        end_s = screen.query_one("#timeline", FleetPlot).end_s
+        assert end_s == math.ceil(max(one.end_s for one in result.sorties) + 240.0)
+        assert screen.time_s == pytest.approx(near.at_s + end_s / 100.0 - 1.0)
         await pilot.press("2")
         assert {"1", "2", "✖", "H"} <= set(drawn(screen, "#map"))
         await pilot.press("4", "enter")
         assert screen.time_s == near.at_s
-        await pilot.press("end")
-        assert [cells[3] for cells in rows_of(screen, "#vehicles")] == ["ended 7:58", "ended 7:40"]
+        await pilot.press("1", "end")
+        ended = [f"ended {clock(one.end_s)}" for one in result.sorties]
+        assert [cells[3] for cells in rows_of(screen, "#vehicles")] == ended
         for size in ((60, 16), (140, 42)):
             await pilot.resize_terminal(*size)
             await pilot.pause()

@@ -211,8 +211,8 @@ class FleetScreen(Screen[None]):
     }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("left,h", "step(-1)", "Earlier"),
-        Binding("right,l", "step(1)", "Later"),
+        Binding("left,h", "step(-1)", "Earlier", priority=True),
+        Binding("right,l", "step(1)", "Later", priority=True),
         Binding("shift+left,comma", "second(-1)", "A second earlier", show=False),
         Binding("shift+right,full_stop", "second(1)", "A second later", show=False),
         Binding("home", "to(0)", "Beginning", show=False),
