@@ -37,6 +37,8 @@ from planner.service.speed import predict_speed_curve as predict_speed_curve
 from planner.service.split import Split as Split
 from planner.service.split import split_mission as split_mission
 from planner.service.split import write_split as write_split
+from planner.service.swarm import SwarmResult as SwarmResult
+from planner.service.swarm import simulate_fleet as simulate_fleet
 from planner.setup import Reserve as Reserve
 from planner.setup import Setup as Setup
 from planner.site_profile import read_profile as read_profile

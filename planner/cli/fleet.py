@@ -321,6 +321,70 @@ def _interrupting(patience: Patience) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+@command.command("simulate", short_help="Fly a fleet as a swarm that avoids each other.")
+@click.argument("fleet", metavar="FLEET.toml", type=MISSION_PATH)
+@click.option(
+    "--policy",
+    type=click.Choice(["none", "stop", "orca-stop"]),
+    default="orca-stop",
+    show_default=True,
+    help="how agents avoid each other",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N")
+@click.option(
+    "--until",
+    "until_s",
+    type=click.FloatRange(1.0, 86_400.0),
+    default=3600.0,
+    show_default=True,
+    metavar="S",
+    help="seconds after which the simulation ends at the latest",
+)
+@path_option("--trace", metavar="FILE.csv", help="write where every agent is at every step")
+@setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
+@data_options("text", "json")
+def simulate(
+    fleet: str,
+    *,
+    policy: str,
+    seed: int,
+    until_s: float,
+    trace: Path | None,
+    file_format: str,
+    output: Path | None,
+    **options: object,
+) -> ExitCode:
+    """Fly a fleet as a swarm that avoids each other.
+
+    Every vehicle of FLEET.toml answers commands by its own model, at one height, and does what [swarm]
+    says.  Whatever the policy stop or orca-stop has it do, each can always stop without coming too near to
+    where any other flies or stops.  Says whether all come home, apart and above their reserves, which is no
+    verdict on flying it: fences, ground and limits of the wind are for mavjoule fleet check.
+
+    Exit codes: 0 clear, 1 not clear, 2 a file, usage or configuration is unusable.
+    """
+    from planner.report.swarm import swarm_json, swarm_text, swarm_trace_csv
+    from planner.service.swarm import simulate_fleet
+
+    refuse_overwriting(output, (fleet,))
+    refuse_overwriting(trace, (fleet,))
+    read = _read(fleet, options)
+    if read is None:
+        return ExitCode.UNUSABLE
+    result = simulate_fleet(
+        read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
+    )
+    if trace is not None:
+        write_data(swarm_trace_csv(result), output=trace)
+    write_data(
+        swarm_json(result, version=__version__)
+        if file_format == "json"
+        else swarm_text(result, medium=standard_medium(output)),
+        output=output,
+    )
+    return ExitCode.GO if result.is_clear else ExitCode.NO_GO
+
+
 def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:
     """Return a fleet; ``None`` where its problems have been told."""
     from planner.fleet.reader import read_fleet

@@ -161,6 +161,56 @@ class Layers(Part):
         return tuple(self.lowest_m + self.step_m * number for number in range(count))
 
 
+class SwarmAlgorithm(StrEnum):
+    """What a swarm does."""
+
+    SEARCH = "search"
+    RANDOM = "random"
+    EXCHANGE = "exchange"
+    FORMATION = "formation"
+
+
+class SwarmTask(Part):
+    """What `fleet simulate` has all vehicles do as a swarm, in one plane, in place of jobs.
+
+    ``search`` shares lanes over the area out, ``random`` flies in directions drawn by a seed from edge to
+    edge of it, ``exchange`` sends each vehicle to the pad half the fleet further on, ``formation`` leads
+    all together to where the first one shall be, and back.
+    """
+
+    algorithm: Annotated[SwarmAlgorithm, Key("what the swarm does")]
+    height_m: Annotated[float, Key("height of its plane above the first pad", "m", _HEIGHT)]
+    south_deg: Annotated[float | None, Key("edge of the area", "°", Range(-90.0, 90.0))] = None
+    west_deg: Annotated[float | None, Key("edge of the area", "°", Range(-180.0, 180.0))] = None
+    north_deg: Annotated[
+        float | None,
+        Key("edge of the area; of a formation where its first leads to", "°", Range(-90.0, 90.0)),
+    ] = None
+    east_deg: Annotated[
+        float | None,
+        Key("edge of the area; of a formation where its first leads to", "°", Range(-180.0, 180.0)),
+    ] = None
+    lane_m: Annotated[float | None, Key("from lane to lane of a search", "m", POSITIVE)] = None
+    search_s: Annotated[
+        float | None, Key("for so long a random search lasts before all fly home", "s", _TIME)
+    ] = None
+
+    def inconsistencies(self) -> Problems:
+        """Yield what does not fit together."""
+        needs = {
+            SwarmAlgorithm.SEARCH: ("south_deg", "west_deg", "north_deg", "east_deg", "lane_m"),
+            SwarmAlgorithm.RANDOM: ("south_deg", "west_deg", "north_deg", "east_deg", "search_s"),
+            SwarmAlgorithm.FORMATION: ("north_deg", "east_deg"),
+        }.get(self.algorithm, ())
+        for key in needs:
+            if getattr(self, key) is None:
+                yield key, f"is missing: {self.algorithm} needs it"
+        for low, high in (("south_deg", "north_deg"), ("west_deg", "east_deg")):
+            first, last = getattr(self, low), getattr(self, high)
+            if first is not None and last is not None and first >= last:
+                yield high, f"is not beyond {low}, {first:g}"
+
+
 class Swap(Part):
     """What happens between two flights of a vehicle; required where packs are given."""
 
@@ -399,6 +449,8 @@ class Fleet(Value):
     separation: Separation | None = None
     """``None``: of a single vehicle."""
     layers: Layers | None = None
+    swarm: SwarmTask | None = None
+    """``None``: the vehicles do jobs."""
     swap: Swap | None = None
     """``None``: no packs are given."""
     digest: str = ""

@@ -27,6 +27,7 @@ from planner.fleet.fleet import (
     Separation,
     Sortie,
     Swap,
+    SwarmTask,
     VehicleTable,
 )
 from planner.setting import Group
@@ -58,7 +59,7 @@ _NAMED: Mapping[type[NamedPart], str] = {
     Job: "job",
     Sortie: "sortie",
 }
-TABLES = ("operation", "conditions", "separation", "layers", "swap", *_NAMED.values())
+TABLES = ("operation", "conditions", "separation", "layers", "swarm", "swap", *_NAMED.values())
 """Tables of a fleet file, in the order of the documentation."""
 _WHOLE = frozenset({"fail_on", "per_file_ignores", "select", "extend_select", "ignore", "baseline"})
 """Settings of the whole group, not of a vehicle."""
@@ -184,6 +185,7 @@ class _FleetReading(Reading):
             operation=self._single(document, "operation", FleetOperation) or FleetOperation(),
             separation=self._single(document, "separation", Separation),
             layers=self._single(document, "layers", Layers),
+            swarm=self._single(document, "swarm", SwarmTask),
             swap=self._single(document, "swap", Swap),
         )
 
@@ -276,7 +278,7 @@ class _FleetReading(Reading):
     ) -> None:
         """Note names that stand for nothing, and what is missing beside something else."""
         names = {_NAMED[part]: {*tables} for part, tables in named.items()}
-        for name in ("vehicle", "job"):
+        for name in ("vehicle",) if "swarm" in document else ("vehicle", "job"):
             if not names[name]:
                 self.note(name, f"is missing: the file needs a table [{name}.NAME]")
         if len(names["vehicle"]) > 1 and "separation" not in document:

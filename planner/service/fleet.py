@@ -345,7 +345,7 @@ class SortieChecks:
     def setup(self, sortie: Sortie, charge: float | None) -> Setup:
         """Return how a sortie is flown, on a pack that is so full."""
         fleet, pad = self._fleet, self._fleet.pad_of(sortie)
-        setup = _setup_of(
+        setup = setup_with(
             fleet.vehicles[sortie.vehicle].setup,
             None if sortie.pack is None else fleet.packs[sortie.pack],
             charge,
@@ -390,7 +390,7 @@ class SortieChecks:
         return mission
 
 
-def _setup_of(setup: Setup, pack: Pack | None, charge: float | None, payload_kg: float) -> Setup:
+def setup_with(setup: Setup, pack: Pack | None, charge: float | None, payload_kg: float) -> Setup:
     """Return how a vehicle is flown with a pack and a payload."""
     if payload_kg:
         carried = setup.payload_kg

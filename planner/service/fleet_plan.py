@@ -147,6 +147,9 @@ def plan_fleet(
     except ValueError as error:
         msg = f"minimize must be one of {', '.join(Objective)}: got {minimize!r}"
         raise UsageError(msg) from error
+    if not fleet.jobs:
+        msg = f"{fleet.source}: no jobs: there is nothing to plan"
+        raise FleetPlanError(msg)
     patience = patience or Patience()
     planning = _Planning(fleet, Ways(fleet, Path(folder)), effort_s, patience)
     rows: list[PlanRow] = []

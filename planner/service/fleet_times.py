@@ -127,6 +127,18 @@ UNKNOWN_ENERGY = Rule(
 )
 
 
+NOTHING_PLANNED = Rule(
+    "S132 nothing-planned",
+    Severity.ERROR,
+    summary="The fleet has no sorties: there is nothing to judge.",
+    why="What nobody flies is clear of everything; that says nothing about what will be flown.",
+    how="No table [sortie.NAME] in the file.",
+    fix="plan the jobs with mavjoule fleet plan, or simulate a swarm with mavjoule fleet simulate",
+    instead="a fleet with sorties",
+    leaves_open=True,
+)
+
+
 PACK_ASSUMED = Rule(
     "S118 pack-assumed",
     Severity.INFO,
@@ -154,6 +166,9 @@ def time_findings(
     fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
 ) -> Iterator[FleetFinding]:
     """Yield what is wrong with who flies what, when and on what."""
+    if not flown:
+        message = "no sorties: nothing was judged"
+        yield FleetFinding(finding=NOTHING_PLANNED.finding(message))
     yield from _packs(fleet, flown, charges)
     yield from _vehicles(fleet, flown)
     yield from _pads(fleet, flown)

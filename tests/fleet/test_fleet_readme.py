@@ -21,6 +21,7 @@ from planner.fleet.fleet import (
     Separation,
     Sortie,
     Swap,
+    SwarmTask,
     VehicleTable,
 )
 from planner.fleet.reader import TABLES, condition_settings, pack_settings, vehicle_settings
@@ -39,6 +40,7 @@ SINGLE: Mapping[str, type[Part]] = {
     "operation": FleetOperation,
     "separation": Separation,
     "layers": Layers,
+    "swarm": SwarmTask,
     "swap": Swap,
 }
 NAMED: Mapping[str, type[Part]] = {

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from made_fleet import OUT, PACK, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
 from made_missions import item, mission, north, rtl
+from made_swarm import formation, simulated
 from rule_cases.case import RuleCases
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 PADS = pad("a", 0, 0) + pad("b", 0, 200)
 ALONE = pad("a", 0, 0) + vehicles("a")
+SWARM = ALONE + '[swarm]\nalgorithm = "exchange"\nheight_m = 20\n'
 TWO = SEPARATION + PADS + vehicles("a", "b")
 
 
@@ -204,6 +206,28 @@ WAIT = item(93, None, 0.0, params=(30.0, -1.0, -1.0, -1.0))
 """30 s, wherever the vehicle is."""
 
 
+def swarm(
+    apart_m: float, *, policy: str = "none", less_s: float | None = None
+) -> tuple[Finding, ...]:
+    """Two vehicles in formation so far apart, simulated until so long before they have landed."""
+    until_s = 3600.0
+    if less_s is not None:
+        until_s = simulated(formation(apart_m), policy=policy).record.begin_s[-1] - less_s
+    return simulated(formation(apart_m), policy=policy, until_s=until_s).findings
+
+
+def packed(times: float) -> tuple[Finding, ...]:
+    """The same on packs with so many times what the flight takes of agents that turn back at once."""
+    flown = simulated(formation(20.0, two_packs(1.0))).agents
+    least_wh = max(one.energy_wh or 0.0 for one in flown) / 0.8
+    return simulated(formation(20.0, two_packs(times * least_wh))).findings
+
+
+def two_packs(energy_wh: float) -> str:
+    """Two packs of so much energy each, of which a fifth stays."""
+    return f'{SWAP}[pack.P]\nbattery = "{energy_wh!r}Wh"\ncount = 2\n'
+
+
 CASES: Mapping[str, RuleCases] = {
     "S105": RuleCases(
         fires=lambda: pack_again(59.0),
@@ -287,6 +311,35 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: delayed(WAIT, up(20)),
         boundary=lambda: delayed(up(20), WAIT),  # in the air it is counted
         silent=lambda: delayed(up(20)),
+    ),
+    "S132": RuleCases(
+        fires=lambda: found(SWARM),
+        boundary=lambda: found(ALONE, sortie("s1", "a", 0.0)),
+        silent=lambda: found(TWO, sortie("s1", "a", 0.0)),
+    ),
+    "S133": RuleCases(
+        fires=lambda: swarm(20.0),
+        boundary=lambda: found(ALONE, sortie("s1", "a", 0.0)),
+        silent=lambda: found(TWO, sortie("s1", "a", 0.0)),
+    ),
+    "S128": RuleCases(
+        fires=lambda: swarm(14.9),
+        boundary=lambda: swarm(15.0),  # 10 m and 2.5 m of each
+        silent=lambda: swarm(20.0),
+    ),
+    "S129": RuleCases(
+        # 10 m and 2.5 m of each are kept; so much more is about the way of a stop, of 0.2 m at most
+        fires=lambda: swarm(14.9, policy="stop"),
+        boundary=lambda: swarm(15.5, policy="stop"),
+        silent=lambda: swarm(20.0, policy="stop"),
+    ),
+    "S130": RuleCases(
+        fires=lambda: swarm(20.0, less_s=0.6),
+        boundary=lambda: swarm(20.0, less_s=0.0),
+        silent=lambda: swarm(20.0),
+    ),
+    "S131": RuleCases(
+        fires=lambda: packed(0.99), boundary=lambda: packed(1.01), silent=lambda: packed(5.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

@@ -1,0 +1,141 @@
+"""What a swarm does: algorithms that give each agent the place it wants to be at next."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import FloatArray
+    from planner.fleet.swarm.situation import Situation
+
+
+_LEAST_WAY = 0.01
+"""Part of the diagonal of an area that a direction drawn leads through at least. [-]"""
+
+
+class Algorithm(Protocol):
+    """What a swarm does: `planner.fleet.Algorithm`.
+
+    It is made for one simulation and may keep what it has done; it is asked again in the same order with
+    the same seed, whatever the machine.
+    """
+
+    def goals_m(self, situation: Situation) -> FloatArray:
+        """Return the place each agent flies to, east and north; NaN: it is done, and lands. (n, 2) [m]
+
+        ``situation.has_arrived`` says who stands where it was sent to.
+        """
+        ...
+
+
+class Waypoints:
+    """Every agent flies along places of its own, stands at each, and lands at the last.
+
+    Parameters
+    ----------
+    ways : sequence of ndarray
+        Places of each agent, (places, 2) [m].
+    hold_s : float
+        For so long it stands at each. [s]
+    together : bool
+        Whether all go on to the next place when the last has arrived, as a formation does.
+    """
+
+    def __init__(
+        self, ways: Sequence[FloatArray], *, hold_s: float = 0.0, together: bool = False
+    ) -> None:
+        longest = max((len(way) for way in ways), default=0)
+        self._ways = np.full((len(ways), longest + 1, 2), np.nan)
+        for row, way in enumerate(ways):
+            self._ways[row, : len(way)] = way
+        self._next = np.zeros(len(ways), np.intp)
+        self._stood_s = np.full(len(ways), np.inf)
+        self._hold_s, self._together = hold_s, together
+        self._rows = np.arange(len(ways))
+
+    def goals_m(self, situation: Situation) -> FloatArray:
+        """Return the next place of each."""
+        last = self._next >= self._ways.shape[1] - 1
+        arrived = situation.has_arrived & ~last
+        self._stood_s = np.where(arrived, np.minimum(self._stood_s, situation.time_s), np.inf)
+        goes = arrived & (situation.time_s >= self._stood_s + self._hold_s - 1e-9)
+        if self._together:
+            goes &= bool((goes | last).all())
+        self._next[goes] += 1
+        self._stood_s[goes] = np.inf
+        return self._ways[self._rows, self._next]
+
+
+class RandomSearch:
+    """Every agent flies in directions drawn by a seed, each until it meets the edge of the area.
+
+    The way of stochastic recovery: who has lost the others finds them, or the target, by directions that
+    nobody can foresee.
+
+    Parameters
+    ----------
+    low_m, high_m : ndarray
+        Corners of the area, east and north. (2,) [m]
+    home_m : ndarray
+        Where each lands, (n, 2) [m].
+    ends_s : float
+        When all fly home. [s]
+    seed : int
+    """
+
+    def __init__(
+        self, low_m: FloatArray, high_m: FloatArray, *, home_m: FloatArray, ends_s: float, seed: int
+    ) -> None:
+        self._low, self._high = np.asarray(low_m, np.float64), np.asarray(high_m, np.float64)
+        self._draws = [np.random.default_rng((seed, agent)) for agent in range(len(home_m))]
+        self._goal_m = np.full(home_m.shape, np.nan)
+        self._home_m, self._ends_s = home_m, ends_s
+
+    def goals_m(self, situation: Situation) -> FloatArray:
+        """Return where each direction leads to."""
+        if situation.time_s >= self._ends_s:
+            home = situation.has_arrived & (self._goal_m == self._home_m).all(axis=1)
+            self._goal_m = np.where(home[:, None], np.nan, self._home_m)
+            return self._goal_m
+        for agent in np.flatnonzero(situation.has_arrived | np.isnan(self._goal_m[:, 0])).tolist():
+            self._goal_m[agent] = self._drawn_m(agent, situation.place_m[agent])
+        return self._goal_m
+
+    def _drawn_m(self, agent: int, place_m: FloatArray) -> FloatArray:
+        """Return where a direction drawn leaves the area; directions that leave it here are drawn again."""
+        size = float(np.hypot(*(self._high - self._low)))
+        place_m = np.clip(place_m, self._low, self._high)
+        while True:
+            angle_rad = self._draws[agent].uniform(0.0, 2.0 * np.pi)
+            unit = np.array([np.cos(angle_rad), np.sin(angle_rad)])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ways = np.where(unit > 0.0, self._high - place_m, self._low - place_m) / unit
+            way_m = float(np.nanmin(ways))
+            if way_m > _LEAST_WAY * size:
+                return np.asarray(place_m + way_m * unit)
+
+
+def strips(
+    low_m: FloatArray, high_m: FloatArray, *, lane_m: float, agents: int
+) -> list[FloatArray]:
+    """Return ways that cover a rectangle by lanes, as many next to each other for each agent. [m]
+
+    Lanes run east and west, every second one back; the shares differ by one lane at most.
+    """
+    count = max(int(np.ceil((high_m[1] - low_m[1]) / lane_m)), 1)
+    width = (high_m[1] - low_m[1]) / count
+    shares = np.linspace(0, count, agents + 1).round().astype(int).tolist()
+    ways = []
+    for begin, end in pairwise(shares):
+        way = []
+        for number in range(begin, end):
+            north = low_m[1] + (number + 0.5) * width
+            ends = [(low_m[0], north), (high_m[0], north)]
+            way.extend(ends if (number - begin) % 2 == 0 else ends[::-1])
+        ways.append(np.array(way).reshape(-1, 2))
+    return ways

@@ -1,0 +1,173 @@
+"""How agents avoid each other: from what they know to the velocity they command."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.arrays import BoolArray, FloatArray, IndexArray
+    from planner.fleet.swarm.situation import Situation
+
+
+class Policy(Protocol):
+    """A rule of avoidance: `planner.fleet.Policy`.
+
+    It may keep nothing from tick to tick but what it finds again in the situation.
+    """
+
+    @property
+    def needs_ticks(self) -> bool:
+        """Whether it must be asked every tick; else only where something may change."""
+        ...
+
+    @property
+    def keeps_apart(self) -> bool:
+        """Whether agents wait on the ground until nobody is in the way of their take-off."""
+        ...
+
+    def commands_m_s(self, situation: Situation) -> FloatArray:
+        """Return the velocities agents command until the next tick, east and north. (n, 2) [m s⁻¹]
+
+        Parameters
+        ----------
+        situation : Situation
+            Everything agents know of themselves and of each other: places, velocities, where they come to
+            rest, and the velocities they want.  `Situation.may` says which commands leave every stop free.
+        """
+        ...
+
+
+class NoAvoidance(Value):
+    """``none``: everyone flies as it wants, and comes as near to others as that leads to."""
+
+    needs_ticks: bool = False
+    keeps_apart: bool = False
+
+    def commands_m_s(self, situation: Situation) -> FloatArray:
+        """Return what agents want."""
+        return situation.wanted_m_s
+
+
+class StopInTime(Value):
+    """``stop``: who goes later by its rank brakes in time, stands, and flies on when its way is free.
+
+    It flies on when the way is free for a while, so that nobody creeps.  Who has stood for long gets out of
+    the way to its right, one after the other by rank, until its own way is free.
+    """
+
+    needs_ticks: bool = False
+    keeps_apart: bool = True
+    resumes_s: float = 2.0
+    """For so long the way of one that stands must be free. [s]"""
+    patience_s: float = 20.0
+    """For so long it stands before it goes aside. [s]"""
+
+    def commands_m_s(self, situation: Situation) -> FloatArray:
+        """Return what agents want, nothing for those that stop."""
+        wanted, before = situation.wanted_m_s, situation.command_m_s
+        wants, stands = (wanted != 0.0).any(axis=1), (before == 0.0).all(axis=1)
+        goes_aside = ~stands & ((before * wanted).sum(axis=1) < 0.5 * (wanted**2).sum(axis=1))
+        held = wants & (stands | goes_aside)
+        if held.any():
+            ticks = max(round(self.resumes_s / situation.tick_s), 1)
+            stays = held & ~situation.may(wanted, ticks)
+            aside = stays & (goes_aside | (situation.waited_s >= self.patience_s))
+            right = _turned_right(wanted, np.full(len(wanted), 0.5 * np.pi))
+            wanted = np.where(aside[:, None], right, np.where(stays[:, None], 0.0, wanted))
+        return np.where(situation.may(wanted)[:, None], wanted, 0.0)
+
+
+class OrcaStop(Value):
+    """``orca-stop``: reciprocal velocities, of those from which a stop is still free.
+
+    Where an agent stops is where it is told to: that place moves at the velocity commanded, at once, as
+    reciprocal velocities take it.  Each is a disk about the middle of its stop that holds all of it.
+    """
+
+    needs_ticks: bool = True
+    keeps_apart: bool = True
+    horizon_s: float = 12.0
+    """Time for which two agents keep apart by the velocities they take. [s]"""
+    neighbours: int = 10
+    """So many of the nearest are looked at."""
+    patience_s: float = 4.0
+    """Who has waited so long for its way goes round to the right, the farther the longer it waits. [s]"""
+
+    def commands_m_s(self, situation: Situation) -> FloatArray:
+        """Return the velocities nearest to those wanted, slower where no stop would be free."""
+        zones = situation.zones
+        disks = Disks(
+            place_m=0.5 * (zones.begin_m + zones.end_m),
+            velocity_m_s=situation.command_m_s,
+            radius_m=0.5 * situation.separation_m
+            + zones.radius_m
+            + 0.5 * np.hypot(*(zones.end_m - zones.begin_m).T),
+            speed_m_s=situation.speed_m_s,
+        )
+        wanted = _turned_right(
+            situation.wanted_m_s,
+            np.clip(situation.waited_s / self.patience_s, 0.0, 1.0) * _ROUND_RAD,
+        )
+        planes = half_planes(
+            disks,
+            nearest_neighbours(disks.place_m, situation.is_there, self.neighbours),
+            horizon_s=self.horizon_s,
+            tick_s=situation.tick_s,
+        )
+        best, is_possible = nearest_velocities_m_s(planes, wanted, situation.speed_m_s)
+        command = np.where(is_possible[:, None], best, 0.0)
+        for part in _PARTS:
+            may = situation.may(command)
+            if may.all():
+                return command
+            command = np.where(may[:, None], command, part * command)
+        return command
+
+
+_PARTS = (0.5, 0.25, 0.0)
+"""Of a velocity from which no stop is free, what is tried next. [-]"""
+_ROUND_RAD = 0.5 * np.pi
+
+
+def _turned_right(velocity_m_s: FloatArray, angle_rad: FloatArray) -> FloatArray:
+    east, north = velocity_m_s.T
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    return np.stack((east * cos + north * sin, north * cos - east * sin), axis=1)
+
+
+def nearest_neighbours(place_m: FloatArray, is_there: BoolArray, most: int) -> IndexArray:
+    """Return the nearest others of each agent, nearest first, -1 where there are fewer. (n, most)"""
+    there = np.flatnonzero(is_there)
+    found = np.full((len(place_m), most), -1, np.intp)
+    count = min(most, len(there) - 1)
+    if count < 1:
+        return found
+    if len(there) < _TREE_FROM:
+        apart = ((place_m[there, None] - place_m[None, there]) ** 2).sum(axis=2)
+        np.fill_diagonal(apart, np.inf)
+        order = np.argsort(apart, axis=1, kind="stable")[:, :count]
+    else:
+        from scipy.spatial import cKDTree
+
+        order = cKDTree(place_m[there]).query(place_m[there], k=count + 1)[1][:, 1:]
+    found[there, :count] = there[order]
+    return found
+
+
+_TREE_FROM = 150
+"""From so many agents on the nearest are found by a tree. [-]"""
+
+
+POLICIES: Mapping[str, type[NoAvoidance | StopInTime | OrcaStop]] = {
+    "none": NoAvoidance,
+    "stop": StopInTime,
+    "orca-stop": OrcaStop,
+}
+"""Policies by the names they are called by."""

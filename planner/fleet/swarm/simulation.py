@@ -1,0 +1,384 @@
+"""The simulation of a swarm in its plane: from tick to tick, or to where something may change."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
+from planner.fleet.swarm.situation import SWING, Situation
+from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
+from planner.values import Value, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.fleet.swarm.algorithms import Algorithm
+    from planner.fleet.swarm.policies import Policy
+
+TICK_S = 0.5
+"""Time between two commands. [s]"""
+_STANDS = 0.02
+"""An agent stands when it moves no faster than this part of its speed, as legs of a mission end. [-]"""
+_NEAR_GOAL_M = 1e-3
+_TURN_S = 20.0
+"""Agents that wait for each other for so long let another of them go first. [s]"""
+_STUCK_S = 240.0
+"""Agents none of which has come on for so long, each having had its turn, are in a deadlock. [s]"""
+_MOST_SKIPPED = 32
+"""Ticks passed over at once where nothing can change. [-]"""
+_SKIPPED_WAITING = 4
+"""The same while somebody waits, whose way may become free. [-]"""
+
+
+class Agent(Value):
+    """One agent of a swarm."""
+
+    name: str
+    dynamics: Dynamics
+    speed_m_s: float
+    """Steady speed it flies at. [m s⁻¹]"""
+    east_m: float
+    """Where it takes off. [m]"""
+    north_m: float
+    start_s: float = 0.0
+    """When it takes off, where nobody is in its way. [s]"""
+    climb_s: float = 0.0
+    """From its take-off until it is in the plane of the swarm. [s]"""
+    landing_s: float = 0.0
+    """From the plane to the ground. [s]"""
+    settle_s: float | None = None
+    """From the command to stop until it counts as standing; ``None``: as soon as it does. [s]"""
+    error_m: float = 0.0
+    """How wrong its place may be. [m]"""
+    priority: int = 0
+    """The higher gives way last."""
+
+
+class Phase:
+    """What an agent is about, as a number."""
+
+    WAITS, CLIMBS, FLIES, LANDS, LANDED = range(5)
+
+
+class Step(Value, eq=False):
+    """What all agents do from one moment until another, by commands that do not change in between."""
+
+    begin_s: float
+    end_s: float
+    phase: IntArray
+    """(n,)"""
+    place_m: FloatArray
+    """At the beginning. (n, 2) [m]"""
+    velocity_m_s: FloatArray
+    command_m_s: FloatArray
+    wanted_m_s: FloatArray
+    waits: BoolArray
+    """Whether an agent does not get what it wants. (n,)"""
+
+
+class Meter(Protocol):
+    """What follows a simulation, such as the batteries of the agents."""
+
+    def take(self, step: Step) -> BoolArray:
+        """Take a step; return who has to fly home now. (n,)"""
+        ...
+
+
+class Swarm:
+    """Agents that do what an algorithm wants, kept apart by a policy.
+
+    Parameters
+    ----------
+    agents : sequence of Agent
+    algorithm : Algorithm
+    policy : Policy
+    separation_m : float
+        Distance any two keep, beyond the errors of their places. [m]
+    until_s : float
+        When the simulation ends at the latest. [s]
+    tick_s : float, optional
+    """
+
+    def __init__(
+        self,
+        agents: Sequence[Agent],
+        algorithm: Algorithm,
+        policy: Policy,
+        *,
+        separation_m: float,
+        until_s: float,
+        tick_s: float = TICK_S,
+    ) -> None:
+        self.agents = tuple(agents)
+        self._algorithm, self._policy = algorithm, policy
+        self._separation_m, self._until_s, self._tick_s = separation_m, until_s, tick_s
+        self._dynamics = DynamicsStack([one.dynamics for one in agents], tick_s)
+        self._home_m = np.array([(one.east_m, one.north_m) for one in agents]).reshape(-1, 2)
+        self._speed, self._start_s, self._climb_s, self._landing_s, self._error_m = (
+            np.array([getattr(one, name) for one in agents])
+            for name in ("speed_m_s", "start_s", "climb_s", "landing_s", "error_m")
+        )
+        self._settle_s = np.array(
+            [np.nan if one.settle_s is None else one.settle_s for one in agents]
+        )
+        count = len(agents)
+        self.flies_s, self.lands_s = np.full(count, np.inf), np.full(count, np.inf)
+        """When each was in the plane, and left it again: between ticks, too. (n,) [s]"""
+        order = sorted(range(count), key=lambda row: (-agents[row].priority, row))
+        self._rank = np.empty(count, np.intp)
+        self._rank[order] = np.arange(count)
+        self._motions = self._dynamics.at_rest(self._home_m)
+        self.zones = self._stop_zones()
+        self._phase = np.full(count, Phase.WAITS)
+        self._has_reached = np.zeros(count, np.bool_)
+        self._ready_s = np.full(count, np.inf)
+        """When each has arrived, is up, or is down."""
+        self._goal_m = np.full((count, 2), np.nan)
+        self._command = np.zeros((count, 2))
+        self._waited_s = np.zeros(count)
+        self._returns = np.zeros(count, np.bool_)
+        self._turned_s = self._moved_s = 0.0
+        self._tick = 0
+        self.deadlock: tuple[str, ...] = ()
+        """Who could not go on at the end."""
+
+    @property
+    def time_s(self) -> float:
+        """Time since the beginning. [s]"""
+        return self._tick * self._tick_s
+
+    @property
+    def has_landed(self) -> BoolArray:
+        """Who is on the ground again. (n,)"""
+        return np.asarray(self._phase == Phase.LANDED)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all have landed, or cannot go on, or the time is over."""
+        return bool(self.has_landed.all() or self.deadlock or self.time_s >= self._until_s - 1e-9)
+
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Return where agents are now, and how they move. (n, 2) [m], [m s⁻¹]"""
+        return self._motions.place_m.copy(), self._dynamics.velocity_m_s(self._motions)
+
+    def run(self, meter: Meter | None = None) -> Iterator[Step]:
+        """Yield what happens, step by step."""
+        while True:
+            self._change_phases()
+            if self.is_over:
+                return
+            step = self._next()
+            if meter is not None:
+                self._returns |= meter.take(step)
+            yield step
+
+    def _stop_zones(self) -> Capsules:
+        return capsules_about(self._dynamics.stop_ways_m(self._motions), more_m=self._error_m)
+
+    @property
+    def is_there(self) -> BoolArray:
+        """Who is in the air, in the way of others. (n,)"""
+        return np.asarray((self._phase != Phase.WAITS) & (self._phase != Phase.LANDED))
+
+    def _next(self) -> Step:
+        """Go on by one step."""
+        situation = self._situation()
+        wanted = self._wanted(situation)
+        situation = replace(situation, wanted_m_s=wanted)
+        command = self._policy.commands_m_s(situation)
+        wants = (wanted != 0.0).any(axis=1)
+        waits = wants & (np.hypot(*command.T) < 0.5 * np.hypot(*wanted.T))
+        ticks = self._ticks_to_skip(command, waits)
+        step = Step(
+            begin_s=self.time_s,
+            end_s=self.time_s + ticks * self._tick_s,
+            phase=self._phase.copy(),
+            place_m=situation.place_m,
+            velocity_m_s=situation.velocity_m_s,
+            command_m_s=command,
+            wanted_m_s=wanted,
+            waits=waits,
+        )
+        if ticks > 1:
+            self._motions = self._dynamics.advanced_evenly(self._motions, ticks)
+        else:
+            self._motions = self._dynamics.advanced(self._motions, command)
+        self.zones = (
+            self._renewed(situation, command) if self._policy.keeps_apart else self._stop_zones()
+        )
+        self._note_arrivals(command, ticks)
+        self._tick += ticks
+        self._command = command
+        self._waited_s = np.where(waits, self._waited_s + ticks * self._tick_s, 0.0)
+        self._take_turns(wants, waits)
+        return step
+
+    def _renewed(self, situation: Situation, command: FloatArray) -> Capsules:
+        """Return the zones agents are in now.
+
+        A capsule about what is left of a way may stick out of the one that was granted, which held the way
+        before: where it is then too near to another's, the one granted stays.
+        """
+        zones, there = self._stop_zones(), self.is_there
+        kept = np.zeros(len(there), np.bool_)
+        while True:
+            first, second = near_pairs(zones, self._separation_m, there)
+            near = distances_m(zones.select(first), zones.select(second)) < self._separation_m
+            more = np.zeros(len(there), np.bool_)
+            more[first[near]] = more[second[near]] = True
+            more &= ~kept
+            if not more.any():
+                return zones
+            kept |= more
+            zones.put(more, situation.granted_zones(command).select(more))
+
+    def _note_arrivals(self, command: FloatArray, ticks: int) -> None:
+        """Note when agents that came to their goals in this tick will stand there.
+
+        A tick flown at a part of the speed stands for so much of it at the speed.
+        """
+        reached = (self._phase == Phase.FLIES) & (command != 0.0).any(axis=1)
+        rest = self._dynamics.rest_m(self._motions)
+        with np.errstate(invalid="ignore"):
+            reached &= np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M
+        part = np.hypot(*command.T) / self._speed
+        begun_s = np.where(self._ready_s > self.time_s, self._ready_s, self.time_s)
+        begun_s = np.where(np.isinf(begun_s), self.time_s, begun_s)
+        ends_s = begun_s + part * self._tick_s + (ticks - 1) * self._tick_s + self._settle_s
+        flies = self._phase == Phase.FLIES
+        still = flies & (command == 0.0).all(axis=1)
+        ends_s = np.where(np.isnan(ends_s), np.inf, ends_s)
+        self._ready_s = np.where(reached, ends_s, np.where(flies & ~still, np.inf, self._ready_s))
+        self._has_reached = reached | (self._has_reached & still)
+
+    def _change_phases(self) -> None:
+        ends_s = self.time_s + self._tick_s - 1e-9
+        up = (self._phase == Phase.CLIMBS) & (self._ready_s <= ends_s)
+        self._phase[up] = Phase.FLIES
+        self.flies_s[up] = self._ready_s[up]
+        down = (self._phase == Phase.LANDS) & (self._ready_s <= self.time_s + 1e-9)
+        self._phase[down] = Phase.LANDED
+        ready = np.flatnonzero((self._phase == Phase.WAITS) & (self._start_s <= ends_s))
+        for agent in ready[np.argsort(self._rank[ready])].tolist():
+            there = np.flatnonzero(self.is_there & self._policy.keeps_apart)
+            own = self.zones.select(np.full(len(there), agent))
+            if (distances_m(own, self.zones.select(there)) >= self._separation_m).all():
+                self._phase[agent] = Phase.CLIMBS
+                begins_s = max(float(self._start_s[agent]), self.time_s)
+                self._ready_s[agent] = begins_s + self._climb_s[agent]
+                if self._ready_s[agent] <= ends_s:
+                    self._phase[agent] = Phase.FLIES
+                    self.flies_s[agent] = self._ready_s[agent]
+
+    def _situation(self) -> Situation:
+        velocity = self._dynamics.velocity_m_s(self._motions)
+        rest = self._dynamics.rest_m(self._motions)
+        soon = self._has_reached & (self._ready_s <= self.time_s + self._tick_s - 1e-9)
+        has_arrived = np.where(np.isnan(self._settle_s), self._stands(rest, velocity), soon)
+        return Situation(
+            time_s=self.time_s,
+            tick_s=self._tick_s,
+            place_m=self._motions.place_m.copy(),
+            velocity_m_s=velocity,
+            rest_m=rest,
+            command_m_s=self._command,
+            wanted_m_s=np.zeros_like(rest),
+            speed_m_s=self._speed,
+            has_arrived=has_arrived & (self._phase == Phase.FLIES),
+            rank=self._rank,
+            waited_s=self._waited_s,
+            is_there=self.is_there,
+            error_m=self._error_m,
+            separation_m=self._separation_m,
+            zones=self.zones,
+            dynamics=self._dynamics,
+            motions=self._motions,
+        )
+
+    def _stands(self, rest: FloatArray, velocity: FloatArray) -> BoolArray:
+        """Return who stands at its goal, of those that are not known to by the time. (n,)"""
+        with np.errstate(invalid="ignore"):
+            at_goal = np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M
+        slow = np.hypot(*velocity.T) <= _STANDS * self._speed
+        near = np.hypot(*(rest - self._motions.place_m).T) <= _STANDS * self._speed
+        return np.asarray(at_goal & slow & near)
+
+    def _wanted(self, situation: Situation) -> FloatArray:
+        """Return the velocities that lead to the goals: as fast as may be, and to rest exactly there.
+
+        Who stands from a moment between two ticks on flies for the rest of the tick only: so much slower in
+        all of it.
+        """
+        flies = self._phase == Phase.FLIES
+        goal = np.array(self._algorithm.goals_m(situation))
+        at_home = self._returns & (self._goal_m == self._home_m).all(axis=1)
+        goal[self._returns] = self._home_m[self._returns]
+        goal[at_home & situation.has_arrived] = np.nan
+        done = flies & np.isnan(goal[:, 0])
+        self._phase[done] = Phase.LANDS
+        self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
+        self._ready_s[done] = (self.lands_s + self._landing_s)[done]
+        self._goal_m = goal
+        way = np.where((flies & ~done)[:, None], goal - situation.rest_m, 0.0)
+        late_s = np.where(np.isinf(self._ready_s), 0.0, self._ready_s - self.time_s)
+        part = 1.0 - np.clip(late_s / self._tick_s, 0.0, 1.0)
+        return self._dynamics.leading_m_s(self._motions, way, part * self._speed)
+
+    def _ticks_to_skip(self, command: FloatArray, waits: BoolArray) -> int:
+        """Return for how many ticks nothing can change: nobody comes near another or to its goal."""
+        if self._policy.needs_ticks or not self._dynamics.is_even(self._motions, command):
+            return 1
+        speed = np.hypot(*command.T)
+        going = speed > 0.0
+        settles = (self._phase == Phase.FLIES) & ~going & ~waits
+        if settles.any() or (np.abs(speed - self._speed)[going] > 1e-9).any():
+            return 1
+        ticks = float(_SKIPPED_WAITING if waits.any() else _MOST_SKIPPED)
+        rest = self._dynamics.rest_m(self._motions)
+        to_goal = np.hypot(*(self._goal_m - rest).T)[going] / (speed[going] * self._tick_s)
+        ticks = min(ticks, float(np.min(to_goal, initial=np.inf)) - 1.0)
+        next_s = [
+            limit_s
+            for phase, limit in (
+                (Phase.WAITS, self._start_s),
+                (Phase.CLIMBS, self._ready_s),
+                (Phase.LANDS, self._ready_s),
+            )
+            for limit_s in limit[self._phase == phase].tolist()
+        ]
+        ticks = min([ticks, *((limit_s - self.time_s) / self._tick_s for limit_s in next_s)])
+        ticks = min(ticks, (self._until_s - self.time_s) / self._tick_s)
+        if ticks < 2.0:
+            return 1
+        fast = SWING * float(speed.max(initial=0.0)) * self._tick_s
+        first, second = near_pairs(
+            self.zones, self._separation_m + 2.0 * fast * ticks, self.is_there
+        )
+        if len(first):
+            room = distances_m(self.zones.select(first), self.zones.select(second))
+            closing = SWING * (speed[first] + speed[second]) * self._tick_s
+            open_ = closing > 0.0
+            room = (room - self._separation_m)[open_] / closing[open_]
+            ticks = min(ticks, float(np.min(room, initial=np.inf)))
+        return max(1 << int(math.log2(max(ticks, 1.0))), 1)
+
+    def _take_turns(self, wants: BoolArray, waits: BoolArray) -> None:
+        """Let another go first where agents wait for each other; see who cannot go on at all."""
+        if not wants.any() or not waits[wants].all():
+            going = wants & ~waits
+            if going.any():
+                self._moved_s = self.time_s
+        stuck = self._waited_s >= _TURN_S
+        if stuck.any() and self.time_s >= self._turned_s + _TURN_S:
+            self._turned_s = self.time_s
+            rows = np.flatnonzero(stuck)
+            ranks = np.sort(self._rank[rows])
+            order = np.argsort(self._rank[rows])
+            self._rank = self._rank.copy()
+            self._rank[rows[order]] = np.roll(ranks, 1)
+        if wants.any() and self.time_s >= self._moved_s + _STUCK_S:
+            self.deadlock = tuple(self.agents[row].name for row in np.flatnonzero(waits).tolist())

@@ -1,0 +1,127 @@
+"""What agents know at one moment, and which commands leave every stop free."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IndexArray, IntArray
+    from planner.fleet.swarm.dynamics import DynamicsStack, Motions
+
+
+SWING = 1.5
+"""A pulse of the command moves no agent farther than this times what it moves it in the end: models
+overshoot by less. [-]"""
+
+
+class Situation(Value, eq=False):
+    """All agents at one tick; rows are agents, east and north their columns."""
+
+    time_s: float
+    tick_s: float
+    place_m: FloatArray
+    """(n, 2) [m]"""
+    velocity_m_s: FloatArray
+    """(n, 2) [m s⁻¹]"""
+    rest_m: FloatArray
+    """Where each comes to rest, told now to stop. (n, 2) [m]"""
+    command_m_s: FloatArray
+    """What each commanded in the tick before. (n, 2) [m s⁻¹]"""
+    wanted_m_s: FloatArray
+    """What each would command if it were alone. (n, 2) [m s⁻¹]"""
+    speed_m_s: FloatArray
+    """Greatest speed. (n,) [m s⁻¹]"""
+    has_arrived: BoolArray
+    """Whether it stands where it was sent to. (n,)"""
+    rank: IntArray
+    """The lower goes first; no two are equal. (n,)"""
+    waited_s: FloatArray
+    """For how long each has not got what it wants. (n,) [s]"""
+    is_there: BoolArray
+    """Whether it is in the air, in the way of others. (n,)"""
+    error_m: FloatArray
+    """How wrong its place may be. (n,) [m]"""
+    separation_m: float
+    """Distance any two keep. [m]"""
+    zones: Capsules
+    """Where each may still come, told now to stop; no two are nearer than the separation."""
+    dynamics: DynamicsStack
+    motions: Motions
+
+    def zones_after(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
+        """Return where agents may come that fly by commands for some ticks and are told to stop then."""
+        motions, passed = self.motions, [self.place_m[:, None]]
+        for _ in range(ticks):
+            motions = self.dynamics.advanced(motions, command_m_s)
+            passed.append(motions.place_m[:, None])
+        ways = np.concatenate((*passed[:-1], self.dynamics.stop_ways_m(motions)), axis=1)
+        return capsules_about(ways, more_m=self.error_m)
+
+    def granted_zones(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
+        """Return where agents may come by commands; of those that stop, where they might have come before."""
+        after = self.zones_after(command_m_s, ticks)
+        stops = (command_m_s == 0.0).all(axis=1)
+        after.put(stops, self.zones.select(stops))
+        return after
+
+    def may(self, command_m_s: FloatArray, ticks: int = 1) -> BoolArray:
+        """Return which agents may fly by commands (n, 2) [m s⁻¹] for some ticks; the others must stop.
+
+        The zone an agent then has keeps the separation from what every other may need: the zone it is in
+        already, or, where it goes first by its rank and may go on, the one it then has.  So whatever the
+        delay and the overshoot of their models, each agent can stop at every moment without coming too near
+        to where any other flies or stops.
+        """
+        further_m = SWING * ticks * self.tick_s * float(self.speed_m_s.max(initial=0.0))
+        pairs = near_pairs(self.zones, self.separation_m + 2.0 * further_m, self.is_there)
+        if not len(pairs[0]):
+            return np.ones(len(self.rank), np.bool_)
+        after = self.granted_zones(command_m_s, ticks)
+        return _granted(self.zones, after, pairs, self.rank, self.separation_m)
+
+
+def _granted(
+    zones: Capsules,
+    after: Capsules,
+    pairs: tuple[IndexArray, IndexArray],
+    rank: IntArray,
+    separation_m: float,
+) -> BoolArray:
+    """Return which agents may have their zones after the tick."""
+    granted = np.ones(len(rank), np.bool_)
+    first, second = pairs
+    if not len(first):
+        return granted
+    every, later, count = Capsules.joined((zones, after)), len(rank), len(first)
+    apart = distances_m(
+        every.select(np.concatenate((first + later, first + later, first))),
+        every.select(np.concatenate((second + later, second, second + later))),
+    )
+    both, one, two = (apart >= separation_m).reshape(3, count)
+    open_ = np.flatnonzero(~(both & one & two))
+    if not len(open_):
+        return granted
+    # (other, both go on, it alone goes on) of each agent that somebody may be in the way of
+    others: dict[int, list[tuple[int, bool, bool]]] = {}
+    rows = zip(
+        first[open_].tolist(),
+        second[open_].tolist(),
+        both[open_].tolist(),
+        one[open_].tolist(),
+        two[open_].tolist(),
+        strict=True,
+    )
+    for low, high, together, low_alone, high_alone in rows:
+        others.setdefault(low, []).append((high, together, low_alone))
+        others.setdefault(high, []).append((low, together, high_alone))
+    for agent in sorted(others, key=lambda row: int(rank[row])):
+        granted[agent] = all(
+            together if rank[other] < rank[agent] and granted[other] else alone
+            for other, together, alone in others[agent]
+        )
+    return granted

@@ -1,0 +1,595 @@
+"""A fleet simulated as a swarm: its vehicles move by their models and keep apart by a policy."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.errors import UsageError
+from planner.findings import Rule, Severity
+from planner.fleet.fleet import Fleet, SwarmAlgorithm
+from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
+from planner.fleet.swarm.distances import predict_distances
+from planner.fleet.swarm.dynamics import Dynamics
+from planner.fleet.swarm.flights import Record, agent_flight, first_landing
+from planner.fleet.swarm.policies import POLICIES
+from planner.fleet.swarm.simulation import Agent, Phase, Swarm
+from planner.flight.budget import (
+    battery_budget,
+    battery_temperature_c,
+    flight_totals,
+    hover_near_home_w,
+    predict_discharge,
+)
+from planner.flight.motion.kinematics import STATES
+from planner.flight.motion.steps import SPEED_TOLERANCE
+from planner.flight.pilot import flight_parameters, make_pilot
+from planner.flight.prediction import predict_flight
+from planner.geo.geodesy import LocalFrame
+from planner.mission.route.stage import Route, Stage, StageKind
+from planner.physics.response import StepResponse, TransferFunction
+from planner.quantity import mean_of
+from planner.service.fleet import initial_charge, setup_with
+from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from planner.arrays import BoolArray, FloatArray
+    from planner.findings import Finding
+    from planner.fleet.fleet import FleetVehicle, Pack, SwarmTask
+    from planner.fleet.swarm.algorithms import Algorithm
+    from planner.fleet.swarm.distances import Distances
+    from planner.fleet.swarm.policies import Policy
+    from planner.fleet.swarm.simulation import Step
+    from planner.flight.budget import BatteryBudget
+    from planner.flight.pilot import Pilot
+    from planner.flight.prediction import Flight
+    from planner.setup import Setup
+
+_STEP_LIKE = 1e-3
+"""Stops longer than in proportion to the speed by less than this are those of a linear system. [-]"""
+_BATTERY_S = 10.0
+"""How often an agent asks whether its battery still brings it home. [s]"""
+
+SWARM_SEPARATION = Rule(
+    "S128 swarm-separation",
+    Severity.ERROR,
+    summary="Two agents of a simulated swarm come too near to each other.",
+    why="A policy that only looks at velocities lets vehicles with delay and braking meet: they "
+    "stop too late.",
+    how="Least distance of any two in the air during the simulation, along the chords of its steps, against "
+    "horizontal_m of [separation] and the position errors of both.",
+    fix="use a policy that keeps every stop free: --policy stop or orca-stop",
+)
+
+SWARM_DEADLOCK = Rule(
+    "S129 swarm-deadlock",
+    Severity.ERROR,
+    summary="Agents of a simulated swarm wait for each other for ever.",
+    why="Who yields to one that yields to it hovers until its battery is empty.",
+    how="Nobody who wants to fly on has come on for four minutes, after each had its turn to go first.",
+    fix="use --policy orca-stop, which goes round, or give the agents other ways",
+)
+
+SWARM_UNFINISHED = Rule(
+    "S130 swarm-unfinished",
+    Severity.ERROR,
+    summary="An agent of a simulated swarm is still in the air when the simulation ends.",
+    why="What it takes to come home is not counted.",
+    how="The simulation ended by --until, or by a deadlock, before all had landed.",
+    fix="simulate longer with --until, or give the swarm less to do",
+)
+
+SWARM_ENERGY = Rule(
+    "S131 swarm-energy",
+    Severity.ERROR,
+    summary="An agent of a simulated swarm lands below its reserve, or nobody knows whether it does.",
+    why="Waiting for others takes energy that no mission counts.",
+    how="Energy of what the agent flew, by its power model, against what is in its pack less the reserve.  "
+    "Fires too where the model has no power, or no battery is known.",
+    fix="give it a larger pack, fewer neighbours or another policy, or a model with its power and battery",
+)
+
+SWARM_UNCHECKED = Rule(
+    "S133 swarm-unchecked",
+    Severity.INFO,
+    summary="A simulation does not look at everything a check of a mission does.",
+    why="What was not looked at is not clear.",
+    how="Every simulation.",
+    fix="check the missions that are to be flown with mavjoule fleet check",
+)
+
+
+class SwarmAgent(Value, eq=False):
+    """What one agent of a simulated swarm did."""
+
+    name: str
+    vehicle: str
+    flight: Flight | None
+    """What it flew; ``None``: it never took off."""
+    start_s: float
+    """When it took off. [s]"""
+    has_landed: bool
+    stops: int
+    """How often it had to brake for others."""
+    waited_s: float
+    """For how long it did not get what it wanted. [s]"""
+    energy_wh: float | None
+    """``None``: not known. [Wh]"""
+    energy_by_state_wh: Mapping[str, float]
+    battery: BatteryBudget | None = None
+
+    @property
+    def time_s(self) -> float:
+        """In the air. [s]"""
+        return 0.0 if self.flight is None else self.flight.time_s
+
+    @property
+    def distance_m(self) -> float:
+        """Horizontal distance flown. [m]"""
+        return 0.0 if self.flight is None else float(self.flight.motion.segments.distance_m.sum())
+
+
+class SwarmResult(Value, eq=False):
+    """What the simulation of a swarm comes to."""
+
+    file: str
+    fleet: Fleet
+    algorithm: str
+    policy: str
+    seed: int
+    is_clear: bool
+    """Whether all came home, apart and above their reserves; no verdict on flying it."""
+    agents: tuple[SwarmAgent, ...]
+    separation_m: float
+    """Distance kept, the errors of both places included. [m]"""
+    distances: Distances
+    record: Record
+    frame: LocalFrame
+    """In which places are given."""
+    findings: tuple[Finding, ...]
+    is_cut_short: bool = False
+    """Whether the simulation was interrupted."""
+
+    @property
+    def energy_wh(self) -> float | None:
+        """Of all agents; ``None``: of one it is not known. [Wh]"""
+        known = [one.energy_wh for one in self.agents if one.energy_wh is not None]
+        return sum(known) if len(known) == len(self.agents) else None
+
+    @property
+    def makespan_s(self) -> float:
+        """From the first take-off to the last landing. [s]"""
+        ends = [one.start_s + one.time_s for one in self.agents if one.flight is not None]
+        return max(ends) - min(one.start_s for one in self.agents) if ends else 0.0
+
+
+class _Body(Value, eq=False):
+    """One vehicle ready to be simulated."""
+
+    agent: Agent
+    setup: Setup
+    vertical: Flight
+    height_m: float
+    """Of the plane above its home. [m]"""
+    charge: float
+
+
+def simulate_fleet(
+    fleet: Fleet,
+    *,
+    algorithm: Algorithm | None = None,
+    policy: Policy | str = "orca-stop",
+    seed: int = 0,
+    until_s: float = 3600.0,
+    on_step: Callable[[str], None] | None = None,
+) -> SwarmResult:
+    """Simulate the vehicles of a fleet as a swarm.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        As `planner.read_fleet` returns it, with a table ``[swarm]`` and a pad for each vehicle.
+    algorithm : Algorithm, optional
+        What the swarm does; by default what the file says.
+    policy : Policy or str, optional
+        How its agents avoid each other: ``none``, ``stop``, ``orca-stop``, or one of your own.
+    seed : int, optional
+        Of everything that is drawn.
+    until_s : float, optional
+        When the simulation ends at the latest. [s]
+    on_step : callable, optional
+        Is told how far it has come.
+
+    Returns
+    -------
+    SwarmResult
+        Whether it is clear, agents with their flights and energy, distances, the record of all steps.
+
+    Raises
+    ------
+    UsageError
+        If the fleet has no swarm to simulate, or a name is that of no policy.
+    """
+    task = fleet.swarm
+    if task is None:
+        msg = f"{fleet.source}: nothing to simulate: it has no table [swarm]"
+        raise UsageError(msg)
+    frame, bodies = _bodies(fleet, task)
+    agents = [body.agent for body in bodies]
+    separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
+    kept = _policy(policy)
+    swarm = Swarm(
+        agents,
+        _algorithm(task, frame, agents, seed) if algorithm is None else algorithm,
+        kept,
+        separation_m=separation_m,
+        until_s=until_s,
+    )
+    steps: list[Step] = []
+    is_cut_short = False
+    try:
+        for step in swarm.run(_Batteries(bodies)):
+            steps.append(step)
+            if on_step is not None:
+                on_step(f"{quantity.duration(step.end_s)} simulated")
+    except KeyboardInterrupt:
+        if not steps:
+            raise
+        is_cut_short = True
+    record = Record.of(steps, swarm)
+    distances = predict_distances(record, tuple(one.name for one in agents), separation_m)
+    flown = tuple(_flown(record, row, body) for row, body in enumerate(bodies))
+    allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
+    findings = tuple(_findings(flown, distances, swarm, allowed_m))
+    return SwarmResult(
+        file=fleet.source,
+        fleet=fleet,
+        algorithm=str(task.algorithm) if algorithm is None else type(algorithm).__name__,
+        policy=policy if isinstance(policy, str) else type(policy).__name__,
+        seed=seed,
+        is_clear=all(one.severity < Severity.ERROR for one in findings),
+        agents=flown,
+        separation_m=allowed_m,
+        distances=distances,
+        record=record,
+        frame=frame,
+        findings=findings,
+        is_cut_short=is_cut_short,
+    )
+
+
+def _policy(policy: Policy | str) -> Policy:
+    if not isinstance(policy, str):
+        return policy
+    if policy not in POLICIES:
+        msg = f"policy must be one of {', '.join(POLICIES)}, got {policy!r}"
+        raise UsageError(msg)
+    return POLICIES[policy]()
+
+
+def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
+    """Return the vehicles ready to fly, in the frame of the first pad."""
+    without = [one.name for one in fleet.vehicles.values() if one.pad is None]
+    if without:
+        msg = (
+            f"{fleet.source}: vehicle.{without[0]}: pad is missing: a swarm takes off from its pads"
+        )
+        raise UsageError(msg)
+    pads = [fleet.pads[one.pad] for one in fleet.vehicles.values() if one.pad is not None]
+    frame = LocalFrame(latitude_deg=pads[0].latitude_deg, longitude_deg=pads[0].longitude_deg)
+    taken: set[str] = set()
+    bodies = []
+    for vehicle, pad in zip(fleet.vehicles.values(), pads, strict=True):
+        pack = _free_pack(fleet, vehicle, taken)
+        charge = 1.0 if pack is None else mean_of(initial_charge(pack))
+        setup = setup_with(vehicle.setup, pack, None if pack is None else charge, 0.0)
+        rise_m = 0.0
+        if pads[0].amsl_m is not None and pad.amsl_m is not None:
+            rise_m = pads[0].amsl_m - pad.amsl_m
+        bodies.append(
+            _body(
+                vehicle,
+                setup,
+                frame.east_north_m(pad.latitude_deg, pad.longitude_deg),
+                height_m=task.height_m + rise_m,
+                home_amsl_m=pad.amsl_m or 0.0,
+                charge=charge,
+            )
+        )
+    return frame, bodies
+
+
+def _free_pack(fleet: Fleet, vehicle: FleetVehicle, taken: set[str]) -> Pack | None:
+    for pack in fleet.packs.values():
+        if pack.name not in taken and (not pack.fits or vehicle.name in pack.fits):
+            taken.add(pack.name)
+            return pack
+    return None
+
+
+def _body(
+    vehicle: FleetVehicle,
+    setup: Setup,
+    place_m: tuple[FloatArray, FloatArray],
+    *,
+    height_m: float,
+    home_amsl_m: float,
+    charge: float,
+) -> _Body:
+    """Return one vehicle with its way up and down, and how it answers velocities."""
+    parameters, _ = flight_parameters(setup)
+    pilot = make_pilot(setup, parameters)
+    route = Route(
+        stages=(
+            Stage(StageKind.TAKEOFF, 1, 0.0, 0.0, height_m),
+            Stage(StageKind.LAND, 2, 0.0, 0.0, 0.0),
+        ),
+        frame=LocalFrame(latitude_deg=0.0, longitude_deg=0.0),
+        home_amsl_m=home_amsl_m,
+    )
+    vertical = predict_flight(route, setup, pilot)
+    lands = first_landing(vertical.motion)
+    durations = vertical.motion.segments.duration_s
+    dynamics, speed_m_s = _dynamics(setup, pilot)
+    settle_s = None
+    if math.isinf(dynamics.acceleration_m_s2):
+        settle_s = _settle_s(dynamics.response)
+    return _Body(
+        agent=Agent(
+            name=vehicle.name,
+            dynamics=dynamics,
+            speed_m_s=speed_m_s,
+            east_m=float(place_m[0]),
+            north_m=float(place_m[1]),
+            start_s=vehicle.available_from_s,
+            climb_s=float(durations[:lands].sum()),
+            landing_s=float(durations[lands:].sum()),
+            settle_s=settle_s,
+            error_m=setup.position_error_m,
+        ),
+        setup=setup,
+        vertical=vertical,
+        height_m=height_m,
+        charge=charge,
+    )
+
+
+def _dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
+    """Return how a vehicle answers velocities, and its steady speed.
+
+    A vehicle of reference steps by its own response; one whose reference is shaped by the acceleration and
+    the lag that its stops from full and from half speed come from: s(v) = v² / 2a + τ v.
+    """
+    vehicle = setup.vehicle
+    speed_m_s = setup.speed_m_s or vehicle.default_speed_m_s
+    if speed_m_s is None:
+        speed_m_s = float(pilot.parameters.cruise_speed_m_s)  # type: ignore[attr-defined]
+    if vehicle.responses.speed is not None and vehicle.ramps is None:
+        response = vehicle.responses.speed.transfer_function
+        gain = vehicle.responses.speed.unit_step.final_value
+        if response.dc_gain and not _is_shaped(setup):
+            numerator = tuple(one / response.dc_gain for one in response.numerator)
+            unit = TransferFunction(
+                numerator=numerator, denominator=response.denominator, delay_s=response.delay_s
+            )
+            return Dynamics(response=unit), speed_m_s * gain
+    full_m, half_m = pilot.farthest_stop_m(np.array([speed_m_s, 0.5 * speed_m_s])).tolist()
+    bent_m = full_m - 2.0 * half_m
+    if bent_m <= _STEP_LIKE * full_m:
+        acceleration_m_s2, lag_s = math.inf, full_m / speed_m_s
+    else:
+        acceleration_m_s2 = speed_m_s**2 / (4.0 * bent_m)
+        lag_s = max((full_m - speed_m_s**2 / (2.0 * acceleration_m_s2)) / speed_m_s, 0.0)
+    denominator = (lag_s, 1.0) if lag_s > 0.0 else (1.0,)
+    return (
+        Dynamics(
+            response=TransferFunction(numerator=(1.0,), denominator=denominator),
+            acceleration_m_s2=acceleration_m_s2,
+        ),
+        speed_m_s,
+    )
+
+
+@lru_cache(maxsize=64)
+def _settle_s(response: TransferFunction) -> float:
+    """Return how long a stop takes until the legs of a mission count it as one. [s]"""
+    return float(StepResponse(system=response).settling_times_s(SPEED_TOLERANCE))
+
+
+def _is_shaped(setup: Setup) -> bool:
+    from planner.autopilot import Autopilot
+
+    return setup.flown_by is not Autopilot.STEP
+
+
+def _algorithm(task: SwarmTask, frame: LocalFrame, agents: Sequence[Agent], seed: int) -> Algorithm:
+    """Return what the file has the swarm do."""
+    home_m = np.array([(one.east_m, one.north_m) for one in agents])
+    count = len(agents)
+    if task.algorithm is SwarmAlgorithm.EXCHANGE:
+        return Waypoints([home_m[(row + (count + 1) // 2) % count][None] for row in range(count)])
+    north_deg, east_deg = task.north_deg, task.east_deg
+    assert north_deg is not None  # the table sees to it
+    assert east_deg is not None
+    high_m = np.array(frame.east_north_m(north_deg, east_deg), np.float64)
+    if task.algorithm is SwarmAlgorithm.FORMATION:
+        return Waypoints([np.array([one + high_m, one]) for one in home_m], together=True)
+    south_deg, west_deg = task.south_deg, task.west_deg
+    assert south_deg is not None
+    assert west_deg is not None
+    low_m = np.array(frame.east_north_m(south_deg, west_deg), np.float64)
+    if task.algorithm is SwarmAlgorithm.RANDOM:
+        assert task.search_s is not None
+        return RandomSearch(low_m, high_m, home_m=home_m, ends_s=task.search_s, seed=seed)
+    assert task.lane_m is not None
+    ways = strips(low_m, high_m, lane_m=task.lane_m, agents=count)
+    return Waypoints([np.vstack((way, home)) for way, home in zip(ways, home_m, strict=True)])
+
+
+class _Batteries:
+    """What agents know of their batteries: who has to fly home now.
+
+    Each counts its own energy as it goes, by the more of hovering and flying level, and every braking at
+    what it takes from full speed; the energy of its flight is predicted from the whole of it afterwards.
+    """
+
+    def __init__(self, bodies: Sequence[_Body]) -> None:
+        self._home_m = np.array([(one.agent.east_m, one.agent.north_m) for one in bodies])
+        self._speed = np.array([one.agent.speed_m_s for one in bodies])
+        figures = [_figures_wh(one) for one in bodies]
+        self._left_wh = np.array([one[0] for one in figures])
+        self._power_w = np.array([one[1] for one in figures])
+        self._brake_wh = np.array([one[2] for one in figures])
+        self._landing_wh = np.array([one[3] for one in figures])
+        self._asked_s = 0.0
+        self._was_braking = np.zeros(len(bodies), np.bool_)
+        self._returns = np.zeros(len(bodies), np.bool_)
+
+    def take(self, step: Step) -> BoolArray:
+        """Take a step; return who has to fly home now. (n,)"""
+        flies = step.phase == Phase.FLIES
+        brakes = flies & (np.hypot(*step.command_m_s.T) < 0.5 * np.hypot(*step.velocity_m_s.T))
+        self._left_wh = self._left_wh - np.where(
+            flies, self._power_w * (step.end_s - step.begin_s) / JOULES_PER_WATT_HOUR, 0.0
+        )
+        self._left_wh = self._left_wh - np.where(brakes & ~self._was_braking, self._brake_wh, 0.0)
+        self._was_braking = brakes
+        if step.end_s >= self._asked_s + _BATTERY_S:
+            self._asked_s = step.end_s
+            way_m = np.hypot(*(step.place_m - self._home_m).T)
+            home_s = way_m / self._speed + 2.0 * _BATTERY_S
+            needed_wh = (
+                self._landing_wh + self._brake_wh + self._power_w * home_s / JOULES_PER_WATT_HOUR
+            )
+            self._returns = self._returns | (flies & (self._left_wh < needed_wh))
+        return self._returns
+
+
+def _figures_wh(body: _Body) -> tuple[float, float, float, float]:
+    """Return what a vehicle has for its level flight, what that takes, [W], one braking and the landing."""
+    flight, setup = body.vertical, body.setup
+    segments = wh_from_j(flight.segment_energy_j)
+    lands = first_landing(flight.motion)
+    budget = _budget(flight, setup, body.charge)
+    if budget is None or not setup.vehicle.is_power_known:
+        return math.inf, 0.0, 0.0, 0.0
+    power_w = max(_level_power_w(body, 0.0), _level_power_w(body, body.agent.speed_m_s))
+    brake = setup.vehicle.responses.brake_power
+    brake_wh = 0.0
+    if brake is not None:
+        joules = -body.agent.speed_m_s * float(brake.unit_step.integral(brake.window_s))
+        brake_wh = max(float(wh_from_j(joules)), 0.0)
+    return (
+        budget.above_reserve_wh - float(segments[:lands].sum()),
+        power_w,
+        brake_wh,
+        float(segments[lands:].sum()),
+    )
+
+
+def _level_power_w(body: _Body, speed_m_s: float) -> float:
+    """Return the power of steady level flight in the plane, into the wind. [W]"""
+    from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
+
+    wind = body.setup.wind
+    ahead = np.array([-wind.east_m_s, -wind.north_m_s])
+    size = float(np.hypot(*ahead))
+    unit = ahead / size if size else np.array([1.0, 0.0])
+    one = np.ones(1)
+    state = KinematicState.of(
+        (0.0 * one, 0.0 * one, body.height_m * one),
+        (speed_m_s * unit[0] * one, speed_m_s * unit[1] * one, 0.0 * one),
+    )
+    kind = np.array([STATE_INDEX[FlightState.CRUISE if speed_m_s else FlightState.HOVER]])
+    return float(body.vertical.power.power_w(state, kind, np.array([speed_m_s]))[0])
+
+
+def _budget(flight: Flight, setup: Setup, charge: float) -> BatteryBudget | None:
+    """Return what the battery of a vehicle holds against a flight; ``None``: no battery is known."""
+    from planner.setup import Reserve
+
+    pack = setup.flown_pack.battery
+    if pack is None or not setup.vehicle.is_power_known:
+        return None
+    pack = pack.aged(health=setup.battery_health, resistance_factor=setup.battery_resistance_factor)
+    discharge = predict_discharge(
+        flight, pack, charge=charge, temperature_c=battery_temperature_c(setup, flight)
+    )
+    reserve = setup.reserve
+    return battery_budget(
+        flight_totals(flight, pack, discharge),
+        pack,
+        charge=charge,
+        reserve=reserve if isinstance(reserve, Reserve) else Reserve(fraction=float(reserve)),
+        hover_power_w=hover_near_home_w(flight.power),
+        discharge=discharge,
+    )
+
+
+def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
+    """Return what one agent did."""
+    flight = agent_flight(
+        record, row, vertical=body.vertical, speed_m_s=body.agent.speed_m_s, height_m=body.height_m
+    )
+    waits = record.waits[:, row]
+    started = np.flatnonzero(record.phase[:, row] != Phase.WAITS)
+    energy_wh, by_state, budget = None, {}, None
+    if flight is not None and body.setup.vehicle.is_power_known:
+        energies = wh_from_j(flight.segment_energy_j)
+        energy_wh = float(energies.sum())
+        sums = np.bincount(flight.motion.segments.state, energies, len(STATES))
+        by_state = {str(state): float(one) for state, one in zip(STATES, sums, strict=True) if one}
+        budget = _budget(flight, body.setup, body.charge)
+    return SwarmAgent(
+        name=body.agent.name,
+        vehicle=body.setup.vehicle.name,
+        flight=flight,
+        start_s=float(record.begin_s[started[0]]) if len(started) else body.agent.start_s,
+        has_landed=bool(record.has_landed[row]),
+        stops=int(np.count_nonzero(np.diff(np.append(False, waits).astype(np.int8)) == 1)),
+        waited_s=float(record.duration_s[waits].sum()),
+        energy_wh=energy_wh,
+        energy_by_state_wh=by_state,
+        battery=budget,
+    )
+
+
+def _findings(
+    flown: Sequence[SwarmAgent], distances: Distances, swarm: Swarm, allowed_m: float
+) -> list[Finding]:
+    found = [
+        SWARM_SEPARATION.finding(
+            f"{near.first} and {near.second}: {quantity.distance(near.distance_m)} apart at "
+            f"{quantity.duration(near.time_s)}; {quantity.distance(allowed_m)} required"
+        )
+        for near in distances.nearest
+        if near.distance_m < allowed_m
+    ]
+    if swarm.deadlock:
+        names = ", ".join(swarm.deadlock)
+        verb = "wait for each other" if len(swarm.deadlock) > 1 else "waits for others"
+        found.append(SWARM_DEADLOCK.finding(f"{names} {verb} and cannot go on"))
+    for one in flown:
+        if not one.has_landed:
+            found.append(SWARM_UNFINISHED.finding(f"{one.name} has not landed"))
+        if one.battery is None:
+            found.append(SWARM_ENERGY.finding(f"{one.name}: its power or its battery is not known"))
+        elif one.battery.margin_wh < 0.0:
+            found.append(
+                SWARM_ENERGY.finding(
+                    f"{one.name} takes {quantity.energy(one.energy_wh)}, "
+                    f"{quantity.energy(-one.battery.margin_wh)} more than its pack has above the reserve"
+                )
+            )
+    message = (
+        "fences, ground, wind limits, voltages and the autopilot's failsafes were not looked at"
+    )
+    found.append(SWARM_UNCHECKED.finding(message))
+    return found

@@ -1,0 +1,276 @@
+"""Agents that avoid each other: no separation lost, everyone arrives, and ORCA as it is published."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_fleet import pad, place, up, vehicles
+from made_missions import item, mission, north
+from made_swarm import MODEL, agent, on_circle, simulated
+
+from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
+from planner.fleet.swarm.dynamics import Dynamics
+from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
+from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
+from planner.fleet.swarm.simulation import Phase, Swarm
+from planner.fleet.swarm.zones import distances_m, near_pairs
+from planner.mission.route.stage import StageKind
+from planner.physics.response import TransferFunction
+from planner.service.preflight import check_mission
+from planner.setup import Setup
+from planner.values import replace
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.fleet.swarm.policies import Policy
+
+SEPARATION_M = 10.0
+
+
+def least_m(swarm: Swarm) -> tuple[float, float]:
+    """Run a swarm; return the least distance of places at the ticks, and of zones. [m]"""
+    places, zones = np.inf, np.inf
+    for step in swarm.run():
+        there = np.flatnonzero((step.phase > Phase.WAITS) & (step.phase < Phase.LANDED))
+        if len(there) > 1:
+            apart = step.place_m[there, None] - step.place_m[None, there]
+            distance = np.hypot(apart[..., 0], apart[..., 1])
+            places = min(places, float(distance[np.triu_indices(len(there), 1)].min()))
+        own = swarm.zones
+        first, second = near_pairs(own, 2.0 * SEPARATION_M, swarm.is_there)
+        if len(first):
+            zones = min(zones, float(distances_m(own.select(first), own.select(second)).min()))
+    return places, zones
+
+
+@pytest.mark.parametrize("count", [2, 3, 8])
+def test_agents_on_a_circle_reach_the_other_side_apart(count: int) -> None:
+    agents, ways = on_circle(count)
+    swarm = Swarm(agents, Waypoints(ways), OrcaStop(), separation_m=SEPARATION_M, until_s=600.0)
+    places_m, zones_m = least_m(swarm)
+    assert places_m >= SEPARATION_M
+    assert zones_m >= SEPARATION_M
+    assert swarm.deadlock == ()
+    end_m = swarm.places()[0]
+    assert np.allclose(end_m, np.array(ways)[:, 0], atol=1.0)  # a leg of a mission ends within 1 m
+
+
+def test_without_avoidance_they_meet() -> None:
+    agents, ways = on_circle(2)
+    swarm = Swarm(agents, Waypoints(ways), NoAvoidance(), separation_m=SEPARATION_M, until_s=600.0)
+    assert least_m(swarm)[0] < SEPARATION_M
+
+
+def test_two_that_meet_head_on_stop_and_go_round() -> None:
+    agents, ways = on_circle(2)
+    swarm = Swarm(agents, Waypoints(ways), StopInTime(), separation_m=SEPARATION_M, until_s=900.0)
+    assert least_m(swarm)[0] >= SEPARATION_M
+    assert swarm.deadlock == ()
+    assert np.allclose(swarm.places()[0], np.array(ways)[:, 0], atol=1.0)
+
+
+@settings(max_examples=3, deadline=None)
+@given(seed=st.integers(0, 10**6), policy=st.sampled_from([StopInTime(), OrcaStop()]))
+def test_whatever_the_delay_and_the_overshoot_no_separation_is_lost(
+    seed: int, policy: Policy
+) -> None:
+    swarm = drawn_swarm(seed, policy, most=8)
+    places_m, zones_m = least_m(swarm)
+    assert places_m >= SEPARATION_M - 1e-9
+    assert zones_m >= SEPARATION_M - 1e-9
+
+
+def drawn_swarm(seed: int, policy: Policy, *, most: int) -> Swarm:
+    """Agents with delays up to 1.5 s and overshoots up to 30 %, or shaped, that go to drawn places."""
+    draw = np.random.default_rng(seed)
+    count = int(draw.integers(2, most + 1))
+    size_m = 60.0 * np.sqrt(count)
+    starts, goals = (_apart(draw, count, size_m) for _ in range(2))
+    agents = [
+        replace(
+            agent(f"a{row}", *start, speed_m_s=float(draw.uniform(2.0, 12.0))),
+            dynamics=_drawn_dynamics(draw),
+            landing_s=5.0,
+        )
+        for row, start in enumerate(starts)
+    ]
+    ways = [np.array([goal]) for goal in goals]
+    return Swarm(agents, Waypoints(ways), policy, separation_m=SEPARATION_M, until_s=900.0)
+
+
+def _apart(draw: np.random.Generator, count: int, size_m: float) -> list[tuple[float, float]]:
+    places: list[tuple[float, float]] = []
+    while len(places) < count:
+        east, north = draw.uniform(0.0, size_m, 2).tolist()
+        if all(np.hypot(east - e, north - n) > 1.2 * SEPARATION_M for e, n in places):
+            places.append((east, north))
+    return places
+
+
+def _drawn_dynamics(draw: np.random.Generator) -> Dynamics:
+    delay_s, frequency = draw.uniform(0.0, 1.5), draw.uniform(0.4, 2.0)
+    if draw.random() < 0.3:
+        lag = TransferFunction(numerator=(1.0,), denominator=(draw.uniform(0.05, 1.0), 1.0))
+        return Dynamics(response=lag, acceleration_m_s2=draw.uniform(1.0, 5.0))
+    # an overshoot of o belongs to a damping of -ln o / √(π² + ln² o)
+    overshoot = np.log(draw.uniform(0.01, 0.3))
+    damping = -overshoot / np.hypot(np.pi, overshoot)
+    return Dynamics(
+        response=TransferFunction(
+            numerator=(frequency**2,),
+            denominator=(1.0, 2.0 * damping * frequency, frequency**2),
+            delay_s=delay_s,
+        )
+    )
+
+
+def test_the_same_seed_gives_the_same_flight() -> None:
+    def ends() -> bytes:
+        home = np.array([(0.0, 0.0), (40.0, 0.0)])
+        agents = [agent("a", 0.0, 0.0), agent("b", 40.0, 0.0)]
+        search = RandomSearch(np.zeros(2), np.full(2, 300.0), home_m=home, ends_s=100.0, seed=5)
+        swarm = Swarm(agents, search, OrcaStop(), separation_m=SEPARATION_M, until_s=600.0)
+        return b"".join(step.place_m.tobytes() for step in swarm.run())
+
+    assert ends() == ends()
+
+
+def test_strips_share_an_area_out() -> None:
+    # nine lanes of 10 m for two: four and five
+    ways = strips(np.zeros(2), np.array([100.0, 90.0]), lane_m=10.0, agents=2)
+    lanes = [sorted({float(north) for _, north in way}) for way in ways]
+    assert [len(one) for one in lanes] in ([4, 5], [5, 4])
+    assert sorted(north for one in lanes for north in one) == [5.0 + 10.0 * k for k in range(9)]
+
+
+def drawn_disks(seed: int) -> tuple[Disks, np.ndarray, np.ndarray]:
+    draw = np.random.default_rng(seed)
+    count = 6
+    disks = Disks(
+        place_m=draw.uniform(-30.0, 30.0, (count, 2)),
+        velocity_m_s=draw.uniform(-4.0, 4.0, (count, 2)),
+        radius_m=draw.uniform(1.0, 4.0, count),
+        speed_m_s=np.full(count, 5.0),
+    )
+    others = np.array([[c for c in range(count) if c != row] for row in range(count)])
+    return disks, others, draw.uniform(-4.0, 4.0, (count, 2))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_velocities_are_those_of_the_published_half_planes(seed: int) -> None:
+    """An independent search: the obstacle by its definition, the best velocity by `scipy`."""
+    from scipy.optimize import minimize
+
+    horizon_s = 8.0
+    disks, others, wanted = drawn_disks(seed)
+    planes = half_planes(disks, others, horizon_s=horizon_s, tick_s=0.25)
+    best, possible = nearest_velocities_m_s(planes, wanted, disks.speed_m_s)
+    checked = 0
+    for row in range(len(wanted)):
+        own = []
+        for other in others[row]:
+            p = disks.place_m[other] - disks.place_m[row]
+            v = disks.velocity_m_s[row] - disks.velocity_m_s[other]
+            radius = disks.radius_m[row] + disks.radius_m[other]
+            if np.hypot(*p) <= radius:
+                break
+            edge = _nearest_edge(p, v, radius, horizon_s)
+            inside = _meets(p, v, radius, horizon_s)
+            normal = (edge - v) if inside else (v - edge)
+            if np.hypot(*normal) < 1e-3:
+                break
+            normal = normal / np.hypot(*normal)
+            own.append((disks.velocity_m_s[row] + 0.5 * (edge - v), normal))
+        if len(own) < len(others[row]) or not possible[row]:
+            continue
+        limits = [
+            {"type": "ineq", "fun": lambda u, a=a, n=n: float((u - a) @ n)} for a, n in own
+        ] + [{"type": "ineq", "fun": lambda u: 25.0 - float(u @ u)}]
+        found = minimize(
+            lambda u, row=row: float(((u - wanted[row]) ** 2).sum()),
+            best[row],
+            constraints=limits,
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 200},
+        )
+        assert best[row] == pytest.approx(found.x, abs=2e-3)  # the edge is sampled to 1 mm/s
+        checked += 1
+    assert checked
+
+
+def _meets(p: np.ndarray, v: np.ndarray, radius: float, horizon_s: float) -> bool:
+    """Whether a relative velocity brings two disks together within the horizon."""
+    time_s = np.clip((p @ v) / max(v @ v, 1e-12), 0.0, horizon_s)
+    return bool(np.hypot(*(p - time_s * v)) < radius)
+
+
+def _nearest_edge(p: np.ndarray, v: np.ndarray, radius: float, horizon_s: float) -> np.ndarray:
+    """The point of the edge of the truncated cone that is nearest to a relative velocity, by sampling."""
+    distance = np.hypot(*p)
+    leg = np.sqrt(distance**2 - radius**2)
+    turn = np.arcsin(radius / distance)
+    towards = np.arctan2(p[1], p[0])
+    edges = []
+    for side in (1.0, -1.0):
+        angle = towards + side * turn
+        unit = np.array([np.cos(angle), np.sin(angle)])
+        along = max(float(v @ unit), leg / horizon_s)
+        edges.append(along * unit)
+    # the arc of the disk that cuts the cone off, between where the legs touch it, on the near side
+    half = 0.5 * np.pi - turn
+    arc = towards + np.pi + np.linspace(-half, half, 20001)
+    round_ = p / horizon_s + radius / horizon_s * np.stack((np.cos(arc), np.sin(arc)), axis=1)
+    edges.extend(round_[[np.argmin(((round_ - v) ** 2).sum(axis=1))]])
+    return min(edges, key=lambda edge: float(((edge - v) ** 2).sum()))
+
+
+class Fetch:
+    """An algorithm of one's own: everyone flies to one place after the other has, and back."""
+
+    def __init__(self, place_m: tuple[float, float], home_m: np.ndarray) -> None:
+        self._place_m, self._home_m = np.array(place_m), home_m
+        self._turn, self._fetched = 0, False
+
+    def goals_m(self, situation) -> np.ndarray:  # type: ignore[no-untyped-def]  # noqa: ANN001
+        arrived = situation.has_arrived[self._turn]
+        if arrived and not self._fetched:
+            self._fetched = True
+        elif arrived and self._turn + 1 < len(self._home_m):
+            self._turn, self._fetched = self._turn + 1, False
+        goals = self._home_m.copy()
+        if not self._fetched:
+            goals[self._turn] = self._place_m
+        return goals
+
+
+def test_an_algorithm_of_ones_own_flies() -> None:
+    home = np.array([(0.0, 0.0), (40.0, 0.0)])
+    agents = [agent("a", 0.0, 0.0), agent("b", 40.0, 0.0)]
+    swarm = Swarm(
+        agents, Fetch((20.0, 100.0), home), StopInTime(), separation_m=10.0, until_s=300.0
+    )
+    reached = np.full(2, np.inf)
+    for step in swarm.run():
+        reached = np.minimum(reached, np.hypot(*(step.place_m - (20.0, 100.0)).T))
+    assert (reached < 1.0).all()
+
+
+def test_an_agent_alone_takes_what_the_check_of_its_mission_says() -> None:
+    """To 1e-6 s and 1e-9 of the energy, as legs of a mission end where agents stand."""
+    points = [(100.0, 0.0), (100.0, 150.0), (0.0, 0.0)]
+    flown = mission(up(50), *[place(*one, 50) for one in points], item(21, north(0), 0))
+    checked = check_mission(flown, Setup(vehicle=load_vehicle(MODEL))).assessment
+    assert checked is not None
+    stages = [stage for stage in checked.route.stages if stage.kind is StageKind.GO]
+    way = np.array([(stage.east_m, stage.north_m) for stage in stages])
+    alone = simulated(
+        "[separation]\nhorizontal_m = 10\n" + pad("a", 0, 0) + vehicles("a", model=MODEL),
+        '[swarm]\nalgorithm = "exchange"\nheight_m = 50\n',
+        algorithm=Waypoints([way]),
+    ).agents[0]
+    assert alone.time_s == pytest.approx(checked.totals.time_s, abs=1e-6)
+    assert alone.energy_wh == pytest.approx(checked.totals.energy_wh, rel=1e-9)
