@@ -84,7 +84,7 @@ def test_head_on_pairs_are_told_to_stop_as_far_apart_as_by_hand() -> None:
     assert rest[1] - rest[0] == pytest.approx(11.528, abs=2e-3)
     zones = capsules_about(ways)
     apart_m = distances_m(zones.select(np.array([0])), zones.select(np.array([1])))
-    assert 9.0 <= apart_m[0] <= 10.0 + 0.1
+    assert 8.6 <= apart_m[0] <= 10.0 + 0.1  # less the bends between samples, 0.7 m of each
 
 
 def test_a_follower_told_a_second_later_comes_nearer_by_as_much_as_by_hand() -> None:
