@@ -94,7 +94,7 @@ def test_a_follower_told_a_second_later_comes_nearer_by_as_much_as_by_hand() -> 
     for _ in range(200):
         motions = stack.advanced(motions, np.full((2, 2), [STEADY_M_S, 0.0]))
     nearer = []
-    for tick in range(80):
+    for tick in range(160):
         told = np.array([(0.0, 0.0), (STEADY_M_S if tick < 4 else 0.0, 0.0)])
         motions = stack.advanced(motions, told)
         nearer.append(motions.place_m[1, 0] - motions.place_m[0, 0])

@@ -328,7 +328,7 @@ def _ticks_to_rest(system: _System) -> int:
     for _ in range(_MOST_TICKS):
         state = system.step @ state
         ways.append(state[0])
-        if len(ways) > 1 and np.abs(state[1:]).max() <= 1e-9 * max(1.0, np.abs(before[1:]).max()):
+        if len(ways) > 1 and np.abs(state[1:]).max(initial=0.0) <= 1e-9:
             break
     left = np.abs(np.array(ways) - ways[-1]) > _AT_REST
     return int(np.flatnonzero(left)[-1]) + 2 if left.any() else 1
