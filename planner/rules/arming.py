@@ -23,7 +23,7 @@ from planner.rules.declaration import PARAMETERS as PARAMETERS_IN_USE
 from planner.rules.fence_settings import AREAS, CIRCLE, fence_is_on
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from planner.findings import Finding
     from planner.mission.items import Mission
@@ -54,6 +54,31 @@ _FIRST_MOTOR = 33
 """SERVOx_FUNCTION of the first motor; the others follow."""
 _MOTORS = {1: 4, 2: 6, 3: 8, 4: 8, 5: 6}
 """Motors by FRAME_CLASS: quad, hexa, octa, octa-quad, Y6."""
+
+
+_DOWN = 25
+"""RNGFNDn_ORIENT of a sensor that looks down."""
+_REACH_M = 7.0
+"""RNGFNDn_MAX_CM, its default. [m]"""
+_SENSORS = "123456789A"
+
+
+def rangefinder_reach_m(values: Mapping[str, float]) -> float | None:
+    """Return how far the rangefinder reaches that ArduPilot follows the ground by; ``None``: by none. [m]
+
+    Notes
+    -----
+    ``AC_WPNav::get_terrain_source``: a rangefinder that looks down and is used (WPNAV_RFND_USE, WP_RFND_USE
+    from 4.7 on) is the one source of the ground's height; its readings are healthy up to RNGFNDn_MAX.
+    """
+    if not values.get("WP_RFND_USE", values.get("WPNAV_RFND_USE", 1.0)):
+        return None
+    reaches_m = [
+        values.get(f"RNGFND{n}_MAX", values.get(f"RNGFND{n}_MAX_CM", 100.0 * _REACH_M) / 100.0)
+        for n in _SENSORS
+        if values.get(f"RNGFND{n}_TYPE") and values.get(f"RNGFND{n}_ORIENT", _DOWN) == _DOWN
+    ]
+    return max(reaches_m, default=None)
 
 
 class _Given(NamedTuple):
@@ -162,9 +187,19 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
     ),
     (
         PARAMETERS,
-        "RTL_ALT_TYPE is 1, over terrain, with TERRAIN_ENABLE 0 and no rangefinder",
+        "RTL_ALT_TYPE is 1, over terrain, with TERRAIN_ENABLE 0 and no rangefinder that looks down",
         lambda p: (
-            p.own.return_altitude_type == 1 and not (p.own.terrain_enable or p.own.rangefinder_type)
+            p.own.return_altitude_type == 1
+            and not p.own.terrain_enable
+            and rangefinder_reach_m(p.values) is None
+        ),
+    ),
+    (
+        PARAMETERS,
+        "RTL_ALT_TYPE is 1, over terrain, and RTL_ALT beyond the reach of the rangefinder",
+        lambda p: (
+            p.own.return_altitude_type == 1
+            and p.own.return_altitude_m > (rangefinder_reach_m(p.values) or math.inf)
         ),
     ),
     (

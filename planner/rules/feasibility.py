@@ -19,7 +19,7 @@ from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.route import is_counted
-from planner.rules.arming import MISSION, is_checked
+from planner.rules.arming import MISSION, is_checked, numbers, rangefinder_reach_m
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
 
 if TYPE_CHECKING:
@@ -330,35 +330,9 @@ TERRAIN_OFF = Rule(
 )
 
 
-_DOWN = 25
-"""RNGFNDn_ORIENT of a sensor that looks down."""
-_REACH_M = 7.0
-"""RNGFNDn_MAX_CM, its default. [m]"""
-_SENSORS = "123456789A"
-
-
-def rangefinder_reach_m(a: Assessment) -> float | None:
-    """Return how far the rangefinder reaches that ArduPilot follows the ground by; ``None``: by none. [m]
-
-    Notes
-    -----
-    ``AC_WPNav::get_terrain_source``: a rangefinder that looks down and is used (WPNAV_RFND_USE, WP_RFND_USE
-    from 4.7 on) is the one source of the ground's height; its readings are healthy up to RNGFNDn_MAX.
-    """
-    values = {} if a.setup.parameters is None else a.setup.parameters.numbers()
-    if not values.get("WP_RFND_USE", values.get("WPNAV_RFND_USE", 1.0)):
-        return None
-    reaches_m = [
-        values.get(f"RNGFND{n}_MAX", values.get(f"RNGFND{n}_MAX_CM", 100.0 * _REACH_M) / 100.0)
-        for n in _SENSORS
-        if values.get(f"RNGFND{n}_TYPE") and values.get(f"RNGFND{n}_ORIENT", _DOWN) == _DOWN
-    ]
-    return max(reaches_m, default=None)
-
-
 @judges(TERRAIN_OFF, needs=(ARDUPILOT,))
 def _terrain_off(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    reach_m = rangefinder_reach_m(a)
+    reach_m = rangefinder_reach_m(numbers(a))
     over_terrain = [
         number
         for number, item in enumerate(a.mission.items, start=1)

@@ -16,8 +16,8 @@ from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
+from planner.rules.arming import numbers, rangefinder_reach_m
 from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, NotEvaluated, judges
-from planner.rules.feasibility import rangefinder_reach_m
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -501,7 +501,7 @@ def _returns_follow_terrain(a: Assessment) -> bool:
     own = ARDUPILOT.of(a)
     if own is None or own.return_altitude_type != _OVER_TERRAIN:
         return False
-    reach_m = rangefinder_reach_m(a)
+    reach_m = rangefinder_reach_m(numbers(a))
     if reach_m is not None:  # out of its reach ModeRTL begins again, above home
         return own.return_altitude_m <= reach_m
     return bool(own.terrain_enable)
@@ -529,7 +529,7 @@ def tops_over_terrain_m(a: Assessment, corners_m: FloatArray) -> FloatArray:
 
 @judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))
 def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Found]:
-    has_source = parameters.terrain_enable or rangefinder_reach_m(a) is not None
+    has_source = parameters.terrain_enable or rangefinder_reach_m(numbers(a)) is not None
     if parameters.return_altitude_type != _OVER_TERRAIN or not has_source:
         return
     height_m = parameters.return_altitude_m
@@ -735,10 +735,10 @@ LANDS_FAST = Rule(
     "hill it comes down at the speed of its descent (tried in ArduPilot's simulation, 50 m above home: 'SIM "
     "Hit ground at 4.97 m/s').",
     how="The speed of the descent at the height above home of the ground of --terrain, where the mission "
-    "lands or a return leads: ArduPilot without RNGFND1_TYPE (Mode::get_alt_above_ground_cm; TERRAIN_ENABLE "
-    "gives no data by itself), and PX4, whose range sensor no parameter names.  A warning where it is more "
-    "than 1.1 times LAND_SPEED or MPC_LAND_SPEED; an error above 2 m/s, the most that ArduPilot's LAND_SPEED "
-    "may be set to.",
+    "lands or a return leads: ArduPilot without a rangefinder that looks down "
+    "(Mode::get_alt_above_ground_cm; TERRAIN_ENABLE gives no data by itself), and PX4, whose range sensor no "
+    "parameter names.  A warning where it is above 1.1 times LAND_SPEED or MPC_LAND_SPEED; an error above "
+    "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.",
     fix="lower the descent speed (LAND_SPEED_HIGH or WPNAV_SPEED_DN, MPC_Z_V_AUTO_DN) to that of the "
     "landing, or land no more than 10 m (LAND_ALT_LOW, MPC_LAND_ALT2 5 m) higher than home",
     instead="the parameters of --params",
@@ -763,6 +763,8 @@ def _lands_fast(
     if not len(above_m):
         return
     worst = int(above_m.argmax())
+    if ARDUPILOT.of(a) is not None and rangefinder_reach_m(numbers(a)) is not None:
+        return
     speed_m_s, slow_m_s = _touch_down_m_s(parameters, float(above_m[worst]))
     if speed_m_s <= _FASTER * slow_m_s:
         return
@@ -785,8 +787,6 @@ def _touch_down_m_s(parameters: FlightParameters, above_m: float) -> tuple[float
     if isinstance(parameters, ArduPilotParameters):
         from planner.flight.motion.ardupilot.vertical import landing_speed_m_s
 
-        if parameters.rangefinder_type:
-            return slow_m_s, slow_m_s
         return float(landing_speed_m_s(height_m, parameters)[0]), slow_m_s
     from planner.flight.motion.px4.landing import DescentProfile
 

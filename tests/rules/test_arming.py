@@ -53,7 +53,20 @@ def outputs(frame_class: float, *functions: int) -> str:
         ("RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,1\n"),
         (
             "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n",
-            "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\nRNGFND1_TYPE,8\n",
+            "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\nRNGFND1_TYPE,8\nRNGFND1_MAX_CM,1500\n",
+        ),
+        # It looks forward, or is not used to follow the ground, or reaches less far than RTL_ALT, 15 m.
+        (
+            "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\nRNGFND1_TYPE,8\nRNGFND1_ORIENT,0\n",
+            "RTL_ALT_TYPE,1\nRNGFND1_TYPE,8\nRNGFND1_ORIENT,0\n",
+        ),
+        (
+            "RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\nRNGFND1_TYPE,8\nWPNAV_RFND_USE,0\n",
+            "RTL_ALT_TYPE,1\nRNGFND1_TYPE,8\nWPNAV_RFND_USE,0\n",
+        ),
+        (
+            "RTL_ALT_TYPE,1\nRNGFND1_TYPE,8\nRNGFND1_MAX_CM,1499\n",
+            "RTL_ALT_TYPE,1\nRNGFND1_TYPE,8\nRNGFND1_MAX_CM,1500\n",
         ),
         # 120 less -10 are 130: half of it is 65.
         (f"{FENCE}FENCE_MARGIN,65\n", f"{FENCE}FENCE_MARGIN,64.9\n"),
