@@ -451,3 +451,13 @@ def test_lines_of_a_rectangle_cover_its_area(
     assert np.all((lines >= -1e-6) & (lines <= np.array([width_m, height_m]) + 1e-6))
     directions = (lines[:, 1] - lines[:, 0]) / lengths[:, None]
     assert np.allclose(directions, directions[0], atol=1e-4)
+
+
+def test_an_empty_list_of_items_is_none_at_all() -> None:
+    # QGroundControl builds the items of a survey anew where it has loaded none.
+    [rebuilt, without_any] = [
+        read(TAKEOFF, survey_without_items(**changes)) for changes in ({"Items": []}, {})
+    ]
+    assert rebuilt.items == without_any.items
+    assert len(rebuilt.items) > 1
+    assert rebuilt.findings == without_any.findings

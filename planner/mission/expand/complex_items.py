@@ -70,7 +70,7 @@ def expand(
         found = describe(raw.get("type"))
         _report_refused(f"{title}: 'type' is {found}, read as ComplexItem", sequence)
     transects = raw.get("TransectStyleComplexItem")
-    if isinstance(transects, dict) and "Items" in transects:
+    if isinstance(transects, dict) and transects.get("Items", []) != []:
         if not is_known:
             message = (
                 f"{title} is of version {describe(version)}: its embedded items are used, "
