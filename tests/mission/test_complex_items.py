@@ -455,9 +455,8 @@ def test_lines_of_a_rectangle_cover_its_area(
 
 def test_an_empty_list_of_items_is_none_at_all() -> None:
     # QGroundControl builds the items of a survey anew where it has loaded none.
-    [rebuilt, without_any] = [
-        read(TAKEOFF, survey_without_items(**changes)) for changes in ({"Items": []}, {})
-    ]
+    rebuilt = read(TAKEOFF, survey_without_items(Items=[]))
+    without_any = read(TAKEOFF, survey_without_items())
     assert rebuilt.items == without_any.items
     assert len(rebuilt.items) > 1
     assert rebuilt.findings == without_any.findings
