@@ -17,6 +17,7 @@ from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight, segment_energies_j
 from planner.flight.returns.destination import make_destinations
 from planner.flight.returns.path import Returns, make_returns
+from planner.flight.returns.tightest import sweep_returns
 from planner.flight.uncertainty import (
     SAMPLES,
     UnknownSamples,
@@ -137,6 +138,21 @@ def test_interpolated_energies_are_those_of_flying_each_draw_again(
         if float(np.hypot(samples.wind_east_m_s[index], samples.wind_north_m_s[index])) < 10.0:
             # below its airspeed limit the vehicle flies the same motion in every wind
             assert found[index] == pytest.approx(again.energy_j / 3600.0, rel=within)
+
+
+@pytest.mark.parametrize("name", ["falkowski-2023-quadrotor", "arducopter-sitl-quad"])
+def test_the_returns_of_a_sweep_keep_the_energies_by_state_of_flying_them_again(name: str) -> None:
+    returns = flown(Setup(load_vehicle(name)))
+    sweep = sweep_returns(returns)
+    assert sweep is not None
+    points = returns.points(sweep.segment, sweep.fraction)
+    _, [again_j] = returns.fly_by_state(
+        points.stop_m, points.stage, sweep.destination, powers=[returns.flight.power]
+    )
+    # the same arithmetic in another batch
+    np.testing.assert_allclose(sweep.after_stop_j, again_j, rtol=1e-9, atol=1e-6)
+    whole_wh = sweep.stop_wh + again_j.sum(axis=1) / 3600.0
+    np.testing.assert_allclose(sweep.return_wh, whole_wh, rtol=1e-9)
 
 
 def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:
