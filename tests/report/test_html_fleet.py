@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from planner.service.fleet import FleetResult
 
 FLEETS = Path(__file__).parents[2] / "missions" / "fleets"
+RIGHT = "\ue014"
+"""A key, as WebDriver names it."""
 NOW = datetime(2026, 1, 2, 3, 4, tzinfo=UTC)
 
 
@@ -129,8 +131,12 @@ def test_the_page_has_the_numbers_of_the_json_and_moves_every_vehicle_in_time(
     height_m = float(words.split()[4])
     assert height_m == pytest.approx(there[2], abs=0.6)  # shown in whole metres
     assert "10:40 · time of day 00:09:40 · 1 in the air" in text("output")
+    slider = browser.find_element("css selector", "#fleet-time")
+    slider.send_keys(RIGHT)
+    assert text("output").startswith("10:41 ·")
+    slider.send_keys(" ")
     play = browser.find_element("css selector", "[data-play]")
-    play.click()
+    assert (play.text, play.get_attribute("aria-pressed")) == ("Pause", "true")
     until(browser, "return document.querySelector('#fleet-time').value > 645")
     play.click()
     assert play.text == "Play"
