@@ -30,6 +30,7 @@ _COPTER = {
 }
 _PX4 = {
     "SIH_KDV": 0.15,  # as the shipped model was flown
+    "MIS_COMMAND_TOUT": 5,
     "COM_ARM_AUTH_REQ": 1,
     "COM_ARM_AUTH_ID": 245,
     "COM_ARM_AUTH_MET": 0,

@@ -109,6 +109,7 @@ def flights(home: Home) -> Iterator[tuple[str, tuple[MissionItem, ...]]]:
     """Yield the flights: name and items, each of a kind of its own."""
     p = Place(home)
     up = p.takeoff(20.0)
+    gripper = item(211, 0.0, frame=2, params=(1.0, 0.0, 0.0, 0.0), longitude_deg=0.0)
     yield "out and back", (up, p.to(0, 100, 20), RTL)
     yield "short leg", (up, p.to(0, 15, 20), RTL)
     yield "long leg", (up, p.to(0, 300, 20), RTL)
@@ -116,6 +117,7 @@ def flights(home: Home) -> Iterator[tuple[str, tuple[MissionItem, ...]]]:
     yield "obtuse corners", (up, p.to(0, 80, 20), p.to(30, 150, 20), p.to(100, 190, 20), RTL)
     yield "sharp corners", (up, p.to(0, 90, 20), p.to(20, 10, 20), p.to(40, 90, 20), RTL)
     yield "straight on", (up, *(p.to(0, n, 20) for n in range(30, 181, 30)), RTL)
+    yield "a gripper", (up, p.to(0, 60, 20), gripper, RTL)
     yield "a hold", (up, p.to(0, 80, 20, 5.0), p.to(80, 80, 20), RTL)
     yield "holds everywhere", (up, *(p.to(0, n, 20, 3.0) for n in (40, 80, 120)), RTL)
     yield "a wait", (up, p.to(0, 60, 20), p.wait(0, 100, 20, 8.0), RTL)
