@@ -14,7 +14,7 @@ from planner.service.separation import SEPARATION_UNCHECKED
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from planner.fleet.fleet import Fleet, Sortie
     from planner.service.fleet import FlownSortie, SortieChecks
@@ -201,8 +201,10 @@ class _Judge:
         self._flown = flown
         self._apart = apart
         self._setup = next(iter(fleet.vehicles.values())).setup
-        self._planned = {_about(one) for one in self._errors(fleet, is_apart_as_planned=True)}
+        self._planned = {_about(one) for one in self._errors(fleet, apart=apart)}
         """What makes the plan itself a no-go."""
+        codes = {one.finding.code for one in apart}
+        self._are_all_apart = not codes & {code for code, _ in self._planned}
         self._error_s = 0.0 if fleet.separation is None else fleet.separation.start_error_s
         """Of each start. [s]"""
 
@@ -225,7 +227,11 @@ class _Judge:
                 ),
             )
             if not untaken:
-                row = self._judged(row, self._errors(replace(self._fleet, sorties=rest)))
+                # Where all were apart, each that is taken over was tried beside all others.
+                after = replace(self._fleet, sorties=rest)
+                row = self._judged(
+                    row, self._errors(after, apart=() if self._are_all_apart else None)
+                )
             yield row
 
     def _without(self, name: str, lost: Sequence[Sortie]) -> tuple[dict[str, Sortie], str]:
@@ -274,7 +280,7 @@ class _Judge:
                 yield replace(row, why=f"the energy of {unknown[0]} is not known")
                 continue
             fleet = self._weaker(name) if is_pack else self._weaker_vehicle(name)
-            errors = self._errors(fleet, checks=self._checks.of(fleet), is_apart_as_planned=True)
+            errors = self._errors(fleet, checks=self._checks.of(fleet), apart=self._apart)
             row = self._judged(row, errors)
             if not row.holds and not row.is_as_planned and is_pack:
                 instead = (self._on_another_pack(one.sortie) for one in flown)
@@ -307,7 +313,7 @@ class _Judge:
                 if name != one.name and by_s > self._error_s
             }
             # The late one is within the tolerance that all keep apart by.
-            errors = self._errors(moved, is_apart_as_planned=True)
+            errors = self._errors(moved, apart=self._apart)
             if waiting_s:
                 errors += self._errors(self._at_other_starts(waiting_s))
             others = [
@@ -377,14 +383,16 @@ class _Judge:
         return fly_sorties(replace(self._fleet, sorties=sorties), self._checks)[0]
 
     def _errors(
-        self, fleet: Fleet, *, checks: SortieChecks | None = None, is_apart_as_planned: bool = False
+        self,
+        fleet: Fleet,
+        *,
+        checks: SortieChecks | None = None,
+        apart: Iterable[FleetFinding] | None = None,
     ) -> list[FleetFinding]:
-        """Return what makes a fleet a no-go.
-
-        Where nothing of the distances is other than planned, they are not judged again.
-        """
+        """Return what makes a fleet a no-go; with what is found of its distances, where that is known."""
         flown, charges = fly_sorties(fleet, checks or self._checks)
-        apart = self._apart if is_apart_as_planned else separation_findings(fleet, flown)
+        if apart is None:
+            apart = separation_findings(fleet, flown)
         found = [*time_findings(fleet, flown, charges), *apart]
         ignored = self._setup.selection.reason
         reported = [one for one in found if not ignored(one.finding, file=fleet.source)]
@@ -480,9 +488,14 @@ class _Judge:
         """Return what is wrong with a sortie beside others that was not without it; empty: nothing."""
         before = replace(self._fleet, sorties=rest)
         after = replace(self._fleet, sorties={**rest, sortie.name: sortie})
-        known = {_about(one) for one in self._errors(before, is_apart_as_planned=True)}
-        for as_planned in (True, is_apart_as_planned):  # distances last: they take longest
-            for error in self._errors(after, is_apart_as_planned=as_planned):
+        unmoved = [
+            one
+            for one in self._apart
+            if all(rest.get(name) == self._fleet.sorties[name] for name in one.sorties)
+        ]
+        known = {_about(one) for one in self._errors(before, apart=unmoved)}
+        for apart in ((),) if is_apart_as_planned else ((), None):  # distances take longest
+            for error in self._errors(after, apart=apart):
                 if error.finding.code != JOB_NOT_FLOWN.code and _about(error) not in known:
                     return error.finding.message
         return ""

@@ -118,6 +118,17 @@ def test_what_the_file_must_survive_is_an_error_without_being_asked_for() -> Non
     assert {one.kind.value for one in result.contingencies} == {"vehicle-out"}
 
 
+def test_what_was_too_near_as_planned_may_be_clear_as_it_is_taken_over() -> None:
+    """With one of the two out the other flies both, one after the other."""
+    head_on = mission(up(20), place(100, 0, 20), place(100, 200, 20), rtl())
+    back = mission(up(20), place(100, 200, 20), place(100, 0, 20), place(100, 200, 20), rtl())
+    both = sortie("s1", "a", 0.0, job="there"), sortie("s2", "b", 0.0, job="back")
+    found = rows(TWO, *both, there=head_on, back=back)
+    assert found["vehicle-out a"].holds
+    assert found["vehicle-out b"].holds
+    assert found["late s1"].is_as_planned
+
+
 def test_the_ledger_says_which_contingencies_were_judged() -> None:
     tables = pad("a", 0, 0) + vehicles("a", model="falkowski-2023-quadrotor") + SWAP
     asked = '[operation]\nmust_survive = ["late", "weak-pack"]\n[pack.P]\nbattery = "77Wh"\n'
