@@ -234,7 +234,7 @@ def plan(
         return ExitCode.UNUSABLE
     _refuse_exports(read, options)
     patience = Patience() if time_limit_s is None else Patience(time_limit_s)
-    with _interrupting(patience):
+    with interrupting(patience):
         made = plan_fleet(
             read,
             minimize=minimize,
@@ -306,7 +306,7 @@ def _write_exports(result: FleetResult, options: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def _interrupting(patience: Patience) -> Iterator[None]:
+def interrupting(patience: Patience) -> Iterator[None]:
     """Let the first Ctrl-C cut a search short, and the next one end the program."""
 
     def stop(*_: object) -> None:

@@ -203,9 +203,9 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
 def plan_headline(plan: FleetPlan) -> str:
     """Return what a plan has least of, and how good that is proven to be."""
     proof = (
-        "no plan has less"
+        "no plan of these sorties has less"
         if plan.schedule.is_best
-        else f"at most {quantity.percent(plan.gap)} above the least there is"
+        else f"at most {quantity.percent(plan.gap)} above the least of these sorties"
     )
     return f"Least {plan.minimize}: {plan.amount_text}; {proof}"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from made_fleet import OUT, SEPARATION, pad, place, up, vehicles
 from made_missions import mission, rtl
 
 import planner
+from planner.cli.fleet import interrupting
 from planner.errors import FleetPlanError, UsageError
 from planner.fleet.reader import read_fleet
 from planner.fleet.schedule import Patience
@@ -186,6 +188,15 @@ def test_a_search_that_is_cut_short_still_ends_with_a_whole_plan(tmp_path: Path)
     told = plan_text(made, medium=Medium(width=200))
     assert "The search was cut short (it was interrupted)" in told
     assert planned(tmp_path, TWO, patience=Patience(0.0)).cut_short == "its 0 s were over"
+
+
+def test_the_first_interrupt_stops_the_search_and_the_second_the_program() -> None:
+    patience = Patience()
+    with interrupting(patience):
+        signal.raise_signal(signal.SIGINT)
+        assert patience.cut_short == "it was interrupted"
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
 
 
 @pytest.mark.parametrize(
