@@ -45,6 +45,8 @@ _SATELLITES = 3
 """EK3_SRC1_POSXY of a position by satellites."""
 _WITHOUT_THROTTLE = 2
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
+_COMPASS = 1
+"""EK3_SRC1_YAW of a heading by compass."""
 _SWITCHES = re.compile(r"RC\d+_OPTION")
 _OPTIONS = 256
 """Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
@@ -106,6 +108,14 @@ class _Given(NamedTuple):
         )
         return not (self.mission.fence or holds)
 
+    @property
+    def lacks_heading(self) -> bool:
+        """Whether nothing gives a heading on the ground: without one there is no position."""
+        if self.value("EK3_SRC1_YAW", default=_COMPASS) != _COMPASS:
+            return self.values["EK3_SRC1_YAW"] == 0
+        used = (self.value(f"COMPASS_USE{number}", default=1) for number in ("", 2, 3))
+        return not (self.value("COMPASS_ENABLE", default=1) and any(used))
+
     def counted(self, pattern: re.Pattern[str]) -> Counter[int]:
         """Return how often each value is given to the parameters of a pattern."""
         return Counter(int(value) for name, value in self.values.items() if pattern.fullmatch(name))
@@ -149,6 +159,16 @@ _REFUSED: tuple[tuple[int | None, str, Callable[[_Given], bool]], ...] = (
         ALWAYS,
         "EK3_SRC1_POSXY is 0: no position",
         lambda p: p.value("EK3_SRC1_POSXY", default=_SATELLITES) == 0,
+    ),
+    (
+        ALWAYS,
+        "no heading: EK3_SRC1_YAW is 0, or 1 with no compass in use",
+        lambda p: p.lacks_heading,
+    ),
+    (
+        ALWAYS,
+        "MOT_PWM_MIN is above MOT_PWM_MAX",
+        lambda p: p.value("MOT_PWM_MIN", default=1000) > p.value("MOT_PWM_MAX", default=2000),
     ),
     (
         PARAMETERS,
@@ -259,9 +279,11 @@ WOULD_NOT_ARM = Rule(
     "needs a position (modeCheck.cpp).  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  "
     "Always: FRAME_CLASS 0, "
     "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3, GPS1_TYPE 0 with EK3_SRC1_POSXY 3 "
-    "(satellites), EK3_SRC1_POSXY 0, a motor of FRAME_CLASS 1 to 5 on none of eight SERVOx_FUNCTION or "
-    "more.  Parameters: PILOT_SPEED_UP 0, FS_THR_VALUE below 910 or above RC3_MIN less 11, two equal "
-    "RCx_OPTION, ACRO_BAL_ROLL or _PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 and no rangefinder.  "
+    "(satellites), EK3_SRC1_POSXY 0, EK3_SRC1_YAW 0, or 1 (compass) with COMPASS_ENABLE 0 or each "
+    "COMPASS_USE 0, MOT_PWM_MIN above MOT_PWM_MAX, a motor of FRAME_CLASS 1 to 5 on none of eight "
+    "SERVOx_FUNCTION or more.  Parameters: PILOT_SPEED_UP 0, FS_THR_VALUE below 910 or above RC3_MIN less "
+    "11, two equal RCx_OPTION, ACRO_BAL_ROLL or _PITCH negative, RTL_ALT_TYPE 1 with TERRAIN_ENABLE 0 and no "
+    "rangefinder.  "
     "A fence in use: FENCE_TYPE 0, or 4 without an area, FENCE_MARGIN at or above half of FENCE_ALT_MAX less "
     "FENCE_ALT_MIN, or above "
     "FENCE_RADIUS; FENCE_ALT_MIN below -100 m.  Battery: BATT_CRT_VOLT or "

@@ -41,6 +41,14 @@ def outputs(frame_class: float, *functions: int) -> str:
         ("PILOT_SPD_UP,0\n", "PILOT_SPD_UP,0.5\n"),
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,910\n"),
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,909\nFS_THR_ENABLE,0\n"),
+        # The first three tried in ArduPilot's simulation: "Need Position Estimate", never armed.
+        ("EK3_SRC1_YAW,0\n", "EK3_SRC1_YAW,2\n"),
+        ("COMPASS_ENABLE,0\n", "COMPASS_ENABLE,0\nEK3_SRC1_YAW,2\n"),
+        (
+            "COMPASS_USE,0\nCOMPASS_USE2,0\nCOMPASS_USE3,0\n",
+            "COMPASS_USE,0\nCOMPASS_USE2,0\nCOMPASS_USE3,1\n",
+        ),
+        ("MOT_PWM_MIN,2000\nMOT_PWM_MAX,1000\n", "MOT_PWM_MIN,1000\nMOT_PWM_MAX,2000\n"),
         ("FS_THR_VALUE,975\nRC3_MIN,985\n", "FS_THR_VALUE,975\nRC3_MIN,986\n"),
         ("RC3_MIN,900\n", "RC3_MIN,900\nRCMAP_THROTTLE,1\n"),
         ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,9\nRC8_OPTION,10\n"),
