@@ -139,7 +139,7 @@ class FleetPlanError(MavjouleError):
 
 
 class CheckFailedError(MavjouleError):
-    """A bug: nothing is known of the mission, through no fault of the input."""
+    """A bug: nothing is known of what was asked, through no fault of the input."""
 
     exit_code: ClassVar[ExitCode] = ExitCode.NO_GO
 

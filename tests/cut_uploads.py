@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from fenced_missions import box, rally
 from made_missions import mission, rtl, takeoff, waypoint
-from simulated_vehicles import MemoryLine, wire
+from simulated_vehicles import MemoryLine, request, vehicle
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
@@ -23,13 +23,16 @@ from planner.link.transfers import LinkSettings
 from planner.link.upload import upload_mission
 from planner.link.vehicle import VehicleLink
 from planner.mission.compare import compare_missions
+from planner.service.simulation import make_simulated_wire
 from planner.simulator.faults import Direction, DirectionFaults
+from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping
 
     from planner.mission.items import Mission
+    from planner.simulator.wire import SimulatedWire
 
 _REST_S = 20.0
 """In which what is under way has arrived, and every autopilot has given up what it waited for. [s]"""
@@ -101,7 +104,7 @@ def cut_upload(number: int) -> CutUpload:
     """Return what became of the upload that a number draws."""
     drawn = random.Random(number)
     autopilot = drawn.choice([Autopilot.PX4, Autopilot.ARDUPILOT])
-    made = wire(autopilot)
+    made = _still(autopilot)
     line = _CutLine(made)
     link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
     before = {kind: tuple(items) for kind, items in made.vehicle.missions.lists.items()}
@@ -127,6 +130,13 @@ def cut_upload(number: int) -> CutUpload:
         line.receive(until_s - line.now_s())
     return CutUpload(
         number, how, claim, _held(line, before, sent, autopilot), is_back, text, took_s
+    )
+
+
+def _still(autopilot: Autopilot) -> SimulatedWire:
+    """Return a vehicle that holds missions and never flies them: a prediction takes most of the time."""
+    return make_simulated_wire(
+        SimulatedVehicle(vehicle(autopilot).setup, lambda _: None), request(autopilot)
     )
 
 

@@ -98,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001 - a pilot reads a sentence, not in a traceback
         _show_bug(error)
         narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
-        return ExitCode.UNUSABLE
+        return CheckFailedError.exit_code
     return ExitCode(done or ExitCode.GO)
 
 

@@ -6,7 +6,14 @@ import re
 import struct
 from typing import TYPE_CHECKING
 
-from planner.errors import ExitCode, LinkError, UsageError
+from planner.errors import (
+    CheckFailedError,
+    ExitCode,
+    LinkError,
+    MavjouleError,
+    UsageError,
+    bug_text,
+)
 from planner.link.mission import MissionKind, UploadOutcome, lists_of_mission, mission_of_lists
 from planner.link.transfers import LinkSettings
 from planner.mission.compare import compare_missions
@@ -126,8 +133,8 @@ def upload_mission(
     The vehicle is listened to for ``listen_s`` afterwards.  Lists that are kept stay as it has them, and
     the mission has the same.  PX4 judges no mission before it has a home.
 
-    Raises LinkError if the line breaks, or somebody stops it; the message names what is on the vehicle
-    then.
+    Raises LinkError if the line breaks, or somebody stops it, and CheckFailedError of a bug; the message
+    names what is on the vehicle then.
     Raises UsageError if an item cannot be sent, or the vehicle keeps no list of its kind.
     """
     before = {kind: link.fetch_items(kind) for kind in MissionKind}
@@ -160,13 +167,13 @@ def upload_mission(
         if any(one.matters for one in differences):
             restored = not _put_back(link, before, touched)
             return UploadResult(differences=differences, restored=restored)
-    except (LinkError, KeyboardInterrupt) as error:
+    except (Exception, KeyboardInterrupt) as error:  # a bug too leaves nothing half done
         sent = {kind: wanted[kind] for kind in touched}
         raise _after_break(link, before, sent, error) from error
     result = UploadResult(differences=differences)
     try:
         return _judged(link, result, listen_s, has_items=bool(mission.items), has_home=has_home)
-    except (LinkError, KeyboardInterrupt) as error:
+    except (Exception, KeyboardInterrupt) as error:
         left = "the mission is on the vehicle, but its reports on it were not heard"
         raise _break_error(error, left) from error
 
@@ -287,8 +294,8 @@ def _after_break(
     link: VehicleLink,
     before: Mapping[MissionKind, tuple[WireItem, ...] | None],
     sent: Mapping[MissionKind, tuple[WireItem, ...]],
-    error: LinkError | KeyboardInterrupt,
-) -> LinkError:
+    error: Exception | KeyboardInterrupt,
+) -> MavjouleError:
     """Return the error to raise after a break: what is on the vehicle, as far as it is known."""
     if not sent:
         return _break_error(error, "nothing was sent, the vehicle has what it had")
@@ -305,7 +312,7 @@ def _after_break(
             left = "the old mission is on the vehicle, it was read back whole"
             return _break_error(error, left)
         silence = f"the vehicle is busy and did not take back what it had ({why})"
-    except LinkError as silent:
+    except Exception as silent:  # noqa: BLE001 - whatever it is, what the vehicle has is unknown
         silence = str(silent)
     except KeyboardInterrupt:
         silence = "putting back what it had was interrupted too"
@@ -319,9 +326,11 @@ def _after_break(
 
 
 def _break_error(
-    error: LinkError | KeyboardInterrupt, left: str, *, kind: type[LinkError] = LinkError
-) -> LinkError:
+    error: Exception | KeyboardInterrupt, left: str, *, kind: type[LinkError] = LinkError
+) -> MavjouleError:
     """Return the error with why it broke, and what is on the vehicle now."""
     if isinstance(error, KeyboardInterrupt):
         return InterruptedUploadError(f"interrupted; {left}")
+    if not isinstance(error, MavjouleError):
+        return CheckFailedError(f"{bug_text(error)}; {left}")
     return kind(f"{error}; {left}")

@@ -135,7 +135,7 @@ def test_a_bug_is_called_a_bug_and_tells_how_to_see_more(
     mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("planner.cli.listings.rule_text", _crash)
-    assert main(["explain", "E101"]) == ExitCode.UNUSABLE
+    assert main(["explain", "E101"]) == ExitCode.NO_GO  # the input is usable
     said = capsys.readouterr().err
     assert "bug in mavjoule" in said
     assert "ZeroDivisionError: division by zero" in said
@@ -143,9 +143,24 @@ def test_a_bug_is_called_a_bug_and_tells_how_to_see_more(
     assert said.count("\n") == 1
     monkeypatch.setenv("MAVJOULE_TRACEBACK", "1")
     monkeypatch.setattr("planner.service.preflight.assess", _crash)
-    for arguments, code in ((["explain", "E101"], 2), (["check", mission], 1)):
-        assert main(arguments) == code
+    for arguments in (["explain", "E101"], ["check", mission]):
+        assert main(arguments) == 1
         assert "Traceback (most recent call last)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("where", "arguments"),
+    [
+        ("planner.cli.identify.identify_logs", ["identify", "a.ulg", "-o", "a.toml"]),
+        ("planner.cli.verify.verify_logs", ["verify", "arducopter-sitl-quad", "a.ulg"]),
+        ("planner.service.vehicle.fetch_vehicle", ["fetch", "udp:127.0.0.1:14550", "-o", "a.plan"]),
+    ],
+)
+def test_a_bug_outside_of_a_check_ends_as_one_within(
+    where: str, arguments: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(where, _crash)
+    assert main(arguments) == ExitCode.NO_GO
 
 
 def test_a_broken_configuration_ends_in_2_with_file_and_key(

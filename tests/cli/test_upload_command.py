@@ -331,6 +331,27 @@ def test_an_interruption_puts_the_old_mission_back(
 
 
 @pytest.mark.usefixtures("mission")
+def test_a_bug_within_an_upload_puts_the_old_mission_back(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Broken(VirtualLine):
+        def send(self, data: bytes, peer: object = None) -> None:
+            items = sum(frame[7] == 73 for frame in self.sent)
+            if data[7] == 73 and items == 2:
+                self.sent.append(data)
+                raise ZeroDivisionError
+            super().send(data, peer)
+
+    vehicle = _vehicle(ARDUPILOT)
+    on_line.append(Broken(vehicle))
+    assert main(list(SENT)) == 1
+    said = capsys.readouterr().err
+    assert "a bug in mavjoule" in said
+    assert "ZeroDivisionError: ; the old mission is on the vehicle" in said
+    assert _flown(vehicle) == OLD
+
+
+@pytest.mark.usefixtures("mission")
 def test_a_second_interruption_says_what_may_be_on_the_vehicle(
     on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
 ) -> None:

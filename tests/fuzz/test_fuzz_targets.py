@@ -21,7 +21,7 @@ FEW = {
     "terrain": 20,
     "vehicle": 20,
     "line": 20,
-    "upload": 10,
+    "upload": 2,
     "guard": 4,
 }
 """Inputs of the slow targets; the others take a millisecond each."""

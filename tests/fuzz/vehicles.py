@@ -12,29 +12,21 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import TYPE_CHECKING, Any
 
-from fenced_missions import box
+from cut_uploads import cut_upload
 from fuzz.target import Target
 from guarded_vehicle import ASKING, HOME, OUT_AND_BACK, GuardedVehicle
-from made_missions import mission, rtl, takeoff, waypoint
-from simulated_vehicles import MemoryLine, request, vehicle
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoints
 
-from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.geo.fence import Fence
 from planner.guard.authorisation import ARM_AUTHORISATION_REQUEST, go_judgement, unknown_judgement
 from planner.guard.decision import GuardSettings
 from planner.guard.session import GuardSession
 from planner.link.connection import Purpose
-from planner.link.mission import MissionKind, UploadOutcome, mission_of_lists
+from planner.link.mission import MissionKind, UploadOutcome
 from planner.link.snapshot import fetch_snapshot
 from planner.link.transfers import LinkSettings
-from planner.link.upload import BrokenUploadError, InterruptedUploadError, upload_mission
 from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message
-from planner.mission.compare import compare_missions
-from planner.service.simulation import make_simulated_wire
-from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -42,7 +34,6 @@ if TYPE_CHECKING:
 
     from planner.guard.authorisation import Judgement
     from planner.link.snapshot import VehicleSnapshot
-    from planner.mission.items import Mission
 
 _LONGEST_VIRTUAL_S = 3600.0
 _NUMBERS = (0, 1, -1, 2, 3, 5, 9, 127, 128, 200, 255, 256, 65_535, 2**31 - 1, -(2**31), 2**32 - 1)
@@ -137,91 +128,10 @@ def _cut(data: bytes) -> None:
         assert vehicle.lists[MissionKind.MISSION] == new
 
 
-_SHARES = (0.0, 0.0, 0.05, 0.2)
-_RETURNS_S = 12.0
-"""A line that is silent for no longer, and loses no more than a fifth of its frames, comes back while the old
-mission is put back: three tries, each of which waits for 20 s."""
-
-
-def _any_faults(draw: Random) -> tuple[str, float]:
-    """Return what goes wrong on a line, and for how long nothing passes. [s]"""
-    faults = [
-        f"{name}{way}={draw.choice(_SHARES)}"
-        for name in ("loss", "duplication", "reordering")
-        for way in ("-in", "-out")
-    ]
-    faults += [f"delay{way}={draw.choice((0.0, 0.0, 0.05, 0.2))}" for way in ("-in", "-out")]
-    silence_s = draw.choice((0.5, 4.0, 9.0, _RETURNS_S, 60.0, 1e6))
-    faults.append(f"silence={draw.randrange(110)}:{silence_s}")
-    return ",".join([*faults, f"seed={draw.randrange(1 << 30)}"]), silence_s
-
-
 def _uploaded(data: bytes) -> None:
-    """Put mission, fence and rally points in place of others, cut and stopped anywhere: what is claimed is
-    so, and where the line comes back the old are whole or the new."""
-    draw = Random(data)
-    autopilot = draw.choice((Autopilot.PX4, Autopilot.ARDUPILOT))
-    faults, silence_s = _any_faults(draw)
-    made = SimulatedVehicle(vehicle(autopilot).setup, lambda _: None)  # one that never flies
-    line = MemoryLine(make_simulated_wire(made, request(autopilot, faults)))
-    legs = [waypoint(100.0 * one, 35.0) for one in range(1, draw.choice((2, 4, 9)))]
-    new = replace(mission(takeoff(35.0), *legs, rtl()), fence=draw.choice((None, *_FENCES)))
-    link = VehicleLink(line, name="cut", purpose=Purpose.UPLOAD)
-    link.settings = draw.choice((LinkSettings(), LinkSettings(retries=2)))
-    if draw.random() < 0.3:
-        _stop_after(link, draw.randrange(100))
-    old = _held(line)
-    try:
-        result = upload_mission(link, new, listen_s=1.0)
-        expected = old if result.restored else new if result.restored is None else None
-        assert expected is not None or silence_s > _RETURNS_S, "neither old nor new"
-    except BrokenUploadError:
-        assert silence_s > _RETURNS_S, "the line came back, the old mission did not"
-        expected = None
-    except KeyboardInterrupt:  # before anything was sent
-        expected = old
-    except InterruptedUploadError as error:
-        known = {"read back whole": old, "what it had": old, "the mission is on the vehicle": new}
-        expected = next((one for text, one in known.items() if text in str(error)), None)
-    except LinkError as error:
-        expected = new if "the mission is on the vehicle" in str(error) else old
-    held = _held(line)
-    if expected is not None:
-        assert not _differ(expected, held, autopilot), "not what was claimed"
-    elif autopilot is Autopilot.PX4:  # which takes a list as a whole or not at all
-        assert held.items in {old.items, new.items} or not (
-            _differ(replace(old, fence=held.fence, rally=held.rally), held, autopilot)
-            and _differ(replace(new, fence=held.fence, rally=held.rally), held, autopilot)
-        ), "half a mission"
-
-
-_FENCES = (
-    Fence(polygons=(box(-400.0, -400.0, 400.0, 1600.0),)),
-    Fence(polygons=(box(-500.0, -500.0, 500.0, 1500.0), box(-300.0, -300.0, 300.0, 1200.0))),
-)
-
-
-def _stop_after(link: VehicleLink, count: int) -> None:
-    """Have somebody press Ctrl-C once, when so many messages were sent."""
-    send, left = link.connection.send, [count]
-
-    def sent(one: Message) -> None:
-        left[0] -= 1
-        if left[0] == 0:
-            raise KeyboardInterrupt
-        send(one)
-
-    link.connection.send = sent  # type: ignore[method-assign, assignment] # Ctrl-C
-
-
-def _held(line: MemoryLine) -> Mission:
-    made = line._wire.vehicle
-    lists = {kind: tuple(items) for kind, items in made.missions.lists.items()}
-    return mission_of_lists(lists, made.setup.identity, home=None, source="held")
-
-
-def _differ(first: Mission, second: Mission, autopilot: Autopilot) -> bool:
-    return any(one.matters for one in compare_missions(first, second, autopilot=autopilot))
+    """Put a mission, its fence and its rally points on a vehicle over a line that is cut anywhere."""
+    done = cut_upload(int.from_bytes(data, "big"))
+    assert not done.fault, done
 
 
 _GUARDED_S = 30.0
