@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import stat
@@ -153,6 +154,20 @@ def write_output_files(contents: Mapping[Path, str | bytes]) -> None:
             for path, one in contents.items()
         }
     )
+
+
+def append_output(path: Path, text: str) -> None:
+    """Append a text to a file, whole or not at all; `OSError` where it cannot be."""
+    data = text.encode("utf-8")
+    # One write to a file opened for appending: those of two programs do not mix.
+    file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+    try:
+        written = os.write(file, data)
+        if written < len(data):  # half a text would spoil the next one too
+            os.ftruncate(file, os.fstat(file).st_size - written)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        os.close(file)
 
 
 class _Staged(Value):

@@ -62,6 +62,8 @@ class Command:
     """Files whose old content stays, and may get whole lines more."""
     resumes: frozenset[str] = frozenset()
     """Files that are parts of something and may have any beginning of it."""
+    ends: int = 0
+    """Its exit code where nothing disturbs it: a sweep of a command that fails shows nothing."""
     prepare: Callable[[], None] = lambda: None
     """Called in the child before the command runs."""
 

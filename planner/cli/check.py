@@ -23,6 +23,7 @@ from planner.cli.options import (
 )
 from planner.cli.output import narrate, progress, refuse_overwriting, show_traceback, write_data
 from planner.errors import ExitCode, UsageError
+from planner.files import append_output
 from planner.report.text import caveat, tally
 from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
 from planner.setting import Group, declared
@@ -158,8 +159,7 @@ def _add_summary(results: Results) -> None:
     from planner.report.github import github_summary
 
     try:
-        with Path(page).open("a", encoding="utf-8", newline="") as file:
-            file.write(github_summary(results, folder=Path.cwd()))
+        append_output(Path(page), github_summary(results, folder=Path.cwd()))
     except OSError as error:  # the annotations are out, and the verdict stands
         narrate(f"{SUMMARY_VARIABLE}: {page} cannot be written: {error.strerror or error}")
 

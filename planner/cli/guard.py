@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import errno
-import os
 import re
 import shutil
 from datetime import UTC, datetime
@@ -23,6 +21,7 @@ from planner.cli.options import (
 )
 from planner.cli.output import StatusLine, narrate
 from planner.errors import OutputError
+from planner.files import append_output
 from planner.guard.decision import GuardSettings
 from planner.quantity import NUMBER
 from planner.report.json import decision_json
@@ -188,15 +187,7 @@ class DecisionLog:
             decision, address=self._address, at=datetime.now(UTC), version=__version__
         )
         try:
-            # One write to a file opened for appending: lines of two guards do not mix.
-            file = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
-            try:
-                written = os.write(file, line.encode())
-                if written < len(line.encode()):  # half a line would spoil the next one too
-                    os.ftruncate(file, os.fstat(file).st_size - written)
-                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-            finally:
-                os.close(file)
+            append_output(self._path, line)
         except OSError as error:
             if not self._is_broken:
                 narrate(f"{self._path}: cannot be written: {error.strerror or error}")

@@ -24,6 +24,11 @@ if TYPE_CHECKING:
     from planner.logs.record import FlightRecord, Recording
 
 
+_MOST_COPIED = 256 << 20
+"""A log of no more bytes is copied: of one that is read in place, what another program cuts off meanwhile
+ends this one by SIGBUS.  Flights of an hour at full rates make half as much."""
+
+
 def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[FlightRecord, ...]:
     """Read a flight log.
 
@@ -55,12 +60,18 @@ def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[Fligh
             msg = "is not a file"
             raise LogFileError(msg, source=source)
         with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-            if not path.stat().st_size:
+            if not (size := path.stat().st_size):
                 msg = "is empty"
                 raise LogFileError(msg, source=source)
             # Not closed by hand, which fails where an error holds arrays over it and hides that error.
-            data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            if size > _MOST_COPIED:
+                data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            else:
+                data = mmap.mmap(-1, size)
+                if file.readinto(data) != size:
+                    msg = "became shorter while it was read"
+                    raise LogFileError(msg, source=source)
+            digest = hashlib.sha256(data).hexdigest()
             # What is no number or no possible one is sorted out value by value.
             with np.errstate(invalid="ignore", over="ignore"):
                 recordings = _recordings(data, source, digest, mapping)

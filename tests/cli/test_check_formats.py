@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -88,6 +89,22 @@ def test_a_summary_that_cannot_be_written_is_said_and_the_verdict_stands(
     said = capsys.readouterr()
     assert "1 mission: 1 GO" in said.out
     assert "GITHUB_STEP_SUMMARY: nowhere/summary.md cannot be written" in said.err
+
+
+def test_a_summary_on_a_disk_that_is_full_is_not_begun(
+    mission: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("summary.md").write_text("# before\n", encoding="utf-8")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", "summary.md")
+    write = os.write
+
+    def half(file: int, data: bytes) -> int:
+        return write(file, data[: len(data) // 2])
+
+    monkeypatch.setattr("os.write", half)
+    assert main(["check", mission, *ENOUGH, "--format", "github"]) == 0
+    assert Path("summary.md").read_text(encoding="utf-8") == "# before\n"
+    assert "summary.md cannot be written: No space left" in capsys.readouterr().err
 
 
 def test_gitlab_s_report_goes_to_the_file_its_pipeline_collects(mission: str) -> None:

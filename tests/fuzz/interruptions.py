@@ -6,6 +6,7 @@ new, never half, and of files that belong together never some old beside some ne
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from functools import cache
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from dataflash_writer import copter_log
 from faulty_system import FAULTS, Command, Ended, faults_found, run
 from guarded_vehicle import GuardedVehicle, guarded
 from made_missions import mission, rtl, takeoff, waypoint
@@ -34,6 +36,22 @@ OLD = b"what was there before\n"
 VEHICLE = ("--vehicle", "arducopter-sitl-quad", "--battery", "170Wh")
 URL = "udp:127.0.0.1:14550"
 _FIRST, _LAST = 1, 1_000_000
+
+
+_FLEET = b"""schema = 1
+[swap]
+time_s = 60
+[pad.field]
+latitude_deg = 47.0
+longitude_deg = 8.0
+[vehicle.quad]
+model = "falkowski-2023-quadrotor"
+pad = "field"
+[pack.A]
+battery = "170Wh"
+[job.near]
+mission = "in.plan"
+"""
 
 
 def _plan(distance_m: float) -> bytes:
@@ -106,6 +124,7 @@ def commands() -> tuple[Command, ...]:
             ("guard", URL, *VEHICLE, "--log", "guard.log"),
             {"guard.log": b'{"old": 1}\n'},
             appends=frozenset({"guard.log"}),
+            ends=130,
             prepare=_opens(_guarded),
         ),
         Command(
@@ -146,7 +165,10 @@ def commands() -> tuple[Command, ...]:
             pairs=[pictures],
         ),
         Command(
-            "split", ("split", "in.plan", *tight, "-o", "parts"), {"in.plan": far}, pairs=[parts]
+            "split",
+            ("split", "in.plan", *tight, "-o", "parts"),
+            {"in.plan": SURVEY.read_bytes()},
+            pairs=[parts],
         ),
         Command(
             "split --force",
@@ -161,15 +183,29 @@ def commands() -> tuple[Command, ...]:
         ),
         Command(
             "verify",
-            ("verify", VEHICLE[1], "a.ulg", "--format", "json", "--output", "a.json"),
-            {"a.ulg": px4_log().content(), **old("a.json")},
+            ("verify", VEHICLE[1], "a.bin", "--format", "json", "--output", "a.json"),
+            {"a.bin": copter_log().content(), **old("a.json")},
+        ),
+        Command(
+            "fleet plan",
+            ("fleet", "plan", "fleet.toml", "-o", "day"),
+            {"fleet.toml": _FLEET, "in.plan": near},
+        ),
+        Command(
+            "check, with a summary",
+            ("check", "in.plan", *VEHICLE, "--format", "github"),
+            {"in.plan": near, "summary.md": OLD},
+            appends=frozenset({"summary.md"}),
+            prepare=lambda: os.environ.update(GITHUB_STEP_SUMMARY="summary.md"),
         ),
     )
 
 
 def undisturbed(command: Command, folder: Path) -> Ended:
     """Return how a command ends that nothing disturbs."""
-    return run(command, folder, at=_LAST, fault="once")
+    ended = run(command, folder, at=_LAST, fault="once")
+    assert ended.code == command.ends, f"{command.name}: {ended.said}"
+    return ended
 
 
 def swept(command: Command, fault: str, folder: Path, whole: Ended) -> Iterator[tuple[int, Ended]]:

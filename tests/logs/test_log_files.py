@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from dataflash_writer import copter_log
@@ -13,11 +13,13 @@ from telemetry_writer import copter_telemetry
 from ulog_writer import px4_log
 
 from planner.errors import LogFileError
+from planner.logs import files as log_files
 from planner.logs.files import read_log
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+WHOLE = log_files._recordings
 SOUND = {
     "bin": copter_log().content(),
     "ulg": px4_log().content(),
@@ -100,3 +102,19 @@ def test_damaged_logs_are_read_or_refused(
         at = int(where**3 * len(content))
         content[at : at + len(overwritten)] = overwritten
     _read_or_refuse(folder, bytes(content[: int(kept * len(content))]))
+
+
+def test_a_log_that_is_cut_off_while_it_is_read_is_read_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.bin"
+    path.write_bytes(SOUND["bin"])
+    expected = read_log(path)
+
+    def cut(*given: Any) -> Any:  # noqa: ANN401 - as it comes
+        path.write_bytes(b"")  # of what is read in place nothing is there any more: SIGBUS
+        return WHOLE(*given)
+
+    monkeypatch.setattr("planner.logs.files._recordings", cut)
+    [record], [known] = read_log(path), expected
+    assert record.time_s.tolist() == known.time_s.tolist()
