@@ -44,7 +44,7 @@ _HURRIED_S = 0.1
 """Effort for each schedule once the search is cut short: what is there is made whole. [s]"""
 _LEAST_S = 0.05
 _LOOK_AGAIN_S = 0.5
-_HALVED_AFTER = 100
+_HALVED_AFTER = 20
 """Conflicts after which the range that the least can be in is divided elsewhere."""
 
 
