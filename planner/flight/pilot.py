@@ -410,10 +410,8 @@ class Px4Pilot(Value):
 
         motion = px4_returns(
             points_m,
-            targets.ground_m,
+            targets,
             self.parameters,
-            above_ground_m=targets.above_ground_m,
-            return_paths=targets.paths,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             tracking=self.tracking,

@@ -67,7 +67,7 @@ LATE_SORTIE = Rule(
 RETURN_NOT_HELD = Rule(
     "S125 return-not-clear",
     Severity.WARNING,
-    summary="A vehicle cannot return from everywhere: something is in its way, or its battery too small.",
+    summary="Some returns of a vehicle meet another, or take more than its battery has.",
     why="A failsafe brings a vehicle home at any moment; that is when nobody has time to move the others.",
     how="The returns from every moment of its sorties: near others as in S115, those that stand on the "
     "ground too, and above the reserve.",

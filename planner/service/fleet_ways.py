@@ -38,7 +38,7 @@ _MOST_LIFTED = 400
 """Flights in layers that are checked for one division of the jobs."""
 
 
-class Part(Value, eq=False):
+class JobPart(Value, eq=False):
     """A job, or a part of it."""
 
     name: str
@@ -50,7 +50,7 @@ class Part(Value, eq=False):
 class Candidate(Value, eq=False):
     """The jobs in so many sorties, and everything the schedule asks of them."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[JobPart, ...]
     flights: tuple[tuple[FlownSortie, ...], ...]
     """Of each part, as each of its options is flown."""
     tasks: tuple[Task, ...]
@@ -80,7 +80,7 @@ class Ways:
         """Of the missions that are not those of the jobs, by path."""
         self.groups: dict[str, list[Pack]] = {}
         """Packs that are alike, by the name of their table."""
-        self._divided: dict[tuple[str, int | None], tuple[Part, ...]] = {}
+        self._divided: dict[tuple[str, int | None], tuple[JobPart, ...]] = {}
         for pack in fleet.packs.values():
             self.groups.setdefault(pack.group or pack.name, []).append(pack)
         self._chargers = usable_chargers(fleet)
@@ -114,11 +114,11 @@ class Ways:
         flown = (self._ways(part) for part in self._parts(job, None))
         return math.fsum(min((one.time_s for one in ways), default=0.0) for ways in flown)
 
-    def _parts(self, job: Job, count: int | None) -> tuple[Part, ...]:
+    def _parts(self, job: Job, count: int | None) -> tuple[JobPart, ...]:
         """Return a job in so many parts, or the fewest; empty where that is not possible."""
         at = (job.name, count)
         if at not in self._divided:
-            whole = Part(name=job.name, job=job)
+            whole = JobPart(name=job.name, job=job)
             if count in {None, 1} and (not job.may_split or self._ways(whole)):
                 self._divided[at] = (whole,)
             else:
@@ -128,7 +128,7 @@ class Ways:
                 self._divided[at] = (whole,)
         return self._divided[at]
 
-    def _split(self, job: Job, count: int | None) -> tuple[Part, ...]:
+    def _split(self, job: Job, count: int | None) -> tuple[JobPart, ...]:
         """Return a job split for the first vehicle and pack, of most energy first, that can fly it."""
         for sortie in sorted(self._sorties(job, job.name, None), key=self._energy_wh, reverse=True):
             setup = self.checks.setup(sortie, self._full(sortie))
@@ -144,7 +144,7 @@ class Ways:
                 kind = "" if count is None else "even-"
                 name = f"{self._stem(job)}-{kind}{number:02}of{width:02}"
                 path = str(self._folder / f"{name}.plan")
-                found.append(Part(name=name, job=job, path=path))
+                found.append(JobPart(name=name, job=job, path=path))
                 self._missions[path] = read_plan_text(part.text, source=path)
                 self.texts[path] = part.text
             return tuple(found)
@@ -194,7 +194,7 @@ class Ways:
     def _takers(self, pack: Pack) -> list[Any]:
         return [one for one in self._chargers if one.charges(pack)]
 
-    def _ways(self, part: Part) -> list[FlownSortie]:
+    def _ways(self, part: JobPart) -> list[FlownSortie]:
         """Return the ways to fly a part that are a go."""
         flown = (
             self.checks.flown(sortie, self._full(sortie))
@@ -213,7 +213,10 @@ class Ways:
         return self._of_flights(parts, flights, pad_shifts(self._fleet, flights))
 
     def _of_flights(
-        self, parts: tuple[Part, ...], flights: tuple[tuple[FlownSortie, ...], ...], closed: Closed
+        self,
+        parts: tuple[JobPart, ...],
+        flights: tuple[tuple[FlownSortie, ...], ...],
+        closed: Closed,
     ) -> Candidate:
         tasks = tuple(
             Task(
@@ -253,7 +256,7 @@ class Ways:
         return found
 
     def _layers(
-        self, part: Part, way: FlownSortie, most: int
+        self, part: JobPart, way: FlownSortie, most: int
     ) -> Iterator[tuple[float, FlownSortie]]:
         """Yield how far a flight is lifted to each layer above it, and the check of it there."""
         layers, mission = self._fleet.layers, self.checks.written_mission(way.sortie)
@@ -321,7 +324,7 @@ class Ways:
             latest_s=math.inf if fleet.operation.latest_s is None else fleet.operation.latest_s,
         )
 
-    def unflyable(self, part: Part) -> str:
+    def unflyable(self, part: JobPart) -> str:
         """Return why nothing flies a part."""
         flown = [
             self.checks.flown(sortie, self._full(sortie))

@@ -17,7 +17,7 @@ from planner.fleet.swarm.distances import predict_distances
 from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.flights import Record, agent_flight, first_landing
 from planner.fleet.swarm.policies import POLICIES
-from planner.fleet.swarm.simulation import Agent, Phase, Swarm
+from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
 from planner.flight.budget import (
     battery_budget,
     battery_temperature_c,
@@ -454,7 +454,7 @@ class _Batteries:
 
     def take(self, step: Step) -> BoolArray:
         """Take a step; return who has to fly home now. (n,)"""
-        flies = step.phase == Phase.FLIES
+        flies = step.phase == AgentPhase.FLIES
         brakes = flies & (np.hypot(*step.command_m_s.T) < 0.5 * np.hypot(*step.velocity_m_s.T))
         self._left_wh = self._left_wh - np.where(
             flies, self._power_w * (step.end_s - step.begin_s) / JOULES_PER_WATT_HOUR, 0.0
@@ -539,7 +539,7 @@ def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
         record, row, vertical=body.vertical, speed_m_s=body.agent.speed_m_s, height_m=body.height_m
     )
     waits = record.waits[:, row]
-    started = np.flatnonzero(record.phase[:, row] != Phase.WAITS)
+    started = np.flatnonzero(record.phase[:, row] != AgentPhase.WAITS)
     energy_wh, by_state, budget = None, {}, None
     if flight is not None and body.setup.vehicle.is_power_known:
         energies = wh_from_j(flight.segment_energy_j)

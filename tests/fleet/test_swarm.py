@@ -16,7 +16,7 @@ from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
 from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
-from planner.fleet.swarm.simulation import Phase, Swarm
+from planner.fleet.swarm.simulation import AgentPhase, Swarm
 from planner.fleet.swarm.zones import distances_m, near_pairs
 from planner.mission.route.stage import StageKind
 from planner.physics.response import TransferFunction
@@ -35,7 +35,7 @@ def least_m(swarm: Swarm) -> tuple[float, float]:
     """Run a swarm; return the least distance of places at the ticks, and of zones. [m]"""
     places, zones = np.inf, np.inf
     for step in swarm.run():
-        there = np.flatnonzero((step.phase > Phase.WAITS) & (step.phase < Phase.LANDED))
+        there = np.flatnonzero((step.phase > AgentPhase.WAITS) & (step.phase < AgentPhase.LANDED))
         if len(there) > 1:
             apart = step.place_m[there, None] - step.place_m[None, there]
             distance = np.hypot(apart[..., 0], apart[..., 1])

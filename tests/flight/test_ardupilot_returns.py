@@ -10,30 +10,19 @@ from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, tak
 from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_returns import to_home
 
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import ardupilot_returns
 from planner.flight.motion.ardupilot.stages import return_height_m
-from planner.flight.returns.destination import ReturnTargets
 from planner.mission.route.stage import Stage, StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-
-
-def to(
-    ground_m: float = 0.0, *, above_ground_m: float = 0.0, datum_m: float = 0.0, returns: int = 1
-) -> ReturnTargets:
-    """Return returns to over home, or to a place there on ground of another height."""
-    return ReturnTargets(
-        ground_m=np.array([[0.0, 0.0, ground_m]] * returns),
-        above_ground_m=np.full(returns, above_ground_m),
-        datum_m=np.full(returns, datum_m),
-    )
 
 
 def return_s(
     parameters: ArduPilotParameters, *, distance: float = 1000.0, height: float = 50.0
 ) -> float:
-    return time_s(ardupilot_returns(np.array([[distance, 0.0, height]]), to(), parameters))
+    return time_s(ardupilot_returns(np.array([[distance, 0.0, height]]), to_home(), parameters))
 
 
 def way_back_s(distance: float = 1000.0, v: float = 10.0) -> float:
@@ -132,16 +121,16 @@ def test_return_heights_are_those_of_the_source_whatever_home_and_goal(
 def test_a_final_altitude_counts_from_home_not_from_the_ground_of_a_rally_point() -> None:
     parameters = ArduPilotParameters(return_final_altitude_m=20.0, return_altitude_m=60.0)
     start_m = np.array([[100.0, 0.0, 50.0]])
-    motion = ardupilot_returns(start_m, to(15.0), parameters)
+    motion = ardupilot_returns(start_m, to_home(15.0), parameters)
     assert motion.segments.climb_m[-1] == pytest.approx(-40.0)
-    moved = ardupilot_returns(start_m, to(15.0, datum_m=15.0), parameters)
+    moved = ardupilot_returns(start_m, to_home(15.0, datum_m=15.0), parameters)
     assert moved.segments.climb_m[-1] == pytest.approx(-40.0)
     assert moved.segments.climb_m.sum() == pytest.approx(15.0 + 20.0 - 50.0)
 
 
 def test_ground_above_the_height_of_a_return_is_stood_on_at_that_height() -> None:
     start_m = np.array([[100.0, 0.0, 50.0]])
-    hill = to(80.0, above_ground_m=-80.0)  # its altitude given as home's
+    hill = to_home(80.0, above_ground_m=-80.0)  # its altitude given as home's
     motion = ardupilot_returns(start_m, hill, DEFAULTS)
     assert motion.segments.climb_m.sum() == pytest.approx(0.0)
     assert (motion.segments.duration_s >= 0.0).all()
@@ -159,7 +148,7 @@ def test_rtl_loit_time_is_waited() -> None:
 
 def test_a_final_altitude_ends_the_return_in_the_air() -> None:
     parameters = ArduPilotParameters(return_final_altitude_m=20.0)
-    motion = ardupilot_returns(np.array([[100.0, 0.0, 50.0]]), to(), parameters)
+    motion = ardupilot_returns(np.array([[100.0, 0.0, 50.0]]), to_home(), parameters)
     assert states(motion)[-1] == "descend"
     assert motion.segments.climb_m[-1] == pytest.approx(-30.0)
 
@@ -195,9 +184,9 @@ def test_a_return_starts_from_a_stop_and_its_speed_is_not_the_mission_s() -> Non
 
 def test_ways_home_are_those_of_single_flights() -> None:
     points = np.array([[300.0, 400.0, 80.0], [0.0, -50.0, 5.0], [-1000.0, 0.0, 12.0]])
-    together = ardupilot_returns(points, to(returns=3), DEFAULTS).segments
+    together = ardupilot_returns(points, to_home(returns=3), DEFAULTS).segments
     for row, point in enumerate(points):
-        alone = ardupilot_returns(point[None], to(), DEFAULTS).segments
+        alone = ardupilot_returns(point[None], to_home(), DEFAULTS).segments
         mine = together.item == row
         assert together.duration_s[mine] == pytest.approx(alone.duration_s, abs=1e-9)
         assert together.distance_m[mine] == pytest.approx(alone.distance_m, abs=1e-9)

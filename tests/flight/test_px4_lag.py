@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
+from made_returns import to_home
 
 from planner.flight.motion.px4.lag import Tracking
 from planner.flight.motion.px4.pilot import fly_px4, px4_returns
@@ -98,10 +99,10 @@ def test_a_lagging_flight_is_one_motion() -> None:
 def test_returns_lag_each_on_their_own() -> None:
     places = np.array([[300.0, 0.0, 40.0], [0.0, 200.0, 40.0], [120.0, 0.0, 40.0]])
     tracking = Tracking(drag_per_s=1.0)
-    together = px4_returns(places, np.zeros(3), PX4, tracking=tracking).segments
+    together = px4_returns(places, to_home(returns=len(places)), PX4, tracking=tracking).segments
     together_s = np.bincount(together.item, together.duration_s)
     for row, place in enumerate(places):
-        alone = px4_returns(place[None], np.zeros(3), PX4, tracking=tracking).segments
+        alone = px4_returns(place[None], to_home(), PX4, tracking=tracking).segments
         assert together_s[row] == pytest.approx(alone.end_s[-1], abs=1e-6)
 
 

@@ -13,6 +13,7 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_returns import to_home
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.braking import (
@@ -143,7 +144,7 @@ def test_a_return_climbs_flies_at_its_own_speed_and_lands() -> None:
 
 def test_ways_home_are_the_returns_flown_one_by_one() -> None:
     places = np.array([[100.0, 0.0, 50.0], [0.0, 300.0, 12.0]])
-    homes = px4_returns(places, np.zeros(3), PX4)
+    homes = px4_returns(places, to_home(returns=len(places)), PX4)
     duration = np.bincount(homes.segments.item, homes.segments.duration_s)
     for index, (east, north, height) in enumerate(places):
         there = stage(StageKind.GO, east, north, height, hold=30.0)

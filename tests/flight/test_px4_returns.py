@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
+from made_returns import to_home
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.lag import Tracking
@@ -127,11 +128,9 @@ def test_a_return_leads_to_the_home_it_is_given() -> None:
 def test_many_ways_home_are_each_flown_alone() -> None:
     rng = np.random.default_rng(7)
     places = rng.uniform((-400.0, -400.0, 3.0), (400.0, 400.0, 100.0), (40, 3))
-    together = px4_returns(places, np.zeros(3), PX4)
+    together = px4_returns(places, to_home(returns=len(places)), PX4)
     durations = np.bincount(together.segments.item, together.segments.duration_s, minlength=40)
-    alone = [
-        px4_returns(place[None], np.zeros(3), PX4).segments.duration_s.sum() for place in places
-    ]
+    alone = [px4_returns(place[None], to_home(), PX4).segments.duration_s.sum() for place in places]
     assert durations == pytest.approx(alone, abs=0.02)
     starts = np.searchsorted(
         together.piece_segment, np.searchsorted(together.segments.item, np.arange(40))
@@ -142,7 +141,7 @@ def test_many_ways_home_are_each_flown_alone() -> None:
 
 def test_a_way_home_from_home_is_a_landing() -> None:
     anyhow = replace(PX4, yaw_acceptance_rad=math.pi)
-    motion = px4_returns(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), anyhow)
+    motion = px4_returns(np.array([[0.0, 0.0, 40.0]]), to_home(), anyhow)
     assert [STATES[state] for state in motion.segments.state] == ["land"]
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
+from made_returns import to_home
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES
@@ -149,10 +150,10 @@ def test_the_first_heading_asked_for_is_turned_to_from_that_at_arming(
 
 def test_many_returns_know_no_heading_of_each_other() -> None:
     places = np.array([[0.0, 300.0, 40.0], [0.0, 5.0, 40.0], [0.0, 5.0, 40.0]])
-    motion = px4_returns(places, np.zeros(3), PX4)
+    motion = px4_returns(places, to_home(returns=len(places)), PX4)
     of_each = np.bincount(motion.segments.item, motion.segments.duration_s)
     assert of_each[1] == pytest.approx(of_each[2], abs=1e-9)
-    at_home = px4_returns(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
+    at_home = px4_returns(np.array([[0.0, 0.0, 40.0]]), to_home(), PX4)
     assert [STATES[state] for state in at_home.segments.state] == ["hover", "land"]
     assert at_home.segments.duration_s[0] == pytest.approx(6.0 - math.sqrt(1.2))
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray
-    from planner.fleet.swarm.situation import Situation
+    from planner.fleet.swarm.situation import SwarmSituation
 
 
 _LEAST_WAY = 0.01
@@ -25,7 +25,7 @@ class Algorithm(Protocol):
     the same seed, whatever the machine.
     """
 
-    def goals_m(self, situation: Situation) -> FloatArray:
+    def goals_m(self, situation: SwarmSituation) -> FloatArray:
         """Return the place each agent flies to, east and north; NaN: it is done, and lands. (n, 2) [m]
 
         ``situation.has_arrived`` says who stands where it was sent to.
@@ -58,7 +58,7 @@ class Waypoints:
         self._hold_s, self._together = hold_s, together
         self._rows = np.arange(len(ways))
 
-    def goals_m(self, situation: Situation) -> FloatArray:
+    def goals_m(self, situation: SwarmSituation) -> FloatArray:
         """Return the next place of each."""
         last = self._next >= self._ways.shape[1] - 1
         arrived = situation.has_arrived & ~last
@@ -96,7 +96,7 @@ class RandomSearch:
         self._goal_m = np.full(home_m.shape, np.nan)
         self._home_m, self._ends_s = home_m, ends_s
 
-    def goals_m(self, situation: Situation) -> FloatArray:
+    def goals_m(self, situation: SwarmSituation) -> FloatArray:
         """Return where each direction leads to."""
         if situation.time_s >= self._ends_s:
             home = situation.has_arrived & (self._goal_m == self._home_m).all(axis=1)

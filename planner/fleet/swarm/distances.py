@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fleet.swarm.simulation import Phase
+from planner.fleet.swarm.simulation import AgentPhase
 from planner.fleet.swarm.zones import Capsules, near_pairs
 from planner.values import Value
 
@@ -38,7 +38,7 @@ class Distances(Value, eq=False):
 
 def predict_distances(record: Record, names: tuple[str, ...], separation_m: float) -> Distances:
     """Return how near agents come to each other, both in the air: along the chords of the steps."""
-    flies = (record.phase != Phase.WAITS) & (record.phase != Phase.LANDED)
+    flies = (record.phase != AgentPhase.WAITS) & (record.phase != AgentPhase.LANDED)
     found: dict[tuple[int, int], tuple[float, float]] = {}
     least = np.full(len(flies), np.nan)
     for step in range(len(flies)):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fleet.swarm.simulation import Phase
+from planner.fleet.swarm.simulation import AgentPhase
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
@@ -93,15 +93,15 @@ def agent_flight(
         Of the plane above its home. [m]
     """
     phase = record.phase[:, row]
-    if not (phase > Phase.WAITS).any():
+    if not (phase > AgentPhase.WAITS).any():
         return None
     parts = [_part(vertical, lands=False)]
-    flown = np.flatnonzero(phase == Phase.FLIES)
+    flown = np.flatnonzero(phase == AgentPhase.FLIES)
     if len(flown):
         parts.append(
             _level(record, row, flown, vertical=vertical, speed_m_s=speed_m_s, height_m=height_m)
         )
-    if (phase >= Phase.LANDS).any():
+    if (phase >= AgentPhase.LANDS).any():
         parts.append(_part(vertical, lands=True))
     motion, transients = _joined(parts)
     return make_flight(motion, transients, vertical.power)

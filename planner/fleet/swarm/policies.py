@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.arrays import BoolArray, FloatArray, IndexArray
-    from planner.fleet.swarm.situation import Situation
+    from planner.fleet.swarm.situation import SwarmSituation
 
 
 class Policy(Protocol):
@@ -32,14 +32,14 @@ class Policy(Protocol):
         """Whether agents wait on the ground until nobody is in the way of their take-off."""
         ...
 
-    def commands_m_s(self, situation: Situation) -> FloatArray:
+    def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities agents command until the next tick, east and north. (n, 2) [m s⁻¹]
 
         Parameters
         ----------
-        situation : Situation
+        situation : SwarmSituation
             Everything agents know of themselves and of each other: places, velocities, where they come to
-            rest, and the velocities they want.  `Situation.may` says which commands leave every stop free.
+            rest, and the velocities they want.  Its ``may`` says which commands leave every stop free.
         """
         ...
 
@@ -50,7 +50,7 @@ class NoAvoidance(Value):
     needs_ticks: bool = False
     keeps_apart: bool = False
 
-    def commands_m_s(self, situation: Situation) -> FloatArray:
+    def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return what agents want."""
         return situation.wanted_m_s
 
@@ -69,7 +69,7 @@ class StopInTime(Value):
     patience_s: float = 20.0
     """For so long it stands before it goes aside. [s]"""
 
-    def commands_m_s(self, situation: Situation) -> FloatArray:
+    def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return what agents want, nothing for those that stop."""
         wanted, before = situation.wanted_m_s, situation.command_m_s
         wants, stands = (wanted != 0.0).any(axis=1), (before == 0.0).all(axis=1)
@@ -100,7 +100,7 @@ class OrcaStop(Value):
     patience_s: float = 4.0
     """Who has waited so long for its way goes round to the right, the farther the longer it waits. [s]"""
 
-    def commands_m_s(self, situation: Situation) -> FloatArray:
+    def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities nearest to those wanted, slower where no stop would be free."""
         zones = situation.zones
         disks = Disks(

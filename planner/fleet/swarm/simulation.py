@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
-from planner.fleet.swarm.situation import SWING, Situation
+from planner.fleet.swarm.situation import SWING, SwarmSituation
 from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
 from planner.values import Value, replace
 
@@ -58,7 +58,7 @@ class Agent(Value):
     """The higher gives way last."""
 
 
-class Phase:
+class AgentPhase:
     """What an agent is about, as a number."""
 
     WAITS, CLIMBS, FLIES, LANDS, LANDED = range(5)
@@ -133,7 +133,7 @@ class Swarm:
         self._rank[order] = np.arange(count)
         self._motions = self._dynamics.at_rest(self._home_m)
         self.zones = self._stop_zones()
-        self._phase = np.full(count, Phase.WAITS)
+        self._phase = np.full(count, AgentPhase.WAITS)
         self._has_reached = np.zeros(count, np.bool_)
         self._ready_s = np.full(count, np.inf)
         """When each has arrived, is up, or is down."""
@@ -154,7 +154,7 @@ class Swarm:
     @property
     def has_landed(self) -> BoolArray:
         """Who is on the ground again. (n,)"""
-        return np.asarray(self._phase == Phase.LANDED)
+        return np.asarray(self._phase == AgentPhase.LANDED)
 
     @property
     def is_over(self) -> bool:
@@ -182,7 +182,7 @@ class Swarm:
     @property
     def is_there(self) -> BoolArray:
         """Who is in the air, in the way of others. (n,)"""
-        return np.asarray((self._phase != Phase.WAITS) & (self._phase != Phase.LANDED))
+        return np.asarray((self._phase != AgentPhase.WAITS) & (self._phase != AgentPhase.LANDED))
 
     def _next(self) -> Step:
         """Go on by one step."""
@@ -217,7 +217,7 @@ class Swarm:
         self._take_turns(wants, waits)
         return step
 
-    def _renewed(self, situation: Situation, command: FloatArray) -> Capsules:
+    def _renewed(self, situation: SwarmSituation, command: FloatArray) -> Capsules:
         """Return the zones agents are in now.
 
         A capsule about what is left of a way may stick out of the one that was granted, which held the way
@@ -241,7 +241,7 @@ class Swarm:
 
         A tick flown at a part of the speed stands for so much of it at the speed.
         """
-        reached = (self._phase == Phase.FLIES) & (command != 0.0).any(axis=1)
+        reached = (self._phase == AgentPhase.FLIES) & (command != 0.0).any(axis=1)
         rest = self._dynamics.rest_m(self._motions)
         with np.errstate(invalid="ignore"):
             reached &= np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M
@@ -249,7 +249,7 @@ class Swarm:
         begun_s = np.where(self._ready_s > self.time_s, self._ready_s, self.time_s)
         begun_s = np.where(np.isinf(begun_s), self.time_s, begun_s)
         ends_s = begun_s + part * self._tick_s + (ticks - 1) * self._tick_s + self._settle_s
-        flies = self._phase == Phase.FLIES
+        flies = self._phase == AgentPhase.FLIES
         still = flies & (command == 0.0).all(axis=1)
         ends_s = np.where(np.isnan(ends_s), np.inf, ends_s)
         self._ready_s = np.where(reached, ends_s, np.where(flies & ~still, np.inf, self._ready_s))
@@ -257,29 +257,29 @@ class Swarm:
 
     def _change_phases(self) -> None:
         ends_s = self.time_s + self._tick_s - 1e-9
-        up = (self._phase == Phase.CLIMBS) & (self._ready_s <= ends_s)
-        self._phase[up] = Phase.FLIES
+        up = (self._phase == AgentPhase.CLIMBS) & (self._ready_s <= ends_s)
+        self._phase[up] = AgentPhase.FLIES
         self.flies_s[up] = self._ready_s[up]
-        down = (self._phase == Phase.LANDS) & (self._ready_s <= self.time_s + 1e-9)
-        self._phase[down] = Phase.LANDED
-        ready = np.flatnonzero((self._phase == Phase.WAITS) & (self._start_s <= ends_s))
+        down = (self._phase == AgentPhase.LANDS) & (self._ready_s <= self.time_s + 1e-9)
+        self._phase[down] = AgentPhase.LANDED
+        ready = np.flatnonzero((self._phase == AgentPhase.WAITS) & (self._start_s <= ends_s))
         for agent in ready[np.argsort(self._rank[ready])].tolist():
             there = np.flatnonzero(self.is_there & self._policy.keeps_apart)
             own = self.zones.select(np.full(len(there), agent))
             if (distances_m(own, self.zones.select(there)) >= self._separation_m).all():
-                self._phase[agent] = Phase.CLIMBS
+                self._phase[agent] = AgentPhase.CLIMBS
                 begins_s = max(float(self._start_s[agent]), self.time_s)
                 self._ready_s[agent] = begins_s + self._climb_s[agent]
                 if self._ready_s[agent] <= ends_s:
-                    self._phase[agent] = Phase.FLIES
+                    self._phase[agent] = AgentPhase.FLIES
                     self.flies_s[agent] = self._ready_s[agent]
 
-    def _situation(self) -> Situation:
+    def _situation(self) -> SwarmSituation:
         velocity = self._dynamics.velocity_m_s(self._motions)
         rest = self._dynamics.rest_m(self._motions)
         soon = self._has_reached & (self._ready_s <= self.time_s + self._tick_s - 1e-9)
         has_arrived = np.where(np.isnan(self._settle_s), self._stands(rest, velocity), soon)
-        return Situation(
+        return SwarmSituation(
             time_s=self.time_s,
             tick_s=self._tick_s,
             place_m=self._motions.place_m.copy(),
@@ -288,7 +288,7 @@ class Swarm:
             command_m_s=self._command,
             wanted_m_s=np.zeros_like(rest),
             speed_m_s=self._speed,
-            has_arrived=has_arrived & (self._phase == Phase.FLIES),
+            has_arrived=has_arrived & (self._phase == AgentPhase.FLIES),
             rank=self._rank,
             waited_s=self._waited_s,
             is_there=self.is_there,
@@ -307,19 +307,19 @@ class Swarm:
         near = np.hypot(*(rest - self._motions.place_m).T) <= _STANDS * self._speed
         return np.asarray(at_goal & slow & near)
 
-    def _wanted(self, situation: Situation) -> FloatArray:
+    def _wanted(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities that lead to the goals: as fast as may be, and to rest exactly there.
 
         Who stands from a moment between two ticks on flies for the rest of the tick only: so much slower in
         all of it.
         """
-        flies = self._phase == Phase.FLIES
+        flies = self._phase == AgentPhase.FLIES
         goal = np.array(self._algorithm.goals_m(situation))
         at_home = self._returns & (self._goal_m == self._home_m).all(axis=1)
         goal[self._returns] = self._home_m[self._returns]
         goal[at_home & situation.has_arrived] = np.nan
         done = flies & np.isnan(goal[:, 0])
-        self._phase[done] = Phase.LANDS
+        self._phase[done] = AgentPhase.LANDS
         self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
         self._ready_s[done] = (self.lands_s + self._landing_s)[done]
         self._goal_m = goal
@@ -334,7 +334,7 @@ class Swarm:
             return 1
         speed = np.hypot(*command.T)
         going = speed > 0.0
-        settles = (self._phase == Phase.FLIES) & ~going & ~waits
+        settles = (self._phase == AgentPhase.FLIES) & ~going & ~waits
         if settles.any() or (np.abs(speed - self._speed)[going] > 1e-9).any():
             return 1
         ticks = float(_SKIPPED_WAITING if waits.any() else _MOST_SKIPPED)
@@ -344,9 +344,9 @@ class Swarm:
         next_s = [
             limit_s
             for phase, limit in (
-                (Phase.WAITS, self._start_s),
-                (Phase.CLIMBS, self._ready_s),
-                (Phase.LANDS, self._ready_s),
+                (AgentPhase.WAITS, self._start_s),
+                (AgentPhase.CLIMBS, self._ready_s),
+                (AgentPhase.LANDS, self._ready_s),
             )
             for limit_s in limit[self._phase == phase].tolist()
         ]

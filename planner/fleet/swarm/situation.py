@@ -19,7 +19,7 @@ SWING = 1.5
 overshoot by less. [-]"""
 
 
-class Situation(Value, eq=False):
+class SwarmSituation(Value, eq=False):
     """All agents at one tick; rows are agents, east and north their columns."""
 
     time_s: float

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
-    from planner.mission.route.stage import ReturnPath, Stage
+    from planner.flight.returns.destination import ReturnTargets
+    from planner.mission.route.stage import Stage
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -139,11 +140,9 @@ def fly_px4(
 
 def px4_returns(
     places_m: FloatArray,
-    home_m: FloatArray,
+    targets: ReturnTargets,
     parameters: Px4Parameters,
     *,
-    above_ground_m: FloatArray | float = 0.0,
-    return_paths: Sequence[ReturnPath | None] = (),
     tracking: Tracking = FOLLOWS,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
@@ -151,17 +150,15 @@ def px4_returns(
 ) -> Motion:
     """Return how PX4 returns from places, each from standing there, as one motion.
 
-    Places are (k, 3), and so are the homes they lead to, or (3,) where it is one for all;
-    ``above_ground_m`` is that of rally points above the ground there, 0 for home (k,).  ``return_paths``
-    are of the returns that lead along the mission (k,), empty where none does.  The rest is as in
-    :func:`fly_px4`.  The returns follow one another; the item of a segment is the position of its place.
+    Places are (k, 3), a target each.  The rest is as in :func:`fly_px4`.  The returns follow one another; the
+    item of a segment is the position of its place.
     """
     places = np.asarray(places_m, dtype=np.float64)
-    homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
+    moves = return_moves(
+        places, targets.ground_m, parameters, targets.above_ground_m, targets.paths
+    )
     motion, _ = _fly(
-        return_moves(places, homes, parameters, above_ground_m, return_paths).armed_with(
-            heading_rad
-        ),
+        moves.armed_with(heading_rad),
         len(places),
         parameters,
         tracking=tracking,
