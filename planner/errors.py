@@ -194,3 +194,11 @@ def nearest_hint(name: str, known: Iterable[str]) -> str:
 
     close = get_close_matches(name, sorted(known), n=1)
     return f"; did you mean {close[0]}?" if close else ""
+
+
+class PathTooLongError(Exception):
+    """A path of more points than can be looked at: ``points`` of them."""
+
+    def __init__(self, points: int) -> None:
+        self.points = points
+        super().__init__(f"a path of {points} points")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import PathTooLongError
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     CircleLaw,
@@ -40,6 +41,16 @@ _SAME_PLACE_M = 1e-3
 """A motion that goes on within this of where it was has not jumped. [m]"""
 _BRAKING_M_S2 = 0.25
 """Deceleration from which on a vehicle brakes; overshoots of speed die away more slowly. [m s⁻²]"""
+
+
+_MOST_POINTS = 1_000_000
+"""Of a path: its columns take some 100 MB, and 30,000 km over cells of 30 m have no more."""
+
+
+def refuse_endless(points: int) -> None:
+    """Raise `PathTooLongError` of more points than can be looked at."""
+    if points > _MOST_POINTS:
+        raise PathTooLongError(points)
 
 
 class FlownPath(Value, eq=False):
@@ -91,7 +102,8 @@ def flown_path(
     """Return the path of a motion of at least one piece over ground.
 
     It is within :data:`PATH_TOLERANCE_M` of the motion everywhere, on the map or ``with_heights``; no leg is
-    longer than ``straight_m``, for what bends long ones.  A cubic stays within ¾ of the greatest distance of
+    longer than ``straight_m``, for what bends long ones.  Raises `PathTooLongError` where that takes too many
+    points.  A cubic stays within ¾ of the greatest distance of
     its inner control points from its chord, and in k equal parts of time within 1/k² of ¾ of the greatest
     second difference of its control points.
     """
@@ -160,6 +172,7 @@ def _divided(
     piece: IntArray, start_s: FloatArray, end_s: FloatArray, parts: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return intervals divided into equal parts of time."""
+    refuse_endless(int(parts.sum()))
     owner = np.repeat(np.arange(len(parts)), parts)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
     step = (end_s - start_s) / parts

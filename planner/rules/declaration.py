@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 from planner.autopilot import Autopilot
+from planner.errors import PathTooLongError
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -138,7 +139,14 @@ class Check(Value, kw_only=False):
             if (value := need.of(a)) is None:
                 return need
             given.append(value)
-        return tuple(self.function(a, *given))
+        try:
+            return tuple(self.function(a, *given))
+        except PathTooLongError as error:
+            asked_by = f"a path of {error.points:,} points"
+            needs = "a shorter mission, with fewer repeats"
+            return tuple(
+                NotEvaluated(rule=rule, asked_by=asked_by, needs=needs) for rule in self.rules
+            )
 
 
 @overload

@@ -75,6 +75,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         home_amsl_m = 488
         temperature_c = -5.5
         position_noise_m = 0.3
+        heading_deg = 95
         reaction_time_s = 1.5
         position_error_m = 3
         select = ["E", "F"]
@@ -135,6 +136,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert setup.home_amsl_m == 488.0
     assert setup.temperature_c == -5.5
     assert setup.position_noise_m == 0.3
+    assert setup.heading_deg == 95.0
     assert setup.reaction_time_s == 1.5
     assert setup.position_error_m == 3.0
     assert setup.selection == Selection(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,9 @@ from made_missions import rtl, speed, takeoff
 
 from planner.autopilot import Autopilot
 from planner.flight.path import PATH_TOLERANCE_M, FlownPath, flown_path
+from planner.service.preflight import check_file
+from planner.setup import Setup
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
@@ -105,3 +109,14 @@ def test_a_quarter_of_a_metre_per_second_squared_is_a_braking(
         is_brake=no,
     )
     assert path.is_committed.tolist() == [True, True, committed, committed, True, True]
+
+
+def test_rules_that_would_need_too_many_points_are_not_evaluated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("planner.flight.path._MOST_POINTS", 3)
+    sample = Path(__file__).parents[2] / "missions" / "survey-vineyard.plan"
+    result = check_file(sample, Setup(vehicle=load_vehicle("falkowski-2023-quadrotor")))
+    lacks = [one.message for one in result.findings if one.code == "X904"]
+    assert any("F101" in one and "fewer repeats" in one for one in lacks)
+    assert result.verdict == "no-go"

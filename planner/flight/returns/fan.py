@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, lengths
-from planner.flight.path import FlightLines
+from planner.flight.path import FlightLines, refuse_endless
 from planner.flight.returns.path import along_m
 from planner.mission.route.stage import StageKind
 from planner.values import replace
@@ -61,6 +61,7 @@ def return_fan(
         ends = [_points(returns, own_s, stage).place_m for own_s in time_s.T]
         parts = np.ceil(lengths((ends[1] - ends[0])[:, :2]) / _ONE_CHOICE_M).astype(np.intp)
         parts = np.maximum(parts, 1)
+        refuse_endless(int(parts.sum()))
         stretch = np.repeat(stretch, parts)
         number = np.arange(len(stretch)) - np.repeat(np.cumsum(parts) - parts, parts)
         shares = np.stack((number, number + 1), axis=1) / parts[stretch, None]
