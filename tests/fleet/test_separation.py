@@ -6,6 +6,7 @@ import pytest
 from made_missions import HOME, item, mission, rtl, takeoff
 from rule_cases.case import PLAIN
 from rule_cases.swarm import moved, together
+from sampled_fleet import drawn_fleet, misjudged
 
 from planner.values import replace
 
@@ -69,3 +70,8 @@ def test_a_mission_that_flies_nothing_is_told_of_on_both_sides() -> None:
     assert [f.message for f in together(nothing, PLAIN) if f.code == "S104"] == [
         "nothing is flown: the separation from the other missions is not checked"
     ]
+
+
+@pytest.mark.parametrize("seed", [0, 3, 10])
+def test_a_drawn_fleet_is_judged_as_by_samples_of_its_tracks(seed: int) -> None:
+    assert misjudged(drawn_fleet(seed)) == []
