@@ -217,7 +217,7 @@ def plan(
     Jobs of FLEET.toml that may be split are divided into sorties, which are given to vehicles and packs
     and started so that all keep apart.  Shows what one vehicle takes, two, and so on, with the fewest
     that are in time and those of least energy.  Writes DIR/fleet.toml, which mavjoule fleet check
-    passes, and a mission for each part of a job and for each flight lifted to one of the [layers].
+    passes, and the mission of each sortie: its job's, a part of it, or lifted to one of the [layers].
 
     The same file gives the same plan, unless --time-limit or Ctrl-C cut the search short: the best plan
     so far is then made whole, checked and written.  Ctrl-C once more ends without one.

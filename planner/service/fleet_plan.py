@@ -19,6 +19,7 @@ from planner.findings import Severity
 from planner.fleet.schedule import EFFORT_S, Objective, Patience, best_schedule, smallest_conflict
 from planner.fleet.separation import predict_conflicts
 from planner.fleet.writer import fleet_file_text
+from planner.mission.formats.exchange import read_bytes
 from planner.service.fleet import check_fleet
 from planner.service.fleet_meetings import Meetings
 from planner.service.fleet_separation import fleet_spacing, members
@@ -166,7 +167,9 @@ def plan_fleet(
 
 
 def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> Path:
-    """Write a plan into a folder: ``fleet.toml``, and a mission for each part of a job; return the file.
+    """Write a plan into a folder: ``fleet.toml``, and the mission of each sortie; return the file.
+
+    A sortie that flies the whole of its job has the job's own file, byte for byte.
 
     Parameters
     ----------
@@ -185,14 +188,24 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
         If a file cannot be written: then none is.
     FleetFileError
         If the fleet file cannot be read any more.
+    MissionFileError
+        If the mission of a job cannot.
     """
     folder = Path(folder)
     file = folder / PLAN_FILE
     if file.exists() and file.samefile(plan.fleet.source):
         msg = f"{file} is the fleet that is planned: give another folder"
         raise UsageError(msg)
-    texts = {Path(path): text for path, text in plan.missions.items()}
-    texts[file] = fleet_file_text(plan.fleet, folder)
+    texts: dict[Path, str | bytes] = {Path(path): text for path, text in plan.missions.items()}
+    sorties = {}
+    for name, sortie in plan.fleet.sorties.items():
+        path = sortie.mission
+        if path is None:
+            job = Path(plan.fleet.jobs[sortie.job].mission)
+            path = str(folder / f"{name}{job.suffix}")
+            texts[Path(path)] = read_bytes(job)
+        sorties[name] = replace(sortie, mission=path)
+    texts[file] = fleet_file_text(replace(plan.fleet, sorties=sorties), folder)
     if not force and (there := [path for path in texts if path.exists()]):
         msg = f"{there[0]} exists already: give another folder, or --force"
         raise UsageError(msg)

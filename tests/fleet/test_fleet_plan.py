@@ -75,6 +75,11 @@ def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
     twice = planned(tmp_path, TWO)
     other = write_plan(twice, tmp_path / "out", force=True)
     assert other.read_bytes() == file.read_bytes()
+    # a mission of its own for each sortie, here the whole of its job
+    for name, one in read_fleet(file).sorties.items():
+        assert one.mission == str(tmp_path / "out" / f"{name}.plan")
+        job = Path(made.fleet.jobs[one.job].mission)
+        assert Path(one.mission).read_bytes() == job.read_bytes()
     with pytest.raises(UsageError, match="exists already"):
         write_plan(twice, tmp_path / "out")
 
