@@ -11,6 +11,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState, Kinematic
 from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
 from planner.mission.commands import command_name
 from planner.quantity import mean_of
+from planner.setup import Reserve
 from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 from planner.values import Value, replace
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import FlownReturns
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
-    from planner.setup import Reserve, Setup
+    from planner.setup import Setup
     from planner.vehicle.battery import Battery
 
 
@@ -272,6 +273,44 @@ def predict_discharge(
         charge_ah=circuit.capacity_ah * (charge - float(left[-1])),
         usable_wh=circuit.delivered_wh(used_w, charge, empty),
     )
+
+
+class FlightBattery(Value, eq=False):
+    """What a flight takes, and what it leaves of the pack it flies with."""
+
+    pack: Battery | None
+    """As worn as it is; ``None``: none is known."""
+    discharge: Discharge | None
+    """``None``: the power or what the pack needs for it is not known."""
+    totals: Totals
+    budget: BatteryBudget | None
+    """``None``: the power or the pack is not known."""
+
+
+def flight_battery(flight: Flight, setup: Setup) -> FlightBattery:
+    """Return what a flight takes, and what it leaves of the pack of a setup."""
+    pack = setup.flown_pack.battery
+    if pack is not None:
+        pack = pack.aged(
+            health=setup.battery_health, resistance_factor=setup.battery_resistance_factor
+        )
+    if pack is None or not setup.vehicle.is_power_known:
+        totals = flight_totals(flight, pack)
+        return FlightBattery(pack=pack, discharge=None, totals=totals, budget=None)
+    charge, reserve = mean_of(setup.charge), setup.reserve
+    discharge = predict_discharge(
+        flight, pack, charge=charge, temperature_c=battery_temperature_c(setup, flight)
+    )
+    totals = flight_totals(flight, pack, discharge)
+    budget = battery_budget(
+        totals,
+        pack,
+        charge=charge,
+        reserve=reserve if isinstance(reserve, Reserve) else Reserve(fraction=float(reserve)),
+        hover_power_w=hover_near_home_w(flight.power),
+        discharge=discharge,
+    )
+    return FlightBattery(pack=pack, discharge=discharge, totals=totals, budget=budget)
 
 
 class ReturnDischarge(Value, eq=False):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.fleet.swarm.simulation import AgentPhase
 from planner.report.json import envelope, finding_document, json_text, value, values
 from planner.report.text import (
     by_weight,
@@ -39,7 +40,6 @@ _OF_AGENT = (
     "has_landed",
 )
 _OF_APPROACH = ("first", "second", "distance_m", "time_s")
-_PHASES = ("waits", "climbs", "flies", "lands", "landed")
 
 
 def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
@@ -130,7 +130,7 @@ def swarm_trace_csv(result: SwarmResult) -> str:
                 (
                     f"{begin_s:.3f}",
                     agent.name,
-                    _PHASES[int(record.phase[step, row])],
+                    AgentPhase(record.phase[step, row]).name.lower(),
                     f"{latitude[step, row]:.8f}",
                     f"{longitude[step, row]:.8f}",
                     f"{speed[step, row]:.3f}",

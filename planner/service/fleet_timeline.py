@@ -172,8 +172,7 @@ def fleet_timeline(result: FleetResult) -> FleetTimeline:
     flown = [one for one in result.sorties if one.time_s > 0.0]
     all_ = members(fleet, fleet.separation or _ALONE, flown) if flown else []
     first = flown[0].assessment if flown else None
-    swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
-    ready_s = max((one.end_s for one in flown), default=0.0) + swap_s
+    ready_s = max((one.end_s for one in flown), default=0.0) + fleet.swap_s
     end_s = float(math.ceil(ready_s))
     energies = [_energy(one) for one in flown]
     edge_s = np.linspace(0.0, end_s or 1.0, _SPANS + 1)
@@ -271,15 +270,14 @@ def thinned(time_s: FloatArray, columns: FloatArray, tolerance: float) -> IntArr
 def _rows(result: FleetResult, flown: Sequence[FlownSortie], end_s: float) -> Iterator[TimelineRow]:
     """Yield what is used in the operation, over time."""
     fleet, charges = result.fleet, result.charges
-    swap_s = 0.0 if fleet.swap is None else fleet.swap.time_s
     for name in fleet.vehicles:
         own = [one for one in flown if one.sortie.vehicle == name]
         if own:
-            yield TimelineRow(kind="vehicle", name=name, spans=tuple(_flights(own, swap_s)))
+            yield TimelineRow(kind="vehicle", name=name, spans=tuple(_flights(own, fleet.swap_s)))
     for name in fleet.packs:
         own = [one for one in flown if one.sortie.pack == name]
         charged = _cut("charge", [one for one in charges if one.pack == name], end_s)
-        if spans := sorted((*_flights(own, swap_s), *charged), key=lambda one: one.start_s):
+        if spans := sorted((*_flights(own, fleet.swap_s), *charged), key=lambda one: one.start_s):
             yield TimelineRow(kind="pack", name=name, spans=tuple(spans))
     for charger in fleet.chargers.values():
         sockets = _sockets([one for one in charges if one.charger == charger.name])

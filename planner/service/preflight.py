@@ -18,15 +18,7 @@ from planner.errors import (
     bug_text,
 )
 from planner.findings import Rule, Severity
-from planner.flight.budget import (
-    NOTHING_FLOWN,
-    battery_budget,
-    battery_temperature_c,
-    flight_totals,
-    hover_near_home_w,
-    item_arrivals,
-    predict_discharge,
-)
+from planner.flight.budget import NOTHING_FLOWN, flight_battery, item_arrivals
 from planner.flight.pilot import (
     NOISE_ASSUMED,
     continues_after,
@@ -43,11 +35,10 @@ from planner.mission.files import read_mission
 from planner.mission.items import Mission
 from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_route
 from planner.physics.atmosphere import standard_temperature_c
-from planner.quantity import mean_of
 from planner.rules.assessment import Assessment
 from planner.rules.registry import judge, judge_unflown
 from planner.setting import taking_settings
-from planner.setup import Reserve, Setup
+from planner.setup import Setup
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
@@ -331,39 +322,18 @@ def assess(prepared: Preparation) -> Assessment | None:
     flight = predict_flight(route, setup, pilot)
     if not len(flight.motion.segments.item):
         return None
-    pack = setup.flown_pack.battery
-    if pack is not None:
-        pack = pack.aged(
-            health=setup.battery_health, resistance_factor=setup.battery_resistance_factor
-        )
-    charge, reserve = mean_of(setup.charge), setup.reserve
-    if not isinstance(reserve, Reserve):
-        reserve = Reserve(fraction=float(reserve))
-    discharge = None
-    if pack is not None and vehicle.is_power_known:
-        discharge = predict_discharge(
-            flight, pack, charge=charge, temperature_c=battery_temperature_c(setup, flight)
-        )
-    totals = flight_totals(flight, pack, discharge)
+    counted = flight_battery(flight, setup)
+    totals, budget = counted.totals, counted.budget
     returns = make_returns(route, flight, pilot, destinations)
-    budget, plan, sweep = None, None, None
+    plan, sweep = None, None
     if vehicle.is_power_known:
-        if pack is not None:
-            budget = battery_budget(
-                totals,
-                pack,
-                charge=charge,
-                reserve=reserve,
-                hover_power_w=hover_near_home_w(flight.power),
-                discharge=discharge,
-            )
         sweep = sweep_returns(returns, *return_limits_wh(budget))
         plan = None if sweep is None else plan_return(returns, sweep, budget)
     if vehicle.spread is not None:
         from planner.flight.uncertainty import predict_scenarios
 
         scenarios = predict_scenarios(
-            returns, setup, spread=vehicle.spread, battery=pack, budget=budget, sweep=sweep
+            returns, setup, spread=vehicle.spread, battery=counted.pack, budget=budget, sweep=sweep
         )
         flight, totals, budget, plan = scenarios.added_to(flight, totals, budget, plan)
     given = field_values(prepared) | {
@@ -375,8 +345,8 @@ def assess(prepared: Preparation) -> Assessment | None:
         flight=flight,
         totals=totals,
         items=item_arrivals(mission, route, flight),
-        pack=pack,
-        discharge=discharge,
+        pack=counted.pack,
+        discharge=counted.discharge,
         battery=budget,
         return_plan=plan,
         returns=returns,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import Fleet, SwarmAlgorithm
@@ -18,13 +19,7 @@ from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.flights import Record, agent_flight, first_landing
 from planner.fleet.swarm.policies import POLICIES
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
-from planner.flight.budget import (
-    battery_budget,
-    battery_temperature_c,
-    flight_totals,
-    hover_near_home_w,
-    predict_discharge,
-)
+from planner.flight.budget import flight_battery
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.steps import SPEED_TOLERANCE
 from planner.flight.pilot import flight_parameters, make_pilot
@@ -178,7 +173,6 @@ class _Body(Value, eq=False):
     vertical: Flight
     height_m: float
     """Of the plane above its home. [m]"""
-    charge: float
 
 
 def simulate_fleet(
@@ -300,7 +294,6 @@ def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
                 frame.east_north_m(pad.latitude_deg, pad.longitude_deg),
                 height_m=task.height_m + rise_m,
                 home_amsl_m=pad.amsl_m or 0.0,
-                charge=charge,
             )
         )
     return frame, bodies
@@ -321,7 +314,6 @@ def _body(
     *,
     height_m: float,
     home_amsl_m: float,
-    charge: float,
 ) -> _Body:
     """Return one vehicle with its way up and down, and how it answers velocities."""
     parameters, _ = flight_parameters(setup)
@@ -357,7 +349,6 @@ def _body(
         setup=setup,
         vertical=vertical,
         height_m=height_m,
-        charge=charge,
     )
 
 
@@ -374,7 +365,7 @@ def _dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
     if vehicle.responses.speed is not None and vehicle.ramps is None:
         response = vehicle.responses.speed.transfer_function
         gain = vehicle.responses.speed.unit_step.final_value
-        if response.dc_gain and not _is_shaped(setup):
+        if response.dc_gain and setup.flown_by is Autopilot.STEP:
             numerator = tuple(one / response.dc_gain for one in response.numerator)
             unit = TransferFunction(
                 numerator=numerator, denominator=response.denominator, delay_s=response.delay_s
@@ -401,12 +392,6 @@ def _dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
 def _settle_s(response: TransferFunction) -> float:
     """Return how long a stop takes until the legs of a mission count it as one. [s]"""
     return float(StepResponse(system=response).settling_times_s(SPEED_TOLERANCE))
-
-
-def _is_shaped(setup: Setup) -> bool:
-    from planner.autopilot import Autopilot
-
-    return setup.flown_by is not Autopilot.STEP
 
 
 def _algorithm(task: SwarmTask, frame: LocalFrame, agents: Sequence[Agent], seed: int) -> Algorithm:
@@ -477,8 +462,8 @@ def _figures_wh(body: _Body) -> tuple[float, float, float, float]:
     flight, setup = body.vertical, body.setup
     segments = wh_from_j(flight.segment_energy_j)
     lands = first_landing(flight.motion)
-    budget = _budget(flight, setup, body.charge)
-    if budget is None or not setup.vehicle.is_power_known:
+    budget = flight_battery(flight, setup).budget
+    if budget is None:
         return math.inf, 0.0, 0.0, 0.0
     power_w = max(_level_power_w(body, 0.0), _level_power_w(body, body.agent.speed_m_s))
     brake = setup.vehicle.responses.brake_power
@@ -511,28 +496,6 @@ def _level_power_w(body: _Body, speed_m_s: float) -> float:
     return float(body.vertical.power.power_w(state, kind, np.array([speed_m_s]))[0])
 
 
-def _budget(flight: Flight, setup: Setup, charge: float) -> BatteryBudget | None:
-    """Return what the battery of a vehicle holds against a flight; ``None``: no battery is known."""
-    from planner.setup import Reserve
-
-    pack = setup.flown_pack.battery
-    if pack is None or not setup.vehicle.is_power_known:
-        return None
-    pack = pack.aged(health=setup.battery_health, resistance_factor=setup.battery_resistance_factor)
-    discharge = predict_discharge(
-        flight, pack, charge=charge, temperature_c=battery_temperature_c(setup, flight)
-    )
-    reserve = setup.reserve
-    return battery_budget(
-        flight_totals(flight, pack, discharge),
-        pack,
-        charge=charge,
-        reserve=reserve if isinstance(reserve, Reserve) else Reserve(fraction=float(reserve)),
-        hover_power_w=hover_near_home_w(flight.power),
-        discharge=discharge,
-    )
-
-
 def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
     """Return what one agent did."""
     flight = agent_flight(
@@ -546,7 +509,7 @@ def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
         energy_wh = float(energies.sum())
         sums = np.bincount(flight.motion.segments.state, energies, len(STATES))
         by_state = {str(state): float(one) for state, one in zip(STATES, sums, strict=True) if one}
-        budget = _budget(flight, body.setup, body.charge)
+        budget = flight_battery(flight, body.setup).budget
     return SwarmAgent(
         name=body.agent.name,
         vehicle=body.setup.vehicle.name,

@@ -31,6 +31,8 @@ _AT_REST = 0.002
 """What a stopped agent may still have to go, over its speed, when its way is no longer looked at. [s]"""
 _WAY_SAMPLES = 24
 _MOST_TICKS = 4000
+_FASTEST_M_S = 40.0
+"""No multicopter's reference is faster; so long its braking is followed. [m s⁻¹]"""
 
 
 class Dynamics(Value):
@@ -309,10 +311,6 @@ def _stop_way(dynamics: Dynamics, tick_s: float, size: int) -> _StopWay:
                 inputs[tick, pending + tick] = 1.0
         of_future = places(np.zeros((braking, size)), inputs)
     return _StopWay(of_begun=of_begun, of_future=of_future, pending=pending)
-
-
-_FASTEST_M_S = 40.0
-"""No multicopter's reference is faster; so long its braking is followed. [m s⁻¹]"""
 
 
 def _ticks_to_rest(system: _System) -> int:

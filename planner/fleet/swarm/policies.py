@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IndexArray
     from planner.fleet.swarm.situation import SwarmSituation
 
+_PARTS = (0.5, 0.25, 0.0)
+"""Of a velocity from which no stop is free, what is tried next. [-]"""
+_ROUND_RAD = 0.5 * np.pi
+"""How far who waits goes round at most. [rad]"""
+_TREE_FROM = 150
+"""From so many agents on the nearest are found by a tree. [-]"""
+
 
 class Policy(Protocol):
     """A rule of avoidance: `planner.fleet.Policy`.
@@ -131,11 +138,6 @@ class OrcaStop(Value):
         return command
 
 
-_PARTS = (0.5, 0.25, 0.0)
-"""Of a velocity from which no stop is free, what is tried next. [-]"""
-_ROUND_RAD = 0.5 * np.pi
-
-
 def _turned_right(velocity_m_s: FloatArray, angle_rad: FloatArray) -> FloatArray:
     east, north = velocity_m_s.T
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
@@ -159,10 +161,6 @@ def nearest_neighbours(place_m: FloatArray, is_there: BoolArray, most: int) -> I
         order = cKDTree(place_m[there]).query(place_m[there], k=count + 1)[1][:, 1:]
     found[there, :count] = there[order]
     return found
-
-
-_TREE_FROM = 150
-"""From so many agents on the nearest are found by a tree. [-]"""
 
 
 POLICIES: Mapping[str, type[NoAvoidance | StopInTime | OrcaStop]] = {

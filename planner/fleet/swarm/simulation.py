@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -58,10 +59,14 @@ class Agent(Value):
     """The higher gives way last."""
 
 
-class AgentPhase:
-    """What an agent is about, as a number."""
+class AgentPhase(IntEnum):
+    """What an agent is about."""
 
-    WAITS, CLIMBS, FLIES, LANDS, LANDED = range(5)
+    WAITS = 0
+    CLIMBS = 1
+    FLIES = 2
+    LANDS = 3
+    LANDED = 4
 
 
 class Step(Value, eq=False):
@@ -241,16 +246,16 @@ class Swarm:
 
         A tick flown at a part of the speed stands for so much of it at the speed.
         """
-        reached = (self._phase == AgentPhase.FLIES) & (command != 0.0).any(axis=1)
+        flies = self._phase == AgentPhase.FLIES
+        still = flies & (command == 0.0).all(axis=1)
+        reached = flies & ~still
         rest = self._dynamics.rest_m(self._motions)
         with np.errstate(invalid="ignore"):
             reached &= np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M
         part = np.hypot(*command.T) / self._speed
-        begun_s = np.where(self._ready_s > self.time_s, self._ready_s, self.time_s)
-        begun_s = np.where(np.isinf(begun_s), self.time_s, begun_s)
+        ready_s = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)
+        begun_s = np.maximum(ready_s, self.time_s)
         ends_s = begun_s + part * self._tick_s + (ticks - 1) * self._tick_s + self._settle_s
-        flies = self._phase == AgentPhase.FLIES
-        still = flies & (command == 0.0).all(axis=1)
         ends_s = np.where(np.isnan(ends_s), np.inf, ends_s)
         self._ready_s = np.where(reached, ends_s, np.where(flies & ~still, np.inf, self._ready_s))
         self._has_reached = reached | (self._has_reached & still)
@@ -368,10 +373,8 @@ class Swarm:
 
     def _take_turns(self, wants: BoolArray, waits: BoolArray) -> None:
         """Let another go first where agents wait for each other; see who cannot go on at all."""
-        if not wants.any() or not waits[wants].all():
-            going = wants & ~waits
-            if going.any():
-                self._moved_s = self.time_s
+        if (wants & ~waits).any():
+            self._moved_s = self.time_s
         stuck = self._waited_s >= _TURN_S
         if stuck.any() and self.time_s >= self._turned_s + _TURN_S:
             self._turned_s = self.time_s
