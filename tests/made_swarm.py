@@ -65,13 +65,13 @@ def formation(apart_m: float, packs: str | None = None) -> str:
 MODEL = "falkowski-2023-quadrotor"
 
 
-def _destination() -> tuple[float, float]:
-    """100 m north of the first pad."""
-    table = dict(line.split(" = ") for line in pad("x", 100, 0).splitlines()[1:])
+def _degrees(north_m: float, east_m: float) -> tuple[float, float]:
+    """A place so far from the first pad."""
+    table = dict(line.split(" = ") for line in pad("x", north_m, east_m).splitlines()[1:])
     return float(table["latitude_deg"]), float(table["longitude_deg"])
 
 
-NORTH_DEG, EAST_DEG = _destination()
+NORTH_DEG, EAST_DEG = _degrees(100.0, 0.0)
 
 
 @cache
@@ -86,3 +86,16 @@ def simulated(
         file = Path(folder) / "fleet.toml"
         file.write_text("schema = 1\n" + "\n".join(tables), encoding="utf-8")
         return simulate_fleet(read_fleet(file), algorithm=algorithm, policy=policy, until_s=until_s)
+
+
+def search(*, agents: int = 2, packs: str | None = None, more: str = "") -> str:
+    """Vehicles 30 m apart south of an area of 80 m by 60 m, searched in lanes of 20 m."""
+    names = [f"v{number}" for number in range(agents)]
+    pads = "".join(pad(name, 0, 30.0 * number) for number, name in enumerate(names))
+    (south, west), (north, east) = _degrees(20.0, 0.0), _degrees(80.0, 80.0)
+    task = (
+        '[swarm]\nalgorithm = "search"\nheight_m = 20\nlane_m = 20\n'
+        f"south_deg = {south!r}\nwest_deg = {west!r}\nnorth_deg = {north!r}\neast_deg = {east!r}\n{more}"
+    )
+    given = packs or f'[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = {agents}\n'
+    return "[separation]\nhorizontal_m = 10\n" + pads + task + given + vehicles(*names, model=MODEL)

@@ -363,7 +363,8 @@ def simulate(
 
     Exit codes: 0 clear, 1 not clear, 2 a file, usage or configuration is unusable.
     """
-    from planner.report.swarm import swarm_json, swarm_text, swarm_trace_csv
+    from planner.report.columns import columns_csv
+    from planner.report.swarm import swarm_json, swarm_text, swarm_trace
     from planner.service.swarm import simulate_fleet
 
     refuse_overwriting(output, (fleet,))
@@ -375,7 +376,7 @@ def simulate(
         read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
     )
     if trace is not None:
-        write_data(swarm_trace_csv(result), output=trace)
+        write_data(columns_csv(swarm_trace(result)), output=trace)
     write_data(
         swarm_json(result, version=__version__)
         if file_format == "json"

@@ -194,6 +194,15 @@ class SwarmTask(Part):
     search_s: Annotated[
         float | None, Key("for so long a random search lasts before all fly home", "s", _TIME)
     ] = None
+    sensor_radius_m: Annotated[
+        float | None,
+        Key(
+            "how far a vehicle sees about the place below it, for what of the area is seen; "
+            "half of lane_m where not given",
+            "m",
+            POSITIVE,
+        ),
+    ] = None
 
     def inconsistencies(self) -> Problems:
         """Yield what does not fit together."""
@@ -209,6 +218,8 @@ class SwarmTask(Part):
             first, last = getattr(self, low), getattr(self, high)
             if first is not None and last is not None and first >= last:
                 yield high, f"is not beyond {low}, {first:g}"
+        if self.sensor_radius_m is not None and self.south_deg is None:
+            yield "sensor_radius_m", "has no area to see"
 
 
 class Swap(Part):

@@ -294,3 +294,26 @@ def _first_above_s(
         if d > 0.0:  # the crossing is lost in rounding
             return float(start_s[at])
     return np.inf
+
+
+def thinned(time_s: FloatArray, columns: FloatArray, tolerance: float) -> IntArray:
+    """Return which samples to keep so that at every other one's own time the rest are so near to it.
+
+    Douglas and Peucker's scheme with distances at equal times (Meratnia and de By 2004).
+    """
+    kept = {0, len(time_s) - 1}
+    spans = [(0, len(time_s) - 1)]
+    while spans:
+        low, high = spans.pop()
+        if high - low < 2:
+            continue
+        inside = slice(low + 1, high)
+        fraction = (time_s[inside] - time_s[low]) / max(time_s[high] - time_s[low], 1e-12)
+        straight = columns[low] + fraction[:, None] * (columns[high] - columns[low])
+        away = np.sqrt(np.sum((columns[inside] - straight) ** 2, axis=1))
+        farthest = int(away.argmax())
+        if away[farthest] > tolerance:
+            middle = low + 1 + farthest
+            kept.add(middle)
+            spans += [(low, middle), (middle, high)]
+    return np.array(sorted(kept))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,14 +17,21 @@ from planner.report.text import (
     printable,
     table_lines,
 )
+from planner.service.fleet_timeline import energy_by_time
+from planner.service.swarm_timeline import swarm_timeline
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from planner.report.json import Document
     from planner.report.text import Medium
+    from planner.service.fleet_timeline import FleetTimeline
     from planner.service.swarm import SwarmAgent, SwarmResult
 
 _SHOWN = 5
 """Closest approaches in the text. [-]"""
+GOAL_FRACTIONS = (0.5, 0.9, 1.0)
+"""Of the goal, whose times are reported. [-]"""
 _OF_AGENT = (
     "name",
     "vehicle",
@@ -39,23 +44,30 @@ _OF_AGENT = (
     "energy_by_state_wh",
     "has_landed",
 )
+_OF_BATTERY = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
 _OF_APPROACH = ("first", "second", "distance_m", "time_s")
+_OF_GROUP = ("energy_wh", "makespan_s", "distance_m", "stops", "waited_s", "energy_by_state_wh")
+_FLIES = (AgentPhase.CLIMBS, AgentPhase.FLIES, AgentPhase.LANDS)
 
 
 def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
     """Return the report of a simulation: whether it is clear first, then what each agent did."""
     cut = "  (cut short)" if result.is_cut_short else ""
-    agents = quantity.count(len(result.agents), "agent")
+    stops = quantity.count(result.stops, "stop for others", "stops for others")
+    waited = quantity.duration(result.waited_s)
     lines = [
         f"{'CLEAR' if result.is_clear else 'NOT CLEAR'}  {printable(result.file)}{cut}",
         "",
-        f"  Swarm       {agents}: {result.algorithm}, avoidance {result.policy}, seed {result.seed}",
-        f"  Makespan    {quantity.duration(result.makespan_s)}",
+        f"  Swarm       {swarm_headline(result)}",
+        f"  Makespan    {quantity.duration(result.makespan_s)}; {stops}, {waited} of waiting",
         f"  Energy      {quantity.energy(result.energy_wh)}",
+        *medium.wrapped(f"  By state    {states_text(result.energy_by_state_wh)}", indent=14),
+        f"  Goal        {goal_text(result)}",
         "",
     ]
-    heads = ("agent", "in the air", "distance", "energy", "stops", "waited", "")
-    lines += table_lines([heads, *map(_row, result.agents)], alignment="<>>>>><")
+    heads = ("agent", "in the air", "distance", "energy", "left", "stops", "waited", "closest", "")
+    rows = [_row(result, one) for one in result.agents]
+    lines += table_lines([heads, *rows], alignment="<>>>>>>><")
     nearest = result.distances.nearest[:_SHOWN]
     if nearest:
         lines += ["", f"Closest; {quantity.distance(result.separation_m)} required:"]
@@ -78,63 +90,141 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _row(one: SwarmAgent) -> tuple[str, ...]:
+def swarm_headline(result: SwarmResult) -> str:
+    """Return what was simulated, in a line."""
+    agents = quantity.count(len(result.agents), "agent")
+    return f"{agents}: {result.algorithm}, avoidance {result.policy}, seed {result.seed}"
+
+
+def states_text(energy_by_state_wh: Mapping[str, float]) -> str:
+    """Return energies by flight state, in a line."""
+    return (
+        ", ".join(
+            f"{state} {quantity.energy(energy_wh)}"
+            for state, energy_wh in energy_by_state_wh.items()
+        )
+        or quantity.ABSENT
+    )
+
+
+def goal_text(result: SwarmResult) -> str:
+    """Return how much of the goal is reached, and when parts of it were."""
+    goal = result.goal
+    times = [
+        f"{quantity.percent(fraction)} after {quantity.duration(time_s)}"
+        for fraction in GOAL_FRACTIONS
+        for time_s in [goal.time_to_s(fraction)]
+        if time_s is not None
+    ]
+    return f"{quantity.percent(goal.fraction)} of the {goal.what}; {', '.join(times) or 'never half of it'}"
+
+
+def _row(result: SwarmResult, one: SwarmAgent) -> tuple[str, ...]:
+    near = result.closest(one.name)
+    left = None if one.battery is None else 1.0 - one.battery.used_fraction
     return (
         one.name,
         quantity.duration(one.time_s),
         quantity.distance(one.distance_m),
         quantity.energy(one.energy_wh),
+        quantity.percent(left),
         str(one.stops),
         quantity.duration(one.waited_s),
-        "" if one.has_landed else "not landed",
+        quantity.ABSENT if near is None else quantity.distance(near.distance_m),
+        "" if one.has_landed else "in the air",
     )
 
 
 def swarm_json(result: SwarmResult, *, version: str) -> str:
-    """Return a simulation as a JSON document, without its steps."""
-    document: Document = envelope(version) | {
-        "file": value(result, "file"),
+    """Return a simulation as a JSON document."""
+    document = swarm_document(result, swarm_timeline(result), version=version)
+    return json_text(document, indent=2)
+
+
+def swarm_document(result: SwarmResult, timeline: FleetTimeline, *, version: str) -> Document:
+    """Return a simulation by the keys of its JSON document."""
+    goal = result.goal
+    return envelope(version) | {
+        "file": result.file,
         "is_clear": result.is_clear,
         "algorithm": result.algorithm,
         "policy": result.policy,
         "seed": result.seed,
         "is_cut_short": result.is_cut_short,
         "separation_m": result.separation_m,
-        "totals": values(result, ("energy_wh", "makespan_s")),
+        "totals": values(result, _OF_GROUP),
+        "goal": {
+            "what": goal.what,
+            "fraction": goal.fraction,
+            **{
+                f"time_to_{one:.0%}_s".replace("%", ""): goal.time_to_s(one)
+                for one in GOAL_FRACTIONS
+            },
+            "cell_m": value(result.coverage, "cell_m"),
+            "sensor_radius_m": None if result.coverage is None else result.coverage.area.radius_m,
+        },
         "agents": [
             values(one, _OF_AGENT)
-            | {"margin_wh": None if one.battery is None else one.battery.margin_wh}
+            | {
+                "margin_wh": value(one.battery, "margin_wh"),
+                "battery": values(one.battery, _OF_BATTERY),
+                "closest": values(result.closest(one.name), _OF_APPROACH),
+            }
             for one in result.agents
         ],
         "approaches": [values(one, _OF_APPROACH) for one in result.distances.nearest],
+        "over_time": {
+            "time_s": timeline.edge_s.tolist(),
+            "power_w": [*timeline.power_w.tolist(), 0.0],
+            "energy_wh": timeline.used_wh.tolist(),
+            "goal_fraction": goal.fraction_at(timeline.edge_s).tolist(),
+        },
+        "pairs": [
+            values(one, ("first", "second", "least_m", "least_s"))
+            | {"time_s": one.time_s.tolist(), "distance_m": one.planned_m.tolist()}
+            for one in timeline.pairs
+        ],
         "findings": [finding_document(one) for one in result.findings],
     }
-    return json_text(document, indent=2)
 
 
-def swarm_trace_csv(result: SwarmResult) -> str:
-    """Return every step of every agent as rows of CSV: its place at the beginning of the step."""
-    record = result.record
-    latitude, longitude = result.frame.latitude_longitude_deg(
+def swarm_trace(result: SwarmResult) -> dict[str, Sequence[object]]:
+    """Return every step of every agent as columns: what is true at the beginning of the step.
+
+    ``least_distance_m`` is between any two agents in the air during the step, as far as it is within five
+    separations; ``goal_fraction`` is of the whole swarm.
+    """
+    record, agents = result.record, result.agents
+    begin_s, count = record.begin_s[:-1], len(result.agents)
+    latitude_deg, longitude_deg = result.frame.latitude_longitude_deg(
         record.place_m[:-1, :, 0], record.place_m[:-1, :, 1]
     )
-    speed = np.hypot(record.velocity_m_s[:-1, :, 0], record.velocity_m_s[:-1, :, 1])
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ("time_s", "agent", "phase", "latitude_deg", "longitude_deg", "ground_speed_m_s", "waits")
-    )
-    for step, begin_s in enumerate(record.begin_s[:-1].tolist()):
-        for row, agent in enumerate(result.agents):
-            writer.writerow(
-                (
-                    f"{begin_s:.3f}",
-                    agent.name,
-                    AgentPhase(record.phase[step, row]).name.lower(),
-                    f"{latitude[step, row]:.8f}",
-                    f"{longitude[step, row]:.8f}",
-                    f"{speed[step, row]:.3f}",
-                    int(record.waits[step, row]),
-                )
-            )
-    return text.getvalue()
+    height_m, power_w, energy_wh = np.full((3, len(begin_s), count), np.nan)
+    for row, one in enumerate(agents):
+        if one.flight is None:
+            continue
+        own_s = np.clip(begin_s - one.start_s, 0.0, one.time_s)
+        height_m[:, row] = one.flight.motion.state_at_time(own_s).height_m
+        if one.energy_wh is not None:
+            flies = np.isin(record.phase[:, row], _FLIES)
+            power_w[:, row] = np.where(flies, one.flight.power_w(own_s), 0.0)
+            energy_wh[:, row] = np.interp(own_s, *energy_by_time(one.flight))
+    speed_m_s = np.hypot(record.velocity_m_s[:-1, :, 0], record.velocity_m_s[:-1, :, 1])
+    steps: dict[str, Sequence[object]] = {
+        "time_s": np.repeat(np.round(begin_s, 3), count).tolist(),
+        "agent": [one.name for one in agents] * len(begin_s),
+        "phase": [AgentPhase(one).name.lower() for one in record.phase.ravel().tolist()],
+        "waits": record.waits.ravel().tolist(),
+    }
+    for name, column, digits in (
+        ("latitude_deg", latitude_deg, 8),
+        ("longitude_deg", longitude_deg, 8),
+        ("height_above_home_m", height_m, 3),
+        ("ground_speed_m_s", speed_m_s, 3),
+        ("power_w", power_w, 3),
+        ("energy_wh", energy_wh, 4),
+        ("least_distance_m", np.repeat(result.distances.least_m, count), 3),
+        ("goal_fraction", np.repeat(result.goal.fraction_at(begin_s), count), 5),
+    ):
+        steps[name] = np.round(column, digits).ravel().tolist()
+    return steps

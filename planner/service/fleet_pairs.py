@@ -28,7 +28,7 @@ _STEP_S = 0.5
 _SAMPLES = 4000
 """Of the distance of a pair, before the least is looked for between them."""
 _POINTS = 180
-_MOST_PAIRS = 6
+MOST_PAIRS = 6
 """Curves in a picture that can be told apart."""
 _FINER = 21
 _ROUNDS = 4
@@ -160,8 +160,7 @@ def closest_pairs(result: FleetResult, all_: Sequence[Member]) -> tuple[PairDist
             found.append((is_clear, float(np.nanmin(away_m)), pair, time_s, away_m))
     found.sort(key=lambda one: one[:2])
     return tuple(
-        _distance(pair, time_s, away_m, step_s)
-        for _, _, pair, time_s, away_m in found[:_MOST_PAIRS]
+        _distance(pair, time_s, away_m, step_s) for _, _, pair, time_s, away_m in found[:MOST_PAIRS]
     )
 
 
@@ -171,19 +170,25 @@ def _distance(
     may_m = pair.least_m(time_s)
     about_s = float(time_s[np.nanargmin(may_m)])
     least_s, least_m = pair.nearest(about_s, step_s)
-    known = np.flatnonzero(np.isfinite(planned_m))
-    part = np.cumsum(np.diff(known, prepend=known[0]) > 1).astype(np.intp)
-    # Of each short time the nearest: a curve must not be above what it stands for.
-    short = np.arange(len(known)) * _POINTS // max(len(known), _POINTS)
-    order = np.lexsort((may_m[known], short))
-    chosen = np.sort(order[np.flatnonzero(np.diff(short[order], prepend=-1))])
+    chosen, part = shown_samples(np.where(np.isfinite(planned_m), may_m, np.nan))
     return PairDistance(
         first=pair.first.file,
         second=pair.second.file,
-        time_s=time_s[known[chosen]],
-        planned_m=planned_m[known[chosen]],
-        may_m=may_m[known[chosen]],
-        part=part[chosen],
+        time_s=time_s[chosen],
+        planned_m=planned_m[chosen],
+        may_m=may_m[chosen],
+        part=part,
         least_s=least_s,
         least_m=min(least_m, float(np.nanmin(may_m))),
     )
+
+
+def shown_samples(away_m: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return which samples of a distance are shown, and which stretch without a gap each belongs to."""
+    known = np.flatnonzero(np.isfinite(away_m))
+    part = np.cumsum(np.diff(known, prepend=known[0]) > 1).astype(np.intp)
+    # Of each short time the nearest: a curve must not be above what it stands for.
+    short = np.arange(len(known)) * _POINTS // max(len(known), _POINTS)
+    order = np.lexsort((away_m[known], short))
+    chosen = np.sort(order[np.flatnonzero(np.diff(short[order], prepend=-1))])
+    return known[chosen], part[chosen]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.fleet import Separation
+from planner.fleet.trajectory import thinned
 from planner.flight.prediction import used_energy_wh
 from planner.service.fleet_pairs import APART_CODES, closest_pairs
 from planner.service.fleet_separation import RETURN_CROSSES, members
@@ -25,10 +26,13 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fleet.charging import Charge
     from planner.fleet.separation import Member
+    from planner.flight.prediction import Flight
     from planner.geo.geodesy import LocalFrame
     from planner.service.fleet import FleetFinding, FleetResult, FlownSortie
     from planner.service.fleet_pairs import PairDistance
     from planner.service.fleet_times import Stay
+
+    Energy = tuple[FloatArray, FloatArray]
 
 TRACK_ERROR_M = 1.0
 """How far a vehicle may be from its thinned track at any time: two fifths of the position error of a
@@ -174,12 +178,15 @@ def fleet_timeline(result: FleetResult) -> FleetTimeline:
     first = flown[0].assessment if flown else None
     ready_s = max((one.end_s for one in flown), default=0.0) + fleet.swap_s
     end_s = float(math.ceil(ready_s))
-    energies = [_energy(one) for one in flown]
-    edge_s = np.linspace(0.0, end_s or 1.0, _SPANS + 1)
-    used_wh = np.zeros(len(edge_s))
-    for one, energy in zip(flown, energies, strict=True):
-        if energy is not None:
-            used_wh += np.interp(edge_s - one.start_s, *energy)
+    energies = [
+        None
+        if one.assessment is None or one.energy_wh is None
+        else energy_by_time(one.assessment.flight)
+        for one in flown
+    ]
+    edge_s, used_wh = group_energy(
+        end_s, list(zip((one.start_s for one in flown), energies, strict=True))
+    )
     tracks = tuple(
         _track(one, member, energy)
         for one, member, energy in zip(flown, all_, energies, strict=True)
@@ -198,17 +205,26 @@ def fleet_timeline(result: FleetResult) -> FleetTimeline:
     )
 
 
-def _energy(one: FlownSortie) -> tuple[FloatArray, FloatArray] | None:
-    """Return times of a flight and the energy by then; ``None``: not known. (n,) [s], [Wh]"""
-    if one.assessment is None or one.energy_wh is None:
-        return None
-    flight = one.assessment.flight
+def energy_by_time(flight: Flight) -> Energy:
+    """Return times of a flight and the energy by then. (n,) [s], [Wh]"""
     even_s = np.linspace(0.0, flight.time_s, min(int(flight.time_s) + 2, _SAMPLES))
     time_s = np.union1d(even_s, np.minimum(flight.motion.segments.end_s, flight.time_s))
     return time_s, used_energy_wh(flight, time_s, flight.power_w(time_s))
 
 
-def _track(one: FlownSortie, member: Member, energy: tuple[FloatArray, FloatArray] | None) -> Track:
+def group_energy(
+    end_s: float, flights: Sequence[tuple[float, Energy | None]]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the edges of the spans of the power, and the energy of the group by then. (k + 1,) [s], [Wh]"""
+    edge_s = np.linspace(0.0, end_s or 1.0, _SPANS + 1)
+    used_wh = np.zeros(len(edge_s))
+    for start_s, energy in flights:
+        if energy is not None:
+            used_wh += np.interp(edge_s - start_s, *energy)
+    return edge_s, used_wh
+
+
+def _track(one: FlownSortie, member: Member, energy: Energy | None) -> Track:
     flown = member.trajectory
     own = ~flown.is_rest
     start_s, end_s = flown.start_s[own], flown.end_s[own]
@@ -224,47 +240,50 @@ def _track(one: FlownSortie, member: Member, energy: tuple[FloatArray, FloatArra
     time_s = np.append(
         start_s[part] + number / parts[part] * (end_s - start_s)[part], flown.duration_s
     )
-    place_m = flown.place_m(time_s)
-    used_wh = np.full(len(time_s), np.nan) if energy is None else np.interp(time_s, *energy)
-    columns = place_m
-    if energy is not None and used_wh[-1] > 0.0:
-        scaled = used_wh * (TRACK_ERROR_M / (TRACK_ERROR_ENERGY * used_wh[-1]))
-        columns = np.column_stack((place_m, scaled))
-    kept = thinned(time_s, columns, _THINNED * TRACK_ERROR_M)
     item = flown.item[own]
     begins = np.flatnonzero(np.diff(item, prepend=-1))
-    return Track(
-        sortie=one.name,
-        vehicle=one.sortie.vehicle,
-        time_s=time_s[kept] + one.start_s,
-        place_m=place_m[kept],
-        used_wh=used_wh[kept],
-        item_s=start_s[begins] + one.start_s,
-        item=item[begins],
+    return thinned_track(
+        time_s + one.start_s,
+        flown.place_m(time_s),
+        np.full(len(time_s), np.nan) if energy is None else np.interp(time_s, *energy),
+        names=(one.name, one.sortie.vehicle),
+        items=(start_s[begins] + one.start_s, item[begins]),
     )
 
 
-def thinned(time_s: FloatArray, columns: FloatArray, tolerance: float) -> IntArray:
-    """Return which samples to keep so that at every other one's own time the rest are so near to it.
+def thinned_track(
+    time_s: FloatArray,
+    place_m: FloatArray,
+    used_wh: FloatArray,
+    *,
+    names: tuple[str, str],
+    items: tuple[FloatArray, IntArray],
+) -> Track:
+    """Return the track of samples, those of them that are needed.
 
-    Douglas and Peucker's scheme with distances at equal times (Meratnia and de By 2004).
+    Parameters
+    ----------
+    time_s, place_m, used_wh : ndarray
+        As of a `Track`.
+    names : tuple of str
+        Of the sortie and of the vehicle.
+    items : tuple of ndarray
+        When each item begins, and which it is.
     """
-    kept = {0, len(time_s) - 1}
-    spans = [(0, len(time_s) - 1)]
-    while spans:
-        low, high = spans.pop()
-        if high - low < 2:
-            continue
-        inside = slice(low + 1, high)
-        fraction = (time_s[inside] - time_s[low]) / max(time_s[high] - time_s[low], 1e-12)
-        straight = columns[low] + fraction[:, None] * (columns[high] - columns[low])
-        away = np.sqrt(np.sum((columns[inside] - straight) ** 2, axis=1))
-        farthest = int(away.argmax())
-        if away[farthest] > tolerance:
-            middle = low + 1 + farthest
-            kept.add(middle)
-            spans += [(low, middle), (middle, high)]
-    return np.array(sorted(kept))
+    columns = place_m
+    if used_wh[-1] > 0.0:
+        scaled = used_wh * (TRACK_ERROR_M / (TRACK_ERROR_ENERGY * used_wh[-1]))
+        columns = np.column_stack((place_m, scaled))
+    kept = thinned(time_s, columns, _THINNED * TRACK_ERROR_M)
+    return Track(
+        sortie=names[0],
+        vehicle=names[1],
+        time_s=time_s[kept],
+        place_m=place_m[kept],
+        used_wh=used_wh[kept],
+        item_s=items[0],
+        item=items[1],
+    )
 
 
 def _rows(result: FleetResult, flown: Sequence[FlownSortie], end_s: float) -> Iterator[TimelineRow]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import Fleet, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
+from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
 from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.flights import Record, agent_flight, first_landing
@@ -39,7 +41,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fleet.fleet import FleetVehicle, Pack, SwarmTask
     from planner.fleet.swarm.algorithms import Algorithm
-    from planner.fleet.swarm.distances import Distances
+    from planner.fleet.swarm.coverage import Coverage
+    from planner.fleet.swarm.distances import Approach, Distances
     from planner.fleet.swarm.policies import Policy
     from planner.fleet.swarm.simulation import Step
     from planner.flight.budget import BatteryBudget
@@ -49,6 +52,8 @@ if TYPE_CHECKING:
 
 _STEP_LIKE = 1e-3
 """Stops longer than in proportion to the speed by less than this are those of a linear system. [-]"""
+_UNSEEN = 1e-3
+"""Less of an area than this is not shown in percent with a digit after the point. [-]"""
 _BATTERY_S = 10.0
 """How often an agent asks whether its battery still brings it home. [s]"""
 
@@ -89,6 +94,17 @@ SWARM_ENERGY = Rule(
     how="Energy of what the agent flew, by its power model, against what is in its pack less the reserve.  "
     "Fires too where the model has no power, or no battery is known.",
     fix="give it a larger pack, fewer neighbours or another policy, or a model with its power and battery",
+)
+
+SWARM_UNSEEN = Rule(
+    "S137 swarm-area-unseen",
+    Severity.WARNING,
+    summary="The search of a simulated swarm ends before all of the area was seen.",
+    why="What nobody flew over was not searched, though all came home.",
+    how="Part of the area that no agent in the plane of the swarm came within the sensor radius of, in cells "
+    "of a tenth of that radius.  Up to 0.1 % is below what percentages show.",
+    fix="give the swarm more agents or larger packs, simulate longer, or set lane_m to at most twice "
+    "sensor_radius_m",
 )
 
 SWARM_UNCHECKED = Rule(
@@ -149,6 +165,8 @@ class SwarmResult(Value, eq=False):
     frame: LocalFrame
     """In which places are given."""
     findings: tuple[Finding, ...]
+    coverage: Coverage | None = None
+    """What of the area was seen when; ``None``: there is no area, or nobody knows how far its agents see."""
     is_cut_short: bool = False
     """Whether the simulation was interrupted."""
 
@@ -163,6 +181,42 @@ class SwarmResult(Value, eq=False):
         """From the first take-off to the last landing. [s]"""
         ends = [one.start_s + one.time_s for one in self.agents if one.flight is not None]
         return max(ends) - min(one.start_s for one in self.agents) if ends else 0.0
+
+    @property
+    def distance_m(self) -> float:
+        """Flown by all agents, horizontally. [m]"""
+        return sum(one.distance_m for one in self.agents)
+
+    @property
+    def stops(self) -> int:
+        """How often agents had to brake for others."""
+        return sum(one.stops for one in self.agents)
+
+    @property
+    def waited_s(self) -> float:
+        """For how long agents together did not get what they wanted. [s]"""
+        return sum(one.waited_s for one in self.agents)
+
+    @property
+    def energy_by_state_wh(self) -> Mapping[str, float]:
+        """Of all agents whose energy is known. [Wh]"""
+        sums: defaultdict[str, float] = defaultdict(float)
+        for one in self.agents:
+            for state, energy_wh in one.energy_by_state_wh.items():
+                sums[state] += energy_wh
+        return sums
+
+    @property
+    def goal(self) -> Goal:
+        """The area seen, where there is one, or else all agents home; times count from the beginning."""
+        if self.coverage is not None:
+            return Goal.of("area seen", self.coverage.seen_s)
+        ends = [one.start_s + one.time_s if one.has_landed else math.inf for one in self.agents]
+        return Goal.of("agents home", np.array(ends))
+
+    def closest(self, name: str) -> Approach | None:
+        """Return where an agent came nearest to another; ``None``: to none within five separations."""
+        return next((a for a in self.distances.nearest if name in (a.first, a.second)), None)
 
 
 class _Body(Value, eq=False):
@@ -241,7 +295,9 @@ def simulate_fleet(
     distances = predict_distances(record, tuple(one.name for one in agents), separation_m)
     flown = tuple(_flown(record, row, body) for row, body in enumerate(bodies))
     allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
-    findings = tuple(_findings(flown, distances, swarm, allowed_m))
+    area = _search_area(task, frame)
+    coverage = None if area is None else predict_coverage(record, area)
+    findings = (*_findings(flown, distances, swarm, allowed_m), *_unseen(coverage, task))
     return SwarmResult(
         file=fleet.source,
         fleet=fleet,
@@ -255,6 +311,7 @@ def simulate_fleet(
         record=record,
         frame=frame,
         findings=findings,
+        coverage=coverage,
         is_cut_short=is_cut_short,
     )
 
@@ -416,6 +473,34 @@ def _algorithm(task: SwarmTask, frame: LocalFrame, agents: Sequence[Agent], seed
     assert task.lane_m is not None
     ways = strips(low_m, high_m, lane_m=task.lane_m, agents=count)
     return Waypoints([np.vstack((way, home)) for way, home in zip(ways, home_m, strict=True)])
+
+
+def _search_area(task: SwarmTask, frame: LocalFrame) -> SearchArea | None:
+    """Return the area and how far agents see; ``None``: one of the two is not given."""
+    west, south, east, north = task.west_deg, task.south_deg, task.east_deg, task.north_deg
+    radius_m = task.sensor_radius_m
+    if radius_m is None and task.lane_m is not None:
+        radius_m = 0.5 * task.lane_m
+    if west is None or south is None or east is None or north is None or radius_m is None:
+        return None
+    (west_m, south_m), (east_m, north_m) = (
+        map(float, frame.east_north_m(*corner)) for corner in ((south, west), (north, east))
+    )
+    return SearchArea(
+        west_m=west_m, south_m=south_m, east_m=east_m, north_m=north_m, radius_m=radius_m
+    )
+
+
+def _unseen(coverage: Coverage | None, task: SwarmTask) -> list[Finding]:
+    """Return what a search has left out; one in directions drawn promises nothing."""
+    if coverage is None or task.algorithm is not SwarmAlgorithm.SEARCH:
+        return []
+    unseen = 1.0 - float(np.isfinite(coverage.seen_s).mean())
+    if unseen <= _UNSEEN:
+        return []
+    reach = quantity.height(coverage.area.radius_m)
+    message = f"{quantity.percent(unseen)} of the area not seen: no agent came within {reach} of it"
+    return [SWARM_UNSEEN.finding(message)]
 
 
 class _Batteries:

@@ -14,13 +14,9 @@ from made_trajectories import place as place_at
 
 from planner.fleet.approach import ACCURACY_M
 from planner.fleet.separation import predict_approach
+from planner.fleet.trajectory import thinned
 from planner.service.fleet_separation import fleet_spacing, members
-from planner.service.fleet_timeline import (
-    TRACK_ERROR_ENERGY,
-    TRACK_ERROR_M,
-    fleet_timeline,
-    thinned,
-)
+from planner.service.fleet_timeline import TRACK_ERROR_ENERGY, TRACK_ERROR_M, fleet_timeline
 
 if TYPE_CHECKING:
     from planner.service.fleet import FleetResult

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from made_fleet import OUT, PACK, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
 from made_missions import item, mission, north, rtl
-from made_swarm import formation, simulated
+from made_swarm import formation, search, simulated
 from rule_cases.case import RuleCases
 
 if TYPE_CHECKING:
@@ -216,6 +216,11 @@ def swarm(
     return simulated(formation(apart_m), policy=policy, until_s=until_s).findings
 
 
+def seen(radius_m: float) -> tuple[Finding, ...]:
+    """One vehicle that searches by lanes of 20 m and sees so far."""
+    return simulated(search(agents=1, more=f"sensor_radius_m = {radius_m!r}\n")).findings
+
+
 def packed(times: float) -> tuple[Finding, ...]:
     """The same on packs with so many times what the flight takes of agents that turn back at once."""
     flown = simulated(formation(20.0, two_packs(1.0))).agents
@@ -340,6 +345,9 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S131": RuleCases(
         fires=lambda: packed(0.99), boundary=lambda: packed(1.01), silent=lambda: packed(5.0)
+    ),
+    "S137": RuleCases(
+        fires=lambda: seen(9.0), boundary=lambda: seen(10.0), silent=lambda: seen(12.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
