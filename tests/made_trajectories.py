@@ -36,6 +36,7 @@ def trajectory(
         slack_s=np.zeros(len(whole)),
         grown_m=np.zeros(len(whole)),
         lifted_m=np.zeros(len(whole)),
+        stop_s=np.zeros(len(whole)),
     )
 
 

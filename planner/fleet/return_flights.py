@@ -121,6 +121,7 @@ class ReturnFlights(Value, eq=False):
             slack_s=self.time_fraction * starts_s,
             grown_m=np.full(len(group), self.grown_m),
             lifted_m=np.zeros(len(group)),
+            stop_s=np.zeros(len(group)),
         )
         return FlownFan(
             trajectory=trajectory,

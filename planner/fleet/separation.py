@@ -88,7 +88,7 @@ def near_pairs(fleet: Sequence[Member], spacing: Spacing) -> Iterator[tuple[int,
     """Yield the pairs of members of two vehicles whose boxes in space and time are not too far apart."""
     if len(fleet) < 2:
         return
-    flown = [one.trajectory for one in fleet]
+    flown = [one.trajectory.reach for one in fleet]
     reach_m = 0.5 * spacing.separation_m + np.array([one.widest_m for one in flown])
     low, high = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
     low, high = low - reach_m[:, None], high + reach_m[:, None]
@@ -164,8 +164,8 @@ def _approach(
 ) -> ClosestApproach | None:
     """Return the closest approach where it is too close."""
     return closest_approach(
-        first.trajectory,
-        second.trajectory,
+        first.trajectory.reach,
+        second.trajectory.reach,
         second_later_s=second.start_s - first.start_s + delay_s,
         shift_s=2.0 * spacing.start_error_s,
         second_above_m=home_above_m(first, second),

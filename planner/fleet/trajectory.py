@@ -22,6 +22,9 @@ AT_REST_S = 1e6
 """Time for which a vehicle is known to stand before and after its flight: 11 days. [s]"""
 _FIRST_PARTS = 4
 _MOST_ROUNDS = 16
+_STOP_M, _MOST_OF_STOP = 0.5, 64
+"""Radius of the discs that the way of a stop is made of, which are so much wider than it: a fifth of the
+position error of a common receiver; and how many there are at most. [m]"""
 _LAND = STATE_INDEX[FlightState.LAND]
 
 
@@ -53,6 +56,34 @@ class Trajectory(Value, eq=False, dict=True):
     """How much farther beside it the vehicle may be, by the error of its position. (n,) [m]"""
     lifted_m: FloatArray
     """How much higher or lower than it. (n,) [m]"""
+    stop_s: FloatArray
+    """So many seconds of its level speed it gets straight on where it may be told to stop. (n,) [s]"""
+
+    @cached_property
+    def reach(self) -> Trajectory:
+        """Where it flies and, told to stop at any time, gets to: parts beside parts, ever further ahead."""
+        if not self.stop_s.any():
+            return self
+        width_s = np.maximum(self.end_s - self.start_s, 1e-9)[:, None, None]
+        q0, q1, q2 = np.moveaxis(3.0 * np.diff(self.control_m[..., :2], axis=1) / width_s, 1, 0)
+        fastest_m_s = np.sqrt(np.max([np.sum(q**2, axis=1) for q in (q0, q1, q2)], axis=0))
+        stop_m = self.stop_s * fastest_m_s
+        count = np.clip(np.ceil(stop_m / (2.0 * _STOP_M)), 1, _MOST_OF_STOP).astype(np.intp)
+        rows = np.repeat(np.arange(len(count)), count)
+        number = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+        ahead_s = (self.stop_s / count)[rows] * (number + 0.5)
+        speed_m_s = np.stack((q0, (q0 + 2.0 * q1) / 3.0, (2.0 * q1 + q2) / 3.0, q2), axis=1)
+        whole = self.parts(rows)
+        control_m = whole.control_m.copy()
+        control_m[..., :2] += ahead_s[:, None, None] * speed_m_s[rows]
+        return replace(
+            whole,
+            control_m=control_m,
+            low_m=control_m.min(axis=1),
+            high_m=control_m.max(axis=1),
+            grown_m=whole.grown_m + (0.5 * stop_m / count)[rows],
+            stop_s=np.zeros(len(rows)),
+        )
 
     @property
     def is_rest(self) -> BoolArray:
@@ -86,13 +117,19 @@ class Trajectory(Value, eq=False, dict=True):
 
     def place_m(self, time_s: FloatArray) -> FloatArray:
         """Return east, north and height above home at times. (n, 3) [m]"""
+        return self.place_and_stop_m(time_s)[0]
+
+    def place_and_stop_m(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return its places at times, and how far east and north stops from there get. (n, 3), (n, 2) [m]"""
         part = self.part_at(time_s)
         width_s = np.maximum(self.end_s[part] - self.start_s[part], 1e-12)
         fraction = np.clip((time_s - self.start_s[part]) / width_s, 0.0, 1.0)[:, None]
         points = self.control_m[part]
-        for _ in range(3):  # de Casteljau
+        for _ in range(2):  # de Casteljau
             points = points[:, :-1] + fraction[..., None] * (points[:, 1:] - points[:, :-1])
-        return points[:, 0]
+        along_m = points[:, 1] - points[:, 0]
+        stop_m = (3.0 * self.stop_s[part] / width_s)[:, None] * along_m[:, :2]
+        return points[:, 0] + fraction * along_m, stop_m
 
 
 def make_trajectory(
@@ -155,6 +192,7 @@ def make_trajectory(
         slack_s=np.zeros(len(control_m)),
         grown_m=np.zeros(len(control_m)),
         lifted_m=np.zeros(len(control_m)),
+        stop_s=np.zeros(len(control_m)),
     )
 
 

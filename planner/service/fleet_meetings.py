@@ -125,8 +125,8 @@ class Meetings:
 
     def _meeting(self, one: Member, two: Member) -> Meeting:
         return Meeting(
-            first=one.trajectory,
-            second=two.trajectory,
+            first=one.trajectory.reach,
+            second=two.trajectory.reach,
             shift_s=2.0 * self._spacing.start_error_s,
             above_m=home_above_m(one, two),
             zone=self._spacing.zone(one, two),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.separation import home_above_m
+from planner.fleet.swarm.zones import Capsules, distances_m
 from planner.service.fleet_separation import (
     DOWNWASH,
     GROUND_SEPARATION,
@@ -43,8 +44,9 @@ APART_CODES = frozenset(
 class PairDistance(Value, eq=False):
     """How far two sorties are apart over time, as their separation is judged.
 
-    Beside each other, less the errors of position, or above each other, whichever is more; a height counts
-    as many times as the zone about a vehicle is flatter than wide.
+    Beside each other, less the errors of position, and from all that a stop passes where they may be told to,
+    or above each other, whichever is more; a height counts as many times as the zone about a vehicle is
+    flatter than wide.
     """
 
     first: str
@@ -84,19 +86,20 @@ class _Pair(Value, eq=False):
         """
         zone = self.spacing.zone(self.first, self.second)
         assert zone is not None  # of a fleet it is a cylinder
-        places_m, errors_m, lifts_m = [], [], []
+        zones, heights_m, lifts_m = [], [], []
         is_judged, are_low = np.ones((2, len(time_s)), dtype=bool)
         for side, at_s in ((self.first, time_s), (self.second, time_s + shift_s)):
             flown, own_s = side.trajectory, at_s - side.start_s
             part = flown.part_at(own_s)
-            places_m.append(flown.place_m(own_s))
-            errors_m.append(flown.grown_m[part])
+            place_m, stop_m = flown.place_and_stop_m(own_s)
+            level_m, grown_m = place_m[:, :2], flown.grown_m[part]
+            zones.append(Capsules(begin_m=level_m, end_m=level_m + stop_m, radius_m=grown_m))
+            heights_m.append(place_m[:, 2])
             lifts_m.append(flown.lifted_m[part])
             is_judged &= (own_s >= flown.start_s[0]) & (own_s <= flown.end_s[-1])
             are_low &= flown.is_low[part]
-        between_m = places_m[1] - places_m[0]
-        beside_m = np.hypot(between_m[:, 0], between_m[:, 1]) - sum(errors_m)
-        above_m = between_m[:, 2] + home_above_m(self.first, self.second)
+        beside_m = distances_m(*zones)
+        above_m = heights_m[1] - heights_m[0] + home_above_m(self.first, self.second)
         above_m = np.sign(above_m) * np.maximum(np.abs(above_m) - sum(lifts_m), 0.0)
         away_m = np.maximum(np.maximum(beside_m, zone.of_height_m(above_m)), 0.0)
         return np.where(is_judged & ~are_low, away_m, np.nan)

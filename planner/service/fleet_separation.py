@@ -23,6 +23,7 @@ from planner.fleet.separation import (
     predict_conflicts,
 )
 from planner.fleet.trajectory import Trajectory, make_trajectory
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_pilot
 from planner.service.fleet import FleetFinding
 from planner.service.fleet_times import at, stands
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
     from planner.service.fleet import FlownSortie
 
 _SHOWN_M = 0.05
+_STANDS_M_S = 1e-3
+_BRAKE = STATE_INDEX[FlightState.BRAKE]
 _MOST_PAIRS = 50
 """Pairs reported one by one; then how many more there are."""
 _MOST_DELAYS = 10
@@ -144,7 +147,10 @@ def members(fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) 
                     end_s=end_s,
                     slack_s=_time_fraction(assessment)
                     * np.clip(whole.end_s, 0.0, whole.duration_s),
-                    grown_m=_grown_m(assessment, whole, may_stop=separation.may_stop),
+                    grown_m=np.where(
+                        whole.is_rest & whole.is_low, 0.0, assessment.setup.position_error_m
+                    ),
+                    stop_s=_stop_s(assessment, whole) if separation.may_stop else whole.stop_s,
                 ),
                 start_s=one.start_s,
                 home_amsl_m=known_home_amsl_m(assessment),
@@ -165,18 +171,23 @@ def _time_fraction(assessment: Assessment) -> float:
     return max(away_s, 0.0) / totals.time_s
 
 
-def _grown_m(assessment: Assessment, flown: Trajectory, *, may_stop: bool) -> FloatArray:
-    """Return how far beside its parts a vehicle may be, by its position error and by stops. (n,) [m]"""
+def _stop_s(assessment: Assessment, flown: Trajectory) -> FloatArray:
+    """Return how far stops get, reaction and all, over the highest level speed of each part. (n,) [s]
+
+    Slower, it gets no farther for its speed.  One that brakes to a stand anyway is as told by then.
+    """
     setup = assessment.setup
-    grown_m = np.where(flown.is_rest & flown.is_low, 0.0, setup.position_error_m)
-    if not may_stop:
-        return grown_m
     width_s = np.maximum(flown.end_s - flown.start_s, 1e-9)
     steps_m = np.diff(flown.control_m[..., :2], axis=1)
     fastest_m_s = 3.0 * np.hypot(steps_m[..., 0], steps_m[..., 1]).max(axis=1) / width_s
-    pilot = make_pilot(setup, assessment.own_parameters)
-    stop_m = pilot.farthest_stop_m(fastest_m_s) + setup.reaction_time_s * fastest_m_s
-    return grown_m + np.where(fastest_m_s > 1e-3, stop_m, 0.0)
+    stop_m = make_pilot(setup, assessment.own_parameters).farthest_stop_m(fastest_m_s)
+    stop_s = stop_m / np.maximum(fastest_m_s, _STANDS_M_S) + setup.reaction_time_s
+    segments = assessment.flight.motion.segments
+    ends = assessment.flight.motion.state_at_time(segments.end_s).velocity_m_s
+    stands = (segments.state == _BRAKE) & (np.hypot(ends[:, 0], ends[:, 1]) < _STANDS_M_S)
+    middle_s = 0.5 * (flown.start_s + flown.end_s)
+    own = np.searchsorted(segments.end_s, middle_s).clip(max=len(stands) - 1)
+    return np.where((fastest_m_s > _STANDS_M_S) & ~stands[own], stop_s, 0.0)
 
 
 def fleet_spacing(separation: Separation) -> Spacing:
@@ -232,7 +243,11 @@ class _Pairs:
         found = list(predict_conflicts(self._members, self._spacing))
         for number, conflict in enumerate(found[:_MOST_PAIRS]):
             pair = self._members[conflict.first], self._members[conflict.second]
-            approach = predict_approach(*pair, self._spacing) or conflict.approach
+            approach = (
+                predict_approach(*map(_unstopped, pair), self._spacing)
+                or predict_approach(*pair, self._spacing)
+                or conflict.approach
+            )
             delay_s, is_tried = None, number < _MOST_DELAYS
             if is_tried:
                 delay_s = clearing_delay_s(*pair, self._spacing)
@@ -256,10 +271,16 @@ class _Pairs:
         one, two = self._members[first], self._members[second]
         is_over = abs(approach.above_m) > approach.beside_m
         rule = DOWNWASH if is_over else SEPARATION
+        errors_m = sum(
+            _error_m(*side) for side in ((one, approach.first_s), (two, approach.second_s))
+        )
+        stops_m = approach.grown_m - errors_m
+        told = ", told to stop" if stops_m else ""
+        near = replace(approach, beside_m=max(approach.beside_m - stops_m, 0.0), grown_m=errors_m)
         message = (
-            f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}): {_apart(approach)} each other "
+            f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}){told}: {_apart(near)} each other "
             f"{at(one.start_s + approach.first_s)}, items {approach.first_item} and "
-            f"{approach.second_item}; {self._required(one, two, approach)}"
+            f"{approach.second_item}; {self._required(one, two, near)}"
         )
         fix = "fly them at other heights or places, or one after the other"
         if is_tried and delay_s is None:
@@ -286,8 +307,7 @@ class _Pairs:
             "required"
         )
         if errors_m:
-            text += f" ({quantity.height(errors_m)} of it for position errors"
-            text += " and stops)" if self._separation.may_stop else ")"
+            text += f" ({quantity.height(errors_m)} of it for position errors)"
         return text
 
     def ground_conflicts(self) -> Iterator[FleetFinding]:
@@ -370,7 +390,7 @@ class _Pairs:
         one, two = pair
         meeting = Meeting(
             first=fan.trajectory,
-            second=two.trajectory,
+            second=two.trajectory.reach,
             later_s=two.start_s - one.start_s,
             shift_s=2.0 * self._spacing.start_error_s,
             above_m=home_above_m(one, two),
@@ -389,6 +409,8 @@ class _Pairs:
             f"{found.item} comes within {_apart(approach)} {two.file} ({two.vehicle}), {doing}, "
             f"{at(one.start_s + approach.first_s)}; {self._required(one, two, approach)}"
         )
+        if self._separation.may_stop:
+            message += f", whether {two.file} is told to stop or not"
         severity = Severity.WARNING if is_low else None
         return FleetFinding(
             finding=RETURN_CROSSES.finding(message, severity=severity),
@@ -409,7 +431,7 @@ class _Pairs:
     @cached_property
     def _boxes_m(self) -> FloatArray:
         """Boxes that the vehicles do not leave, as far as others keep from them. (2, n, 2) [m]"""
-        flown = [one.trajectory for one in self._members]
+        flown = [one.trajectory.reach for one in self._members]
         away_m = self._spacing.separation_m + np.array([one.widest_m for one in flown])[:, None]
         low_m, high_m = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
         return np.stack((low_m - away_m, high_m + away_m))
@@ -431,6 +453,18 @@ def _stands_low(two: Member, approach: ClosestApproach) -> bool:
     if 0.0 < approach.second_s < flown.duration_s:
         return False
     return bool(flown.is_low[0 if approach.second_s <= 0.0 else -1])
+
+
+def _unstopped(one: Member) -> Member:
+    """Return a flight that is not told to stop."""
+    flown = one.trajectory
+    return replace(one, trajectory=replace(flown, stop_s=np.zeros_like(flown.stop_s)))
+
+
+def _error_m(one: Member, time_s: float) -> float:
+    """Return how wrong the position of a vehicle may be. [m]"""
+    flown = one.trajectory
+    return float(flown.grown_m[flown.part_at(np.array([time_s]))][0])
 
 
 def _aloft(one: Trajectory) -> Trajectory:

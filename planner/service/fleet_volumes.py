@@ -158,7 +158,7 @@ def _intent(fleet: Fleet, one: FlownSortie, begin: dt.datetime, geoid_m: float) 
     while True:
         found = Intent(
             flown=one,
-            volumes=place.volumes(flight_volumes(member.trajectory, longest_s=longest_s)),
+            volumes=place.volumes(flight_volumes(member.trajectory.reach, longest_s=longest_s)),
             return_volumes=place.volumes(return_volumes(returns, count=count)),
         )
         both = (*found.volumes, *found.return_volumes)

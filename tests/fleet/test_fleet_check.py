@@ -33,12 +33,9 @@ from planner.fleet.approach import Cylinder, closest_approach
 from planner.fleet.charging import PackDay
 from planner.fleet.fleet import Charger, Pack
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
-from planner.flight.pilot import make_pilot
 from planner.geo.fence import RallyPoint
-from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
-from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -105,30 +102,6 @@ def test_one_mission_twice_with_a_hold_is_a_conflict_below_that_delay() -> None:
     for delay_s, conflicts in ((3.0, 1), (28.9, 1), (31.1, 0)):  # 10 m are a second on either side
         pair = [flying(held, start_s) for start_s in (0.0, delay_s)]
         assert len(list(predict_conflicts(pair, LEVEL))) == conflicts
-
-
-@pytest.mark.parametrize(("speed_m_s", "farthest_m"), [(0.5 * V_M_S, 16.327), (V_M_S, 32.654)])
-def test_a_stop_gets_farther_than_where_it_ends(speed_m_s: float, farthest_m: float) -> None:
-    pilot = make_pilot(Setup(load_vehicle("falkowski-2023-quadrotor")), None)
-    found = pilot.farthest_stop_m(np.array([speed_m_s]))
-    assert found[0] == pytest.approx(farthest_m, abs=1e-3)
-    assert pilot.stop(np.array([speed_m_s]))[0][0] == pytest.approx(farthest_m / 1.02396, abs=1e-3)
-
-
-@pytest.mark.parametrize(("away_m", "is_too_near"), [(42.5, True), (42.8, False)])
-def test_who_may_be_told_to_stop_keeps_his_farthest_point_away(
-    away_m: float, *, is_too_near: bool
-) -> None:
-    """10 m and 32.654 m before a hovering vehicle, from 10 m/s."""
-    tables = "[conditions]\nposition_error_m = 0\nreaction_time_s = 0\n"
-    tables += "[separation]\nhorizontal_m = 10\nheight_error_m = 0\nmay_stop = true\n"
-    tables += pad("a", 0, 0) + pad("b", 300, away_m)
-    hover = mission(up(60), place(300, away_m, 60, 60.0), item(21, None, 0.0))
-    passes = mission(up(60), place(600, 0, 60), item(21, None, 0.0))
-    model = "falkowski-2023-quadrotor"
-    sorties = sortie("s1", "a", 0.0, job="passes"), sortie("s2", "b", 0.0, job="hover")
-    result = checked(tables, vehicles("a", "b", model=model), *sorties, passes=passes, hover=hover)
-    assert ("S101" in codes(result)) is is_too_near
 
 
 def codes(result: FleetResult) -> set[str]:
