@@ -244,7 +244,7 @@ class _Pairs:
         for number, conflict in enumerate(found[:_MOST_PAIRS]):
             pair = self._members[conflict.first], self._members[conflict.second]
             approach = (
-                predict_approach(*map(_unstopped, pair), self._spacing)
+                predict_approach(_unstopped(pair[0]), _unstopped(pair[1]), self._spacing)
                 or predict_approach(*pair, self._spacing)
                 or conflict.approach
             )
