@@ -15,7 +15,7 @@ import numpy as np
 from experiment_manoeuvres import TRUTH, manoeuvres
 from simulated_experiment import ALTITUDE_NOISE_M, POWER_NOISE_W, SPEED_NOISE_M_S
 
-from planner.identify.arx import ArxModel, select_arx
+from planner.identify.arx import select_arx
 from planner.identify.output_error import (
     LEAST_COEFFICIENT,
     MOTION,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.identify.manoeuvres import Manoeuvre
     from planner.identify.output_error import Structure
+    from planner.physics.response import TransferFunction
 
     # figure: value, standard error (NaN where the method tells none)
     Figures = dict[str, tuple[float, float]]
@@ -70,7 +71,8 @@ def identified(job: tuple[int, int]) -> dict[tuple[str, str], Figures]:
             figure: (fit.estimate(figure).value, fit.estimate(figure).error)
             for figure in FIGURES[name]
         }
-        mode = select_arx(steps, longest_delay_s=LONGEST_DELAY_S, poles=2, zeros=1)
+        zeros = STRUCTURES[name][0].numerator_degree
+        mode = select_arx(steps, longest_delay_s=LONGEST_DELAY_S, poles=2, zeros=zeros)
         found[name, "ARX mode"] = _unknown_errors(_of_mode(mode))
         found[name, "ARX lstsq"] = _by_least_squares(name, steps)
         found[name, "sippy"] = _by_sippy(name, joined(steps))
@@ -99,9 +101,14 @@ def bound(name: str, structure: Structure) -> Figures:
     return {f: (fit.estimate(f).value, fit.estimate(f).error) for f in FIGURES[name]}
 
 
-def _of_mode(model: ArxModel) -> dict[str, float]:
-    figures = _continuous(np.array([*model.a, *model.b]), model.step_s)
-    return {**figures, "delay_s": (model.delay_samples - 1) * model.step_s}
+def _of_mode(system: TransferFunction) -> dict[str, float]:
+    *_, a1, a0 = system.denominator
+    return {
+        "steady_gain": system.numerator[-1] / a0,
+        "natural_frequency_rad_s": math.sqrt(a0),
+        "damping_ratio": a1 / (2.0 * math.sqrt(a0)),
+        "delay_s": system.delay_s,
+    }
 
 
 def _continuous(coefficients: FloatArray, step_s: float) -> dict[str, float]:

@@ -4,8 +4,11 @@ r"""ARX identification as in the article: its equations 1 and 2.
           A = 1 + a_1 q^{-1} + \dots + a_n q^{-n}, \quad
           B = b_1 + b_2 q^{-1} + \dots + b_m q^{-m + 1},
 
-least squares in one regression over all manoeuvres, the delay k and the orders by search.  The
-conversion to G(s) is the exact inverse of sampling behind a zero-order hold,
+in one regression over all manoeuvres, at several samplings h; the delay, and which sampling is kept, by how
+well the model simulates what was measured.  What is of order n and sampled behind a hold has n coefficients
+b, whatever zeros it has.  Least squares, which noise of the measurement biases, begin; instruments, the
+answers as the model before simulates them, take most of the bias out (T. Söderström, P. Stoica, System
+Identification, 1989, chapter 8).  The conversion to G(s) is the exact inverse of sampling,
 
 .. math:: \begin{bmatrix} \Phi & \Gamma \\ 0 & 1 \end{bmatrix}
           = \exp\left( h \begin{bmatrix} F & g \\ 0 & 0 \end{bmatrix} \right),
@@ -13,41 +16,51 @@ conversion to G(s) is the exact inverse of sampling behind a zero-order hold,
 by the matrix logarithm between two forms of ``control``, which samples systems but does not convert
 them back.
 
-.. warning:: Noise of the measurement biases ARX, the more the faster the sampling
-   (`ARX_BIASED`).  `planner.identify.output_error` is consistent.
+.. warning:: It knows no errors of its own, and what it finds scatters more than by
+   `planner.identify.output_error` (`ARX_BIASED`).
 """
 
 from __future__ import annotations
 
 import contextlib
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.errors import IdentificationError
 from planner.findings import Rule, Severity
-from planner.identify.manoeuvres import ReferenceForm
+from planner.identify.manoeuvres import ReferenceForm, simulated_answers
 from planner.physics.response import TransferFunction
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.arrays import FloatArray
     from planner.identify.manoeuvres import Manoeuvre
 
 
 _REAL = 1e-9
 """Distance from the real axis, and from zero, of a pole in z that lies there. [-]"""
+_UNDAMPED = 1e-6
+"""How far beyond the unit circle rounding carries the poles of what is not damped, as G5. [-]"""
+_PASSES = 4
+"""With instruments: after so many they have settled. [-]"""
+_STRIDE = 5
+"""Samples from one delay to the next that is tried, before all about the best. [-]"""
+_SAMPLINGS = (1, 2, 5, 10, 20)
+"""Samples of the log in one of the regression: noise biases it less when sampled slowly."""
 
 
 ARX_BIASED = Rule(
     "I101 arx-biased",
     Severity.WARNING,
     summary="A model was identified by ARX alone, which noise of the measurement biases.",
-    why="ARX takes noise to have passed through the poles of the vehicle.  Noise of a sensor has not: "
-    "at 10 Hz the poles then come out much too fast, a natural frequency of 1.6 rad/s as 3.6 to 6.  "
-    "The article identifies this way.",
+    why="ARX takes noise to have passed through the poles of the vehicle.  Noise of a sensor has not: by "
+    "least squares at 10 Hz a natural frequency of 1.6 rad/s comes out as 3.6 to 6.  Slower sampling and "
+    "instruments take most of that out, but no errors of the coefficients are known.  The article "
+    "identifies this way.",
     how="Fires for every model fitted by ARX without the refinement in continuous time.",
     fix="use the default, which refines the model by output error",
 )
@@ -59,28 +72,18 @@ class ArxModel(Value):
     a: tuple[float, ...]
     """a₁ … a_n of the past answers. [-]"""
     b: tuple[float, ...]
-    """b₁ … b_m of the past references. [output/input]"""
-    delay_samples: int
-    """k, at least 1: a hold and a system without feedthrough take one sample."""
+    """b₁ … b_n of the past references. [output/input]"""
+    delay_s: float
+    """Beyond the one sample that a hold and a system without feedthrough take: k - 1 of them. [s]"""
     step_s: float
-    """Sampling step. [s]"""
-    noise_deviation: float
-    """Standard deviation of e. [output]"""
-    samples: int
-    """Number of equations of the regression."""
-
-    @property
-    def criterion(self) -> float:
-        """Schwarz's information criterion, the less the better [-]."""
-        coefficients = len(self.a) + len(self.b)
-        each = math.log(self.samples)
-        fit = 2.0 * self.samples * math.log(max(self.noise_deviation, 1e-300))
-        return fit + each * coefficients
+    """Sampling step of the regression. [s]"""
+    simulated_error: float
+    """Root mean square of what its simulation leaves of the answers. [output]"""
 
     def transfer_function(self) -> TransferFunction:
         """Convert to continuous time: the model whose samples behind a hold this is; equation 2.
 
-        The sampling is inverted by the matrix logarithm; the delay is k - 1 sampling steps.
+        The sampling is inverted by the matrix logarithm.
 
         Raises IdentificationError if no continuous system of this order samples to it, or that
         system is not stable.
@@ -89,11 +92,13 @@ class ArxModel(Value):
         from scipy.linalg import companion, logm
 
         order = len(self.a)
-        sampled = companion([1.0, *self.a])
-        poles = np.linalg.eigvals(sampled)
-        if not np.all(np.abs(poles) < 1.0):
+        largest = max(abs(np.roots([1.0, *self.a])))
+        if not largest < 1.0 + _UNDAMPED:
             msg = "the ARX model is not stable: refine it, or fit another order"
             raise IdentificationError(msg)
+        inside = min(1.0, (1.0 - _REAL) / largest)
+        sampled = companion([1.0, *(a * inside**i for i, a in enumerate(self.a, 1))])
+        poles = np.linalg.eigvals(sampled)
         if np.any((np.abs(poles.imag) < _REAL) & (poles.real < _REAL)):
             msg = (
                 "no continuous system of this order samples to the ARX model: it has a pole at or left "
@@ -102,14 +107,13 @@ class ArxModel(Value):
             raise IdentificationError(msg)
         held = np.block([[sampled, np.eye(order, 1)], [np.zeros((1, order)), np.ones((1, 1))]])
         generator = np.asarray(logm(held)).real / self.step_s
-        output = [[*self.b, *[0.0] * (order - len(self.b))]]
         system = control.tf(
-            control.ss(generator[:order, :order], generator[:order, order:], output, 0)
+            control.ss(generator[:order, :order], generator[:order, order:], [self.b], 0)
         )
         return TransferFunction(
             numerator=tuple(system.num[0][0].tolist()),
             denominator=tuple(system.den[0][0].tolist()),
-            delay_s=(self.delay_samples - 1) * self.step_s,
+            delay_s=self.delay_s,
         )
 
 
@@ -117,72 +121,138 @@ def fit_arx(
     manoeuvres: Sequence[Manoeuvre],
     *,
     poles: int,
-    zeros: int,
     delay_samples: int,
-    skipped: int | None = None,
+    every: int = 1,
+    passes: int = _PASSES,
 ) -> ArxModel:
-    """Fit an ARX model of given orders and delay by least squares; equation 1 of the article.
+    """Fit an ARX model of given order and delay; equation 1 of the article.
 
     Manoeuvres are at one sampling step, references held; the mean answer before the command is taken
-    off, as in the article.  Orders n and m - 1, and the delay k, at least 1, are those of the
-    equation.  ``skipped`` samples come before the first equation, to compare models on the same
-    ones; left out, as few as the orders and the delay need.
+    off, as in the article.  Before its first sample a manoeuvre rests: its reference is known there.
+    The delay, beyond the sample of the hold, is in samples of the log; ``every`` so manieth of
+    them goes into the regression, the one by the delay after the command among them.
+
+    After the least squares come ``passes`` with instruments, what the model before it simulates in
+    place of the past answers, which noise is not in; the one that simulates best is returned.
 
     Raises IdentificationError if the manoeuvres do not determine the coefficients, or do not fit
     together.
     """
     _same_step(manoeuvres)
-    first = max(poles, delay_samples + zeros) if skipped is None else skipped
-    rows, targets = [], []
-    for manoeuvre in manoeuvres:
-        answer = manoeuvre.answer - manoeuvre.answer_before
-        reference = manoeuvre.reference - manoeuvre.reference[0]
-        at = np.arange(first, answer.size)
-        past = [-answer[at - i] for i in range(1, poles + 1)]
-        inputs = [reference[at - delay_samples - i] for i in range(zeros + 1)]
-        rows.append(np.stack([*past, *inputs], axis=-1))
-        targets.append(answer[at])
-    design, target = np.concatenate(rows), np.concatenate(targets)
+    flights = [_sampled(manoeuvre, delay_samples, every) for manoeuvre in manoeuvres]
+    design = np.concatenate(
+        [_regressors(reference, answer, poles) for reference, answer in flights]
+    )
+    target = np.concatenate([answer[poles:] for _, answer in flights])
     coefficients, _, rank, _ = np.linalg.lstsq(design, target)
     if rank < design.shape[1] or design.shape[0] <= design.shape[1]:
         msg = "the manoeuvres do not determine the coefficients of the ARX model"
         raise IdentificationError(msg)
-    left = target - design @ coefficients
+    found = [_simulated(coefficients, flights)]
+    for _ in range(passes):
+        answers = found[-1].answers
+        if not math.isfinite(found[-1].error):
+            break
+        instruments = np.concatenate(
+            [
+                _regressors(reference, answer, poles)
+                for (reference, _), answer in zip(flights, answers, strict=True)
+            ]
+        )
+        crossed = instruments.T @ design
+        if np.linalg.matrix_rank(crossed) < crossed.shape[0]:
+            break
+        found.append(_simulated(np.linalg.solve(crossed, instruments.T @ target), flights))
+    best = min(found, key=lambda one: one.error)
+    step_s = manoeuvres[0].step_s
     return ArxModel(
-        a=tuple(float(c) for c in coefficients[:poles]),
-        b=tuple(float(c) for c in coefficients[poles:]),
-        delay_samples=delay_samples,
-        step_s=manoeuvres[0].step_s,
-        noise_deviation=float(np.sqrt(left @ left / (target.size - coefficients.size))),
-        samples=target.size,
+        a=tuple(best.coefficients[:poles].tolist()),
+        b=tuple(best.coefficients[poles:].tolist()),
+        delay_s=delay_samples * step_s,
+        step_s=every * step_s,
+        simulated_error=best.error,
     )
 
 
 def select_arx(
     manoeuvres: Sequence[Manoeuvre], *, longest_delay_s: float, poles: int, zeros: int
-) -> ArxModel:
-    """Search the delay by Schwarz's criterion on the same samples.
+) -> TransferFunction:
+    """Search sampling and delay for the system that simulates the manoeuvres best.
 
-    Raises IdentificationError if the manoeuvres determine none of the models.
+    ``zeros``: those it has; of fewer than the order allows, sampling leaves the others undetermined,
+    and the steady gain stays.
+
+    Raises IdentificationError if the manoeuvres determine none that has a counterpart in continuous time.
     """
     _same_step(manoeuvres)
-    longest = round(longest_delay_s / manoeuvres[0].step_s) + 1
-    models = []
-    for delay in range(1, longest + 1):
-        with contextlib.suppress(IdentificationError):
-            models.append(
-                fit_arx(
-                    manoeuvres,
-                    poles=poles,
-                    zeros=zeros,
-                    delay_samples=delay,
-                    skipped=longest + poles,
-                )
-            )
-    if not models:
-        msg = "the manoeuvres are too short for an ARX model with such a delay"
-        raise IdentificationError(msg)
-    return min(models, key=lambda model: model.criterion)
+    longest = round(longest_delay_s / manoeuvres[0].step_s)
+    refused = IdentificationError("the manoeuvres are too short for an ARX model with such a delay")
+    found: list[tuple[float, TransferFunction]] = []
+    for every in _SAMPLINGS:
+        stride = max(every, _STRIDE)
+        models: dict[int, ArxModel] = {}
+        for delays in (range(0, longest + 1, stride), range(1 - stride, stride)):
+            near = min(models, key=lambda delay: models[delay].simulated_error, default=0)
+            for delay in (near + delay for delay in delays if 0 <= near + delay <= longest):
+                with contextlib.suppress(IdentificationError):
+                    models[delay] = models.get(delay) or fit_arx(
+                        manoeuvres, poles=poles, delay_samples=delay, every=every
+                    )
+        if not models:
+            continue
+        try:
+            best = min(models.values(), key=lambda model: model.simulated_error)
+            system = best.transfer_function()
+        except IdentificationError as error:
+            refused = error
+            continue
+        system = TransferFunction(
+            numerator=system.numerator[-zeros - 1 :],
+            denominator=system.denominator,
+            delay_s=system.delay_s,
+        )
+        answers = simulated_answers(system.modes, system.delay_s, manoeuvres)
+        left = [
+            manoeuvre.answer - manoeuvre.answer_before - answer
+            for manoeuvre, answer in zip(manoeuvres, answers, strict=True)
+        ]
+        found.append((float(np.mean(np.concatenate(left) ** 2)), system))
+    if not found:
+        raise refused
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _sampled(manoeuvre: Manoeuvre, delay: int, every: int) -> tuple[FloatArray, FloatArray]:
+    """Return every so manieth answer, and the references by the delay before them, from rest."""
+    at = np.arange((manoeuvre.first_change + delay) % every, manoeuvre.answer.size, every)
+    reference = manoeuvre.reference - manoeuvre.reference[0]
+    return reference[np.maximum(at - delay, 0)], (manoeuvre.answer - manoeuvre.answer_before)[at]
+
+
+def _regressors(reference: FloatArray, answer: FloatArray, poles: int) -> FloatArray:
+    """Return a row for each answer that has all of its past: answers before it, references before it."""
+    at = np.arange(poles, answer.size)[:, None] - np.arange(1, poles + 1)
+    return np.concatenate((-answer[at], reference[at]), axis=1)
+
+
+class _Simulated(NamedTuple):
+    coefficients: FloatArray
+    answers: list[FloatArray]
+    error: float
+    """Root mean square, infinite where the model runs away. [output]"""
+
+
+def _simulated(
+    coefficients: FloatArray, flights: Sequence[tuple[FloatArray, FloatArray]]
+) -> _Simulated:
+    from scipy.signal import lfilter
+
+    a, b = np.split(coefficients, 2)
+    with np.errstate(over="ignore", invalid="ignore"):
+        answers = [lfilter([0.0, *b], [1.0, *a], reference) for reference, _ in flights]
+        left = [own - answer for (_, own), answer in zip(flights, answers, strict=True)]
+        error = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    return _Simulated(coefficients, answers, error if math.isfinite(error) else math.inf)
 
 
 def _same_step(manoeuvres: Sequence[Manoeuvre]) -> None:

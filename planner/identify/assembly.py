@@ -551,7 +551,7 @@ def _reported(
     if settings.method is Method.ARX and fitted:
         findings.append(
             ARX_BIASED.finding(
-                f"{', '.join(fitted)}: fitted by ARX alone; noise of the measurement biases the poles"
+                f"{', '.join(fitted)}: fitted by ARX alone; its errors are not known, noise may bias it"
             )
         )
     return findings

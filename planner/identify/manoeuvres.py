@@ -15,7 +15,7 @@ from planner.values import Value, force_setattr, replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.logs.record import FlightRecord
     from planner.physics.response import Modes
 
@@ -195,6 +195,8 @@ _PAUSE_S = 2.0
 """A reference that does not move for less is still on its way."""
 _LEAST_STEP_M = 2.0
 _LEAST_SPEED_M_S = 1.0
+_TAKE_OFF_S = 10.0
+"""From the step of a height until the vehicle has left the ground: motors and delay. [s]"""
 _STILL_M = 0.02
 _STILL_M_S = 0.02
 """Change of a reference from sample to sample that is none."""
@@ -298,11 +300,26 @@ def _commands(
     for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
         change = float(reference[end] - reference[first])
         largest = float(np.nanmax(np.abs(steps[first:end])))
-        if not abs(change) >= least or record.is_landed[first : end + 1].all():
-            continue
         form = ReferenceForm.HELD if largest >= _STEPPED * abs(change) else ReferenceForm.LINEAR
+        # who answers a step leaves the ground later
+        waits = round(_TAKE_OFF_S / record.step_s) if form is ReferenceForm.HELD else 0
+        if not abs(change) >= least or record.is_landed[first : end + waits + 1].all():
+            continue
         commands.append(_Command(first=first, end=end, change=change, form=form))
     return commands
+
+
+def _in_the_air(is_landed: BoolArray, start: int, first: int, end: int) -> tuple[int, int]:
+    """Return where a step from the ground has lifted off, and where one to the ground has landed.
+
+    A step in the air has done so at its command; the article's count from and to the ground.
+    """
+    flown = np.flatnonzero(~is_landed[first + 1 : end]) + first + 1
+    if not flown.size:
+        return first, end
+    landed = np.flatnonzero(is_landed[flown[0] : end])
+    lifted = int(flown[0]) if is_landed[start : first + 1].all() else first
+    return lifted, int(flown[0] + landed[0]) if landed.size else end
 
 
 def _cut(
@@ -315,10 +332,13 @@ def _cut(
         (o.first for o in others if o.first > command.first), default=record.time_s.size - 1
     )
     end = min(next_first, command.end + round(_LONGEST_S / record.step_s)) + 1
+    lifted = command.first
+    if command.form is ReferenceForm.HELD:
+        lifted, end = _in_the_air(record.is_landed, start, command.first, end)
     part = slice(start, end)
     manoeuvre: Manoeuvre | None = None
     refusal = ""
-    if record.is_landed[part].any():
+    if record.is_landed[start if lifted == command.first else lifted : end].any():
         refusal = "begins or ends on the ground"
     elif last_end > command.first:
         refusal = "another reference changes at the same time"
@@ -332,10 +352,13 @@ def _cut(
         # what creeps by less than the limit before the command is rest
         shaped = signal.reference[part].copy()
         shaped[: command.first - start + 1] = shaped[command.first - start]
+        answer = signal.column[part].copy()
+        if lifted > command.first and signal.answer is ResponseKind.CLIMB_POWER:
+            answer[: lifted - start] = 0.0  # on the ground there is no power of a hover to be above
         manoeuvre = Manoeuvre(
             time_s=record.time_s[part],
             reference=shaped,
-            answer=signal.column[part],
+            answer=answer,
             reference_form=command.form,
             source=f"{record.source}#{record.number}",
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,8 +81,6 @@ _LEAST_FIT_PERCENT = 20.0
 """A model that describes no more than this of what it was fitted to is none. [%]"""
 _MOST_SAMPLES = 6000
 """Of all manoeuvres of an answer together: beyond, every second one is fitted, or third …"""
-_ARX_THINNED = (1, 2, 5, 10, 20)
-"""Samples from one to the next of those ARX is fitted to: noise spoils it less when sampled slowly."""
 _WINDOW_PASSES = 5
 _SAME_WINDOW_S = 0.25
 _QUIET = 3.0
@@ -123,8 +122,18 @@ def identify_response(
     same way without the manoeuvres held out, on those.
 
     ``is_shaped``: an autopilot shaped the reference, so it is followed to the end. ``use_arx`` fits
-    by ARX alone, as the article does.
+    by ARX alone, as the article does, and by the default for the report beside it.
     """
+    if use_arx:
+        found = _identified(answer, cuts, use_arx=True, is_shaped=is_shaped)
+        refined = _identified(answer, cuts, use_arx=False, is_shaped=is_shaped)
+        return replace(found, outcome=replace(found.outcome, refined=refined.outcome))
+    return _identified(answer, cuts, use_arx=False, is_shaped=is_shaped)
+
+
+def _identified(
+    answer: ResponseKind, cuts: Sequence[ManoeuvreCut], *, use_arx: bool, is_shaped: bool
+) -> ResponseIdentification:
     own = hold_out([cut for cut in cuts if cut.answer is answer])
     manoeuvres = [_prepared(c.manoeuvre, answer) for c in own if c.manoeuvre is not None]
     if not manoeuvres:
@@ -227,35 +236,30 @@ def _fit_once(
 def _fit_by_arx(
     manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], longest_delay_s: float
 ) -> FittedResponse:
-    """Fit as the article does: it gives no errors, and noise biases it."""
-    system = _slowest_sampled(manoeuvres, structures[0], longest_delay_s)
-    gain = system.numerator[-1] / system.denominator[-1]
-    rows = {"steady_gain": gain, "delay_s": system.delay_s}
+    """Fit as the article does: it gives no errors."""
+    from planner.identify.arx import select_arx
+
+    system = select_arx(
+        manoeuvres,
+        longest_delay_s=longest_delay_s,
+        poles=structures[0].denominator_degree,
+        zeros=structures[0].numerator_degree,
+    )
+    *_, a1, a0 = system.denominator
+    names = (f"b{power}" for power in range(len(system.numerator) - 1, -1, -1))
+    rows = dict(zip(names, system.numerator, strict=True)) | {
+        "a1": a1,
+        "a0": a0,
+        "delay_s": system.delay_s,
+        "steady_gain": system.numerator[-1] / a0,
+        "natural_frequency_rad_s": math.sqrt(a0),
+        "damping_ratio": 0.5 * a1 / math.sqrt(a0),
+    }
     return FittedResponse(
         transfer_function=system,
         estimates=tuple(Estimate(name=n, value=v, error=float("nan")) for n, v in rows.items()),
         window_s=response_window_s(system),
     )
-
-
-def _slowest_sampled(
-    manoeuvres: Sequence[Manoeuvre], structure: Structure, longest_delay_s: float
-) -> TransferFunction:
-    """Fit by ARX, sampling more slowly until the model has a counterpart in continuous time."""
-    from planner.identify.arx import select_arx
-
-    refused = IdentificationError("there is no sampling to fit an ARX model at")
-    for count in _ARX_THINNED:
-        try:
-            return select_arx(
-                [m.every(count) for m in manoeuvres],
-                longest_delay_s=longest_delay_s,
-                poles=structure.denominator_degree,
-                zeros=structure.numerator_degree,
-            ).transfer_function()
-        except (IdentificationError, ValueError) as error:  # ValueError: too few samples are left
-            refused = IdentificationError(str(error))
-    raise refused
 
 
 def _quiet_after_s(manoeuvres: Sequence[Manoeuvre]) -> float:

@@ -51,7 +51,10 @@ def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) 
     status = medium.paint(outcome.status.value, _STYLES[outcome.status])
     lines = [f"{medium.paint(outcome.name, 'bold')}: {status}"]
     lines += medium.wrapped(f"  {printable(outcome.summary)}", indent=2)
-    if outcome.estimates:
+    beside = outcome.refined
+    if beside is not None:
+        lines += _side_by_side(outcome, beside)
+    elif outcome.estimates:
         rows = [
             (f"  {e.name}", f"{e.value:.6g}", _error(e.error), _fraction(e.value, e.error))
             for e in outcome.estimates
@@ -63,6 +66,8 @@ def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) 
     if outcome.fit_percent is not None:
         which = "segments held out" if outcome.held_out else "the segments it was fitted to"
         lines.append(f"  fit on {which}: {outcome.fit_percent:.1f} %{_rms(outcome)}")
+        if beside is not None and beside.fit_percent is not None:
+            lines.append(f"  by output error: {beside.fit_percent:.1f} %{_rms(beside)}")
     elif outcome.rms is not None:
         lines.append(f"  residuals{_rms(outcome)}")
     if outcome.whiteness is not None:
@@ -71,6 +76,19 @@ def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) 
     if with_segments:
         lines += [f"    {_segment_line(segment)}" for segment in outcome.segments]
     return lines
+
+
+def _side_by_side(outcome: StateOutcome, beside: StateOutcome) -> list[str]:
+    """Return a table of what ARX found and what the default, output error, finds in the same."""
+    arx = {e.name: f"{e.value:.6g}" for e in outcome.estimates}
+    refined = {e.name: (f"{e.value:.6g}", _error(e.error)) for e in beside.estimates}
+    nothing = (quantity.ABSENT, "")
+    rows = [("", "ARX", "output error", "")]
+    rows += [
+        (f"  {name}", arx.get(name, quantity.ABSENT), *refined.get(name, nothing))
+        for name in dict.fromkeys((*arx, *refined))
+    ]
+    return table_lines(rows, alignment="<>>>")
 
 
 def _segments_sentence(outcome: StateOutcome) -> str:

@@ -320,6 +320,7 @@ def _state(outcome: StateOutcome) -> Document:
         "segments_held_out": outcome.held_out,
         "estimates": [values(estimate, _ESTIMATE_KEYS) for estimate in outcome.estimates],
         "segments": [values(segment, _SEGMENT_KEYS) for segment in outcome.segments],
+        "output_error": None if outcome.refined is None else _state(outcome.refined),
     }
 
 

@@ -1,4 +1,4 @@
-"""ARX is exact without noise, converts as control samples, and is biased by noise."""
+"""ARX is exact without noise, converts as control samples, and stands noise by instruments."""
 
 from __future__ import annotations
 
@@ -12,13 +12,17 @@ from planner.errors import IdentificationError
 from planner.identify.arx import ArxModel, fit_arx, select_arx
 from planner.identify.manoeuvres import Manoeuvre, ReferenceForm
 from planner.identify.output_error import MOTION, fit_response
+from planner.identify.responses import evaluate_model
+from planner.values import replace
 
 MODELS = {"G1": G1, "G2": G2, "G3": G3, "G4": G4, "G5": G5}
 
 
-def step_of(model: Model, *, noise: float = 0.0, seed: int = 0, after_s: float = 40.0) -> Manoeuvre:
+def step_of(
+    model: Model, *, size: float = 10.0, noise: float = 0.0, seed: int = 0, after_s: float = 40.0
+) -> Manoeuvre:
     time_s = np.arange(-100.0, round(after_s / STEP_S)) * STEP_S
-    reference = np.where(time_s > -0.5 * STEP_S, 10.0, 0.0)
+    reference = np.where(time_s > -0.5 * STEP_S, size, 0.0)
     answer = Model(
         model.numerator, model.denominator, model.delay_s, input_gain=model.input_gain
     ).answer(np.diff(reference, prepend=0.0))
@@ -29,22 +33,31 @@ def step_of(model: Model, *, noise: float = 0.0, seed: int = 0, after_s: float =
 @pytest.mark.parametrize("name", MODELS)
 def test_without_noise_the_model_comes_back(name: str) -> None:
     model = MODELS[name]
-    delay = 1 + round(model.delay_s / STEP_S)
-    fitted = fit_arx([step_of(model)], poles=2, zeros=1, delay_samples=delay)
-    if name == "G5":  # rounding may carry an undamped pole over the unit circle
-        fitted = ArxModel(
-            a=tuple(a * r for a, r in zip(fitted.a, (1.0 - 1e-12, 1.0 - 2e-12), strict=True)),
-            b=fitted.b,
-            delay_samples=delay,
-            step_s=STEP_S,
-            noise_deviation=0.0,
-            samples=1,
-        )
-    found = fitted.transfer_function()
-    numerator = model.input_gain * np.array([0.0, 0.0, *model.numerator])[-2:]
+    # 2.9 s of delay, and 1.5 s of rest before the command: the onset counts all the same
+    cut = step_of(model)
+    short = {c: getattr(cut, c)[85:] for c in ("time_s", "reference", "answer")}
+    found = select_arx(
+        [replace(cut, **short)], longest_delay_s=4.0, poles=2, zeros=len(model.numerator) - 1
+    )
+    numerator = model.input_gain * np.array(model.numerator)
     np.testing.assert_allclose(found.numerator, numerator, atol=1e-6)
     np.testing.assert_allclose(found.denominator, model.denominator, atol=1e-6)
     assert found.delay_s == pytest.approx(model.delay_s)
+
+
+@pytest.mark.parametrize("name", ["G2", "G3", "G5"])
+@pytest.mark.parametrize(("noise_w", "least_percent"), [(0.5, 85.0), (3.0, 60.0)])
+def test_powers_come_back_through_noise(name: str, noise_w: float, least_percent: float) -> None:
+    # four climbs, four descents and two stops are the article's experiment
+    model, size = MODELS[name], 10.0 if name == "G5" else 100.0
+    assert model.window_s is not None
+    steps = [
+        step_of(model, size=size, noise=noise_w, seed=seed, after_s=model.window_s)
+        for seed in range(2 if name == "G5" else 4)
+    ]
+    system = select_arx(steps, longest_delay_s=2.0, poles=2, zeros=1)
+    [quality] = evaluate_model(system, [step_of(model, size=size, after_s=model.window_s)])
+    assert quality.fit_percent >= least_percent
 
 
 @pytest.mark.parametrize(
@@ -64,10 +77,9 @@ def test_conversion_undoes_what_control_samples(
     model = ArxModel(
         a=tuple(a[1:] / a[0]),
         b=tuple(b[-len(a) + 1 :] / a[0]),
-        delay_samples=3,
+        delay_s=0.4,
         step_s=0.2,
-        noise_deviation=1.0,
-        samples=100,
+        simulated_error=1.0,
     )
     found = model.transfer_function()
     padded = np.zeros(len(denominator) - 1)
@@ -86,22 +98,22 @@ def test_the_delay_is_found_where_noise_is_as_arx_takes_it() -> None:
     white = 0.02 * np.random.default_rng(4).standard_normal(clean.answer.size)
     coloured = lfilter([1.0], np.ravel(sampled.den[0][0]), white)
     cut = Manoeuvre(time_s=clean.time_s, reference=clean.reference, answer=clean.answer + coloured)
-    found = select_arx([cut], longest_delay_s=2.0, poles=2, zeros=1)
-    assert found.transfer_function().delay_s == pytest.approx(0.7)
+    found = select_arx([cut], longest_delay_s=2.0, poles=2, zeros=0)
+    # one sample: of noise with this memory the best simulation may be one beside the truth
+    assert found.delay_s == pytest.approx(0.7, abs=1.01 * STEP_S)
 
 
-def test_several_manoeuvres_give_the_regression_of_all() -> None:
-    cuts = [step_of(G4, noise=0.2, seed=seed) for seed in (0, 1)]
-    both = fit_arx(cuts, poles=2, zeros=1, delay_samples=7)
-    assert both.samples == 2 * fit_arx(cuts[:1], poles=2, zeros=1, delay_samples=7).samples
-
-
-def test_noise_of_the_measurement_biases_arx_and_not_output_error() -> None:
+def test_instruments_take_out_what_noise_of_the_measurement_does_to_least_squares() -> None:
     # known beforehand: a natural frequency of 1.6 rad/s came back as 3.6 to 6
     cuts = [step_of(Model((2.56,), (1.0, 2.24, 2.56), 0.4), noise=0.2, seed=s) for s in range(4)]
-    arx = select_arx(cuts, longest_delay_s=2.0, poles=2, zeros=1)
-    poles = np.log(np.roots([1.0, *arx.a]).astype(complex)) / STEP_S
-    assert np.sqrt(np.abs(np.prod(poles))) > 1.8 * 1.6
+
+    def frequency_rad_s(passes: int) -> float:
+        model = fit_arx(cuts, poles=2, delay_samples=4, every=5, passes=passes)
+        poles = np.log(np.roots([1.0, *model.a]).astype(complex)) / model.step_s
+        return float(np.sqrt(np.abs(np.prod(poles))))
+
+    assert frequency_rad_s(0) > 1.8 * 1.6
+    assert frequency_rad_s(4) == pytest.approx(1.6, rel=0.1)
     refined = fit_response(cuts, MOTION)
     assert refined.transfer_function.natural_frequency_rad_s == pytest.approx(1.6, rel=0.03)
 
@@ -117,9 +129,7 @@ def test_noise_of_the_measurement_biases_arx_and_not_output_error() -> None:
 def test_what_has_no_stable_continuous_counterpart_is_refused(
     a: tuple[float, ...], message: str
 ) -> None:
-    model = ArxModel(
-        a=a, b=(0.1, 0.1), delay_samples=1, step_s=0.1, noise_deviation=1.0, samples=10
-    )
+    model = ArxModel(a=a, b=(0.1, 0.1), delay_s=0.0, step_s=0.1, simulated_error=1.0)
     with pytest.raises(IdentificationError, match=message):
         model.transfer_function()
 
@@ -127,7 +137,7 @@ def test_what_has_no_stable_continuous_counterpart_is_refused(
 def test_manoeuvres_that_do_not_fit_together_are_refused() -> None:
     cut = step_of(G4)
     with pytest.raises(IdentificationError, match="one sampling step"):
-        fit_arx([cut, cut.every(2)], poles=2, zeros=0, delay_samples=1)
+        fit_arx([cut, cut.every(2)], poles=2, delay_samples=1)
     ramp = Manoeuvre(
         time_s=cut.time_s,
         reference=cut.reference,
@@ -135,8 +145,8 @@ def test_manoeuvres_that_do_not_fit_together_are_refused() -> None:
         reference_form=ReferenceForm.LINEAR,
     )
     with pytest.raises(IdentificationError, match="held"):
-        fit_arx([ramp], poles=2, zeros=0, delay_samples=1)
+        fit_arx([ramp], poles=2, delay_samples=1)
     with pytest.raises(IdentificationError, match="no manoeuvre"):
-        fit_arx([], poles=2, zeros=0, delay_samples=1)
+        fit_arx([], poles=2, delay_samples=1)
     with pytest.raises(IdentificationError, match="too short"):
-        select_arx([step_of(G4, after_s=1.0)], longest_delay_s=30.0, poles=2, zeros=1)
+        select_arx([step_of(G4, after_s=0.3)], longest_delay_s=1.0, poles=2, zeros=1)
