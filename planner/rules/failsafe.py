@@ -15,7 +15,8 @@ from planner.flight.returns.path import thinned
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
-from planner.rules.arming import BATTERY, is_checked, numbers
+from planner.rules.arming import is_checked, numbers
+from planner.rules.arming_checks import BATTERY
 from planner.rules.declaration import (
     ARDUPILOT,
     BUDGET,
@@ -55,6 +56,8 @@ AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX. [-]"""
 _SINKING_THRUST = math.cos(math.radians(30.0))
 """Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
 defaults, sinks. [-]"""
+_LEAST_SPIN_MAX, _USUAL_SPIN_MAX = 0.9, 0.95
+"""MOT_SPIN_MAX: the least of its documented values, and its default. [-]"""
 _SAME_NUMBER = 1e-6
 """Numbers this near are one: files write them in single precision. [-]"""
 _THRESHOLDS: Mapping[str, str] = {
@@ -474,7 +477,9 @@ HOVER_THROTTLE_HIGH = Rule(
     "a return, where the battery's curve is known.  A warning above 0.7; an error from 0.8 on with a "
     "full battery, from 0.87 on late in the flight.  The autopilot's own default (0.35, 0.5), which a file "
     "saved whole has of a vehicle nobody hovered, says nothing of how the thrust falls with the voltage; "
-    "with a lower MPC_THR_MAX it is not checked (X904).",
+    "with a lower MPC_THR_MAX it is not checked (X904).  Nor with a MOT_SPIN_MAX below 0.9, the least "
+    "of its documented values, where the thrust that it leaves of that with 0.95 does not cover the hover: "
+    "nobody knows which of the two the hover was measured with; not above MOT_SPIN_MIN is an error.",
     fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
@@ -485,6 +490,10 @@ def _hover_throttle_high(
     a: Assessment, parameters: FlightParameters, _extremes: Extremes
 ) -> Iterator[Finding | NotEvaluated]:
     origin = parameters.origins.get("hover_throttle")
+    spins = 1.0 if isinstance(parameters, Px4Parameters) else _thrust_left(numbers(a))
+    if spins < 1.0 and parameters.hover_throttle >= _SINKING_THRUST * spins:
+        yield _spins_slowly(a, parameters.hover_throttle, spins)
+        return
     if origin is None or origin.kind is OriginKind.DEFAULT:
         return  # the default is of no vehicle in particular
     most = numbers(a).get("MPC_THR_MAX", 1.0) if isinstance(parameters, Px4Parameters) else 1.0
@@ -519,6 +528,40 @@ def _hover_throttle_high(
             severity=Severity.ERROR if cannot else None,
             item=lowest,
         )
+
+
+def _thrust_left(values: Mapping[str, float]) -> float:
+    """Return the greatest thrust with MOT_SPIN_MAX over that with its default. [-]
+
+    Notes
+    -----
+    ``AP_MotorsMulticopter::thrust_to_actuator``: of the range above MOT_SPIN_MIN a share u gives the thrust
+    (1 − MOT_THST_EXPO) u + MOT_THST_EXPO u².
+    """
+    idle, expo = values.get("MOT_SPIN_MIN", 0.15), values.get("MOT_THST_EXPO", 0.65)
+    spins = values.get("MOT_SPIN_MAX", _USUAL_SPIN_MAX)
+    if spins >= _LEAST_SPIN_MAX:
+        return 1.0
+    share = max(spins - idle, 0.0) / (_USUAL_SPIN_MAX - idle)
+    return (1.0 - expo) * share + expo * share**2
+
+
+def _spins_slowly(a: Assessment, hover: float, left: float) -> Finding | NotEvaluated:
+    """Return that the motors may never lift the vehicle."""
+    spins = f"MOT_SPIN_MAX of {numbers(a)['MOT_SPIN_MAX']:g}"
+    if left <= 0.0:
+        return a.finding(
+            HOVER_THROTTLE_HIGH,
+            f"{spins} is not above MOT_SPIN_MIN: full throttle spins the motors no faster than idle, the "
+            "vehicle does not take off",
+            severity=Severity.ERROR,
+        )
+    return NotEvaluated(
+        rule=HOVER_THROTTLE_HIGH,
+        asked_by=f"{spins}, {quantity.percent(left)} of the thrust for a hover at {quantity.percent(hover)},",
+        needs=f"MOT_SPIN_MAX of {_LEAST_SPIN_MAX:g} or more, or a MOT_THST_HOVER learnt with it that leaves "
+        "more thrust",
+    )
 
 
 def _times_heavier(a: Assessment) -> float:

@@ -19,7 +19,8 @@ from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.route import is_counted
-from planner.rules.arming import MISSION, is_checked, numbers, rangefinder_reach_m
+from planner.rules.arming import is_checked, numbers
+from planner.rules.arming_checks import MISSION, rangefinder_reach_m
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
 
 if TYPE_CHECKING:

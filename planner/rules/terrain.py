@@ -16,7 +16,8 @@ from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
-from planner.rules.arming import numbers, rangefinder_reach_m
+from planner.rules.arming import numbers
+from planner.rules.arming_checks import rangefinder_reach_m
 from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, NotEvaluated, judges
 from planner.values import Value, replace
 

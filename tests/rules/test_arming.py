@@ -13,6 +13,7 @@ from planner.findings import Severity
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
 
+OUTSIDE = "EK3_SRC1_POSXY,6\nEK3_SRC1_VELXY,6\nEK3_SRC1_POSZ,1\nEK3_SRC1_VELZ,6\nEK3_SRC1_YAW,6\n"
 FENCE = "FENCE_ENABLE,1\nFENCE_TYPE,7\nFENCE_RADIUS,1000\nFENCE_ALT_MAX,120\n"
 
 
@@ -36,7 +37,49 @@ def outputs(frame_class: float, *functions: int) -> str:
         ("MOT_SPIN_MIN,0.31\n", "MOT_SPIN_MIN,0.3\n"),
         ("PILOT_SPEED_UP,0\n", "PILOT_SPEED_UP,1\n"),
         ("GPS1_TYPE,0\n", "GPS1_TYPE,0\nGPS2_TYPE,1\n"),
-        ("GPS_TYPE,0\n", "GPS1_TYPE,0\nEK3_SRC1_POSXY,6\n"),
+        ("GPS_TYPE,0\n", f"GPS1_TYPE,0\nVISO_TYPE,1\n{OUTSIDE}"),
+        # From here to RC2_MAX tried in ArduPilot's simulation, with the sentences of the source.
+        ("AHRS_EKF_TYPE,0\n", "AHRS_EKF_TYPE,3\n"),
+        ("EK3_SRC1_VELZ,1\n", "EK3_SRC1_VELZ,0\n"),
+        ("EK3_SRC1_POSZ,5\n", "EK3_SRC1_POSZ,0\n"),
+        ("EK3_SRC1_POSZ,2\n", "EK3_SRC1_POSZ,2\nRNGFND2_TYPE,8\n"),
+        ("EK3_SRC2_VELXY,5\n", "EK3_SRC2_VELXY,5\nFLOW_TYPE,1\n"),
+        ("EK3_SRC3_POSXY,6\n", "EK3_SRC3_POSXY,6\nVISO_TYPE,1\n"),
+        ("EK3_SRC3_YAW,4\n", "EK3_SRC3_YAW,4\nAHRS_EKF_TYPE,11\n"),
+        ("EK3_SRC2_POSXY,4\n", "EK3_SRC2_POSXY,4\nBCN_TYPE,1\n"),
+        ("RC7_OPTION,32\nRC8_OPTION,31\n", "RC7_OPTION,32\nRC8_OPTION,30\n"),
+        ("RC7_OPTION,32\nRC8_OPTION,165\n", "RC7_OPTION,31\nRC8_OPTION,165\n"),
+        ("SERIAL2_PROTOCOL,23\nSERIAL7_PROTOCOL,23\n", "SERIAL2_PROTOCOL,23\n"),
+        ("FRAME_CLASS,6\n", "FRAME_CLASS,5\n"),
+        ("ACRO_BAL_ROLL,4.6\n", "ACRO_BAL_ROLL,4.5\n"),
+        ("ACRO_BAL_PITCH,1\nATC_ANG_PIT_P,0.9\n", "ACRO_BAL_ROLL,1\nATC_ANG_PIT_P,1\n"),
+        ("PSC_VELZ_P,0\n", "PSC_VELZ_P,0.1\n"),
+        ("PSC_D_VEL_P,0\n", "PSC_D_VEL_P,0.1\nPSC_VELZ_P,0\n"),
+        ("ATC_ANG_YAW_P,0\n", "ATC_ANG_YAW_P,0.1\n"),
+        ("ATC_RAT_RLL_P,0\n", "ATC_RAT_RLL_P,0\nATC_RAT_RLL_FF,0.1\n"),
+        ("ATC_RAT_PIT_I,-0.1\nATC_RAT_PIT_FF,0.1\n", "ATC_RAT_PIT_D,0\n"),
+        ("ATC_RAT_YAW_D,-0.1\n", "ATC_RAT_YAW_D,0\n"),
+        (
+            f"CHUTE_ENABLED,1\nCHUTE_TYPE,10\n{outputs(1, 33, 34, 35, 36)}",
+            f"CHUTE_ENABLED,1\nCHUTE_TYPE,10\n{outputs(1, 33, 34, 35, 36, 27)}",
+        ),
+        (
+            f"CHUTE_ENABLED,1\nCHUTE_TYPE,10\n{outputs(1, 33, 34, 35, 36)}",
+            f"CHUTE_ENABLED,0\nCHUTE_TYPE,10\n{outputs(1, 33, 34, 35, 36)}",
+        ),
+        (
+            "INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n",
+            "INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0.001\n",
+        ),
+        ("RC5_MIN,1501\n", "RC5_MIN,1500\n"),
+        ("RC1_TRIM,900\n", "RC1_TRIM,1100\n"),
+        ("RC1_MAX,1800\nRC1_TRIM,1801\n", "RC1_MAX,1800\nRC1_TRIM,1800\n"),
+        ("RC2_MAX,1699\n", "RC5_MAX,1699\n"),
+        ("RC8_MIN,1501\n", "RC9_MIN,1501\n"),  # its receiver had eight channels
+        ("RC4_MIN,1301\n", "RC4_MIN,1300\n"),
+        ("RC5_MIN,1301\nRCMAP_YAW,5\n", "RC4_MIN,1301\nRCMAP_YAW,5\n"),
+        ("SERVO9_FUNCTION,7\nSERVO9_MIN,1501\n", "SERVO9_FUNCTION,0\nSERVO9_MIN,1501\n"),
+        ("SERVO1_FUNCTION,33\nSERVO1_MAX,1499\n", "SERVO1_FUNCTION,33\nSERVO1_MAX,1500\n"),
         ("EK3_SRC1_POSXY,0\n", "EK3_SRC1_POSXY,3\n"),
         ("PILOT_SPD_UP,0\n", "PILOT_SPD_UP,0.5\n"),
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,910\n"),
@@ -106,6 +149,9 @@ def test_a_parameter_that_arming_refuses_is_an_error_and_the_nearest_it_takes_is
         ("MOT_SPIN_MIN,0.4\n", True, 5),
         ("PILOT_SPEED_UP,0\n", False, 5),
         ("BATT_LOW_VOLT,19\nBATT_CRT_VOLT,20\n", False, 8),
+        ("RC1_TRIM,900\n", False, 6),
+        ("INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n", False, 4),
+        ("EK3_SRC1_VELZ,1\n", True, 5),
     ],
 )
 def test_checks_that_are_off_refuse_nothing_but_what_is_always_checked(
@@ -152,9 +198,24 @@ def test_a_loiter_into_the_margin_of_the_ceiling_never_gets_there(
         ("EKF2_GPS_CTRL,0\nEKF2_EV_CTRL,15\n", False),
         ("SYS_HAS_GPS,0\n", True),
         ("MPC_XY_CRUISE,5\n", False),
+        ("COM_ARMABLE,0\n", True),
+        ("COM_ARMABLE,1\n", False),
+        ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", True),
+        ("CAL_ACC0_ID,0\nCAL_ACC1_ID,9\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", False),
+        ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\n", False),  # not the whole of it
+        ("CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\n", True),
+        ("CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\nSYS_HAS_MAG,0\n", False),
+        ("RC1_TRIM,999\n", True),
+        ("RC1_TRIM,1000\n", False),
+        ("RC18_MAX,1499\n", True),
+        ("RC18_MAX,2501\n", True),
+        ("RC18_MAX,2500\n", False),
+        ("RC1_TRIM,999\nCOM_RC_IN_MODE,4\n", False),
     ],
 )
-def test_px4_arms_for_no_mission_without_a_position(parameters: str, *, refuses_it: bool) -> None:
+def test_px4_arms_for_no_mission_without_a_position_or_a_calibration(
+    parameters: str, *, refuses_it: bool
+) -> None:
     assert ("M127" in {one.code for one in found(PLAIN, PX4, parameters)}) is refuses_it
 
 

@@ -1,0 +1,479 @@
+"""What keeps a vehicle from arming and stands in its parameters: one list for each autopilot.
+
+After ``AP_Arming.cpp``, ``AP_Arming_Copter.cpp``, ``AP_MotorsMulticopter.cpp``, ``AC_Fence.cpp``,
+``AP_BattMonitor_Backend.cpp``, ``AP_NavEKF_Source.cpp``, ``AC_AttitudeControl.cpp``, ``AC_PosControl.cpp``
+and ``AP_Parachute.cpp`` of ArduPilot 4.5 to 4.7, and PX4's ``HealthAndArmingChecks``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from typing import TYPE_CHECKING, NamedTuple
+
+from planner.mission.items import MissionFormat
+from planner.rules.fence_settings import AREAS, CIRCLE, fence_is_on
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from planner.mission.items import Mission
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+ALWAYS, ANY = None, -1
+"""Checks without a bit of ARMING_CHECK: even where all checks are off, and where one is on."""
+INS, PARAMETERS, RC, BATTERY, MISSION = (1 << bit for bit in (4, 5, 6, 8, 14))
+"""Bits of ARMING_CHECK."""
+_MOST_SPIN_MIN = 0.3
+"""Above it ArduPilot refuses MOT_SPIN_MIN. [-]"""
+_LEAST_FAILSAFE_PWM = 910
+"""Least FS_THR_VALUE: receivers lose their signal at 900. [µs]"""
+_LEAST_FLOOR_M = -100.0
+"""Least FENCE_ALT_MIN. [m]"""
+_COMPASS = 1
+"""EK3_SRC1_YAW of a heading by compass."""
+_EKF3 = 3
+"""AHRS_EKF_TYPE that has the sources EK3_SRCn_."""
+_SOURCES: Mapping[str, tuple[int, frozenset[int]]] = {
+    "POSXY": (3, frozenset({0, 3, 4, 6})),
+    "VELXY": (3, frozenset({0, 3, 5, 6, 7})),
+    "POSZ": (1, frozenset({0, 1, 2, 3, 4, 6})),
+    "VELZ": (3, frozenset({0, 3, 6})),
+    "YAW": (1, frozenset({0, 1, 2, 3, 6, 8})),
+}
+"""What the first set of sources is by default, and what each may be; POSZ may be 0 from 4.7 on."""
+_LATER_SOURCES: Mapping[str, int] = {"POSZ": 1}
+"""What a second or third set is by default: else nothing."""
+_HEADINGS_BY_SATELLITES = frozenset({2, 3})
+"""EK3_SRCn_YAW: no sensor is asked for here, 2 and 3 need two receivers that tell it themselves."""
+_SENSOR_TYPES: Mapping[int, tuple[str, str]] = {
+    4: ("beacons", "BCN_TYPE"),
+    5: ("optical flow", "FLOW_TYPE"),
+    6: ("a position from outside", "VISO_TYPE"),
+    7: ("wheel encoders", "WENC_TYPE"),
+}
+"""Sensors by the number of a source, and the parameter that switches each on: 0 by default."""
+_RANGEFINDER, _SATELLITES, _GSF = 2, 3, 8
+"""Numbers of sources; the last a heading from the velocities of satellites."""
+_CHANNELS = range(1, 9)
+"""Every receiver has so many; of those it has not ArduPilot checks nothing."""
+_LEAST_MAX_PWM, _MOST_MIN_PWM = 1700, 1300
+"""Of the four channels of the sticks (``RC_Channel::RC_CALIB_MAX_LIMIT_PWM``, ``_MIN_``). [µs]"""
+_STICKS: Mapping[str, int] = {"ROLL": 1, "PITCH": 2, "THROTTLE": 3, "YAW": 4}
+"""RCMAP_ parameters and their defaults."""
+_ALL_OUTPUTS = range(1, 33)
+_PARACHUTE, _SERVO = 27, 10
+"""SERVOx_FUNCTION of a parachute, and CHUTE_TYPE of one released by a servo."""
+_RC_INPUT = 23
+"""SERIALn_PROTOCOL of a receiver."""
+_INTERLOCK, _STOPS = 32, frozenset({31, 165})
+"""RCx_OPTION of the motor interlock and of the emergency stops."""
+_HELICOPTERS = frozenset({6, 11, 13})
+"""FRAME_CLASS."""
+_GAINS = (
+    ("PSC_NE_POS_P", "PSC_POSXY_P"),
+    ("PSC_D_POS_P", "PSC_POSZ_P"),
+    ("PSC_D_VEL_P", "PSC_VELZ_P"),
+    ("PSC_D_ACC_P", "PSC_ACCZ_P"),
+    ("PSC_D_ACC_I", "PSC_ACCZ_I"),
+    *((f"ATC_ANG_{axis}_P",) for axis in ("RLL", "PIT", "YAW")),
+)
+"""Gains above 0, each from 4.7 on and before."""
+_SWITCHES = re.compile(r"RC\d+_OPTION")
+_PORTS = re.compile(r"SERIAL\d_PROTOCOL")
+_OPTIONS = 256
+"""Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
+_OUTPUTS, _OUTPUTS_OF_A_FILE = re.compile(r"SERVO\d+_FUNCTION"), 8
+"""The outputs of a vehicle, and the least number of them: a file with fewer does not list them all."""
+_FIRST_MOTOR = 33
+"""SERVOx_FUNCTION of the first motor; the others follow."""
+_MOTORS = {1: 4, 2: 6, 3: 8, 4: 8, 5: 6}
+"""Motors by FRAME_CLASS: quad, hexa, octa, octa-quad, Y6."""
+
+
+_DOWN = 25
+"""RNGFNDn_ORIENT of a sensor that looks down."""
+_REACH_M = 7.0
+"""RNGFNDn_MAX_CM, its default. [m]"""
+_SENSORS = "123456789A"
+
+
+def rangefinder_reach_m(values: Mapping[str, float]) -> float | None:
+    """Return how far the rangefinder reaches that ArduPilot follows the ground by; ``None``: by none. [m]
+
+    Notes
+    -----
+    ``AC_WPNav::get_terrain_source``: a rangefinder that looks down and is used (WPNAV_RFND_USE, WP_RFND_USE
+    from 4.7 on) is the one source of the ground's height; its readings are healthy up to RNGFNDn_MAX.
+    """
+    if not values.get("WP_RFND_USE", values.get("WPNAV_RFND_USE", 1.0)):
+        return None
+    reaches_m = [
+        values.get(f"RNGFND{n}_MAX", values.get(f"RNGFND{n}_MAX_CM", 100.0 * _REACH_M) / 100.0)
+        for n in looking_down(values)
+    ]
+    return max(reaches_m, default=None)
+
+
+def looking_down(values: Mapping[str, float]) -> Iterator[str]:
+    """Yield the numbers of the rangefinders that look down."""
+    for n in _SENSORS:
+        if values.get(f"RNGFND{n}_TYPE") and values.get(f"RNGFND{n}_ORIENT", _DOWN) == _DOWN:
+            yield n
+
+
+class ArduPilotGiven(NamedTuple):
+    """The parameters: those of flight in SI, any other as the file has it."""
+
+    own: ArduPilotParameters
+    values: dict[str, float]
+    mission: Mission
+
+    def value(self, *names: str, default: float) -> float:
+        """Return the first of some names that the file holds, in its own unit."""
+        return next((self.values[name] for name in names if name in self.values), default)
+
+    @property
+    def has_fence(self) -> bool:
+        """Whether AC_Fence checks its parameters."""
+        own = self.own
+        return bool(own.fence_type) and fence_is_on(own)
+
+    @property
+    def lacks_areas(self) -> bool:
+        """Whether the vehicle has no fence area: a plan brings its own, a text file leaves what is there."""
+        holds = self.mission.file_format is MissionFormat.WPL and self.value(
+            "FENCE_TOTAL", default=1
+        )
+        return not (self.mission.fence or holds)
+
+    @property
+    def lacks_heading(self) -> bool:
+        """Whether nothing gives a heading on the ground: without one there is no position."""
+        if self.value("EK3_SRC1_YAW", default=_COMPASS) != _COMPASS:
+            return self.values["EK3_SRC1_YAW"] == 0
+        used = (self.value(f"COMPASS_USE{number}", default=1) for number in ("", 2, 3))
+        return not (self.value("COMPASS_ENABLE", default=1) and any(used))
+
+    def are_zero(self, names: Iterable[str]) -> bool:
+        """Return whether the file has all of some parameters, each 0."""
+        return all(self.values.get(name) == 0.0 for name in names)
+
+    def unordered(self, prefix: str) -> Iterator[str]:
+        """Yield where a trim is not between its least and its greatest."""
+        trim = self.value(f"{prefix}_TRIM", default=1500)
+        if self.value(f"{prefix}_MIN", default=1100) > trim:
+            yield f"{prefix}_MIN is above {prefix}_TRIM"
+        if self.value(f"{prefix}_MAX", default=1900) < trim:
+            yield f"{prefix}_MAX is below {prefix}_TRIM"
+
+    def counted(self, pattern: re.Pattern[str]) -> Counter[int]:
+        """Return how often each value is given to the parameters of a pattern."""
+        return Counter(int(value) for name, value in self.values.items() if pattern.fullmatch(name))
+
+    @property
+    def motors_without_output(self) -> bool:
+        """Whether a motor of the frame is on no output; not known where the file leaves outputs out."""
+        motors = _MOTORS.get(int(self.value("FRAME_CLASS", default=0)), 0)
+        given = self.counted(_OUTPUTS)
+        return given.total() >= _OUTPUTS_OF_A_FILE and any(
+            not given[number] for number in range(_FIRST_MOTOR, _FIRST_MOTOR + motors)
+        )
+
+
+def _both_above_0(low: float, critical: float) -> bool:
+    return low > 0.0 and critical > 0.0 and critical >= low
+
+
+_CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...] = (
+    (ALWAYS, "FRAME_CLASS is 0", lambda p: p.value("FRAME_CLASS", default=1) == 0),
+    (
+        ALWAYS,
+        "MOT_SPIN_ARM is above MOT_SPIN_MIN",
+        lambda p: p.value("MOT_SPIN_ARM", default=0.1) > p.value("MOT_SPIN_MIN", default=0.15),
+    ),
+    (
+        ALWAYS,
+        "MOT_SPIN_MIN is above 0.3",
+        lambda p: p.value("MOT_SPIN_MIN", default=0.15) > _MOST_SPIN_MIN + 1e-6,
+    ),
+    (
+        ALWAYS,
+        "AHRS_EKF_TYPE is 0: no estimate of its height",
+        lambda p: p.value("AHRS_EKF_TYPE", default=_EKF3) == 0,
+    ),
+    (
+        ALWAYS,
+        "one RCx_OPTION is the motor interlock (32), another an emergency stop (31 or 165)",
+        lambda p: (
+            bool(switches := p.counted(_SWITCHES))
+            and bool(switches[_INTERLOCK])
+            and any(switches[stop] for stop in _STOPS)
+        ),
+    ),
+    (ALWAYS, "two SERIALn_PROTOCOL are 23, a receiver", lambda p: p.counted(_PORTS)[_RC_INPUT] > 1),
+    (
+        ALWAYS,
+        "FRAME_CLASS is that of a helicopter",
+        lambda p: p.value("FRAME_CLASS", default=1) in _HELICOPTERS,
+    ),
+    (
+        ALWAYS,
+        "EK3_SRC1_POSXY is 0: no position",
+        lambda p: p.value("EK3_SRC1_POSXY", default=_SATELLITES) == 0,
+    ),
+    (
+        ALWAYS,
+        "no heading: EK3_SRC1_YAW is 0, or 1 with no compass in use",
+        lambda p: p.lacks_heading,
+    ),
+    (
+        ALWAYS,
+        "MOT_PWM_MIN is above MOT_PWM_MAX",
+        lambda p: p.value("MOT_PWM_MIN", default=1000) > p.value("MOT_PWM_MAX", default=2000),
+    ),
+    (
+        PARAMETERS,
+        "PILOT_SPEED_UP is not above 0",
+        lambda p: p.value("PILOT_SPD_UP", "PILOT_SPEED_UP", default=2.5) <= 0.0,
+    ),
+    (
+        PARAMETERS,
+        "FS_THR_VALUE is below 910",
+        lambda p: (
+            p.value("FS_THR_ENABLE", default=1) != 0
+            and p.value("FS_THR_VALUE", default=975) < _LEAST_FAILSAFE_PWM
+        ),
+    ),
+    (
+        PARAMETERS,
+        "RC3_MIN is not more than 10 above FS_THR_VALUE",
+        lambda p: (
+            p.value("FS_THR_ENABLE", default=1) != 0
+            and p.value("RCMAP_THROTTLE", default=3) == 3
+            and p.value("RC3_MIN", default=math.inf) <= p.value("FS_THR_VALUE", default=975) + 10
+        ),
+    ),
+    (
+        PARAMETERS,
+        "two RCx_OPTION are the same",
+        lambda p: any(
+            times > 1 for option, times in p.counted(_SWITCHES).items() if 0 < option < _OPTIONS
+        ),
+    ),
+    (ALWAYS, "a motor of FRAME_CLASS is on no SERVOx_FUNCTION", lambda p: p.motors_without_output),
+    (
+        PARAMETERS,
+        "CHUTE_TYPE is 10, a servo, and no SERVOx_FUNCTION is 27",
+        lambda p: (
+            p.value("CHUTE_ENABLED", default=0) > 0
+            and p.value("CHUTE_TYPE", default=0) == _SERVO
+            and p.counted(_OUTPUTS).total() >= _OUTPUTS_OF_A_FILE
+            and not p.counted(_OUTPUTS)[_PARACHUTE]
+        ),
+    ),
+    (
+        INS,
+        "INS_ACCOFFS_X, _Y and _Z are 0: the accelerometer is not calibrated",
+        lambda p: p.are_zero(f"INS_ACCOFFS_{axis}" for axis in "XYZ"),
+    ),
+    (
+        PARAMETERS,
+        "ACRO_BAL_ROLL or ACRO_BAL_PITCH is negative, or above ATC_ANG_RLL_P or ATC_ANG_PIT_P",
+        lambda p: any(
+            not 0.0 <= p.value(balance, default=1) <= p.value(gain, default=4.5)
+            for balance, gain in (
+                ("ACRO_BAL_ROLL", "ATC_ANG_RLL_P"),
+                ("ACRO_BAL_PITCH", "ATC_ANG_PIT_P"),
+            )
+        ),
+    ),
+    (
+        PARAMETERS,
+        "RTL_ALT_TYPE is 1, over terrain, with TERRAIN_ENABLE 0 and no rangefinder that looks down",
+        lambda p: (
+            p.own.return_altitude_type == 1
+            and not p.own.terrain_enable
+            and rangefinder_reach_m(p.values) is None
+        ),
+    ),
+    (
+        PARAMETERS,
+        "RTL_ALT_TYPE is 1, over terrain, and RTL_ALT beyond the reach of the rangefinder",
+        lambda p: (
+            p.own.return_altitude_type == 1
+            and p.own.return_altitude_m > (rangefinder_reach_m(p.values) or math.inf)
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_ENABLE is 1 and nothing that FENCE_TYPE selects is there",
+        lambda p: (
+            bool(p.own.fence_enable) and not p.own.fence_type & ~(AREAS if p.lacks_areas else 0)
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_MARGIN is half of FENCE_ALT_MAX less FENCE_ALT_MIN, or more",
+        lambda p: (
+            p.has_fence
+            and p.own.fence_height_max_m - p.own.fence_height_min_m <= 2.0 * p.own.fence_margin_m
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_MARGIN is above FENCE_RADIUS",
+        lambda p: (
+            p.has_fence
+            and bool(p.own.fence_type & CIRCLE)
+            and p.own.fence_radius_m < p.own.fence_margin_m
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_ALT_MIN is below -100 m",
+        lambda p: p.has_fence and p.own.fence_height_min_m < _LEAST_FLOOR_M,
+    ),
+    (
+        BATTERY,
+        "BATT_CRT_VOLT is not below BATT_LOW_VOLT",
+        lambda p: (
+            p.own.measures_battery and _both_above_0(p.own.battery_low_v, p.own.battery_critical_v)
+        ),
+    ),
+    (
+        BATTERY,
+        "BATT_CRT_MAH is not below BATT_LOW_MAH",
+        lambda p: (
+            p.own.measures_battery
+            and _both_above_0(p.own.battery_low_ah, p.own.battery_critical_ah)
+        ),
+    ),
+)
+"""Check of ARMING_CHECK, what is said, and whether it is so."""
+
+
+def _bad_sources(p: ArduPilotGiven) -> Iterator[str]:
+    """Yield what ``AP_NavEKF_Source::pre_arm_check`` refuses in any of the three sets."""
+    if p.value("AHRS_EKF_TYPE", default=_EKF3) != _EKF3:
+        return
+    no_satellites = not (
+        p.value("GPS1_TYPE", "GPS_TYPE", default=1) or p.value("GPS2_TYPE", "GPS_TYPE2", default=0)
+    )
+    for number in (1, 2, 3):
+        for what, (first, allowed) in _SOURCES.items():
+            default = first if number == 1 else _LATER_SOURCES.get(what, 0)
+            source = int(p.value(name := f"EK3_SRC{number}_{what}", default=default))
+            said = f"{name} is {source}"
+            if source not in allowed:
+                yield f"{said}: there is no such source"
+            elif what == "YAW" and source in _HEADINGS_BY_SATELLITES:
+                continue
+            elif source in {_SATELLITES, _GSF} and no_satellites:
+                yield f"{said}: no satellites, GPS1_TYPE is 0"
+            elif source == _RANGEFINDER and not any(looking_down(p.values)):
+                yield f"{said}: no rangefinder that looks down"
+            elif source in _SENSOR_TYPES:
+                sensor, switch = _SENSOR_TYPES[source]
+                if p.value(switch, default=0) == 0:
+                    yield f"{said}: no {sensor.removeprefix('a ')}, {switch} is 0"
+
+
+def _bad_channels(p: ArduPilotGiven) -> Iterator[str]:
+    """Yield what is wrong with the calibration of the receiver (``AP_Arming::rc_calibration_checks``)."""
+    sticks = {int(p.value(f"RCMAP_{stick}", default=own)) for stick, own in _STICKS.items()}
+    for number in _CHANNELS:
+        yield from p.unordered(f"RC{number}")
+        if number in sticks and p.value(f"RC{number}_MIN", default=1100) > _MOST_MIN_PWM:
+            yield f"RC{number}_MIN is above {_MOST_MIN_PWM}"
+        if number in sticks and p.value(f"RC{number}_MAX", default=1900) < _LEAST_MAX_PWM:
+            yield f"RC{number}_MAX is below {_LEAST_MAX_PWM}"
+
+
+def _bad_outputs(p: ArduPilotGiven) -> Iterator[str]:
+    for number in _ALL_OUTPUTS:
+        if p.value(f"SERVO{number}_FUNCTION", default=0) > 0:
+            yield from p.unordered(f"SERVO{number}")
+
+
+def _bad_gains(p: ArduPilotGiven) -> Iterator[str]:
+    """Yield what ``AC_PosControl`` and ``AC_AttitudeControl`` refuse of their gains."""
+    for names in _GAINS:
+        if p.value(*names, default=1) <= 0.0:
+            yield f"{next(name for name in names if name in p.values)} is not above 0"
+    for axis in ("RLL", "PIT", "YAW"):
+        feeds_forward = p.value(f"ATC_RAT_{axis}_FF", default=0) > 0.0
+        for gain in "PI":
+            value = p.value(name := f"ATC_RAT_{axis}_{gain}", default=1)
+            if value < 0.0 or (value == 0.0 and not feeds_forward):
+                yield f"{name} is not above 0"
+        if p.value(name := f"ATC_RAT_{axis}_D", default=0) < 0.0:
+            yield f"{name} is below 0"
+
+
+_NAMED: tuple[tuple[int | None, Callable[[ArduPilotGiven], Iterator[str]]], ...] = (
+    (ALWAYS, _bad_sources),
+    (RC, _bad_channels),
+    (ANY, _bad_outputs),
+    (PARAMETERS, _bad_gains),
+)
+"""Check of ARMING_CHECK, and what yields the parameters it refuses of many alike."""
+
+
+def refused_by_ardupilot(p: ArduPilotGiven) -> Iterator[tuple[int | None, str]]:
+    """Yield each reason for which ArduPilot would not arm, with its check of ARMING_CHECK."""
+    for check, said, is_so in _CONDITIONS:
+        if is_so(p):
+            yield check, said
+    for check, refused in _NAMED:
+        for said in refused(p):
+            yield check, said
+            break
+
+
+_OTHER_POSITIONS = ("EKF2_AGP_CTRL", "EKF2_AGP0_CTRL", "EKF2_EV_CTRL")
+_HEADING = 1 << 3
+"""Bit of EKF2_GPS_CTRL and EKF2_EV_CTRL: a heading by two antennas, or from outside."""
+_NO_MAGNETOMETER = 5
+"""EKF2_MAG_TYPE."""
+_WITHOUT_STICKS = frozenset({1, 4})
+"""COM_RC_IN_MODE that asks for no calibrated receiver."""
+_PX4_CHANNELS, _MOST_PWM = range(1, 19), 2500
+_CALIBRATIONS = range(4)
+
+
+def refused_by_px4(values: Mapping[str, float]) -> Iterator[str]:
+    """Yield each reason for which PX4 would not arm for a mission."""
+    if values.get("COM_ARMABLE", 1.0) < 1.0:
+        yield "COM_ARMABLE is 0"
+    if not any(values.get(name, 0.0) for name in _OTHER_POSITIONS):
+        if not values.get("SYS_HAS_GPS", 1.0):
+            yield "SYS_HAS_GPS is 0, and nothing else gives a position"
+        elif not int(values.get("EKF2_GPS_CTRL", 7.0)) & 1:
+            yield "EKF2_GPS_CTRL takes no position from satellites, and nothing else gives one"
+    for sensor, name in (("accelerometer", "ACC"), ("gyroscope", "GYRO"), ("compass", "MAG")):
+        calibrated = [values.get(f"CAL_{name}{number}_ID") for number in _CALIBRATIONS]
+        asked = values.get("SYS_HAS_MAG", 1.0) if name == "MAG" else 1.0
+        if asked and None not in calibrated and not any(calibrated):
+            yield f"CAL_{name}0_ID to CAL_{name}3_ID are 0: no {sensor} is calibrated"
+    yield from _bad_px4_channels(values)
+
+
+def _bad_px4_channels(values: Mapping[str, float]) -> Iterator[str]:
+    """Yield what ``RcCalibrationChecks`` finds wrong first."""
+    if values.get("COM_RC_IN_MODE", 0.0) in _WITHOUT_STICKS:
+        return
+    for number in _PX4_CHANNELS:
+        low, trim, high = (
+            values.get(f"RC{number}_{end}", default)
+            for end, default in (("MIN", 1000.0), ("TRIM", 1500.0), ("MAX", 2000.0))
+        )
+        for is_so, said in (
+            (trim < low, f"RC{number}_TRIM is below RC{number}_MIN"),
+            (trim > high, f"RC{number}_TRIM is above RC{number}_MAX"),
+            (high > _MOST_PWM, f"RC{number}_MAX is above {_MOST_PWM}"),
+        ):
+            if is_so:
+                yield said
+                return
