@@ -294,9 +294,10 @@ _ARDUPILOT_UNKNOWN = "NAV_ARC_WAYPOINT DO_SET_MODE"
 
 
 _FLIES_ON = """
-    CONDITION_GATE DO_GRIPPER DO_WINCH DO_SPRAYER DO_AUTOTUNE_ENABLE
+    CONDITION_GATE DO_GRIPPER DO_WINCH DO_SPRAYER DO_AUTOTUNE_ENABLE DO_SEND_SCRIPT_MESSAGE
 """
-"""Not modelled, but the vehicle flies on as it did; what it carries may weigh less, or take power."""
+"""Not modelled, but the vehicle flies on as it did; what it carries may weigh less, or take power.  A message
+to a script hands nothing over to it, as NAV_SCRIPT_TIME does (``AP_Mission::start_command_do_scripting``)."""
 # fmt: off
 _LOAD_FUNCTIONS = frozenset({
     0, 9, 15, 19, 27, 28, 29, 30, 34, 35, 36, 44, 45, 66, 67, 94, 102, 113, 163, 164, 166, 167, 168, 169,

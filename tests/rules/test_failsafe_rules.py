@@ -433,6 +433,27 @@ def test_px4_hovers_with_what_the_greatest_thrust_leaves(parameters: str, codes:
     assert {finding.code for finding in one} & {"E116", "X904"} == codes
 
 
+@pytest.mark.parametrize(
+    ("parameters", "codes"),
+    [
+        # ArduPilot's simulation with 0.2: it arms, and stays on the ground.
+        ("MOT_SPIN_MAX,0.1\n", {"E116"}),
+        ("MOT_SPIN_MAX,0.15\n", {"E116"}),
+        ("MOT_SPIN_MAX,0.2\nMOT_THST_HOVER,0.36\n", {"X904"}),
+        # u = 0.5625 leaves 0.35 u + 0.65 u² = 0.4025 of the thrust: 0.8660 of that are 0.3486.
+        ("MOT_SPIN_MAX,0.6\nMOT_THST_HOVER,0.349\n", {"X904"}),
+        ("MOT_SPIN_MAX,0.6\nMOT_THST_HOVER,0.348\n", set()),
+        ("MOT_SPIN_MAX,0.6\nMOT_THST_EXPO,0\n", set()),
+        ("MOT_SPIN_MAX,0.9\nMOT_THST_HOVER,0.6\n", set()),
+    ],
+)
+def test_motors_that_may_not_spin_fast_enough_lift_nothing(
+    parameters: str, codes: set[str]
+) -> None:
+    one = findings_of(PLAIN, Autopilot.ARDUPILOT, parameters)
+    assert {finding.code for finding in one} & {"E116", "X904"} == codes
+
+
 def test_px4_averages_its_current_over_50_s() -> None:
     # A step from 2 to 12 A is followed to 1 - 1/e after the time constant.
     mean_a = _mean_current_a(np.full(25, 12.0), 2.0, 2.0)

@@ -221,7 +221,7 @@ ITEM_NOT_MODELLED = Rule(
     why="Planners that count such items as nothing do so without a message (QGroundControl #6445 asks "
     "at least for a warning).",
     how="The command is not among those whose flight is predicted; the message gives the assumption.  "
-    "An error where the vehicle may fly elsewhere, wait or stop for it: arcs, scripts, parachutes, "
+    "An error where the vehicle may fly elsewhere, wait or stop for it: arcs, NAV_SCRIPT_TIME, parachutes, "
     "auxiliary functions but those of what it carries, unknown commands; where a step-response model flies "
     "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
     "there is a fence or a terrain.",
