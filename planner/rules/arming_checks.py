@@ -435,7 +435,7 @@ def refused_by_ardupilot(p: ArduPilotGiven) -> Iterator[tuple[int | None, str]]:
 _OTHER_POSITIONS = ("EKF2_AGP_CTRL", "EKF2_AGP0_CTRL", "EKF2_EV_CTRL")
 _HEADING = 1 << 3
 """Bit of EKF2_GPS_CTRL and EKF2_EV_CTRL: a heading by two antennas, or from outside."""
-_NO_MAGNETOMETER = 5
+_NO_COMPASS = 5
 """EKF2_MAG_TYPE."""
 _WITHOUT_STICKS = frozenset({1, 4})
 """COM_RC_IN_MODE that asks for no calibrated receiver."""
@@ -452,6 +452,11 @@ def refused_by_px4(values: Mapping[str, float]) -> Iterator[str]:
             yield "SYS_HAS_GPS is 0, and nothing else gives a position"
         elif not int(values.get("EKF2_GPS_CTRL", 7.0)) & 1:
             yield "EKF2_GPS_CTRL takes no position from satellites, and nothing else gives one"
+    has_compass = values.get("SYS_HAS_MAG", 1.0) and values.get("EKF2_MAG_TYPE") != _NO_COMPASS
+    if not has_compass and not any(
+        int(values.get(name, 0.0)) & _HEADING for name in ("EKF2_GPS_CTRL", "EKF2_EV_CTRL")
+    ):
+        yield "no heading: SYS_HAS_MAG is 0 or EKF2_MAG_TYPE 5, and nothing else gives one"
     for sensor, name in (("accelerometer", "ACC"), ("gyroscope", "GYRO"), ("compass", "MAG")):
         calibrated = [values.get(f"CAL_{name}{number}_ID") for number in _CALIBRATIONS]
         asked = values.get("SYS_HAS_MAG", 1.0) if name == "MAG" else 1.0

@@ -204,7 +204,15 @@ def test_a_loiter_into_the_margin_of_the_ceiling_never_gets_there(
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,9\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", False),
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\n", False),  # not the whole of it
         ("CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\n", True),
-        ("CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\nSYS_HAS_MAG,0\n", False),
+        (
+            "CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\nSYS_HAS_MAG,0\n"
+            "EKF2_EV_CTRL,15\n",
+            False,
+        ),
+        ("EKF2_MAG_TYPE,5\n", True),
+        ("EKF2_MAG_TYPE,5\nEKF2_GPS_CTRL,7\n", True),
+        ("EKF2_MAG_TYPE,5\nEKF2_GPS_CTRL,15\n", False),
+        ("SYS_HAS_MAG,0\n", True),
         ("RC1_TRIM,999\n", True),
         ("RC1_TRIM,1000\n", False),
         ("RC18_MAX,1499\n", True),
