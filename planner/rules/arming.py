@@ -42,8 +42,8 @@ WOULD_NOT_ARM = Rule(
     why="A vehicle that refuses to arm on the field costs the day; the reason stands in its parameter "
     "file the evening before.",
     how="PX4: COM_ARMABLE 0; SYS_HAS_GPS 0 or EKF2_GPS_CTRL without bit 0, and no EKF2_AGP_CTRL or "
-    "EKF2_EV_CTRL: a mission needs a position (modeCheck.cpp); SYS_HAS_MAG 0 or EKF2_MAG_TYPE 5, and bit 3 in "
-    "neither EKF2_GPS_CTRL nor EKF2_EV_CTRL: no position without a heading (tried in PX4's simulation); "
+    "EKF2_EV_CTRL: a mission needs a position (modeCheck.cpp); SYS_HAS_MAG 0 or EKF2_MAG_TYPE 5, and bit 3 "
+    "in neither EKF2_GPS_CTRL nor EKF2_EV_CTRL: no position without a heading (tried in PX4's simulation); "
     "CAL_ACCn_ID, CAL_GYROn_ID or, with "
     "SYS_HAS_MAG, CAL_MAGn_ID all 0; a receiver (COM_RC_IN_MODE not 1 or 4) with RCn_TRIM not between "
     "RCn_MIN and RCn_MAX, or that above 2500.  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they "

@@ -13,6 +13,7 @@ from planner.findings import Severity
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
 
+NO_COMPASS = "CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\n"
 OUTSIDE = "EK3_SRC1_POSXY,6\nEK3_SRC1_VELXY,6\nEK3_SRC1_POSZ,1\nEK3_SRC1_VELZ,6\nEK3_SRC1_YAW,6\n"
 FENCE = "FENCE_ENABLE,1\nFENCE_TYPE,7\nFENCE_RADIUS,1000\nFENCE_ALT_MAX,120\n"
 
@@ -203,12 +204,8 @@ def test_a_loiter_into_the_margin_of_the_ceiling_never_gets_there(
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", True),
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,9\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", False),
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\n", False),  # not the whole of it
-        ("CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\n", True),
-        (
-            "CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\nSYS_HAS_MAG,0\n"
-            "EKF2_EV_CTRL,15\n",
-            False,
-        ),
+        (NO_COMPASS, True),
+        (f"{NO_COMPASS}SYS_HAS_MAG,0\nEKF2_EV_CTRL,15\n", False),
         ("EKF2_MAG_TYPE,5\n", True),
         ("EKF2_MAG_TYPE,5\nEKF2_GPS_CTRL,7\n", True),
         ("EKF2_MAG_TYPE,5\nEKF2_GPS_CTRL,15\n", False),
