@@ -156,6 +156,7 @@ STAYS_A_WARNING = {
     "DO_GRIPPER",
     "DO_WINCH",
     "DO_SPRAYER",
+    "DO_SEND_SCRIPT_MESSAGE",
     "DO_AUX_FUNCTION",  # that does nothing, as here
     "DO_PARACHUTE",  # switched off, as here
     "DO_AUTOTUNE_ENABLE",
