@@ -58,23 +58,29 @@ class TrackingLag(Value):
 
         e = |D v_t − z|/(k (P + v_t/E) + D v_t/E) behind, |D v_t − z|/(k P) ahead.
 
+    After a turn e points across.  Where it is larger than what lies along v_t would be waited for, the
+    trajectory waits by turns, only as often as keeps the vehicle beside it: (1 − s) v_t (k + D) = D v_t − z.
+
     That leaves v̇ − a_t out of e: it takes the fast modes' 1 s to build up, as a vehicle takes its time to
     lean.  With it legs come out 0.3 to 0.9 s too short.
 
     MPC_TILTMAX_AIR bounds the acceleration by A, the speed by A/D; there the integral stops at A − k q/2
     (anti-windup, ``PositionControl::_velocityControl``).
 
-    Against 23 recorded flights at a drag of 1/s missions are up to 3 % off, where the tilt is at its limit
-    3.5 % too long.  Open: the first leg after a climb takes 0.5 s more, while the hover thrust PX4 learnt in
-    the climb holds back its integral.
+    Against 23 recorded flights at a drag of 1/s missions are 1.1 % off in the mean and up to 3 %, the worst
+    at the limit of the tilt.  Open: the first leg after a climb takes 0.5 s more, while the hover thrust PX4
+    learnt in the climb holds back its integral.
     """
 
     drag_per_s: float
     """Deceleration by the air over airspeed. [s⁻¹]"""
     parameters: Px4Parameters
 
-    def ahead_m(self, ordered: Ordered, moves: Moves) -> FloatArray:
-        """Return how far ahead of their trajectory vehicles are as each move ends, below 0 behind. (n,)"""
+    def off_m(self, ordered: Ordered, moves: Moves) -> tuple[FloatArray, FloatArray]:
+        """Return how far ahead of their trajectory vehicles are as moves end, and how far beside. (n,), (n,)
+
+        Ahead is below 0 behind.
+        """
         _, force, velocity = self._followed(ordered, moves, _ROUNDS_AHEAD)
         flies = (ordered.piece_slot != HOLD) & (ordered.piece_slot != PAUSE)
         last = np.full(len(moves.item), -1)
@@ -83,18 +89,48 @@ class TrackingLag(Value):
         rows = np.maximum(last, 0)
         speed = horizontal(velocity[rows])
         along = quotient((force[rows] * velocity[rows]).sum(axis=1), speed, above=_STILL_M_S)
-        return np.where(last >= 0, -along / self._stiffness(speed, along > 0.0), 0.0)
+        across = np.sqrt(np.maximum(horizontal(force[rows]) ** 2 - along**2, 0.0))
+        waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
+        ahead, beside = -along / (self._still_per_s2 + waiting), across / self._still_per_s2
+        return np.where(last >= 0, ahead, 0.0), np.where(last >= 0, beside, 0.0)
 
     def waited_for(self, ordered: Ordered, moves: Moves) -> Ordered:
         """Return pieces with the time the trajectory waits for the vehicle."""
         scale, _, _ = self._followed(ordered, moves, _ROUNDS)
         return ordered.slowed(scale)
 
-    def _stiffness(self, speed_m_s: FloatArray, is_behind: BoolArray) -> FloatArray:
-        """Return the acceleration that goes with an error of 1 m. [s⁻²]"""
+    @property
+    def _still_per_s2(self) -> float:
+        """Acceleration that goes with an error of 1 m, k P. [s⁻²]"""
+        return self.parameters.velocity_gain_per_s * self.parameters.position_gain_per_s
+
+    def _waiting_per_s2(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return by how much less is asked of a trajectory that waits for an error of 1 m: b. [s⁻²]"""
         p = self.parameters
-        stretched = speed_m_s / p.position_error_max_m * (p.velocity_gain_per_s + self.drag_per_s)
-        return p.velocity_gain_per_s * p.position_gain_per_s + np.where(is_behind, stretched, 0.0)
+        return speed_m_s / p.position_error_max_m * (p.velocity_gain_per_s + self.drag_per_s)
+
+    def _error_m(
+        self, force_m_s2: FloatArray, velocity_m_s: FloatArray, comes_back: BoolArray
+    ) -> FloatArray:
+        """Return the errors that trajectories wait for, by D v_t − z and v_t. (n,) [m]
+
+        Notes
+        -----
+        With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
+        behind where f < b y: waited for is f/b, in the mean.
+        """
+        speed = horizontal(velocity_m_s)
+        moves = speed > _STILL_M_S
+        along = quotient((force_m_s2 * velocity_m_s).sum(axis=1), speed, above=_STILL_M_S)
+        still, waiting = self._still_per_s2, self._waiting_per_s2(speed)
+        all_of = horizontal(force_m_s2)
+        beside = np.sqrt(np.maximum(all_of**2 - along**2, 0.0)) / still
+        root = np.sqrt(np.maximum(along**2 + (still**2 - waiting**2) * beside**2, 0.0))
+        behind = along**2 - (waiting * beside) ** 2
+        behind = quotient(np.maximum(behind, 0.0), still * along + waiting * root)
+        error = np.where(behind > 0.0, np.hypot(behind, beside), quotient(along, waiting))
+        error = np.where(moves & (along > 0.0), error, 0.0)
+        return np.where(comes_back, all_of / (still + waiting), error)
 
     def _followed(
         self, ordered: Ordered, moves: Moves, rounds: int
@@ -128,10 +164,9 @@ class TrackingLag(Value):
             built = _smoothed(drag * np.minimum(scale, share)[:, None] + gained, constants, gap)
             force = drag - built
             mean = -np.expm1(-constants) / np.maximum(constants, 1e-12)
-            behind = ((force * velocity).sum(axis=1) > 0.0) & (speed > _STILL_M_S) | comes_back
-            error_m = horizontal(force) * mean / self._stiffness(speed, behind)
+            error_m = self._error_m(force * mean[:, None], velocity, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
-            scale = np.minimum(np.where(behind, slowed, 1.0), tilted)
+            scale = np.minimum(slowed, tilted)
         flown_s = (time_s / scale).reshape(count, _PARTS).sum(axis=1)
         left = np.exp(-constants[_PARTS - 1 :: _PARTS])[:, None]
         at_end = edges[:, -1]

@@ -196,8 +196,9 @@ def _fly(
     if tracking.drag_per_s:
         lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
         # The place of the vehicle, not that of its trajectory, decides what counts as reached.
-        ahead = lag.ahead_m(ordered, moves)
-        reach = np.maximum(moves.reach_m + ahead, _LEAST_REACH * moves.reach_m)
+        ahead, beside = lag.off_m(ordered, moves)
+        chord = np.sqrt(np.maximum(moves.reach_m**2 - beside**2, 0.0))
+        reach = np.maximum(chord + ahead, _LEAST_REACH * moves.reach_m)
         moves = replace(moves, reach_m=reach)
         legs, ordered = _flown(moves, parameters, time_scale)
         ordered = lag.waited_for(ordered, moves)
