@@ -17,6 +17,7 @@ from planner.physics.response import TransferFunction
 from planner.service.swarm import SwarmResult, simulate_fleet
 
 if TYPE_CHECKING:
+    from planner.fleet.fleet import Fleet
     from planner.fleet.swarm.algorithms import Algorithm
 
 G4 = TransferFunction(numerator=(0.3588,), denominator=(1.0, 0.935, 0.3588), delay_s=0.6)
@@ -74,6 +75,14 @@ def _degrees(north_m: float, east_m: float) -> tuple[float, float]:
 NORTH_DEG, EAST_DEG = _degrees(100.0, 0.0)
 
 
+def fleet_of(*tables: str) -> Fleet:
+    """Return the fleet of tables."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "fleet.toml"
+        file.write_text("schema = 1\n" + "\n".join(tables), encoding="utf-8")
+        return read_fleet(file)
+
+
 @cache
 def simulated(
     *tables: str,
@@ -82,10 +91,7 @@ def simulated(
     algorithm: Algorithm | None = None,
 ) -> SwarmResult:
     """Return the simulation of a fleet of tables."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "fleet.toml"
-        file.write_text("schema = 1\n" + "\n".join(tables), encoding="utf-8")
-        return simulate_fleet(read_fleet(file), algorithm=algorithm, policy=policy, until_s=until_s)
+    return simulate_fleet(fleet_of(*tables), algorithm=algorithm, policy=policy, until_s=until_s)
 
 
 def search(*, agents: int = 2, packs: str | None = None, more: str = "") -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import os
 import signal
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -50,6 +51,8 @@ _OF_VEHICLES = (
     "per_file_ignores",
 )
 """Settings that each vehicle, pad and job has of its own."""
+_MOST_AGENTS = 1000
+"""As many as a simulation is built for."""
 
 
 _REPORT = path_option(
@@ -70,6 +73,23 @@ def _read_instant(text: str) -> dt.datetime:
         )
         raise ValueError(msg)
     return instant
+
+
+def _read_numbers(text: str) -> tuple[int, ...]:
+    """Return numbers of agents: ranges such as 1:12 or 2:12:2, and single ones, with commas between."""
+    found: list[int] = []
+    for part in text.split(","):
+        try:
+            first, *more = (int(one) for one in part.split(":"))
+            last, step, *none = (*more, *(first, 1)[len(more) :])
+        except ValueError:
+            first, last, step, none = 0, 0, 0, []
+        if none or not 0 < first <= last or step < 1 or last > _MOST_AGENTS:
+            most = f"expected numbers of agents up to {_MOST_AGENTS}"
+            msg = f"{most}, such as 1:12, 2:12:2 or 2,4,8, got {text!r}"
+            raise ValueError(msg)
+        found += range(first, last + 1, step)
+    return tuple(found)
 
 
 def _export_options(command: Command) -> Command:
@@ -341,6 +361,33 @@ def interrupting(patience: Patience) -> Iterator[None]:
     help="seconds after which the simulation ends at the latest",
 )
 @path_option("--trace", metavar="FILE.csv", help="write where every agent is at every step")
+@kind_option(
+    "--agents",
+    Form(_read_numbers, str),
+    "compare numbers of agents, such as 1:12 or 2,4,8: so many of the first vehicles",
+    metavar="NUMBERS",
+)
+@click.option(
+    "--seeds",
+    type=click.IntRange(1, 10_000),
+    default=20,
+    show_default=True,
+    metavar="N",
+    help="runs of each of the --agents, from --seed on; one where nothing is drawn",
+)
+@click.option(
+    "--deadline",
+    "deadline_s",
+    type=click.FloatRange(0.0),
+    metavar="S",
+    help="when all --agents are to have landed [default: latest_s in [operation]]",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    metavar="N",
+    help="processes for --agents; the result does not depend on them [default: the cores]",
+)
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
 @data_options("text", "json")
 def simulate(
@@ -361,7 +408,12 @@ def simulate(
     where any other flies or stops.  Says whether all come home, apart and above their reserves, which is no
     verdict on flying it: fences, ground and limits of the wind are for mavjoule fleet check.
 
-    Exit codes: 0 clear, 1 not clear, 2 a file, usage or configuration is unusable.
+    With --agents it is flown by so many of the first vehicles of the file, each number by --seeds: energy of
+    the group and time to the goal of each, the number of least energy, and the fewest that are in time.
+
+    Ctrl-C reports what there is by then, marked as cut short.
+
+    Exit codes: 0 clear, 1 not clear, 2 a file, usage or configuration is unusable, 130 interrupted.
     """
     from planner.report.columns import columns_csv
     from planner.report.swarm import swarm_json, swarm_text, swarm_trace
@@ -372,6 +424,16 @@ def simulate(
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
+    if options["agents"] is not None:
+        return _simulate_numbers(
+            read,
+            policy=policy,
+            seed=seed,
+            until_s=until_s,
+            file_format=file_format,
+            output=output,
+            options=options,
+        )
     result = simulate_fleet(
         read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
     )
@@ -383,7 +445,44 @@ def simulate(
         else swarm_text(result, medium=standard_medium(output)),
         output=output,
     )
+    if result.is_cut_short:
+        return ExitCode.INTERRUPTED
     return ExitCode.GO if result.is_clear else ExitCode.NO_GO
+
+
+def _simulate_numbers(
+    fleet: Fleet,
+    *,
+    policy: str,
+    seed: int,
+    until_s: float,
+    file_format: str,
+    output: Path | None,
+    options: Mapping[str, Any],
+) -> ExitCode:
+    """Report what numbers of agents take."""
+    from planner.report.swarm import numbers_json, numbers_text
+    from planner.service.swarm_agents import simulate_numbers
+
+    numbers = simulate_numbers(
+        fleet,
+        options["agents"],
+        seeds=range(seed, seed + options["seeds"]),
+        policy=policy,
+        until_s=until_s,
+        deadline_s=options["deadline_s"],
+        workers=options["workers"] or os.cpu_count() or 1,
+        on_step=narrate_seldom(),
+    )
+    write_data(
+        numbers_json(numbers, version=__version__)
+        if file_format == "json"
+        else numbers_text(numbers, medium=standard_medium(output)),
+        output=output,
+    )
+    if numbers.is_cut_short:
+        return ExitCode.INTERRUPTED
+    return ExitCode.NO_GO if numbers.findings else ExitCode.GO
 
 
 def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,20 +19,22 @@ from planner.report.text import (
     table_lines,
 )
 from planner.service.fleet_timeline import energy_by_time
+from planner.service.swarm import GOAL_FRACTIONS
+from planner.service.swarm_agents import AgentsRow, Statistic, SwarmRun
 from planner.service.swarm_timeline import swarm_timeline
+from planner.values import field_names
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from planner.report.json import Document
     from planner.report.text import Medium
     from planner.service.fleet_timeline import FleetTimeline
     from planner.service.swarm import SwarmAgent, SwarmResult
+    from planner.service.swarm_agents import SwarmNumbers
 
 _SHOWN = 5
 """Closest approaches in the text. [-]"""
-GOAL_FRACTIONS = (0.5, 0.9, 1.0)
-"""Of the goal, whose times are reported. [-]"""
 _OF_AGENT = (
     "name",
     "vehicle",
@@ -185,6 +188,117 @@ def swarm_document(result: SwarmResult, timeline: FleetTimeline, *, version: str
             for one in timeline.pairs
         ],
         "findings": [finding_document(one) for one in result.findings],
+    }
+
+
+def numbers_text(numbers: SwarmNumbers, *, medium: Medium) -> str:
+    """Return what numbers of agents take: the one to choose first, then a row of each."""
+    has_spans = numbers.seeds > 1
+    span = ["p10 to p90"] * has_spans
+    heads = (
+        "agents",
+        "clear",
+        "energy",
+        *span,
+        "makespan",
+        *span,
+        *(f"{quantity.percent(one)} of the goal" for one in GOAL_FRACTIONS),
+        "waited",
+        "",
+    )
+    rows = [
+        (
+            str(row.agents),
+            f"{row.clear} of {row.runs}",
+            quantity.energy(_finite(row.energy_wh.mean)),
+            *[_span(row.energy_wh, quantity.energy)] * has_spans,
+            quantity.duration(_finite(row.makespan_s.mean)),
+            *[_span(row.makespan_s, quantity.duration)] * has_spans,
+            *(
+                quantity.duration(_finite(one.mean))
+                for one in (row.time_to_50_s, row.time_to_90_s, row.time_to_100_s)
+            ),
+            quantity.duration(row.waited_s.mean),
+            ", ".join(numbers.marks(row)),
+        )
+        for row in numbers.rows
+    ]
+    lines = [
+        numbers_headline(numbers),
+        "",
+        *table_lines([heads, *rows], alignment=">" * (len(heads) - 1) + "<"),
+        "",
+        *medium.wrapped(numbers_note(numbers)),
+    ]
+    if numbers.is_cut_short:
+        lines += [NUMBERS_CUT_SHORT]
+    for finding in numbers.findings:
+        lines += ["", *finding_lines(finding, file=numbers.file, medium=medium)]
+    return "\n".join(lines) + "\n"
+
+
+NUMBERS_CUT_SHORT = (
+    "Cut short: runs are missing, and the last number may have fewer than the others."
+)
+
+
+def numbers_headline(numbers: SwarmNumbers) -> str:
+    """Return the numbers of agents to choose, in a line."""
+    found = []
+    if numbers.fewest_in_time is not None:
+        agents = quantity.count(numbers.fewest_in_time.agents, "agent")
+        found.append(f"Fewest home by {quantity.clock(numbers.deadline_s)}: {agents}")
+    if numbers.least_energy is not None:
+        row = numbers.least_energy
+        energy = quantity.energy(row.energy_wh.mean)
+        found.append(f"least energy: {quantity.count(row.agents, 'agent')}, {energy}")
+    text = "; ".join(found)
+    return text[:1].upper() + text[1:] or "No number of agents to choose"
+
+
+def numbers_note(numbers: SwarmNumbers) -> str:
+    """Return what the figures of numbers of agents mean."""
+    runs = quantity.count(numbers.seeds, "run")
+    of = f"Means of {runs} by seed" if numbers.seeds > 1 else "One run each, as nothing is drawn"
+    return (
+        f"{of}: {numbers.algorithm}, avoidance {numbers.policy}. The goal is the {numbers.goal}. A number is "
+        "chosen only where every run is clear; a figure is missing where a run never got there."
+    )
+
+
+def _finite(figure: float) -> float | None:
+    return figure if math.isfinite(figure) else None
+
+
+def _span(figure: Statistic, shown: Callable[[float | None], str]) -> str:
+    """Return what eight of ten runs lie between."""
+    return f"{shown(_finite(figure.p10))} to {shown(_finite(figure.p90))}"
+
+
+def numbers_json(numbers: SwarmNumbers, *, version: str) -> str:
+    """Return what numbers of agents take as a JSON document."""
+    return json_text(numbers_document(numbers, version=version), indent=2)
+
+
+def numbers_document(numbers: SwarmNumbers, *, version: str) -> Document:
+    """Return what numbers of agents take by the keys of the JSON document."""
+    return envelope(version) | {
+        **values(numbers, ("file", "algorithm", "policy", "goal", "seeds", "deadline_s")),
+        "is_cut_short": numbers.is_cut_short,
+        "least_energy_agents": value(numbers.least_energy, "agents"),
+        "fewest_in_time_agents": value(numbers.fewest_in_time, "agents"),
+        "rows": [
+            values(row, ("agents", "runs", "clear"))
+            | {
+                f"{key}_{name}": value(getattr(row, key), name)
+                for key in field_names(AgentsRow)[3:]
+                for name in field_names(Statistic)
+            }
+            | {"marks": [*numbers.marks(row)]}
+            for row in numbers.rows
+        ],
+        "runs": [values(one, field_names(SwarmRun)) for one in numbers.runs],
+        "findings": [finding_document(one) for one in numbers.findings],
     }
 
 

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
 
 _STEP_LIKE = 1e-3
 """Stops longer than in proportion to the speed by less than this are those of a linear system. [-]"""
+GOAL_FRACTIONS = (0.5, 0.9, 1.0)
+"""Of the goal, whose times are reported. [-]"""
 _UNSEEN = 1e-3
 """Less of an area than this is not shown in percent with a digit after the point. [-]"""
 _BATTERY_S = 10.0
@@ -105,6 +107,15 @@ SWARM_UNSEEN = Rule(
     "of a tenth of that radius.  Up to 0.1 % is below what percentages show.",
     fix="give the swarm more agents or larger packs, simulate longer, or set lane_m to at most twice "
     "sensor_radius_m",
+)
+
+SWARM_LATE = Rule(
+    "S138 swarm-late",
+    Severity.ERROR,
+    summary="An agent of a simulated swarm lands after the end of the operation.",
+    why="Giving way takes time that no mission counts, and then the area is no longer the swarm's.",
+    how="Landing of each agent in the simulation against latest_s of [operation], where it is given.",
+    fix="start sooner, fly more agents or fewer, or end the operation later",
 )
 
 SWARM_UNCHECKED = Rule(
@@ -181,6 +192,12 @@ class SwarmResult(Value, eq=False):
         """From the first take-off to the last landing. [s]"""
         ends = [one.start_s + one.time_s for one in self.agents if one.flight is not None]
         return max(ends) - min(one.start_s for one in self.agents) if ends else 0.0
+
+    @property
+    def landed_s(self) -> float:
+        """When the last has landed; infinite: not all have. [s]"""
+        ends = [one.start_s + one.time_s if one.has_landed else math.inf for one in self.agents]
+        return max(ends, default=0.0)
 
     @property
     def distance_m(self) -> float:
@@ -297,7 +314,11 @@ def simulate_fleet(
     allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
     area = _search_area(task, frame)
     coverage = None if area is None else predict_coverage(record, area)
-    findings = (*_findings(flown, distances, swarm, allowed_m), *_unseen(coverage, task))
+    findings = (
+        *_findings(flown, distances, swarm, allowed_m),
+        *_unseen(coverage, task),
+        *_late(flown, fleet.operation.latest_s),
+    )
     return SwarmResult(
         file=fleet.source,
         fleet=fleet,
@@ -501,6 +522,24 @@ def _unseen(coverage: Coverage | None, task: SwarmTask) -> list[Finding]:
     reach = quantity.height(coverage.area.radius_m)
     message = f"{quantity.percent(unseen)} of the area not seen: no agent came within {reach} of it"
     return [SWARM_UNSEEN.finding(message)]
+
+
+def _late(flown: Sequence[SwarmAgent], latest_s: float | None) -> list[Finding]:
+    """Return who is home too late; of who is not home there is another finding."""
+    if latest_s is None:
+        return []
+    late = [
+        (one.start_s + one.time_s, one.name)
+        for one in flown
+        if one.has_landed and one.start_s + one.time_s > latest_s
+    ]
+    return [
+        SWARM_LATE.finding(
+            f"{name} lands at {quantity.clock(end_s)}, the operation ends at {quantity.clock(latest_s)} "
+            f"({quantity.duration(end_s - latest_s)} late)"
+        )
+        for end_s, name in late
+    ]
 
 
 class _Batteries:

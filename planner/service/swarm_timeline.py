@@ -148,10 +148,16 @@ def _marks(
     result: SwarmResult, rows: tuple[TimelineRow, ...], tracks: tuple[Track, ...]
 ) -> Iterator[TimelineMark]:
     """Yield where agents came too near to each other."""
-    near = [one for one in result.distances.nearest if one.distance_m < result.separation_m]
-    found = [one for one in result.findings if one.code == SWARM_SEPARATION.code]
+    approaches = {f"{one.first} and {one.second}: ": one for one in result.distances.nearest}
+    found = [
+        (finding, approaches[names])
+        for finding in result.findings
+        if finding.code == SWARM_SEPARATION.code
+        for names in approaches
+        if finding.message.startswith(names)
+    ]
     track_of = {one.vehicle: one for one in tracks}
-    for finding, approach in sorted(zip(found, near, strict=True), key=lambda pair: pair[1].time_s):
+    for finding, approach in sorted(found, key=lambda pair: pair[1].time_s):
         names = approach.first, approach.second
         yield TimelineMark(
             finding=finding,

@@ -56,3 +56,41 @@ def test_a_fleet_without_swarm_is_told_so(
     file.write_text("schema = 1\n" + text[:begin] + job + text[end:], encoding="utf-8")
     assert main(["fleet", "simulate", str(file)]) == 2
     assert "no table [swarm]" in capsys.readouterr().err
+
+
+def test_numbers_of_agents_are_compared(fleet: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    call = [
+        "fleet",
+        "simulate",
+        str(fleet),
+        "--policy",
+        "none",
+        "--agents",
+        "1:2",
+        "--workers",
+        "1",
+    ]
+    assert main([*call, "--deadline", "1000"]) == 0
+    assert capsys.readouterr().out.startswith(
+        "Fewest home by 16:40: 1 agent; least energy: 1 agent, "
+    )
+    assert main([*call, "--deadline", "10", "--format", "json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert [row["marks"] for row in document["rows"]] == [["too late"], ["too late"]]
+    assert [one["code"] for one in document["findings"]] == ["S139"]
+    for wrong in ("3", "2:1", "1:x", "0"):
+        assert main(["fleet", "simulate", str(fleet), "--agents", wrong]) == 2
+
+
+def test_who_interrupts_a_simulation_gets_what_there_is(
+    fleet: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(text: str) -> None:
+        if text.startswith("10 s"):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("planner.cli.fleet.narrate_seldom", lambda: stop)
+    assert main(["fleet", "simulate", str(fleet)]) == 130
+    told = capsys.readouterr().out
+    assert told.startswith("NOT CLEAR")
+    assert "(cut short)" in told

@@ -274,3 +274,13 @@ def test_an_agent_alone_takes_what_the_check_of_its_mission_says() -> None:
     ).agents[0]
     assert alone.time_s == pytest.approx(checked.totals.time_s, abs=1e-6)
     assert alone.energy_wh == pytest.approx(checked.totals.energy_wh, rel=1e-9)
+
+
+def test_who_is_sent_to_where_it_stands_is_there_and_lands() -> None:
+    """An exchange of one, by the steps of whose model it hovers as long as one stop takes."""
+    alone = simulated(
+        "[separation]\nhorizontal_m = 10\n" + pad("a", 0, 0) + vehicles("a", model=MODEL),
+        '[swarm]\nalgorithm = "exchange"\nheight_m = 50\n',
+    ).agents[0]
+    assert alone.has_landed
+    assert alone.distance_m == 0.0

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from made_fleet import OUT, PACK, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
 from made_missions import item, mission, north, rtl
-from made_swarm import formation, search, simulated
+from made_swarm import fleet_of, formation, search, simulated
 from rule_cases.case import RuleCases
+
+from planner.service.swarm_agents import simulate_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -221,6 +223,18 @@ def seen(radius_m: float) -> tuple[Finding, ...]:
     return simulated(search(agents=1, more=f"sensor_radius_m = {radius_m!r}\n")).findings
 
 
+def ended(late_s: float) -> tuple[Finding, ...]:
+    """An operation that ends so long before the last of two has landed."""
+    ends_s = simulated(formation(20.0)).landed_s - late_s
+    return simulated(f"[operation]\nlatest_s = {ends_s!r}\n", formation(20.0)).findings
+
+
+def numbers(late_s: float) -> tuple[Finding, ...]:
+    """Two agents, the last of which lands so long after they are to have."""
+    ends_s = simulated(formation(20.0)).landed_s - late_s
+    return simulate_numbers(fleet_of(formation(20.0)), (2,), deadline_s=ends_s).findings
+
+
 def packed(times: float) -> tuple[Finding, ...]:
     """The same on packs with so many times what the flight takes of agents that turn back at once."""
     flown = simulated(formation(20.0, two_packs(1.0))).agents
@@ -348,6 +362,12 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S137": RuleCases(
         fires=lambda: seen(9.0), boundary=lambda: seen(10.0), silent=lambda: seen(12.0)
+    ),
+    "S138": RuleCases(
+        fires=lambda: ended(0.1), boundary=lambda: ended(0.0), silent=lambda: ended(-60.0)
+    ),
+    "S139": RuleCases(
+        fires=lambda: numbers(0.1), boundary=lambda: numbers(0.0), silent=lambda: numbers(-60.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

@@ -248,7 +248,9 @@ class Swarm:
         """
         flies = self._phase == AgentPhase.FLIES
         still = flies & (command == 0.0).all(axis=1)
-        reached = flies & ~still
+        reached = flies & ~(
+            still & self._has_reached
+        )  # who is sent to where it stands is there, too
         rest = self._dynamics.rest_m(self._motions)
         with np.errstate(invalid="ignore"):
             reached &= np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M

@@ -1,0 +1,339 @@
+"""How many agents a swarm should have: energy of the group and time to the goal against their number."""
+
+from __future__ import annotations
+
+import math
+import signal
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from itertools import islice
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.errors import UsageError
+from planner.findings import Rule, Severity
+from planner.fleet.fleet import SwarmAlgorithm
+from planner.service.swarm import GOAL_FRACTIONS, SWARM_UNSEEN, simulate_fleet
+from planner.values import Value, field_names, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from multiprocessing.synchronize import Event
+
+    from planner.findings import Finding
+    from planner.fleet.fleet import Fleet
+    from planner.fleet.swarm.algorithms import Algorithm
+    from planner.fleet.swarm.policies import Policy
+
+SWARM_NUMBERS = Rule(
+    "S139 swarm-no-number",
+    Severity.ERROR,
+    summary="No number of agents that was simulated does what the swarm is to do.",
+    why="None of them is a swarm to fly.",
+    how="A number does where every run is clear (all home, apart, above their reserves, the area searched "
+    "seen) and nine of ten have landed by latest_s of [operation] or --deadline, where given.",
+    fix="simulate other numbers with --agents, another policy, larger packs or a later deadline",
+)
+
+
+class Statistic(Value):
+    """A figure of several runs; infinite where a run that counts for it never got there."""
+
+    mean: float
+    p10: float
+    p90: float
+
+    @classmethod
+    def of(cls, figures: Sequence[float]) -> Statistic:
+        """Return mean and nearest-rank quantiles: they hold for figures that are infinite, too."""
+        p10, p90 = np.quantile(figures, (0.1, 0.9), method="inverted_cdf").tolist()
+        return cls(mean=math.fsum(figures) / len(figures), p10=p10, p90=p90)
+
+
+class SwarmRun(Value):
+    """What one simulation comes to; infinite: not known, or never reached."""
+
+    agents: int
+    seed: int
+    goal: str
+    """``area seen`` or ``agents home``."""
+    is_clear: bool
+    energy_wh: float
+    makespan_s: float
+    landed_s: float
+    """When the last has landed. [s]"""
+    time_to_50_s: float
+    time_to_90_s: float
+    time_to_100_s: float
+    waited_s: float
+    stops: float
+
+
+class AgentsRow(Value):
+    """What so many agents take."""
+
+    agents: int
+    runs: int
+    clear: int
+    """Runs in which all came home, apart and above their reserves, and what they search was seen."""
+    energy_wh: Statistic
+    """Of the group. [Wh]"""
+    makespan_s: Statistic
+    """From the first take-off to the last landing. [s]"""
+    landed_s: Statistic
+    """When the last has landed. [s]"""
+    time_to_50_s: Statistic
+    """Until half of the goal is reached. [s]"""
+    time_to_90_s: Statistic
+    time_to_100_s: Statistic
+    waited_s: Statistic
+    """Of all agents together. [s]"""
+    stops: Statistic
+
+
+_FIGURES = field_names(AgentsRow)[3:]
+
+
+class SwarmNumbers(Value):
+    """What numbers of agents take, and which of them to choose."""
+
+    file: str
+    algorithm: str
+    policy: str
+    seeds: int
+    """Runs of each number; one where nothing is drawn."""
+    deadline_s: float | None
+    """By when all are to have landed. [s]"""
+    runs: tuple[SwarmRun, ...]
+    findings: tuple[Finding, ...] = ()
+    is_cut_short: bool = False
+    """Whether runs are missing, as somebody ended it."""
+
+    @property
+    def goal(self) -> str:
+        """``area seen`` or ``agents home``."""
+        return self.runs[0].goal
+
+    @property
+    def rows(self) -> tuple[AgentsRow, ...]:
+        """A row of each number, the fewest first."""
+        rows = []
+        for agents in sorted({one.agents for one in self.runs}):
+            own = [one for one in self.runs if one.agents == agents]
+            figures = {key: Statistic.of([getattr(one, key) for one in own]) for key in _FIGURES}
+            clear = sum(one.is_clear for one in own)
+            rows.append(AgentsRow(agents=agents, runs=len(own), clear=clear, **figures))
+        return tuple(rows)
+
+    @property
+    def chosen(self) -> tuple[AgentsRow, ...]:
+        """Rows whose runs are all clear, and in time where there is a deadline."""
+        latest_s = math.inf if self.deadline_s is None else self.deadline_s
+        return tuple(
+            row for row in self.rows if row.clear == row.runs and row.landed_s.p90 <= latest_s
+        )
+
+    @property
+    def least_energy(self) -> AgentsRow | None:
+        """The number that takes the least energy on average; ``None``: there is none."""
+        known = [row for row in self.chosen if math.isfinite(row.energy_wh.mean)]
+        return min(known, key=lambda row: row.energy_wh.mean, default=None)
+
+    @property
+    def fewest_in_time(self) -> AgentsRow | None:
+        """The fewest that are in time; ``None``: there is no deadline, or none is."""
+        return self.chosen[0] if self.chosen and self.deadline_s is not None else None
+
+    def marks(self, row: AgentsRow) -> tuple[str, ...]:
+        """Return what there is to be said of a row."""
+        marks = []
+        if row == self.fewest_in_time:
+            marks.append("fewest in time")
+        if row == self.least_energy:
+            marks.append("least energy")
+        if row.clear < row.runs:
+            marks.append("not clear")
+        elif row not in self.chosen:
+            marks.append("too late")
+        return tuple(marks)
+
+
+def simulate_numbers(
+    fleet: Fleet,
+    agents: Iterable[int],
+    *,
+    seeds: Iterable[int] = range(20),
+    policy: Policy | str = "orca-stop",
+    algorithm: Callable[[Fleet, int], Algorithm] | None = None,
+    until_s: float = 3600.0,
+    deadline_s: float | None = None,
+    workers: int = 1,
+    on_step: Callable[[str], None] | None = None,
+) -> SwarmNumbers:
+    """Simulate the first vehicles of a fleet as a swarm, so many of them, by several seeds.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        As of `planner.simulate_fleet`; with its table ``[swarm]``.
+    agents : iterable of int
+        Numbers of agents, each of the first vehicles of the file.
+    seeds : iterable of int, optional
+        Each number is simulated once by each; by the first alone where nothing is drawn.
+    policy : Policy or str, optional
+        As of `planner.simulate_fleet`.
+    algorithm : callable, optional
+        Makes what the swarm does, from the fleet with its vehicles and the seed of a run.
+    until_s : float, optional
+        When each run ends at the latest. [s]
+    deadline_s : float, optional
+        By when all are to have landed; by default ``latest_s`` of ``[operation]``. [s]
+    workers : int, optional
+        Processes it is made in; the result does not depend on them.
+    on_step : callable, optional
+        Is told how far it has come.
+
+    Returns
+    -------
+    SwarmNumbers
+        Rows of figures over the seeds, and the numbers to choose.
+
+    Raises
+    ------
+    UsageError
+        If the fleet has no swarm, or not so many vehicles.
+    """
+    task, numbers = fleet.swarm, sorted(set(agents))
+    if task is None or task.algorithm == "missions":
+        msg = f"{fleet.source}: numbers of agents need a table [swarm] whose algorithm is not missions"
+        raise UsageError(msg)
+    if not numbers or numbers[0] < 1 or numbers[-1] > len(fleet.vehicles):
+        have = quantity.count(len(fleet.vehicles), "vehicle")
+        msg = f"{fleet.source}: has {have}: numbers of agents must be from 1 to that"
+        raise UsageError(msg)
+    is_drawn = algorithm is not None or task.algorithm is SwarmAlgorithm.RANDOM
+    draws = [*seeds] if is_drawn else [*seeds][:1]
+    asked = [
+        _Asked(
+            fleet=replace(fleet, vehicles=dict(islice(fleet.vehicles.items(), count))),
+            seed=seed,
+            policy=policy,
+            algorithm=algorithm,
+            until_s=until_s,
+        )
+        for count in numbers
+        for seed in draws
+    ]
+    runs: list[SwarmRun] = []
+    is_cut_short = False
+    with _made(asked, workers) as made:
+        try:
+            for run in made:
+                runs.append(run)
+                if on_step is not None:
+                    on_step(f"{len(runs)} of {len(asked)} simulations")
+        except KeyboardInterrupt:
+            if not runs:
+                raise
+            is_cut_short = True
+    found = SwarmNumbers(
+        file=fleet.source,
+        algorithm=str(task.algorithm) if algorithm is None else algorithm.__name__,
+        policy=policy if isinstance(policy, str) else type(policy).__name__,
+        seeds=len(draws),
+        deadline_s=fleet.operation.latest_s if deadline_s is None else deadline_s,
+        runs=tuple(runs),
+        is_cut_short=is_cut_short,
+    )
+    if found.chosen:
+        return found
+    return replace(found, findings=(SWARM_NUMBERS.finding(_why_none(found)),))
+
+
+def _why_none(numbers: SwarmNumbers) -> str:
+    rows = numbers.rows
+    span = f"{rows[0].agents} to {rows[-1].agents} agents" if len(rows) > 1 else "the only number"
+    if all(row.clear < row.runs for row in rows):
+        return f"{span}: none is clear in every run"
+    return f"{span}: none is clear in every run and home by {quantity.clock(numbers.deadline_s)}"
+
+
+class _Asked(Value):
+    """One simulation that is to be made."""
+
+    fleet: Fleet
+    seed: int
+    policy: Policy | str
+    algorithm: Callable[[Fleet, int], Algorithm] | None
+    until_s: float
+
+
+_stopped: Event | None = None
+"""Of a process that makes simulations: whether the one that asked for them wants no more."""
+
+
+def _obey(stop: Event) -> None:
+    """Leave the end of this process to the one that made it."""
+    global _stopped  # noqa: PLW0603 - what a process is given at its start
+    _stopped = stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _go_on(_: str) -> None:
+    if _stopped is not None and _stopped.is_set():
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def _made(asked: Sequence[_Asked], workers: int) -> Iterator[Iterable[SwarmRun]]:
+    """Give simulations in their order, made in this process or in several."""
+    workers = min(workers, len(asked))
+    if workers < 2:
+        yield map(_run, asked)
+        return
+    context = get_context("spawn")
+    stop = context.Event()
+    with ProcessPoolExecutor(
+        workers, mp_context=context, initializer=_obey, initargs=(stop,)
+    ) as pool:
+        try:
+            yield pool.map(_run, asked)
+        finally:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+
+
+def _run(asked: _Asked) -> SwarmRun:
+    """Make a simulation; one that is interrupted counts for nothing."""
+    result = simulate_fleet(
+        asked.fleet,
+        algorithm=None if asked.algorithm is None else asked.algorithm(asked.fleet, asked.seed),
+        policy=asked.policy,
+        seed=asked.seed,
+        until_s=asked.until_s,
+        on_step=_go_on,
+    )
+    if result.is_cut_short:
+        raise KeyboardInterrupt
+    goal, landed_s = result.goal, result.landed_s
+    is_home = math.isfinite(landed_s)
+    to_50_s, to_90_s, to_100_s = (
+        math.inf if time_s is None else time_s for time_s in map(goal.time_to_s, GOAL_FRACTIONS)
+    )
+    return SwarmRun(
+        agents=len(result.agents),
+        seed=asked.seed,
+        goal=goal.what,
+        is_clear=result.is_clear and all(one.code != SWARM_UNSEEN.code for one in result.findings),
+        energy_wh=result.energy_wh if is_home and result.energy_wh is not None else math.inf,
+        makespan_s=result.makespan_s if is_home else math.inf,
+        landed_s=landed_s,
+        time_to_50_s=to_50_s,
+        time_to_90_s=to_90_s,
+        time_to_100_s=to_100_s,
+        waited_s=result.waited_s,
+        stops=float(result.stops),
+    )
