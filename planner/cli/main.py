@@ -26,6 +26,7 @@ COMMANDS = {
     "fleet": "fleet",
     "compare": "compare",
     "convert": "convert",
+    "experiment": "experiment",
     "identify": "identify",
     "verify": "verify",
     "simulate": "simulate",
