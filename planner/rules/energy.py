@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
-from planner.units import GRAVITY_M_S2, MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
+from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage
 from planner.vehicle.parameters.table import OriginKind
 from planner.vehicle.reader import load_chemistry
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, Discharge
     from planner.flight.power import SteadyPower
     from planner.flight.returns.path import FlightPoint
-    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -54,13 +52,6 @@ _COLD_C, _TOO_COLD_C = 0.0, -10.0
 """Below the first a lithium battery gives noticeably less than its label says, below the second by how
 much is unknown."""
 
-_CLIMB_EFFICIENCY, _LEAST_W_KG = 0.5, 80.0
-"""Of climbing: the survey quadrotor of the recordings climbs with 51 J for each metre of its 34 N, 0.67; and
-the hover power over mass of a lightly loaded one, whose mass it bounds (the same quadrotor takes 101 W/kg).
-[-], [W kg⁻¹]"""
-_NOTHING = 0.01
-"""Of the energy of a flight, less than predictions are good to: four flights of one mission differ by 0.6 %.
-[-]"""
 _HIGHEST_HOME_M = 2500.0
 """One person in a hundred lives higher (Tremblay and Ainslie, PNAS 118, 2021). [m AMSL]"""
 _ALTITUDES_M = np.arange(0.0, 4501.0, 20.0)
@@ -604,55 +595,6 @@ def _air_unknown(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         f"at {quantity.height(up_to_m)} AMSL",
         severity=None if up_to_m >= _HIGHEST_HOME_M else Severity.ERROR,
     )
-
-
-CLIMBS_NOT_COUNTED = Rule(
-    "E127 climbs-not-counted",
-    Severity.ERROR,
-    summary="The battery does not cover the climbs over terrain that the model leaves out.",
-    why="A step-response model has a power for each step of height, none for climbing and descending along "
-    "the ground at full speed: over a saw-tooth of hills that was half of the energy.",
-    how="Legs to items in a terrain frame over the ground of --terrain, of a step-response model: what they "
-    "climb beyond the straight line, times m g over an efficiency of 0.5 (measured in simulation: 0.67), "
-    "descents giving nothing back; without a mass that of a vehicle that hovers with 80 W/kg.  A warning "
-    "where the margin of the flight and of its tightest return covers it; not below 1 % of the energy.",
-    fix="use a model that is flown by ArduPilot, or leave more in the battery",
-    instead="--battery or --vehicle",
-)
-
-
-@judges(CLIMBS_NOT_COUNTED, needs=(BUDGET, POWER))
-def _climbs_not_counted(
-    a: Assessment, budget: BatteryBudget, power: SteadyPower
-) -> Iterator[Finding]:
-    if a.autopilot is not Autopilot.STEP:
-        return
-    rises = [(_rises_m(stage), stage.item) for stage in a.route.stages if stage.follows_ground]
-    climbed_m = sum(rise_m for rise_m, _ in rises)
-    mass_kg = power.mass_kg or hover_near_home_w(power) / _LEAST_W_KG
-    extra_wh = wh_from_j(mass_kg * GRAVITY_M_S2 * climbed_m / _CLIMB_EFFICIENCY)
-    if extra_wh < _NOTHING * a.totals.energy_wh:
-        return
-    way = a.return_plan
-    margins_wh = [budget.margin_wh] + (
-        [] if way is None or way.margin_wh is None else [way.margin_wh]
-    )
-    is_covered = extra_wh <= min(margins_wh)
-    yield a.finding(
-        CLIMBS_NOT_COUNTED,
-        f"{quantity.height(climbed_m)} of climbs along the ground take up to {quantity.energy(extra_wh)}, "
-        f"not counted by a step-response model; {quantity.energy(max(min(margins_wh), 0.0))} left above the "
-        "reserve",
-        item=max(rises)[1],
-        severity=Severity.WARNING if is_covered else None,
-    )
-
-
-def _rises_m(stage: Stage) -> float:
-    """Return what a leg climbs along the ground beyond the straight line between its ends. [m]"""
-    ground_m = np.array(stage.followed_ground_m)
-    off_m = ground_m - np.linspace(ground_m[0], ground_m[-1], len(ground_m))
-    return float(np.maximum(np.diff(off_m), 0.0).sum())
 
 
 BATTERY_ASSUMED = Rule(

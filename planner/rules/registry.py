@@ -39,6 +39,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "failsafe": (PARAMETERS, BUDGET),
     "arming": (PARAMETERS,),
     "terrain": (),
+    "followed_ground": (BUDGET,),
     "site": (PROFILE,),
 }
 """The modules with rules, each with what all of them need: it is imported only where that is there."""

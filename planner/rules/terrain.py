@@ -494,7 +494,7 @@ def _follows_too_low(a: Assessment) -> Iterator[Finding]:
             return
 
 
-def _returns_follow_terrain(a: Assessment) -> bool:
+def returns_follow_terrain(a: Assessment) -> bool:
     """Return whether returns keep a height above the ground.
 
     ``ModeRTL::compute_return_target``: with terrain data or a rangefinder, else above home as ever.
@@ -516,7 +516,7 @@ def tops_over_terrain_m(a: Assessment, corners_m: FloatArray) -> FloatArray:
     """
     terrain, tops_m = a.setup.terrain, np.full(len(corners_m), -np.inf)
     own = ARDUPILOT.of(a)
-    if terrain is None or own is None or not _returns_follow_terrain(a):
+    if terrain is None or own is None or not returns_follow_terrain(a):
         return tops_m
     ways_m = corners_m[:, 2:4, :2]
     ground = terrain.under(*a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1]))
@@ -554,7 +554,7 @@ def _returns(
     from planner.flight.path import FlightLines
     from planner.flight.returns.fan import return_fan
 
-    if _returns_follow_terrain(a):
+    if returns_follow_terrain(a):
         return
     # The mission's own return is judged as it is flown.
     own = [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]

@@ -15,12 +15,14 @@ from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.model import ModelSpread, Responses
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.autopilot import Autopilot
     from planner.findings import Finding
+    from planner.geo.terrain import TerrainGrid
     from planner.service.preflight import CheckResult
 
 OUT_AND_BACK = mission(takeoff(100), waypoint(1000, 100), rtl())
@@ -55,6 +57,51 @@ def over_ridge(rise_m: float, autopilot: Autopilot = STEP) -> tuple[Finding, ...
     there = item(16, north(900.0), 30.0, frame=10)
     one = mission(takeoff(30), there, item(21, north(900.0)), autopilot=ARDUPILOT)
     return found(one, autopilot, terrain=ground(rise_m))
+
+
+RIDGE_M, HOVER_W = 40.0, 353.0
+"""The hover is that of the recordings. [m], [W]"""
+
+
+def over_ground(
+    grid: TerrainGrid, extra_wh: float, parameters: str = "RTL_ALT_TYPE,1\n"
+) -> tuple[Finding, ...]:
+    """Return what is reported of a flight 900 m north whose returns have so much to spare. [Wh]"""
+    one = mission(takeoff(60), waypoint(900.0, 60), item(21, north(900.0)), autopilot=ARDUPILOT)
+    given = parameters_from_text(f"{parameters}BATT_MONITOR,0\n".encode(), source="p.param")
+
+    def judged(capacity_wh: float) -> CheckResult:
+        return check(
+            one,
+            vehicle_of(ARDUPILOT),
+            battery=Battery(capacity_wh=capacity_wh),
+            reserve=0.0,
+            parameters=given,
+            terrain=grid,
+        )
+
+    capacity_wh = 170.0
+    for _ in range(4):  # a smaller battery loses more
+        way = judged(capacity_wh).return_plan
+        assert way is not None
+        capacity_wh += extra_wh - (way.margin_wh or 0.0)
+    return judged(capacity_wh).findings
+
+
+def followed_wh(climbed_m: float, hover_s: float) -> float:
+    """Return the energy of climbs, with m g over an efficiency of 0.5, and of a hover. [Wh]"""
+    mass_kg = vehicle_of(ARDUPILOT).mass_kg or 0.0
+    return (mass_kg * 9.80665 / 0.5 * climbed_m + HOVER_W * hover_s) / 3600.0
+
+
+def over_ridge_and_back(covered: float, follows: int = 1) -> tuple[Finding, ...]:
+    """Return what is reported where the margin of a return covers so much of what a ridge takes.
+
+    It climbs 40 m at 2.5 m/s and descends them at 1.5 m/s: both sides are 10 m long, for which 10 m/s are
+    predicted.
+    """
+    extra_wh = followed_wh(RIDGE_M, RIDGE_M / 2.5 - 1.0 + RIDGE_M / 1.5 - 1.0)
+    return over_ground(ground(RIDGE_M), covered * extra_wh, f"RTL_ALT_TYPE,{follows}\n")
 
 
 @cache
@@ -319,6 +366,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: over_ridge(7.0),
         boundary=lambda: over_ridge(6.5),
         silent=lambda: over_ridge(7.0, ARDUPILOT),
+    ),
+    "E129": RuleCases(
+        fires=lambda: over_ridge_and_back(0.99),
+        boundary=lambda: over_ridge_and_back(1.01),
+        silent=lambda: over_ridge_and_back(0.99, follows=0),
     ),
     # Straight on from 8 m/s the change comes in the middle of 0.4 s of 2.5 m/s²: 7.5 m/s are reached.
     "E126": RuleCases(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import HOME, item, mission, rtl, speed, takeoff, waypoint
+from made_terrain import ground, slope
+from rule_cases.energy import followed_wh, over_ground
 
 from planner.errors import UsageError
 from planner.findings import Severity
@@ -240,3 +243,20 @@ def test_a_chance_beyond_all_is_refused(risk: float) -> None:
 def test_a_condition_out_of_its_range_is_wrong_usage(given: dict[str, float]) -> None:
     with pytest.raises(UsageError, match=next(iter(given))):
         check(OUT_AND_BACK, VEHICLE, **given)  # type: ignore[arg-type] # one keyword at a time
+
+
+@pytest.mark.parametrize(("covered", "fires"), [(0.98, True), (1.02, False)])
+def test_a_return_from_over_a_valley_keeps_its_height_above_it(
+    covered: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # 5° down to the north: 78.7 m below home after 900 m, over which it climbs them; over home it is 78.7 m
+    # higher than predicted and descends at 1.5 m/s.
+    rise_m = 900.0 * math.tan(math.radians(5.0))
+    told = over_ground(slope(5.0), covered * followed_wh(rise_m, rise_m / 1.5))
+    assert ("E129" in {one.code for one in told}) is fires
+
+
+def test_ground_that_is_not_known_under_a_return_is_reported() -> None:
+    told = over_ground(ground(0.0, at_m=-900.0, rows=120), 100.0)  # it ends 200 m north of home
+    assert any(one.code == "X904" and "E129" in one.message for one in told)

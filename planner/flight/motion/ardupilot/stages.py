@@ -395,7 +395,8 @@ RETURN_OVER_TERRAIN = Rule(
     Severity.WARNING,
     summary="The vehicle returns at a height above terrain; one above home is predicted.",
     why="Over ground higher than home such a return climbs more and flies higher than predicted.",
-    how="ArduPilot's RTL_ALT_TYPE is 1; RTL_ALT is counted from home.",
+    how="ArduPilot's RTL_ALT_TYPE is 1; RTL_ALT is counted from home.  E129 holds the energy of what it "
+    "climbs beyond that against the margin.",
     fix="set RTL_ALT_TYPE to 0, or allow for the ground under the return",
 )
 
