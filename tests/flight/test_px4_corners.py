@@ -130,15 +130,37 @@ def test_a_waypoint_counts_as_reached_within_its_own_radius() -> None:
 
 
 def test_after_a_wide_radius_it_flies_straight_on_to_within_the_next() -> None:
-    # ``PositionSmoothing`` integrated numerically at 50 Hz: 10.50, 14.12, 18.30 s; on the vehicle 10.74,
-    # 14.41, 18.30 s.  A point of the next leg max(radius, 5 m) away is steered for once there is one.
+    # On the vehicle; ``PositionSmoothing`` integrated numerically at 50 Hz: 10.50, 14.12, 18.30 s.  A point
+    # of the next leg max(radius, 5 m) away is steered for once there is one.
     places = ((100.0, 0.0, 20.0), (100.0, 100.0, 30.0), (0.0, 100.0, 15.0), (0.0, 0.0, 2.0))
     legs = [
         replace(go(east, north), acceptance_radius_m=radius, speed_m_s=8.0)
         for east, north, radius in places
     ]
     reached = arrivals_s(takeoff(), go(0.0, hold=30.0), *legs)
-    assert np.diff(reached[2:]) == pytest.approx([10.50, 14.12, 18.30], abs=0.6)
+    assert np.diff(reached[2:]) == pytest.approx([10.74, 14.41, 18.30], abs=0.6)
+
+
+def test_a_turn_that_takes_longer_than_the_leg_asks_for_it_carries_past_the_leg() -> None:
+    # Recorded.  After 10 m of radius at 5 m/s the vehicle was 2.5 m beyond the leg; as if it turned when it
+    # is first asked to, the last leg is 1.4 s short.
+    speeds = (7.0, 7.0, 4.0, 4.0, 10.0, 10.0)
+    radii = (2.0, 6.0, 2.0, 1.0, 10.0, 2.0)
+    east_north = (
+        (10.0, 60.0),
+        (60.0, 90.0),
+        (90.0, 40.0),
+        (70.0, 10.0),
+        (0.0, -60.0),
+        (-40.0, 0.0),
+    )
+    heights = (18.0, 26.0, 26.0, 20.0, 20.0, 15.0)
+    legs = [
+        replace(go(*place), height_m=height, speed_m_s=speed, acceptance_radius_m=radius)
+        for place, height, speed, radius in zip(east_north, heights, speeds, radii, strict=True)
+    ]
+    reached = arrivals_s(takeoff(18.0), *legs)
+    assert np.diff(reached[1:]) == pytest.approx([9.58, 16.49, 11.08, 11.20, 13.86], abs=0.65)
 
 
 @pytest.mark.parametrize("kind", [StageKind.SPLINE, StageKind.CIRCLE, StageKind.SET_DOWN])

@@ -87,19 +87,23 @@ def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
 
 
 def _approached(begun: LegStarts, parameters: Px4Parameters) -> tuple[LegStarts, FloatArray]:
-    """Return vehicles that all turn where they are l off their legs, and the times until then.
+    """Return vehicles that all turn where they begin to turn onto their legs, and the times until then.
 
-    Farther off, ``PositionSmoothing::_getL1Point`` has no point of the leg in reach, and the one nearest
-    to the vehicle is steered for: straight at the leg, as after a waypoint that counts as reached from
-    farther away than the next.
+    Farther off than l, ``PositionSmoothing::_getL1Point`` has no point of the leg in reach, and the one
+    nearest to the vehicle is steered for: straight at the leg, as after a waypoint that counts as reached
+    from farther away than the next.  From l on that point moves aside, in l/v; the velocity, which takes T
+    to swing onto the leg, follows at once where T is shorter, else in the mean l/2v later.
     """
     frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
     v, side = frame.speed_m_s, -np.sign(frame.y_m)
     along, across = -v * frame.cos_turn, v * (side - frame.sin_turn)
     change = along[:, None] * frame.along + across[:, None] * frame.across
-    swing_s = ramp_time_s(
-        np.abs(change).max(axis=1), parameters.acceleration_m_s2, parameters.jerk_m_s3
+    onto = frame.along - side[:, None] * frame.across
+    swing_s, onto_s = (
+        ramp_time_s(np.abs(by).max(axis=1), parameters.acceleration_m_s2, parameters.jerk_m_s3)
+        for by in (change, v[:, None] * onto)
     )
+    l1 *= 1.0 - 0.5 * np.maximum(1.0 - l1 / (v * onto_s), 0.0)
     x = frame.x_m - 0.5 * along * swing_s
     y = frame.y_m + 0.5 * swing_s * v * (side + frame.sin_turn)
     left = -y * side - l1
