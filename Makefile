@@ -21,7 +21,8 @@ $(MADE): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "mavjoule needs Python 3.11 or later: make PYTHON=python3.11")'
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(BIN)/python -m pip install --quiet --editable . --group dev
+	$(BIN)/python -m pip install --quiet --no-compile --editable . --group dev
+	-$(BIN)/python -m compileall -qq -j 0 .venv/lib planner  # on all cores; some files are no Python 3
 	@touch $@
 
 demo: $(MADE) ## check a sample mission
@@ -46,7 +47,7 @@ layers: $(MADE)
 	$(BIN)/lint-imports
 
 unit: $(MADE)
-	$(BIN)/pytest -q -n 2 --dist worksteal
+	$(BIN)/pytest -q -n 3 --dist worksteal  # two cores: tests of lines, browsers and processes wait
 
 bench: $(MADE) ## measure what has to be fast
 	$(BIN)/pytest -q -s -m bench tests/bench

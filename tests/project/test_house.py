@@ -6,38 +6,45 @@ import ast
 from collections import defaultdict
 from pathlib import Path
 
+import pytest
+
 PACKAGE = Path(__file__).resolve().parents[2] / "planner"
-TREES = {
-    path.relative_to(PACKAGE): ast.parse(path.read_text("utf-8"))
-    for path in sorted(PACKAGE.rglob("*.py"))
-}
 MOST_PARAMETERS = 8
 MAY_HAVE_MORE = {"parameter"}
 """A row of the table of parameters: each argument a column of it."""
 LONGEST_COMMAND = 40
 
 
-def _functions() -> list[tuple[str, ast.FunctionDef]]:
+@pytest.fixture(scope="module")
+def trees() -> dict[Path, ast.Module]:
+    """The modules of the package, by their places in it."""
+    return {
+        path.relative_to(PACKAGE): ast.parse(path.read_text("utf-8"))
+        for path in sorted(PACKAGE.rglob("*.py"))
+    }
+
+
+def _functions(trees: dict[Path, ast.Module]) -> list[tuple[str, ast.FunctionDef]]:
     return [
         (f"{path}: {node.name}", node)
-        for path, tree in TREES.items()
+        for path, tree in trees.items()
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef)
     ]
 
 
-def test_no_class_name_is_used_twice() -> None:
+def test_no_class_name_is_used_twice(trees: dict[Path, ast.Module]) -> None:
     places = defaultdict(list)
-    for path, tree in TREES.items():
+    for path, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 places[node.name].append(str(path))
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
 
 
-def test_no_function_takes_more_than_eight_parameters() -> None:
+def test_no_function_takes_more_than_eight_parameters(trees: dict[Path, ast.Module]) -> None:
     heaps = []
-    for name, node in _functions():
+    for name, node in _functions(trees):
         taken = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
         count = sum(argument.arg not in {"self", "cls", "mcls"} for argument in taken)
         if count > MOST_PARAMETERS and node.name not in MAY_HAVE_MORE:
@@ -45,9 +52,9 @@ def test_no_function_takes_more_than_eight_parameters() -> None:
     assert heaps == []
 
 
-def test_the_body_of_a_command_fits_a_screen() -> None:
+def test_the_body_of_a_command_fits_a_screen(trees: dict[Path, ast.Module]) -> None:
     long = []
-    for name, node in _functions():
+    for name, node in _functions(trees):
         if not any("command(" in ast.unparse(decorator) for decorator in node.decorator_list):
             continue
         body = node.body[1:] if ast.get_docstring(node) else node.body
