@@ -197,8 +197,4 @@ def nearest_hint(name: str, known: Iterable[str]) -> str:
 
 
 class PathTooLongError(Exception):
-    """A path of more points than can be looked at: ``points`` of them."""
-
-    def __init__(self, points: int) -> None:
-        self.points = points
-        super().__init__(f"a path of {points} points")
+    """A path of more points or legs than can be looked at; its text says how many."""

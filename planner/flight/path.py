@@ -50,7 +50,8 @@ _MOST_POINTS = 1_000_000
 def refuse_endless(points: int) -> None:
     """Raise `PathTooLongError` of more points than can be looked at."""
     if points > _MOST_POINTS:
-        raise PathTooLongError(points)
+        what = f"a path of {points:,} points"
+        raise PathTooLongError(what)
 
 
 class FlownPath(Value, eq=False):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from planner.errors import PathTooLongError
 from planner.geo.geodesy import LocalFrame, distance_m
 from planner.values import Value
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 
 _DEPTH_TOLERANCE_M = 0.01
+_MOST_CUTS = 10_000_000
+"""Pairs of legs and edges to cut: some 5 s; 40,000 legs across the 250 edges an autopilot has room for."""
 
 
 class LegClearance(NamedTuple):
@@ -114,6 +117,8 @@ class PolygonBarrier(Value, eq=False):
     """``True``: stay inside; ``False``: keep out."""
     region: Any  # shapely.Polygon | shapely.MultiPolygon, untyped
     """The area in local metres, prepared."""
+    boundary: Any  # shapely.LineString | shapely.MultiLineString
+    """Its boundary, prepared."""
     edges: Any  # shapely.STRtree
     """The straight edges of its boundary, indexed."""
 
@@ -149,15 +154,23 @@ class PolygonBarrier(Value, eq=False):
         return LegClearance(clearance, along)
 
     def spans_outside(self, legs: PathLegs) -> LegSpans:
-        """Return the pieces of legs on the wrong side, by cutting each leg with the polygon."""
+        """Return the pieces of legs on the wrong side, by cutting each leg with the polygon.
+
+        Raises `PathTooLongError` of more legs and edges than can be cut with each other.
+        """
         import shapely
 
         lines = _lines(legs)
+        passes = shapely.intersects(self.region, lines)
         if self.keep_inside:
-            leg = np.flatnonzero(~shapely.covers(self.region, lines))
+            passes = ~shapely.covers(self.region, lines)
+        leg = np.flatnonzero(passes)
+        if len(leg) * len(self.edges) > _MOST_CUTS:
+            what = f"{len(leg):,} legs that pass an area of {len(self.edges):,} edges"
+            raise PathTooLongError(what)
+        if self.keep_inside:
             pieces = shapely.difference(lines[leg], self.region)
         else:
-            leg = np.flatnonzero(shapely.intersects(self.region, lines))
             leg = leg[~shapely.touches(self.region, lines[leg])]
             pieces = shapely.intersection(lines[leg], self.region)
         parts, owner = shapely.get_parts(pieces, return_index=True)
@@ -233,8 +246,9 @@ def polygon_barrier(
     """Return the barrier of a valid, non-empty polygon or multipolygon in local metres."""
     import shapely
 
-    shapely.prepare(region)
-    rings = shapely.get_parts(shapely.boundary(region))
+    boundary = shapely.boundary(region)
+    shapely.prepare((region, boundary))
+    rings = shapely.get_parts(boundary)
     points, ring = shapely.get_coordinates(rings, return_index=True)
     edges = np.stack([points[:-1], points[1:]], axis=1)[ring[:-1] == ring[1:]]
     return PolygonBarrier(
@@ -242,6 +256,7 @@ def polygon_barrier(
         place=place,
         keep_inside=keep_inside,
         region=region,
+        boundary=boundary,
         edges=shapely.STRtree(shapely.linestrings(edges)),
     )
 
@@ -332,9 +347,7 @@ class SweptAreas(Value, eq=False):
         near = (
             shapely.intersects_xy(barrier.region, start[:, 0], start[:, 1]) != barrier.keep_inside
         )
-        within, _ = barrier.edges.query(self.hulls, predicate="dwithin", distance=margin_m)
-        near[within] = True
-        return np.asarray(near)
+        return np.asarray(near | shapely.dwithin(barrier.boundary, self.hulls, margin_m))
 
 
 def swept_areas(points_m: FloatArray, owner: IndexArray) -> SweptAreas:
@@ -345,7 +358,8 @@ def swept_areas(points_m: FloatArray, owner: IndexArray) -> SweptAreas:
     import shapely
 
     order = np.argsort(owner, kind="stable")
-    points, owner = points_m[order], owner[order]
+    # Places nearer than a nanometre are one: GEOS divides by the square of a side of a hull.
+    points, owner = points_m[order].round(9), owner[order]
     first = np.flatnonzero(np.diff(owner, prepend=-1))
     return SweptAreas(
         points_m=points,

@@ -38,6 +38,9 @@ _WINDOW = 512
 """Cells along a side of a window."""
 _MOST_WINDOWS = 64
 _LEAST_WEIGHT = 1e-6
+_MOST_NORTH_DEG, _MOST_EAST_DEG = 91.0, 541.0
+"""Grids end half a cell beyond a pole, and begin anywhere around the Earth."""
+_LEAST_CELL_M = 1e-3
 _AROUND_DEG = 0.1
 """So far beside a projected tile places still have coordinates in it: lines enter it from there. [°]"""
 
@@ -359,17 +362,21 @@ def _read_tile(path: Path) -> TerrainTile:
         xs, ys = zip(*((a * j + b * i + c, d * j + e * i + f) for i, j in cells), strict=True)
         longitude, latitude = transform(crs, _WGS84, xs, ys)
 
-    if not np.isfinite([*latitude, *longitude, south, west, north, east]).all():
+    places = np.array([[south, north, *latitude], [west, east, *longitude]])
+    if not (np.abs(places) <= [[_MOST_NORTH_DEG], [_MOST_EAST_DEG]]).all():
         msg = "its cells are nowhere on the Earth; georeference it"
         raise TerrainFileError(msg, source=source)
-    sides = distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])
+    cell_m = float(np.min(distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])))
+    if not cell_m >= _LEAST_CELL_M:
+        msg = "its cells have no width or no height; georeference the file"
+        raise TerrainFileError(msg, source=source)
     return TerrainTile(
         source=source,
         heights_amsl_m=heights,
         transform=affine,
         projection_wkt=None if crs.to_epsg() == 4326 else crs.to_wkt(),
         bounds_deg=(south, west, north, east),
-        cell_m=float(sides.min()),
+        cell_m=cell_m,
     )
 
 

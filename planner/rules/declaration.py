@@ -142,10 +142,9 @@ class Check(Value, kw_only=False):
         try:
             return tuple(self.function(a, *given))
         except PathTooLongError as error:
-            asked_by = f"a path of {error.points:,} points"
             needs = "a shorter mission, with fewer repeats"
             return tuple(
-                NotEvaluated(rule=rule, asked_by=asked_by, needs=needs) for rule in self.rules
+                NotEvaluated(rule=rule, asked_by=str(error), needs=needs) for rule in self.rules
             )
 
 

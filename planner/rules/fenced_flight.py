@@ -62,7 +62,7 @@ class FencedFlight(Value, eq=False, dict=True):
     schedule: FenceSchedule
     """When the fence is on."""
     around_homes: tuple[Barrier, ...]
-    """The circle that parameters draw around home, each home's own; without such parameters none."""
+    """The circle that parameters draw around each home, the same for the same home; none without them."""
     margin_m: float
     """Distance to keep from the fence, whatever the speed. [m]"""
 
@@ -154,17 +154,15 @@ class FencedFlight(Value, eq=False, dict=True):
         """Return whether a barrier is on while each leg is flown. (n,)"""
         schedule = self.schedule
         on = schedule.areas
-        for home, circle in enumerate(self.around_homes):
-            if circle is barrier:
-                stages = np.arange(len(schedule.limits))
-                counts = self.assessment.returns.destinations.home_of(stages) == home
-                on = schedule.limits & counts
+        if barrier in self.around_homes:
+            home = self.assessment.returns.destinations.home_of(np.arange(len(schedule.limits)))
+            on = schedule.limits & np.array([one == barrier for one in self.around_homes])[home]
         flown: BoolArray = on[self._stage[:-1]]
         return flown
 
     def is_of_moved_home(self, barrier: Barrier) -> bool:
         """Return whether a barrier is the circle around a home that the mission sets in flight."""
-        return any(circle is barrier for circle in self.around_homes[1:])
+        return barrier in self.around_homes[1:]
 
     def is_path_near(self, barrier: Barrier) -> BoolArray:
         """Return whether each leg passes a barrier within the position error. (n,)"""
@@ -250,8 +248,8 @@ class FencedFlight(Value, eq=False, dict=True):
         )
 
     def flown_stretch(self, parts_m: Sequence[tuple[float, float]]) -> FlightStretch:
-        """Return the parts of the path between distances along it, in flown order. [m]"""
-        lines = tuple(self._line_deg(*part) for part in parts_m)
+        """Return the parts of the path between distances along it, in flown order, each line once. [m]"""
+        lines = tuple(dict.fromkeys(self._line_deg(*part) for part in parts_m))
         return FlightStretch(
             start_deg=lines[0][0],
             end_deg=lines[0][-1],
@@ -268,9 +266,12 @@ class FencedFlight(Value, eq=False, dict=True):
     def _line_deg(self, start_m: float, end_m: float) -> tuple[tuple[float, float], ...]:
         """Return latitudes and longitudes along a part of the path: its ends, and where it bends."""
         way = self.along_path_m
-        inside = np.flatnonzero((way > start_m + _NO_WAY_M) & (way < end_m - _NO_WAY_M))
-        along = np.concatenate(([start_m], way[inside], [end_m]))
-        line = np.column_stack([np.interp(along, way, axis) for axis in self.points_m.T])
+        first, end = np.searchsorted(way, [start_m + _NO_WAY_M, end_m - _NO_WAY_M])
+        along = np.concatenate(([start_m], way[first:end], [end_m]))
+        around = slice(max(first - 1, 0), max(first, end) + 1)
+        line = np.column_stack(
+            [np.interp(along, way[around], axis[around]) for axis in self.points_m.T]
+        )
         course = np.unwrap(np.arctan2(*np.diff(line, axis=0).T)).tolist()
         kept, ahead = [0], course[0]
         for corner in range(1, len(course)):
@@ -332,7 +333,7 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
     limit = limits_in_use(a.route, a.own_parameters)
     around_homes = _around_homes(a.route, frame, limit)
     if around_homes:
-        area = replace(area, barriers=(*area.barriers, *around_homes))
+        area = replace(area, barriers=(*area.barriers, *dict.fromkeys(around_homes)))
     return FencedFlight(
         assessment=a,
         area=area,
@@ -358,25 +359,23 @@ def _around_homes(route: Route, frame: LocalFrame, limit: FenceLimits) -> tuple[
     """
     if limit.distance_m is None:
         return ()
-    places = [("home", 0.0, 0.0)]
-    places += [
-        (f"the home of item {one.item}", one.east_m, one.north_m) for one in route.moved_homes
-    ]
-    circles = []
-    for name, east_m, north_m in places:
-        there = route.frame.latitude_longitude_deg(east_m, north_m)
-        east, north = frame.east_north_m(*there)
-        circles.append(
-            CircleBarrier(
-                label=f"the circle of {limit.distance_name} around {name}",
-                place=None,
-                keep_inside=True,
-                east_m=float(east),
-                north_m=float(north),
-                radius_m=limit.distance_m,
-            )
+    homes = route.moved_homes
+    names = ["home", *(f"the home of item {one.item}" for one in homes)]
+    places = np.array([(0.0, 0.0), *((one.east_m, one.north_m) for one in homes)])
+    there = route.frame.latitude_longitude_deg(*places.T)
+    return tuple(
+        CircleBarrier(
+            label=f"the circle of {limit.distance_name} around {name}",
+            place=None,
+            keep_inside=True,
+            east_m=east_m,
+            north_m=north_m,
+            radius_m=limit.distance_m,
         )
-    return tuple(circles)
+        for name, east_m, north_m in zip(
+            names, *np.stack(frame.east_north_m(*there)).tolist(), strict=True
+        )
+    )
 
 
 def _path(a: Assessment, frame: LocalFrame, *, bends: bool) -> FlownPath:

@@ -46,6 +46,10 @@ class Interval(Value):
         return self.low <= value <= self.high
 
 
+_LEAST, _MOST = 1e-30, 1e30
+"""Of numbers that are measured: their squares, and those of one over another, are numbers too."""
+
+
 class Range(Value, kw_only=False):
     """The range in which a number can be meant."""
 
@@ -55,12 +59,13 @@ class Range(Value, kw_only=False):
 
     def problem(self, value: float) -> str | None:
         """Return what is wrong with a value, or ``None``."""
-        if self.excludes_low and not value > self.low:
+        if self.excludes_low and not value > self.low + _LEAST:
             return f"must be greater than {self.low:g}, got {value:g}"
-        if not value >= self.low:
-            return f"must not be below {self.low:g}, got {value:g}"
-        if not value <= self.high:
-            return f"must not be above {self.high:g}, got {value:g}"
+        low, high = max(self.low, -_MOST), min(self.high, _MOST)
+        if not value >= low:
+            return f"must not be below {low:g}, got {value:g}"
+        if not value <= high:
+            return f"must not be above {high:g}, got {value:g}"
         return None
 
     @property

@@ -138,7 +138,11 @@ def _moved(plan: Any, place: Callable[[float, float], tuple[float, float]]) -> A
 
 
 def _eastward(document: Document, amount: float) -> Document:
-    turn = round(amount * 360.0) - 180.0 if amount < 0.7 else 172.0  # home is on the antimeridian
+    turn = round(amount * 360.0) - 180.0
+    if amount >= 0.7 and not _plan(document)["geoFence"]["polygons"]:
+        turn = 172.0  # home is on the antimeridian; in an area across it no place is inside, to PX4
+    elif abs(turn - 172.0) < 6.0:  # so far from home the farthest corner is
+        turn = 160.0
 
     def place(latitude: float, longitude: float) -> tuple[float, float]:
         east = round((longitude + turn + 180.0) % 360.0 - 180.0, 7)

@@ -8,7 +8,8 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.geo.barrier import Barrier, CircleBarrier, polygon_barrier, swept_areas
+from planner.errors import PathTooLongError
+from planner.geo.barrier import Barrier, CircleBarrier, path_legs, polygon_barrier, swept_areas
 
 TRIANGLE = np.array([(0.0, 0.0), (100.0, 0.0), (0.0, 100.0)])
 LINE = np.array([(200.0, 0.0), (300.0, 0.0)])
@@ -60,6 +61,31 @@ def near(barrier: Barrier, margin_m: float = 0.0) -> list[bool]:
 )
 def test_an_area_is_near_what_it_holds_or_leaves(barrier: Barrier, expected: list[bool]) -> None:
     assert near(barrier) == expected
+
+
+def test_places_that_are_one_but_for_rounding_have_a_hull_to_be_away_from() -> None:
+    """A vehicle that settles comes nearer by a factor each time: GEOS divides by squares of steps."""
+    points = np.array([(-1e-200, -1e-200), (1e-200, -2e-200), *TRIANGLE[1:]])
+    areas = swept_areas(points, np.zeros(4, np.intp))
+    with np.errstate(divide="raise", invalid="raise"):
+        found = areas.near(circle(100.0, 100.0, 70.0, keep_inside=False), 0.0)  # 50 √2 away
+    assert found.tolist() == [False]
+
+
+@pytest.mark.parametrize("keep_inside", [False, True])
+def test_more_legs_and_edges_than_can_be_cut_are_refused(
+    monkeypatch: pytest.MonkeyPatch, *, keep_inside: bool
+) -> None:
+    """Of 4 edges and 3 legs, of which 2 pass: 8 pairs."""
+    barrier = rectangle(0.0, 0.0, 10.0, 10.0, keep_inside=keep_inside)
+    legs = path_legs([-5.0, 5.0, 15.0, 15.0], [5.0, 5.0, 5.0, 6.0])
+    if keep_inside:
+        legs = path_legs([5.0, 15.0, 5.0, 5.0], [5.0, 5.0, 5.0, 6.0])
+    monkeypatch.setattr("planner.geo.barrier._MOST_CUTS", 8)
+    assert barrier.spans_outside(legs).leg.tolist() == [0, 1]
+    monkeypatch.setattr("planner.geo.barrier._MOST_CUTS", 7)
+    with pytest.raises(PathTooLongError, match="2 legs that pass an area of 4 edges"):
+        barrier.spans_outside(legs)
 
 
 def test_the_margin_decides_at_its_boundary() -> None:

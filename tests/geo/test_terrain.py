@@ -246,6 +246,8 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         (np.ones((2, 2), np.uint8), {"nodata": 0}, "a picture of the terrain"),
         (np.ones((2, 2)), {"unit": "ft"}, "heights are in 'ft'"),
         (np.ones((2, 2)), {"crs": "EPSG:4979"}, "above the ellipsoid"),
+        (np.ones((2, 2)), {"cell": 1e-12}, "no width or no height"),
+        (np.ones((2, 2)), {"cell": 1e100}, "nowhere on the Earth"),
     ],
 )
 def test_a_raster_that_does_not_say_where_and_what_it_is_is_refused(

@@ -160,6 +160,12 @@ def test_several_impossible_values_are_one_finding() -> None:
     assert message.endswith(", and 2 more parameters")
 
 
+@pytest.mark.parametrize("line", ["PLDP_DELAY,3e38", "RTL_LOIT_TIME,3e38", "FENCE_RADIUS,2e7"])
+def test_no_time_or_way_is_beyond_all_measure(line: str) -> None:
+    [(severity, _)] = messages(resolved(f"WP_SPD,5\n{line}\n"), "P105")
+    assert severity is Severity.ERROR
+
+
 def test_a_fraction_is_no_choice() -> None:
     assert messages(resolved("FENCE_ACTION,1.5\n"), "P105")
 

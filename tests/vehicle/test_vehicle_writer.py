@@ -35,7 +35,7 @@ def test_every_shipped_model_is_read_back_as_it_was_written(name: str, tmp_path:
 @given(
     text=st.text(min_size=1, max_size=40).filter(str.strip),
     low=st.floats(0.0, 1e9),
-    value=st.floats(-1e300, 1e300),
+    value=st.floats(-1e30, 1e30),
 )
 def test_any_text_and_any_number_survive(text: str, low: float, value: float) -> None:
     text = text.encode("utf-8", "replace").decode()
@@ -54,7 +54,7 @@ def values(field: Field) -> st.SearchStrategy[Any]:
     """Values that a field alone allows; those of several together may still be refused."""
     key = field.key
     low, high = max(key.range.low, -1e6), min(key.range.high, 1e6)
-    figures = st.floats(low, high, exclude_min=key.range.excludes_low)
+    figures = st.floats(low, high).filter(lambda one: key.range.problem(one) is None)
     texts = st.text(min_size=1, max_size=9).filter(str.strip)
     lists = st.lists(figures, min_size=max(key.count[0], 1), max_size=4, unique=key.rises)
     kinds: dict[KeyKind, st.SearchStrategy[Any]] = {

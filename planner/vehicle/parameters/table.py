@@ -46,6 +46,10 @@ SI_PER_UNIT: Mapping[str, float] = {
 """SI per unit of a parameter; charge stays in ampere-hours, as on every battery."""
 
 
+_MOST_SI = 1e7
+"""No time, way or speed of a flight is more: 116 days, the way from the equator to a pole."""
+
+
 class Spelling(Value):
     """A name under which an autopilot knows a quantity, and the unit it counts it in."""
 
@@ -95,6 +99,7 @@ class Parameter(Value):
         """Return whether a value in SI can be meant."""
         return (
             math.isfinite(value_si)
+            and (self.is_choice or abs(value_si) <= _MOST_SI)
             and self.range.problem(value_si) is None
             and value_si != self.never
             and (not self.is_choice or value_si == round(value_si))
