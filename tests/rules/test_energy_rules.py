@@ -260,3 +260,28 @@ def test_a_return_from_over_a_valley_keeps_its_height_above_it(
 def test_ground_that_is_not_known_under_a_return_is_reported() -> None:
     told = over_ground(ground(0.0, at_m=-900.0, rows=120), 100.0)  # it ends 200 m north of home
     assert any(one.code == "X904" and "E129" in one.message for one in told)
+
+
+@pytest.mark.parametrize(
+    ("degrees_c", "left", "severity"),
+    [
+        # 80 % at 0 °C and 75 % at -10 °C: between them 0.5 % a degree.
+        (-1.0, 0.205, Severity.ERROR),
+        (-1.0, 0.215, Severity.WARNING),
+        (-9.0, 0.245, Severity.ERROR),
+        (-9.0, 0.255, Severity.WARNING),
+        (-11.0, 0.9, Severity.ERROR),
+    ],
+)
+def test_a_battery_that_may_be_empty_in_the_cold_is_no_go(
+    degrees_c: float, left: float, severity: Severity
+) -> None:
+    def judged(capacity_wh: float) -> CheckResult:
+        pack = Battery(capacity_wh=capacity_wh)
+        return check(
+            OUT_AND_BACK, VEHICLE, battery=pack, battery_temperature_c=degrees_c, reserve=0.0
+        )
+
+    need_wh = judged(1000.0).totals.energy_wh
+    cold = [f for f in judged(need_wh / (1.0 - left)).findings if f.code == "E122"]
+    assert [one.severity for one in cold] == [severity]
