@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 from fenced_missions import at, box, degrees, findings_of, rally
-from made_missions import rtl, takeoff
+from made_missions import mission, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, found
 
 from planner.autopilot import Autopilot
@@ -201,3 +201,14 @@ def test_what_a_text_file_leaves_on_the_vehicle_is_not_checked(
     text = replace(PLAIN, file_format=MissionFormat.WPL)
     assert ("F114" in {one.code for one in found(text, ARDUPILOT, wide)}) is is_open
     assert "F114" not in {one.code for one in found(PLAIN, ARDUPILOT, wide)}
+
+
+@pytest.mark.parametrize(("away_m", "leaves"), [(280.0, False), (310.0, True)])
+def test_a_circle_without_a_radius_in_the_file_is_copters_own(
+    away_m: float,
+    leaves: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # AC_FENCE_CIRCLE_RADIUS_DEFAULT is 300 m; the 150 m of simulated flights are of the simulator's file.
+    one = mission(takeoff(20), waypoint(away_m, 20), rtl())
+    told = found(one, ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,2\n")
+    assert ("F101" in {finding.code for finding in told}) is leaves

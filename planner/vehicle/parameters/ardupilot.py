@@ -158,7 +158,7 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     fence_options: int = parameter("FENCE_OPTIONS", 0, NOT_NEGATIVE)
     fence_height_max_m: float = parameter("FENCE_ALT_MAX m", 100.0, NOT_NEGATIVE)
     fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0)
-    fence_radius_m: float = parameter("FENCE_RADIUS m", 150.0, POSITIVE)
+    fence_radius_m: float = parameter("FENCE_RADIUS m", 300.0, POSITIVE)
     fence_margin_m: float = parameter("FENCE_MARGIN m", 2.0, NOT_NEGATIVE)
 
     @property
