@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 from fenced_missions import at, box, degrees, findings_of, rally
 from made_missions import mission, rtl, takeoff, waypoint
-from rule_cases.case import ARDUPILOT, PLAIN, found
+from rule_cases.case import ARDUPILOT, PLAIN, STEP, found
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -210,5 +210,5 @@ def test_a_circle_without_a_radius_in_the_file_is_copters_own(
 ) -> None:
     # AC_FENCE_CIRCLE_RADIUS_DEFAULT is 300 m; the 150 m of simulated flights are of the simulator's file.
     one = mission(takeoff(20), waypoint(away_m, 20), rtl())
-    told = found(one, ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,2\n")
+    told = found(one, STEP, "FENCE_ENABLE,1\nFENCE_TYPE,2\nWPNAV_SPEED,1000\n")
     assert ("F101" in {finding.code for finding in told}) is leaves
