@@ -44,7 +44,9 @@ if TYPE_CHECKING:
     """Where a part begins and ends; ``None``: where the mission does."""
 
 
-MENDED = frozenset({"E101", "E102", "E103", "E104", "E116", "E119", "E124", "M102"})
+_BOUNDED = frozenset({"E105", "E122", "E127", "E129"})
+"""What is not counted and is held against the margin: a shorter flight mends it where it has more of that."""
+MENDED = _BOUNDED | {"E101", "E102", "E103", "E104", "E116", "E119", "E124", "M102"}
 """What a shorter flight mends, or the return that ends each part."""
 _MOST_PARTS = 99
 _TRIES = 60
@@ -321,7 +323,7 @@ class PartSearch:
             step = start.step
         number = self._flown.numbers[step]
         failing = _failing(result)
-        others = [one for one in failing if one.code not in MENDED]
+        others = [one for one in failing if one.code not in MENDED - _BOUNDED]
         why = "".join(f": {one.code} {one.message}" for one in others[:1])
         if battery is not None and not others:
             left_wh = battery.usable_wh - battery.reserve_wh
