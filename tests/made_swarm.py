@@ -13,12 +13,14 @@ from made_fleet import pad, vehicles
 from planner.fleet.reader import read_fleet
 from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.simulation import Agent
+from planner.mission.files import write_mission
 from planner.physics.response import TransferFunction
 from planner.service.swarm import SwarmResult, simulate_fleet
 
 if TYPE_CHECKING:
     from planner.fleet.fleet import Fleet
     from planner.fleet.swarm.algorithms import Algorithm
+    from planner.mission.items import Mission
 
 G4 = TransferFunction(numerator=(0.3588,), denominator=(1.0, 0.935, 0.3588), delay_s=0.6)
 """The article's speed response, scaled to unit gain."""
@@ -86,12 +88,20 @@ def fleet_of(*tables: str) -> Fleet:
 @cache
 def simulated(
     *tables: str,
-    policy: str = "orca-stop",
-    until_s: float = 3600.0,
+    policy: str | None = None,
+    until_s: float | None = None,
     algorithm: Algorithm | None = None,
+    **missions: Mission,
 ) -> SwarmResult:
-    """Return the simulation of a fleet of tables."""
-    return simulate_fleet(fleet_of(*tables), algorithm=algorithm, policy=policy, until_s=until_s)
+    """Return the simulation of a fleet of tables; a job for each mission, called like it."""
+    with TemporaryDirectory() as folder:
+        jobs = ""
+        for name, one in missions.items():
+            write_mission(one, Path(folder) / f"{name}.plan")
+            jobs += f'[job.{name}]\nmission = "{name}.plan"\n'
+        file = Path(folder) / "fleet.toml"
+        file.write_text("schema = 1\n" + jobs + "\n".join(tables), encoding="utf-8")
+        return simulate_fleet(read_fleet(file), algorithm=algorithm, policy=policy, until_s=until_s)
 
 
 def search(*, agents: int = 2, packs: str | None = None, more: str = "") -> str:

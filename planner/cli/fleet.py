@@ -346,19 +346,18 @@ def interrupting(patience: Patience) -> Iterator[None]:
 @click.option(
     "--policy",
     type=click.Choice(["none", "stop", "orca-stop"]),
-    default="orca-stop",
-    show_default=True,
-    help="how agents avoid each other",
+    default=None,
+    help="how agents avoid each other  [default: orca-stop; stop of missions as filed]",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N")
 @click.option(
     "--until",
     "until_s",
     type=click.FloatRange(1.0, 86_400.0),
-    default=3600.0,
-    show_default=True,
+    default=None,
     metavar="S",
-    help="seconds after which the simulation ends at the latest",
+    help="seconds after which the simulation ends at the latest  [default: 3600; of missions as filed the "
+    "last landing]",
 )
 @path_option("--trace", metavar="FILE.csv", help="write where every agent is at every step")
 @kind_option(
@@ -393,9 +392,9 @@ def interrupting(patience: Patience) -> Iterator[None]:
 def simulate(
     fleet: str,
     *,
-    policy: str,
+    policy: str | None,
     seed: int,
-    until_s: float,
+    until_s: float | None,
     trace: Path | None,
     file_format: str,
     output: Path | None,

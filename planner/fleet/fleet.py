@@ -164,6 +164,7 @@ class Layers(Part):
 class SwarmAlgorithm(StrEnum):
     """What a swarm does."""
 
+    MISSIONS = "missions"
     SEARCH = "search"
     RANDOM = "random"
     EXCHANGE = "exchange"
@@ -173,13 +174,17 @@ class SwarmAlgorithm(StrEnum):
 class SwarmTask(Part):
     """What `fleet simulate` has all vehicles do as a swarm, in one plane, in place of jobs.
 
-    ``search`` shares lanes over the area out, ``random`` flies in directions drawn by a seed from edge to
-    edge of it, ``exchange`` sends each vehicle to the pad half the fleet further on, ``formation`` leads
-    all together to where the first one shall be, and back.
+    ``missions`` has every sortie fly its mission as filed, as does a file without this table; ``search``
+    shares lanes over the area out, ``random`` flies in directions drawn by a seed from edge to edge of it,
+    ``exchange`` sends each vehicle to the pad half the fleet further on, ``formation`` leads all together to
+    where the first one shall be, and back.
     """
 
     algorithm: Annotated[SwarmAlgorithm, Key("what the swarm does")]
-    height_m: Annotated[float, Key("height of its plane above the first pad", "m", _HEIGHT)]
+    height_m: Annotated[
+        float | None,
+        Key("height of its plane above the first pad; all but missions need it", "m", _HEIGHT),
+    ] = None
     south_deg: Annotated[float | None, Key("edge of the area", "°", Range(-90.0, 90.0))] = None
     west_deg: Annotated[float | None, Key("edge of the area", "°", Range(-180.0, 180.0))] = None
     north_deg: Annotated[
@@ -206,12 +211,13 @@ class SwarmTask(Part):
 
     def inconsistencies(self) -> Problems:
         """Yield what does not fit together."""
-        needs = {
+        needs: dict[SwarmAlgorithm, tuple[str, ...]] = {
             SwarmAlgorithm.SEARCH: ("south_deg", "west_deg", "north_deg", "east_deg", "lane_m"),
             SwarmAlgorithm.RANDOM: ("south_deg", "west_deg", "north_deg", "east_deg", "search_s"),
             SwarmAlgorithm.FORMATION: ("north_deg", "east_deg"),
-        }.get(self.algorithm, ())
-        for key in needs:
+        }
+        is_in_plane = self.algorithm is not SwarmAlgorithm.MISSIONS
+        for key in (*(("height_m",) if is_in_plane else ()), *needs.get(self.algorithm, ())):
             if getattr(self, key) is None:
                 yield key, f"is missing: {self.algorithm} needs it"
         for low, high in (("south_deg", "north_deg"), ("west_deg", "east_deg")):

@@ -13,7 +13,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.fleet.fleet import Fleet, SwarmAlgorithm
+from planner.fleet.fleet import LATEST_S, Fleet, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
@@ -31,11 +31,12 @@ from planner.mission.route.stage import Route, Stage, StageKind
 from planner.physics.response import StepResponse, TransferFunction
 from planner.quantity import mean_of
 from planner.service.fleet import initial_charge, setup_with
+from planner.service.swarm_missions import fly_as_filed
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
+    from planner.service.fleet import FlownSortie
     from planner.setup import Setup
 
 _STEP_LIKE = 1e-3
@@ -56,8 +58,13 @@ GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 """Of the goal, whose times are reported. [-]"""
 _UNSEEN = 1e-3
 """Less of an area than this is not shown in percent with a digit after the point. [-]"""
+_HOUR_S = 3600.0
 _BATTERY_S = 10.0
 """How often an agent asks whether its battery still brings it home. [s]"""
+
+_LEAVES_TRACKS = (
+    "missions are flown along their tracks, which orca-stop leaves: choose the policy stop or none"
+)
 
 SWARM_SEPARATION = Rule(
     "S128 swarm-separation",
@@ -250,9 +257,9 @@ def simulate_fleet(
     fleet: Fleet,
     *,
     algorithm: Algorithm | None = None,
-    policy: Policy | str = "orca-stop",
+    policy: Policy | str | None = None,
     seed: int = 0,
-    until_s: float = 3600.0,
+    until_s: float | None = None,
     on_step: Callable[[str], None] | None = None,
 ) -> SwarmResult:
     """Simulate the vehicles of a fleet as a swarm.
@@ -260,15 +267,18 @@ def simulate_fleet(
     Parameters
     ----------
     fleet : Fleet
-        As `planner.read_fleet` returns it, with a table ``[swarm]`` and a pad for each vehicle.
+        As `planner.read_fleet` returns it, with a table ``[swarm]`` and a pad for each vehicle, or with
+        sorties, which then fly their missions as filed.
     algorithm : Algorithm, optional
         What the swarm does; by default what the file says.
     policy : Policy or str, optional
-        How its agents avoid each other: ``none``, ``stop``, ``orca-stop``, or one of your own.
+        How its agents avoid each other: ``none``, ``stop``, ``orca-stop``, or one of your own; by default
+        ``orca-stop``, and ``stop`` of missions as filed.
     seed : int, optional
         Of everything that is drawn.
     until_s : float, optional
-        When the simulation ends at the latest. [s]
+        When the simulation ends at the latest; by default after an hour, and of missions as filed after
+        the last. [s]
     on_step : callable, optional
         Is told how far it has come.
 
@@ -280,12 +290,15 @@ def simulate_fleet(
     Raises
     ------
     UsageError
-        If the fleet has no swarm to simulate, or a name is that of no policy.
+        If the fleet has nothing to simulate, or a name is that of no policy.
     """
     task = fleet.swarm
-    if task is None:
-        msg = f"{fleet.source}: nothing to simulate: it has no table [swarm]"
+    if algorithm is None and (task is None or task.algorithm is SwarmAlgorithm.MISSIONS):
+        return _simulate_missions(fleet, policy or "stop", seed, until_s)
+    if task is None or task.height_m is None:
+        msg = f"{fleet.source}: an algorithm of your own needs a table [swarm] with height_m"
         raise UsageError(msg)
+    policy = policy or "orca-stop"
     frame, bodies = _bodies(fleet, task)
     agents = [body.agent for body in bodies]
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
@@ -295,7 +308,7 @@ def simulate_fleet(
         _algorithm(task, frame, agents, seed) if algorithm is None else algorithm,
         kept,
         separation_m=separation_m,
-        until_s=until_s,
+        until_s=_HOUR_S if until_s is None else until_s,
     )
     steps: list[Step] = []
     is_cut_short = False
@@ -337,6 +350,64 @@ def simulate_fleet(
     )
 
 
+def _simulate_missions(
+    fleet: Fleet, policy: Policy | str, seed: int, until_s: float | None
+) -> SwarmResult:
+    """Return what becomes of the sorties of a fleet, each of which flies its mission."""
+    if policy != "none":
+        raise UsageError(_LEAVES_TRACKS)
+    filed = fly_as_filed(fleet, until_s=LATEST_S if until_s is None else until_s)
+    agents = tuple(
+        _sortie_flown(one, has_landed=bool(landed))
+        for one, landed in zip(filed.sorties, filed.record.has_landed, strict=True)
+    )
+    findings = [_too_near(near, required_m) for required_m, near in filed.approaches]
+    findings += _agent_findings(agents)
+    separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
+    errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
+    return SwarmResult(
+        file=fleet.source,
+        fleet=fleet,
+        algorithm=str(SwarmAlgorithm.MISSIONS),
+        policy=str(policy),
+        seed=seed,
+        is_clear=all(one.severity < Severity.ERROR for one in findings),
+        agents=agents,
+        separation_m=separation_m + 2.0 * max(errors_m),
+        distances=filed.distances,
+        record=filed.record,
+        frame=filed.frame,
+        findings=tuple(findings),
+    )
+
+
+def _sortie_flown(one: FlownSortie, *, has_landed: bool) -> SwarmAgent:
+    """Return what the agent of one sortie did."""
+    assessment = one.assessment
+    assert assessment is not None  # it flies
+    return SwarmAgent(
+        name=one.name,
+        vehicle=assessment.vehicle.name,
+        flight=assessment.flight,
+        start_s=one.start_s,
+        has_landed=has_landed,
+        stops=0,
+        waited_s=0.0,
+        energy_wh=one.energy_wh,
+        energy_by_state_wh=_energy_by_state_wh(assessment.flight, assessment.setup),
+        battery=assessment.battery,
+    )
+
+
+def _energy_by_state_wh(flight: Flight, setup: Setup) -> dict[str, float]:
+    """Return the energy of a flight by its states; empty: it is not known. [Wh]"""
+    if not setup.vehicle.is_power_known:
+        return {}
+    energies = wh_from_j(flight.segment_energy_j)
+    sums = np.bincount(flight.motion.segments.state, energies, len(STATES))
+    return {str(state): float(one) for state, one in zip(STATES, sums, strict=True) if one}
+
+
 def _policy(policy: Policy | str) -> Policy:
     if not isinstance(policy, str):
         return policy
@@ -356,6 +427,8 @@ def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
         raise UsageError(msg)
     pads = [fleet.pads[one.pad] for one in fleet.vehicles.values() if one.pad is not None]
     frame = LocalFrame(latitude_deg=pads[0].latitude_deg, longitude_deg=pads[0].longitude_deg)
+    plane_m = task.height_m
+    assert plane_m is not None  # the table sees to it
     taken: set[str] = set()
     bodies = []
     for vehicle, pad in zip(fleet.vehicles.values(), pads, strict=True):
@@ -370,7 +443,7 @@ def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
                 vehicle,
                 setup,
                 frame.east_north_m(pad.latitude_deg, pad.longitude_deg),
-                height_m=task.height_m + rise_m,
+                height_m=plane_m + rise_m,
                 home_amsl_m=pad.amsl_m or 0.0,
             )
         )
@@ -629,10 +702,8 @@ def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
     started = np.flatnonzero(record.phase[:, row] != AgentPhase.WAITS)
     energy_wh, by_state, budget = None, {}, None
     if flight is not None and body.setup.vehicle.is_power_known:
-        energies = wh_from_j(flight.segment_energy_j)
-        energy_wh = float(energies.sum())
-        sums = np.bincount(flight.motion.segments.state, energies, len(STATES))
-        by_state = {str(state): float(one) for state, one in zip(STATES, sums, strict=True) if one}
+        energy_wh = float(wh_from_j(flight.segment_energy_j).sum())
+        by_state = _energy_by_state_wh(flight, body.setup)
         budget = flight_battery(flight, body.setup).budget
     return SwarmAgent(
         name=body.agent.name,
@@ -652,31 +723,36 @@ def _findings(
     flown: Sequence[SwarmAgent], distances: Distances, swarm: Swarm, allowed_m: float
 ) -> list[Finding]:
     found = [
-        SWARM_SEPARATION.finding(
-            f"{near.first} and {near.second}: {quantity.distance(near.distance_m)} apart at "
-            f"{quantity.duration(near.time_s)}; {quantity.distance(allowed_m)} required"
-        )
-        for near in distances.nearest
-        if near.distance_m < allowed_m
+        _too_near(near, allowed_m) for near in distances.nearest if near.distance_m < allowed_m
     ]
     if swarm.deadlock:
         names = ", ".join(swarm.deadlock)
         verb = "wait for each other" if len(swarm.deadlock) > 1 else "waits for others"
         found.append(SWARM_DEADLOCK.finding(f"{names} {verb} and cannot go on"))
+    return [*found, *_agent_findings(flown)]
+
+
+def _too_near(near: Approach, required_m: float) -> Finding:
+    return SWARM_SEPARATION.finding(
+        f"{near.first} and {near.second}: {quantity.distance(near.distance_m)} apart at "
+        f"{quantity.duration(near.time_s)}; {quantity.distance(required_m)} required"
+    )
+
+
+def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
+    """Yield what is found of each agent by itself."""
     for one in flown:
         if not one.has_landed:
-            found.append(SWARM_UNFINISHED.finding(f"{one.name} has not landed"))
+            yield SWARM_UNFINISHED.finding(f"{one.name} has not landed")
         if one.battery is None:
-            found.append(SWARM_ENERGY.finding(f"{one.name}: its power or its battery is not known"))
+            yield SWARM_ENERGY.finding(f"{one.name}: its power or its battery is not known")
         elif one.battery.margin_wh < 0.0:
-            found.append(
-                SWARM_ENERGY.finding(
-                    f"{one.name} takes {quantity.energy(one.energy_wh)}, "
-                    f"{quantity.energy(-one.battery.margin_wh)} more than its pack has above the reserve"
-                )
+            yield SWARM_ENERGY.finding(
+                f"{one.name} takes {quantity.energy(one.energy_wh)}, "
+                f"{quantity.energy(-one.battery.margin_wh)} more than its pack has above the reserve"
             )
     message = (
-        "fences, ground, wind limits, voltages and the autopilot's failsafes were not looked at"
+        "fences, ground, wind limits, voltages, returns and the autopilot's failsafes were not "
+        "looked at"
     )
-    found.append(SWARM_UNCHECKED.finding(message))
-    return found
+    yield SWARM_UNCHECKED.finding(message)

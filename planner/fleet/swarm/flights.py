@@ -52,6 +52,8 @@ class Record(Value, eq=False):
     lands_s: FloatArray
     has_landed: BoolArray
     """At the end. (n,)"""
+    height_m: FloatArray | None = None
+    """Above the home of the first, of missions as filed; ``None``: in one plane. (t + 1, n) [m]"""
 
     @classmethod
     def of(cls, steps: Sequence[Step], swarm: Swarm) -> Record:

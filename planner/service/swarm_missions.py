@@ -1,0 +1,227 @@
+"""The sorties of a fleet simulated as filed: each flies its mission, and the later one gives way."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import UsageError
+from planner.fleet.approach import closest_approach
+from planner.fleet.fleet import Separation
+from planner.fleet.separation import (
+    are_heights_known,
+    home_above_m,
+    predict_approach,
+    predict_conflicts,
+)
+from planner.fleet.swarm.distances import Approach, Distances
+from planner.fleet.swarm.flights import Record
+from planner.fleet.swarm.simulation import TICK_S, AgentPhase
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.service.fleet import SortieChecks, fly_sorties
+from planner.service.fleet_separation import fleet_spacing, members
+from planner.service.separation import why_left_out
+from planner.values import Value, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.fleet.approach import ClosestApproach
+    from planner.fleet.fleet import Fleet
+    from planner.fleet.separation import Member
+    from planner.geo.geodesy import LocalFrame
+    from planner.service.fleet import FlownSortie
+
+_MOST_STEPS = 20_000
+"""Steps of a record: half a second each in an operation of up to 2.8 hours. [-]"""
+_WITHIN = 5.0
+"""Pairs farther apart than this times the separation are in nobody's list, as in a swarm. [-]"""
+_ALONE_M = 10.0
+"""Separation of a vehicle alone, which nothing depends on. [m]"""
+_TAKEOFF, _LAND = STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.LAND]
+
+
+class FiledFlights(Value, eq=False):
+    """The sorties of a fleet as they were flown in a simulation, and how near they came to each other."""
+
+    sorties: tuple[FlownSortie, ...]
+    """With the flights and starts they had."""
+    approaches: tuple[tuple[float, Approach], ...]
+    """Distance required of every two that come too near to each other, and where they do. [m]"""
+    incomparable: tuple[str, ...]
+    """What is said of pairs whose heights cannot be compared."""
+    distances: Distances
+    record: Record
+    frame: LocalFrame
+
+
+def fly_as_filed(fleet: Fleet, *, until_s: float) -> FiledFlights:
+    """Return the sorties of a fleet as `planner.check_fleet` has them, each at its time.
+
+    Raises UsageError if there is none, or one has nothing to fly.
+    """
+    flown = planned_sorties(fleet)
+    return flown_together(fleet, flown, until_s=until_s, is_planned=True)
+
+
+def planned_sorties(fleet: Fleet) -> tuple[FlownSortie, ...]:
+    """Return every sortie of a fleet with its check.
+
+    Raises UsageError if there is none, or one has nothing to fly.
+    """
+    if not fleet.sorties:
+        msg = (
+            f"{fleet.source}: nothing to simulate: it has no table [swarm] and no sortie "
+            "(mavjoule fleet plan writes them)"
+        )
+        raise UsageError(msg)
+    flown, _ = fly_sorties(fleet, SortieChecks(fleet))
+    for one in flown:
+        if one.time_s <= 0.0:
+            msg = f"{fleet.source}: sortie.{one.name} {why_left_out(one.result)}"
+            raise UsageError(msg)
+    return flown
+
+
+def flown_together(
+    fleet: Fleet, flown: Sequence[FlownSortie], *, until_s: float, is_planned: bool
+) -> FiledFlights:
+    """Return how near sorties come to each other.
+
+    Parameters
+    ----------
+    fleet : Fleet
+    flown : sequence of FlownSortie
+        With the flights and starts they have.
+    until_s : float
+        When the simulation ends at the latest. [s]
+    is_planned : bool
+        Whether starts and times are those of the plan, which may come sooner or later as
+        `mavjoule fleet check` has it; else they are what happened.
+    """
+    separation = fleet.separation or Separation(horizontal_m=_ALONE_M)
+    all_ = members(fleet, separation, flown)
+    spacing = fleet_spacing(separation)
+    happened = [
+        replace(one, trajectory=replace(one.trajectory, slack_s=np.zeros(len(one.trajectory.item))))
+        for one in all_
+    ]
+    if not is_planned:
+        all_, spacing = happened, replace(spacing, start_error_s=0.0)
+    conflicts = {
+        (one.first, one.second): predict_approach(all_[one.first], all_[one.second], spacing)
+        or one.approach
+        for one in predict_conflicts(all_, spacing)
+    }
+    approaches = {pair: _approach_of(all_, pair, approach) for pair, approach in conflicts.items()}
+    for pair in combinations(range(len(all_)), 2):
+        one, two = (happened[row] for row in pair)
+        if pair in approaches or one.vehicle == two.vehicle:
+            continue
+        near = closest_approach(
+            one.trajectory,
+            two.trajectory,
+            second_later_s=two.start_s - one.start_s,
+            second_above_m=home_above_m(one, two),
+            within_m=_WITHIN * separation.horizontal_m,
+        )
+        if near is not None:
+            approaches[pair] = _approach_of(happened, pair, near)
+    record = _record(flown, all_, until_s)
+    first = flown[0].assessment
+    assert first is not None  # it flies
+    return FiledFlights(
+        sorties=tuple(flown),
+        approaches=tuple(
+            (separation.horizontal_m + near.grown_m, approaches[pair])
+            for pair, near in conflicts.items()
+        ),
+        incomparable=tuple(
+            f"heights of {one.file} and {two.file} cannot be compared: the altitude of a home is not known"
+            for one, two in combinations(all_, 2)
+            if one.vehicle != two.vehicle and not are_heights_known(one, two)
+        ),
+        distances=Distances(
+            nearest=tuple(
+                sorted(approaches.values(), key=lambda one: (one.distance_m, one.time_s))
+            ),
+            least_m=_least_m(record, _WITHIN * separation.horizontal_m),
+        ),
+        record=record,
+        frame=first.route.frame,
+    )
+
+
+def _approach_of(all_: Sequence[Member], pair: tuple[int, int], near: ClosestApproach) -> Approach:
+    one, two = (all_[row] for row in pair)
+    return Approach(
+        first=one.file,
+        second=two.file,
+        distance_m=float(np.hypot(near.beside_m, near.above_m)),
+        time_s=one.start_s + near.first_s,
+    )
+
+
+def _record(flown: Sequence[FlownSortie], all_: Sequence[Member], until_s: float) -> Record:
+    """Return where all are at even steps."""
+    begin_s = min(one.start_s for one in flown)
+    end_s = max(min(max(one.end_s for one in flown), until_s), begin_s + TICK_S)
+    count = min(int(np.ceil((end_s - begin_s) / TICK_S - 1e-9)), _MOST_STEPS)
+    at_s = np.linspace(begin_s, end_s, count + 1, dtype=np.float64)
+    places, velocities, phases, flies_s, lands_s = [], [], [], [], []
+    for one, member in zip(flown, all_, strict=True):
+        assert one.assessment is not None  # it flies
+        own_s = at_s - one.start_s
+        place_m = member.trajectory.place_m(own_s)
+        place_m[:, 2] += home_above_m(all_[0], member)
+        places.append(place_m)
+        motion = one.assessment.flight.motion
+        state = motion.state_at_time(own_s)
+        is_up = (own_s >= 0.0) & (own_s < one.time_s)
+        velocities.append(np.where(is_up[:, None], state.velocity_m_s[:, :2], 0.0))
+        segments = motion.segments
+        up_s = float(segments.end_s[np.argmax(np.append(segments.state, -1) != _TAKEOFF) - 1])
+        down_s = float(segments.end_s[np.flatnonzero(segments.state != _LAND)[-1]])
+        flies_s.append(one.start_s + up_s)
+        lands_s.append(one.start_s + down_s if one.lands else np.inf)
+        phases.append(_phases(own_s[:-1], (up_s, down_s, one.time_s), lands=one.lands))
+    place_m = np.stack(places, axis=1)
+    velocity_m_s = np.stack(velocities, axis=1)
+    phase = np.stack(phases, axis=1)
+    return Record(
+        begin_s=at_s,
+        place_m=place_m[..., :2],
+        velocity_m_s=velocity_m_s,
+        command_m_s=velocity_m_s[:-1],
+        phase=phase,
+        waits=np.zeros(phase.shape, np.bool_),
+        flies_s=np.array(flies_s),
+        lands_s=np.array(lands_s),
+        has_landed=np.array([one.lands and one.end_s <= end_s + 1e-6 for one in flown]),
+        height_m=place_m[..., 2],
+    )
+
+
+def _phases(own_s: FloatArray, ends_s: tuple[float, float, float], *, lands: bool) -> IntArray:
+    """Return the phases at times of a flight, from the ends of its take-off, its way and itself."""
+    ended = AgentPhase.LANDED if lands else AgentPhase.FLIES
+    landing = AgentPhase.LANDS if lands else AgentPhase.FLIES
+    steps = np.searchsorted([0.0, *ends_s], own_s, side="right")
+    order = (AgentPhase.WAITS, AgentPhase.CLIMBS, AgentPhase.FLIES, landing, ended)
+    return np.array(order, np.intp)[steps]
+
+
+def _least_m(record: Record, within_m: float) -> FloatArray:
+    """Return the least distance of any two in the air at the beginning of each step; NaN. (t,) [m]"""
+    flies = (record.phase != AgentPhase.WAITS) & (record.phase != AgentPhase.LANDED)
+    assert record.height_m is not None
+    place_m = np.dstack((record.place_m, record.height_m))[:-1]
+    least_m = np.full(len(flies), np.inf)
+    for one, two in combinations(range(flies.shape[1]), 2):
+        both = np.flatnonzero(flies[:, one] & flies[:, two])
+        apart_m = np.sqrt(((place_m[both, one] - place_m[both, two]) ** 2).sum(axis=1))
+        least_m[both] = np.minimum(least_m[both], apart_m)
+    return np.where(least_m <= within_m, least_m, np.nan)
