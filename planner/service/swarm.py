@@ -31,7 +31,7 @@ from planner.mission.route.stage import Route, Stage, StageKind
 from planner.physics.response import StepResponse, TransferFunction
 from planner.quantity import mean_of
 from planner.service.fleet import initial_charge, setup_with
-from planner.service.swarm_missions import fly_as_filed
+from planner.service.swarm_missions import fly_as_filed, fly_giving_way
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
-    from planner.service.fleet import FlownSortie
+    from planner.service.swarm_missions import FiledFlights
     from planner.setup import Setup
 
 _STEP_LIKE = 1e-3
@@ -294,7 +294,7 @@ def simulate_fleet(
     """
     task = fleet.swarm
     if algorithm is None and (task is None or task.algorithm is SwarmAlgorithm.MISSIONS):
-        return _simulate_missions(fleet, policy or "stop", seed, until_s)
+        return _simulate_missions(fleet, policy or "stop", seed, until_s, on_step)
     if task is None or task.height_m is None:
         msg = f"{fleet.source}: an algorithm of your own needs a table [swarm] with height_m"
         raise UsageError(msg)
@@ -351,18 +351,29 @@ def simulate_fleet(
 
 
 def _simulate_missions(
-    fleet: Fleet, policy: Policy | str, seed: int, until_s: float | None
+    fleet: Fleet,
+    policy: Policy | str,
+    seed: int,
+    until_s: float | None,
+    on_step: Callable[[str], None] | None,
 ) -> SwarmResult:
     """Return what becomes of the sorties of a fleet, each of which flies its mission."""
-    if policy != "none":
+    if policy not in {"none", "stop"}:
+        _policy(policy)
         raise UsageError(_LEAVES_TRACKS)
-    filed = fly_as_filed(fleet, until_s=LATEST_S if until_s is None else until_s)
-    agents = tuple(
-        _sortie_flown(one, has_landed=bool(landed))
-        for one, landed in zip(filed.sorties, filed.record.has_landed, strict=True)
-    )
+    latest_s = LATEST_S if until_s is None else until_s
+    if policy == "none":
+        filed = fly_as_filed(fleet, until_s=latest_s)
+    else:
+
+        def on_event(time_s: float) -> None:
+            if on_step is not None:
+                on_step(f"{quantity.duration(time_s)} simulated")
+
+        filed = fly_giving_way(fleet, until_s=latest_s, on_event=on_event)
+    agents = tuple(_sortie_flown(filed, row) for row in range(len(filed.sorties)))
     findings = [_too_near(near, required_m) for required_m, near in filed.approaches]
-    findings += _agent_findings(agents)
+    findings += [*_deadlock_findings(filed.deadlock), *_agent_findings(agents)]
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
     return SwarmResult(
@@ -378,11 +389,13 @@ def _simulate_missions(
         record=filed.record,
         frame=filed.frame,
         findings=tuple(findings),
+        is_cut_short=filed.is_cut_short,
     )
 
 
-def _sortie_flown(one: FlownSortie, *, has_landed: bool) -> SwarmAgent:
+def _sortie_flown(filed: FiledFlights, row: int) -> SwarmAgent:
     """Return what the agent of one sortie did."""
+    one = filed.sorties[row]
     assessment = one.assessment
     assert assessment is not None  # it flies
     return SwarmAgent(
@@ -390,9 +403,9 @@ def _sortie_flown(one: FlownSortie, *, has_landed: bool) -> SwarmAgent:
         vehicle=assessment.vehicle.name,
         flight=assessment.flight,
         start_s=one.start_s,
-        has_landed=has_landed,
-        stops=0,
-        waited_s=0.0,
+        has_landed=bool(filed.record.has_landed[row]),
+        stops=filed.stops[row],
+        waited_s=sum(one.end_s - one.begin_s for one in filed.waits[row]),
         energy_wh=one.energy_wh,
         energy_by_state_wh=_energy_by_state_wh(assessment.flight, assessment.setup),
         battery=assessment.battery,
@@ -725,11 +738,13 @@ def _findings(
     found = [
         _too_near(near, allowed_m) for near in distances.nearest if near.distance_m < allowed_m
     ]
-    if swarm.deadlock:
-        names = ", ".join(swarm.deadlock)
-        verb = "wait for each other" if len(swarm.deadlock) > 1 else "waits for others"
-        found.append(SWARM_DEADLOCK.finding(f"{names} {verb} and cannot go on"))
-    return [*found, *_agent_findings(flown)]
+    return [*found, *_deadlock_findings(swarm.deadlock), *_agent_findings(flown)]
+
+
+def _deadlock_findings(members: Sequence[str]) -> Iterator[Finding]:
+    if members:
+        verb = "wait for each other" if len(members) > 1 else "waits for others"
+        yield SWARM_DEADLOCK.finding(f"{', '.join(members)} {verb} and cannot go on")
 
 
 def _too_near(near: Approach, required_m: float) -> Finding:

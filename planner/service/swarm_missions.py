@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.errors import UsageError
 from planner.fleet.approach import closest_approach
-from planner.fleet.fleet import Separation
+from planner.fleet.fleet import LATEST_S, Separation
 from planner.fleet.separation import (
     are_heights_known,
     home_above_m,
@@ -19,14 +19,16 @@ from planner.fleet.separation import (
 from planner.fleet.swarm.distances import Approach, Distances
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.simulation import TICK_S, AgentPhase
+from planner.fleet.swarm.yielding import Passage, Traveller, Wait, Yielding
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.service.fleet import SortieChecks, fly_sorties
 from planner.service.fleet_separation import fleet_spacing, members
 from planner.service.separation import why_left_out
+from planner.service.swarm_sorties import StoppedSorties
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.arrays import FloatArray, IntArray
     from planner.fleet.approach import ClosestApproach
@@ -41,6 +43,8 @@ _WITHIN = 5.0
 """Pairs farther apart than this times the separation are in nobody's list, as in a swarm. [-]"""
 _ALONE_M = 10.0
 """Separation of a vehicle alone, which nothing depends on. [m]"""
+_STOOD_S = 60.0
+"""For so long those that cannot get on are followed when all others have landed. [s]"""
 _TAKEOFF, _LAND = STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.LAND]
 
 
@@ -56,6 +60,13 @@ class FiledFlights(Value, eq=False):
     distances: Distances
     record: Record
     frame: LocalFrame
+    waits: tuple[tuple[Wait, ...], ...]
+    """Of each, where it did not get on."""
+    stops: tuple[int, ...]
+    """How often each was told to stop."""
+    deadlock: tuple[str, ...] = ()
+    """Those that could not get on at the end."""
+    is_cut_short: bool = False
 
 
 def fly_as_filed(fleet: Fleet, *, until_s: float) -> FiledFlights:
@@ -65,6 +76,78 @@ def fly_as_filed(fleet: Fleet, *, until_s: float) -> FiledFlights:
     """
     flown = planned_sorties(fleet)
     return flown_together(fleet, flown, until_s=until_s, is_planned=True)
+
+
+def fly_giving_way(
+    fleet: Fleet, *, until_s: float, on_event: Callable[[float], None] | None = None
+) -> FiledFlights:
+    """Return the sorties of a fleet, each of which stops in time for those that go first.
+
+    The job of higher priority goes first, then who stands first in the file.
+    """
+    flown = planned_sorties(fleet)
+    separation = fleet.separation or Separation(horizontal_m=_ALONE_M)
+    sorties = StoppedSorties(fleet, separation, flown)
+    names = list(fleet.sorties)
+    order = sorted(
+        range(len(flown)),
+        key=lambda row: (-fleet.jobs[flown[row].sortie.job].priority, names.index(flown[row].name)),
+    )
+    last: dict[str, int] = {}
+    agents = []
+    for row, one in enumerate(flown):
+        agents.append(
+            Traveller(
+                sorties.tracks[row],
+                one.start_s,
+                order.index(row),
+                after=last.get(one.sortie.vehicle),
+                after_s=fleet.swap_s,
+            )
+        )
+        last[one.sortie.vehicle] = row
+    yielding = Yielding(agents, sorties, sorties.keeps)
+    is_cut_short = False
+    try:
+        yielding.run(until_s, on_event)
+    except KeyboardInterrupt:
+        is_cut_short = True
+    stuck = yielding.stuck
+    ends_s = [one.track.time_s[np.isfinite(one.track.time_s)][-1] for one in agents]
+    end_s = until_s if until_s < LATEST_S else max(float(max(ends_s)), yielding.time_s) + _STOOD_S
+    if is_cut_short:
+        end_s = yielding.time_s
+    ended, waits = [], []
+    for row, agent in enumerate(agents):
+        has_started = agent.passage is not Passage.WAITS
+        ended.append(
+            sorties.ended(
+                row,
+                agent.start_s if has_started else end_s + 1.0,
+                end_s if agent.passage is Passage.STANDS else None,
+            )
+        )
+        last_wait = [Wait(agent.stood_s, end_s)] if row in stuck and agent.stood_s < end_s else []
+        waits.append((*agent.waits, *last_wait))
+    found = flown_together(
+        fleet, ended, until_s=end_s if stuck or is_cut_short else until_s, is_planned=False
+    )
+    record = found.record
+    at_s = record.begin_s[:-1]
+    for row, own in enumerate(waits):
+        for begin_s, stop_s in own:
+            record.waits[(at_s >= begin_s) & (at_s < stop_s), row] = True
+    return replace(
+        found,
+        waits=tuple(waits),
+        stops=tuple(one.stops for one in agents),
+        deadlock=tuple(
+            flown[row].name
+            for row in stuck
+            if agents[row].stood_s < end_s and not is_cut_short and end_s < until_s
+        ),
+        is_cut_short=is_cut_short,
+    )
 
 
 def planned_sorties(fleet: Fleet) -> tuple[FlownSortie, ...]:
@@ -152,6 +235,8 @@ def flown_together(
         ),
         record=record,
         frame=first.route.frame,
+        waits=((),) * len(flown),
+        stops=(0,) * len(flown),
     )
 
 

@@ -45,7 +45,7 @@ def test_a_swarm_that_meets_is_not(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "S128" in told
 
 
-def test_a_fleet_without_swarm_is_told_so(
+def test_a_fleet_without_swarm_and_sorties_is_told_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = formation(20.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,16 +13,34 @@ from made_missions import mission, rtl
 from made_swarm import simulated
 
 from planner.errors import UsageError
+from planner.fleet.reader import read_fleet
+from planner.fleet.swarm.yielding import Passage, Traveller, Yielding
+from planner.mission.files import write_mission
 from planner.service.fleet_separation import members
+from planner.service.swarm_missions import planned_sorties
+from planner.service.swarm_sorties import StoppedSorties
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.fleet.swarm.tracks import ZoneTrack
     from planner.mission.items import Mission
+    from planner.service.swarm import SwarmAgent
 
 SEPARATION = "[separation]\nhorizontal_m = 10\n"
 STEP, ARDUPILOT, PX4 = "falkowski-2023-quadrotor", "arducopter-sitl-quad", "px4-sih-quad"
 TO_NORTH = mission(up(50), place(300, 0, 50), rtl())
 TO_EAST = mission(up(50), place(150, 150, 50), rtl())
 """From 150 m north and west: east across the track of the other, at its middle."""
+
+
+def settles_s() -> float:
+    """When the article's response to a step is within 2 % for good, sampled by `scipy`."""
+    from scipy.signal import lti, step
+
+    time_s = np.linspace(0.0, 20.0, 200_001)
+    _, value = step(lti([0.3588], [1.0, 0.935, 0.3588]), T=time_s)
+    return 0.6 + float(time_s[np.flatnonzero(np.abs(value - 1.0) > 0.02)[-1]])
 
 
 def crossing(one: str = STEP, two: str = STEP, *, later_s: float = 0.0) -> tuple[str, ...]:
@@ -74,6 +94,122 @@ def test_the_trace_of_missions_has_their_heights() -> None:
     assert record.height_m is not None
     assert record.height_m.max() == pytest.approx(50.0, rel=0.01)  # G1 overshoots by 0.9 %
     assert record.height_m[0] == pytest.approx([0.0, 0.0])
+
+
+EXACT = "[conditions]\nposition_error_m = 0\n"
+SETTLES_S = settles_s()
+
+
+def level(one: SwarmAgent) -> list[tuple[str, float, float]]:
+    """States, times and distances of a flight, between its take-off and its landing."""
+    assert one.flight is not None
+    return [
+        (str(each.state), each.duration_s, each.distance_m)
+        for each in one.flight.segments
+        if each.state not in {"takeoff", "land"}
+    ]
+
+
+def test_who_goes_later_stops_in_time_before_a_track_that_crosses() -> None:
+    """§6: 32.654 m to the farthest point of a stop, and the 10 m that are kept: 42.654 m."""
+    tables = crossing()
+    flown = simulated(*tables, EXACT, **MISSIONS)
+    first, second = flown.agents
+    check = checked(*tables, EXACT, **MISSIONS)
+    assert first.stops == 0
+    assert first.time_s == check.sorties[0].time_s
+    assert first.energy_wh == check.sorties[0].energy_wh
+    (_, _, accelerated_m), (_, _, cruised_m), (brakes, _, _), (hovers, held_s, _) = level(second)[
+        :4
+    ]
+    assert (brakes, hovers) == ("brake", "hover")
+    assert 150.0 - (accelerated_m + cruised_m) == pytest.approx(42.654, rel=0.003)
+    assert held_s >= 1.0
+    assert not [one for one in flown.findings if one.code in {"S128", "S129", "S130"}]
+    assert flown.distances.nearest[0].distance_m >= 10.0
+    # A command of 0 for T on a straight costs T: until it has settled, and the hold.
+    stops = [one for one in level(second) if one[0] == "hover"]
+    own = check.sorties[1]
+    after_s = second.time_s - own.time_s
+    on_ways = [held_s for _, held_s, _ in stops]
+    assert second.stops == len(stops)
+    assert second.waited_s <= sum(on_ways)
+    # The second stop is where it turns back, and stands anyway.
+    assert after_s == pytest.approx(SETTLES_S + sum(on_ways), abs=1e-3)
+    assert second.distance_m == pytest.approx(600.0, abs=0.5)
+    assert second.energy_wh is not None
+    assert own.energy_wh is not None
+    assert second.energy_wh > own.energy_wh
+
+
+def test_who_goes_later_stops_in_time_before_one_that_hovers() -> None:
+    hovering = mission(up(50), place(300, 0, 50, hold_s=90.0), rtl())
+    passing = mission(up(50), place(600, 0, 50), rtl())
+    flown = simulated(
+        SEPARATION + EXACT + pad("a", 300, 0) + pad("b", 0, 0),
+        vehicles("a", "b", model=STEP),
+        sortie("s1", "a", 0.0, job="hovering") + sortie("s2", "b", 0.0, job="passing"),
+        hovering=hovering,
+        passing=passing,
+    )
+    (_, _, accelerated_m), (_, _, cruised_m), *_ = level(flown.agents[1])
+    assert 300.0 - (accelerated_m + cruised_m) == pytest.approx(42.654, rel=0.003)
+    assert all(one.has_landed for one in flown.agents)
+    assert "S128" not in {one.code for one in flown.findings}
+
+
+def test_two_head_on_stop_where_their_zones_touch_and_are_reported() -> None:
+    """§6: 75.308 m apart when told from 10 m/s, 11.528 m at rest; neither can pass the other."""
+    with TemporaryDirectory() as folder:
+        there, back = (
+            mission(up(50), place(600.0 * far, 0, 50, hold_s=1.0), place(300, 0, 50))
+            for far in (1.0, 0.0)
+        )
+        for name, one in (("there", there), ("back", back)):
+            write_mission(one, Path(folder) / f"{name}.plan")
+        file = Path(folder) / "fleet.toml"
+        file.write_text(
+            "schema = 1\n"
+            + "".join(f'[job.{name}]\nmission = "{name}.plan"\n' for name in ("there", "back"))
+            + "[separation]\nhorizontal_m = 10\n"
+            + EXACT
+            + pad("a", 0, 0)
+            + pad("b", 600, 0)
+            + vehicles("a", "b", model=STEP)
+            + sortie("s1", "a", 0.0, job="there")
+            + sortie("s2", "b", 0.0, job="back"),
+            encoding="utf-8",
+        )
+        fleet = read_fleet(file)
+        flown = planned_sorties(fleet)
+    separation = fleet.separation
+    assert separation is not None
+    sorties = StoppedSorties(fleet, separation, flown)
+    agents = [Traveller(track, 0.0, rank) for rank, track in enumerate(sorties.tracks)]
+    for one in agents:  # both are on their way already
+        one.passage, one.start_s = Passage.FLIES, 0.0
+    before = [one.track for one in agents]
+    told_s: list[float] = []
+    yielding = Yielding(agents, sorties, sorties.keeps)
+    yielding.time_s = 1.0
+    yielding.run(600.0, told_s.append)
+    assert yielding.stuck == [0, 1]
+    # The other as soon as it comes nearer: 2 mm beyond what is kept, and 1e-4 of a part of 2.5 m.
+    assert told_s[1] == pytest.approx(told_s[0], abs=0.02)
+
+    def gap_m(time_s: float, tracks: Sequence[ZoneTrack]) -> float:
+        north_m = [
+            np.interp(
+                time_s,
+                one.time_s[np.isfinite(one.time_s)],
+                one.place_m[: np.isfinite(one.time_s).sum(), 1],
+            )
+            for one in tracks
+        ]
+        return float(north_m[1] - north_m[0])
+
+    assert gap_m(told_s[0], before) == pytest.approx(75.308, rel=0.003)
+    assert gap_m(590.0, [one.track for one in agents]) == pytest.approx(11.528, abs=0.003 * 75.308)
 
 
 def test_missions_as_filed_are_not_left_for_reciprocal_velocities() -> None:

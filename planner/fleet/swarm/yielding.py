@@ -1,0 +1,304 @@
+"""Sorties that give way to each other along their tracks: by events, none of them sampled."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from planner.fleet.swarm.tracks import find_crossing, first_contact
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.fleet.approach import Cylinder
+    from planner.fleet.swarm.tracks import Contact, Crossing, ZoneTrack
+
+_FREE_S = 10.0
+"""For so long the way of one that stands must be free: setting out and stopping again takes 7 s with the
+article's response, less would be creeping. [s]"""
+_RETRY_S = 0.5
+"""It asks again no sooner. [s]"""
+_EPSILON_S = 1e-6
+_MOST_STOPS = 500
+"""An agent told to stop more often does not come on. [-]"""
+
+
+class Passage(IntEnum):
+    """What an agent is about on its track."""
+
+    WAITS = 0
+    """On the ground, before its start."""
+    FLIES = 1
+    STANDS = 2
+    """Told to stop, and not yet to fly on."""
+
+
+class Wait(NamedTuple):
+    """A time for which an agent did not get on."""
+
+    begin_s: float
+    end_s: float
+
+
+class Traveller:
+    """One agent of `Yielding`.
+
+    Parameters
+    ----------
+    track : ZoneTrack
+        Of its whole flight, from a take-off at 0 s.
+    ready_s : float
+        When it would start. [s]
+    rank : int
+        Who has the lower goes first.
+    after : int, optional
+        Who has to have landed before: the same vehicle's flight before this one.
+    after_s : float
+        So long before. [s]
+    """
+
+    def __init__(
+        self,
+        track: ZoneTrack,
+        ready_s: float,
+        rank: int,
+        *,
+        after: int | None = None,
+        after_s: float = 0.0,
+    ) -> None:
+        self.whole = track
+        """With times as if it got on at once."""
+        self.track = track
+        """With times as far as they are known."""
+        self.ready_s, self.rank = ready_s, rank
+        self.after, self.after_s = after, after_s
+        self.passage = Passage.WAITS
+        self.start_s = math.inf
+        self.stood_s = ready_s
+        """Since when it could get on. [s]"""
+        self.holds_knot = 0
+        """From which on it flies on. [-]"""
+        self.next_s = ready_s
+        """When it asks again whether its way is free; infinite: when another gets on. [s]"""
+        self.blocked_by: int | None = None
+        self.waits: list[Wait] = []
+        self.stops = 0
+
+
+class Event(NamedTuple):
+    """That an agent has to be told to stop."""
+
+    time_s: float
+    agent: int
+    is_touch: bool
+    """Whether both are where they may meet already."""
+
+
+class Sorties(Protocol):
+    """The flights behind the tracks."""
+
+    def stopped(
+        self, agent: int, rest_m: float, knot: int, start_s: float
+    ) -> tuple[ZoneTrack, int] | None:
+        """Return the track of a flight that stops so far along its last one, and the knot it flies on from.
+
+        It is told after a knot of that, and started at a time.  Times count from the beginning of the
+        operation, the stop being as short as it can be; ``None``: it cannot stop there.
+        """
+        ...
+
+    def resumed(self, agent: int, later_s: float) -> None:
+        """Note for how much longer than that it stands."""
+        ...
+
+
+class Yielding:
+    """Agents that each stop in time for those that go first, and fly on when their way is free.
+
+    Where two tracks are too near to each other, parts next to each other make a region.  If the zones of both
+    would meet in it, who goes later by rank stays out until the other has left; one that is in it already has
+    to be left out by the other.  If both are, they stop where their zones touch.
+
+    Parameters
+    ----------
+    agents : sequence of Traveller
+    sorties : Sorties
+    keeps : callable
+        What two agents keep apart by.
+    """
+
+    def __init__(
+        self,
+        agents: Sequence[Traveller],
+        sorties: Sorties,
+        keeps: Callable[[int, int], Cylinder | None],
+    ) -> None:
+        self.agents = agents
+        self._sorties, self._keeps = sorties, keeps
+        self._crossings: dict[tuple[int, int], Crossing | None] = {}
+        self._events: dict[tuple[int, int], Event | None] = {}
+        self.time_s = 0.0
+
+    def run(self, until_s: float, on_event: Callable[[float], None] | None = None) -> None:
+        """Go from event to event, until nothing happens any more."""
+        while True:
+            event = self._next_event()
+            try_s, asks = min(
+                (
+                    (max(one.next_s, self.time_s), row)
+                    for row, one in enumerate(self.agents)
+                    if one.passage is not Passage.FLIES
+                ),
+                default=(math.inf, -1),
+            )
+            at_s = min(try_s, math.inf if event is None else event.time_s)
+            if at_s >= until_s or math.isinf(at_s):
+                return
+            self.time_s = at_s
+            if on_event is not None:
+                on_event(at_s)
+            if event is None or try_s <= event.time_s:
+                self._try(asks)
+            else:
+                self._stop(event.agent)
+
+    @property
+    def stuck(self) -> list[int]:
+        """Those that do not get on."""
+        return [row for row, one in enumerate(self.agents) if one.passage is not Passage.FLIES]
+
+    def _next_event(self) -> Event | None:
+        """Return when an agent is told to stop next, and which."""
+        up = [row for row, one in enumerate(self.agents) if one.passage is not Passage.WAITS]
+        best: Event | None = None
+        for place, first in enumerate(up):
+            for second in up[place + 1 :]:
+                pair = (first, second)
+                if pair not in self._events:
+                    self._events[pair] = self._event(
+                        pair, (self.agents[first].track, self.agents[second].track)
+                    )
+                event = self._events[pair]
+                if event is not None and (best is None or event < best):
+                    best = event
+        return best
+
+    def _crossing(self, pair: tuple[int, int]) -> tuple[Crossing, float] | None:
+        keeps = self._keeps(*pair)
+        if keeps is None:
+            return None
+        if pair not in self._crossings:
+            one, two = (self.agents[row].whole for row in pair)
+            self._crossings[pair] = find_crossing(one, two, keeps)
+        crossing = self._crossings[pair]
+        return None if crossing is None else (crossing, keeps.horizontal_m)
+
+    def _contact(
+        self, pair: tuple[int, int], tracks: tuple[ZoneTrack, ZoneTrack]
+    ) -> Contact | None:
+        found = self._crossing(pair)
+        if found is None:
+            return None
+        crossing, reach_m = found
+        return first_contact(*tracks, crossing, self.time_s, reach_m)
+
+    def _event(
+        self,
+        pair: tuple[int, int],
+        tracks: tuple[ZoneTrack, ZoneTrack],
+        contact: Contact | None = None,
+        flying: int | None = None,
+    ) -> Event | None:
+        """Return when which of two has to be told to stop; ``None``: neither, or neither can be.
+
+        ``flying`` counts as such whatever it does now.
+        """
+        contact = contact or self._contact(pair, tracks)
+        if contact is None:
+            return None
+        entered_s = [
+            float(track.reached_s(np.array([entry_m]))[0])
+            for track, entry_m in zip(tracks, contact.entries_m, strict=True)
+        ]
+        is_in = [one_s < self.time_s - _EPSILON_S for one_s in entered_s]
+        can = [row == flying or self.agents[row].passage is Passage.FLIES for row in pair]
+        later = 0 if self.agents[pair[0]].rank > self.agents[pair[1]].rank else 1
+        if all(is_in):
+            loser = later if can[later] else 1 - later
+            at_s = contact.time_s
+        else:
+            loser = later if not any(is_in) else is_in.index(False)
+            at_s = max(entered_s[loser], self.time_s)
+        return Event(at_s, pair[loser], all(is_in)) if can[loser] else None
+
+    def _try(self, agent: int) -> None:
+        """Let an agent get on, if its way is free."""
+        one = self.agents[agent]
+        if one.after is not None:
+            before = self.agents[one.after]
+            free_s = float(before.track.time_s[-1]) + one.after_s
+            if before.passage is not Passage.FLIES or free_s > self.time_s:
+                is_known = before.passage is Passage.FLIES
+                one.next_s, one.blocked_by = (free_s if is_known else math.inf), one.after
+                return
+        track = one.whole.moved(one.holds_knot, self.time_s)
+        for other, two in enumerate(self.agents):
+            if other == agent or two.passage is Passage.WAITS:
+                continue
+            pair = (min(agent, other), max(agent, other))
+            tracks = (track, two.track) if agent < other else (two.track, track)
+            contact = self._contact(pair, tracks)
+            if contact is None:
+                continue
+            event = self._event(pair, tracks, contact, flying=agent)
+            if event is not None:
+                is_later = event.time_s >= self.time_s + _FREE_S
+                if is_later or (event.agent != agent and not event.is_touch):
+                    continue
+            later_s = contact.clears_s[0 if agent < other else 1]
+            one.next_s = self.time_s + max(later_s, _RETRY_S)
+            one.blocked_by = other
+            return
+        waited = Wait(one.stood_s, self.time_s)
+        if waited.end_s > waited.begin_s:
+            one.waits.append(waited)
+        if one.passage is Passage.WAITS:
+            one.start_s = self.time_s
+        else:
+            self._sorties.resumed(agent, self.time_s - float(one.whole.time_s[one.holds_knot]))
+        one.whole = one.track = track
+        one.passage = Passage.FLIES
+        self._changed(agent)
+
+    def _stop(self, agent: int) -> None:
+        """Tell an agent to stop."""
+        one = self.agents[agent]
+        rest_m = one.track.rest_at_m(self.time_s)
+        found = None
+        if one.stops < _MOST_STOPS:
+            told = int(np.searchsorted(one.track.time_s, self.time_s, side="right")) - 1
+            found = self._sorties.stopped(agent, rest_m, told, one.start_s)
+        if found is None:
+            for pair, event in self._events.items():
+                if event is not None and event.agent == agent:
+                    self._events[pair] = None
+            return
+        one.whole, one.holds_knot = found
+        one.stops += 1
+        one.stood_s = one.next_s = max(float(one.whole.time_s[one.holds_knot]), self.time_s)
+        one.track = one.whole.moved(one.holds_knot, math.inf)
+        one.passage = Passage.STANDS
+        for pair in [pair for pair in self._crossings if agent in pair]:
+            del self._crossings[pair]
+        self._changed(agent)
+
+    def _changed(self, agent: int) -> None:
+        """Forget what depended on the times of an agent."""
+        for pair in [pair for pair in self._events if agent in pair]:
+            del self._events[pair]
+        for one in self.agents:
+            if one.passage is not Passage.FLIES and one.blocked_by == agent:
+                one.next_s = min(one.next_s, max(self.time_s, one.stood_s))
