@@ -403,7 +403,7 @@ def simulate(
     """Fly a fleet as a swarm that avoids each other.
 
     Every vehicle of FLEET.toml answers commands by its own model, at one height, and does what [swarm]
-    says.  Whatever the policy stop or orca-stop has it do, each can always stop without coming too near to
+    says; without that table the sorties fly their missions as filed.  Whatever the policy stop or orca-stop has it do, each can always stop without coming too near to
     where any other flies or stops.  Says whether all come home, apart and above their reserves, which is no
     verdict on flying it: fences, ground and limits of the wind are for mavjoule fleet check.
 
@@ -426,9 +426,9 @@ def simulate(
     if options["agents"] is not None:
         return _simulate_numbers(
             read,
-            policy=policy,
+            policy=policy or "orca-stop",
             seed=seed,
-            until_s=until_s,
+            until_s=3600.0 if until_s is None else until_s,
             file_format=file_format,
             output=output,
             options=options,

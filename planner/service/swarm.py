@@ -373,7 +373,9 @@ def _simulate_missions(
         filed = fly_giving_way(fleet, until_s=latest_s, on_event=on_event)
     agents = tuple(_sortie_flown(filed, row) for row in range(len(filed.sorties)))
     findings = [_too_near(near, required_m) for required_m, near in filed.approaches]
+    findings += [SWARM_SEPARATION.finding(message) for message in filed.incomparable]
     findings += [*_deadlock_findings(filed.deadlock), *_agent_findings(agents)]
+    findings += _late(agents, fleet.operation.latest_s)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
     return SwarmResult(

@@ -186,8 +186,8 @@ def test_two_head_on_stop_where_their_zones_touch_and_are_reported() -> None:
     assert separation is not None
     sorties = StoppedSorties(fleet, separation, flown)
     agents = [Traveller(track, 0.0, rank) for rank, track in enumerate(sorties.tracks)]
-    for one in agents:  # both are on their way already
-        one.passage, one.start_s = Passage.FLIES, 0.0
+    for agent in agents:  # both are on their way already
+        agent.passage, agent.start_s = Passage.FLIES, 0.0
     before = [one.track for one in agents]
     told_s: list[float] = []
     yielding = Yielding(agents, sorties, sorties.keeps)
