@@ -403,9 +403,10 @@ def simulate(
     """Fly a fleet as a swarm that avoids each other.
 
     Every vehicle of FLEET.toml answers commands by its own model, at one height, and does what [swarm]
-    says; without that table the sorties fly their missions as filed.  Whatever the policy stop or orca-stop has it do, each can always stop without coming too near to
-    where any other flies or stops.  Says whether all come home, apart and above their reserves, which is no
-    verdict on flying it: fences, ground and limits of the wind are for mavjoule fleet check.
+    says; without that table the sorties fly their missions as filed.  Whatever the policy stop or orca-stop
+    has it do, each can always stop without coming too near to where any other flies or stops.  Says whether
+    all come home, apart and above their reserves, which is no verdict on flying it: fences, ground and
+    limits of the wind are for mavjoule fleet check.
 
     With --agents it is flown by so many of the first vehicles of the file, each number by --seeds: energy of
     the group and time to the goal of each, the number of least energy, and the fewest that are in time.
