@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from enum import StrEnum
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ class ReferenceForm(StrEnum):
     """It goes straight to the next sample: references shaped by the autopilot."""
 
 
-class Manoeuvre(Value, eq=False):
+class Manoeuvre(Value, eq=False, dict=True):
     """Reference and answer at even steps of time, from rest before the reference changes.
 
     The system is taken to be at rest, except for constant offsets, until then.
@@ -131,7 +132,7 @@ class Manoeuvre(Value, eq=False):
         The edge (:attr:`edge_order`) is answered at 0, 1, 2, … sampling steps after it, (…, n).
         """
         samples = self.time_s.size
-        edges = self._edges()
+        edges = self._edges
         if len(edges) > _MANY_EDGES:
             train = np.zeros(samples)
             for position, size in edges:
@@ -150,6 +151,7 @@ class Manoeuvre(Value, eq=False):
         """0 where the reference is made of steps, 1 where it is made of ramps."""
         return int(self.reference_form is ReferenceForm.LINEAR)
 
+    @cached_property
     def _edges(self) -> list[tuple[int, float]]:
         """Position and size of each edge of the reference. [input s^-order]"""
         if self.reference_form is ReferenceForm.HELD:

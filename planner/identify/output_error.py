@@ -387,28 +387,28 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
     target = _centred([m.answer for m in residuals.manoeuvres])
     found: list[tuple[float, FloatArray]] = []
     for frequency in frequencies:
-        for damping in _GRID_DAMPINGS:
-            start = [frequency]
-            if structure.denominator_degree == 2:
-                start = [2.0 * damping * frequency, frequency**2]
-            denominator = np.array([1.0, *start])
-            basis = basis_answers(
-                denominator[None], structure.numerator_size, delays, residuals.manoeuvres
-            )
-            design = _centred(basis)
-            left = np.broadcast_to(target, (delays.size, target.size))
-            if structure.steady_gain is not None:
-                left = target - structure.steady_gain * denominator[-1] * design[:, -1]
-                design = design[:, :-1]
-            # normal equations, of one or two unknowns: a start need not be exact
-            projected = np.einsum("dmn,dn->dm", design, left)
-            normal = design @ np.swapaxes(design, -1, -2)
-            numerators = np.einsum("dij,dj->di", np.linalg.pinv(normal, hermitian=True), projected)
-            costs = np.einsum("dn,dn->d", left, left) - np.einsum("dm,dm->d", projected, numerators)
-            found += [
-                (float(cost), np.concatenate([numerator, start, [delay_s]]))
-                for cost, numerator, delay_s in zip(costs, numerators, delays, strict=True)
-            ]
+        starts = [[frequency]]
+        if structure.denominator_degree == 2:
+            starts = [[2.0 * damping * frequency, frequency**2] for damping in _GRID_DAMPINGS]
+        poles, delay_s = np.repeat(starts, delays.size, axis=0), np.tile(delays, len(starts))
+        basis = basis_answers(
+            np.insert(poles, 0, 1.0, axis=1),
+            structure.numerator_size,
+            delay_s,
+            residuals.manoeuvres,
+        )
+        design = _centred(basis)
+        left = np.broadcast_to(target, (delay_s.size, target.size))
+        if structure.steady_gain is not None:
+            left = target - structure.steady_gain * poles[:, -1:] * design[:, -1]
+            design = design[:, :-1]
+        # normal equations, of one or two unknowns: a start need not be exact
+        projected = np.einsum("dmn,dn->dm", design, left)
+        normal = design @ np.swapaxes(design, -1, -2)
+        numerators = np.einsum("dij,dj->di", np.linalg.pinv(normal, hermitian=True), projected)
+        costs = np.einsum("dn,dn->d", left, left) - np.einsum("dm,dm->d", projected, numerators)
+        parameters = np.column_stack([numerators, poles, delay_s])
+        found += zip(costs.tolist(), parameters, strict=True)
     found.sort(key=lambda pair: pair[0])
     return [parameters for _, parameters in found[:_STARTS]]
 

@@ -191,10 +191,10 @@ class Modes(Value, eq=False):
 
     fractions: tuple[tuple[FloatArray, FloatArray, ComplexArray], ...]
     """Partial fractions, one of each conjugate pair: Re p_i, Im p_i, r_i, each of shape B."""
-    steady_series: tuple[FloatArray, ...]
-    """Taylor coefficients m_j about s = 0 of s^z H(s) without d, each of shape B."""
-    markov: tuple[FloatArray, ...]
-    """Derivatives of the impulse response at 0, each of shape B."""
+    steady_series: FloatArray
+    """Taylor coefficients m_j about s = 0 of s^z H(s) without d, shape (terms, …)."""
+    markov: FloatArray
+    """Derivatives of the impulse response at 0, shape (terms, …)."""
     is_close: BoolArray
     """Whether poles are too close for partial fractions, shape B."""
     fastest_rad_s: FloatArray
@@ -248,7 +248,9 @@ class Modes(Value, eq=False):
         return totals
 
     def _by_series(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
-        terms = [_at(mask, markov) for markov in self.markov[max(-k, 0) :]]
+        terms = self.markov[max(-k, 0) :]
+        if terms.ndim > 1:
+            terms = np.broadcast_to(terms, (len(terms), *mask.shape))[:, mask]
         return t ** max(k, 0) * _power_sum(terms, t, max(k, 0))
 
     def _by_differences(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
@@ -363,20 +365,19 @@ def _roots(monic: FloatArray) -> ComplexArray:
     return np.take_along_axis(found, np.argsort(-found.imag, axis=-1, kind="stable"), axis=-1)
 
 
-def _quotient_series(
-    numerator: FloatArray, denominator: FloatArray, length: int
-) -> tuple[FloatArray, ...]:
-    """First terms of the power series numerator / denominator, coefficients ascending."""
-    terms: list[FloatArray] = []
+def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int) -> FloatArray:
+    """First terms of the power series numerator / denominator, coefficients ascending. (length, …)"""
+    terms = np.zeros((length, *denominator.shape[:-1]))
+    terms[: numerator.shape[-1]] = np.moveaxis(numerator, -1, 0)[:length]
+    first, *carried = np.moveaxis(denominator, -1, 0)
     for j in range(length):
-        term = numerator[..., j] if j < numerator.shape[-1] else 0.0 * denominator[..., 0]
-        for i in range(1, min(j, denominator.shape[-1] - 1) + 1):
-            term = term - denominator[..., i] * terms[j - i]
-        terms.append(term / denominator[..., 0])
-    return tuple(terms)
+        for i, coefficient in enumerate(carried[:j], start=1):
+            terms[j] -= coefficient * terms[j - i]
+        terms[j] /= first
+    return terms
 
 
-def _power_sum(coefficients: Sequence[FloatArray], t: FloatArray, offset: int = 0) -> FloatArray:
+def _power_sum(coefficients: FloatArray, t: FloatArray, offset: int = 0) -> FloatArray:
     """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
     total = np.zeros(())
     for j in range(len(coefficients) - 1, -1, -1):
@@ -397,23 +398,26 @@ def _divided_exponentials(nodes: ComplexArray) -> ComplexArray:
     They are the first row of the exponential of the bidiagonal matrix with the nodes on its diagonal
     and ones above (G. Opitz, Z. angew. Math. Mech. 44 (1964) T52), here by scaling and squaring.
     """
-    size = nodes.shape[1]
-    shift = nodes.real.max(axis=1)
-    diagonal = nodes - shift[:, None]
-    squarings = np.ceil(np.log2(np.maximum(np.abs(diagonal).max(axis=1), 1.0))).astype(np.int64)
-    scale = np.exp2(-squarings.astype(np.float64))[:, None, None]
-    diagonal = diagonal[:, None, :] * scale
-    term = np.broadcast_to(np.eye(size, dtype=np.complex128), (*nodes.shape, size))
-    total = np.array(term)
+    # rows last: the matrices are small and many
+    diagonal = np.ascontiguousarray((nodes if nodes.imag.any() else nodes.real).T)
+    shift = diagonal.real.max(axis=0)
+    diagonal = diagonal - shift
+    squarings = np.ceil(np.log2(np.maximum(np.abs(diagonal).max(axis=0), 1.0))).astype(np.int64)
+    scale = np.exp2(-squarings.astype(np.float64))
+    diagonal *= scale
+    term = np.zeros((len(diagonal), *diagonal.shape), diagonal.dtype)
+    term[range(len(diagonal)), range(len(diagonal))] = 1.0
+    total = term.copy()
     for degree in range(1, _TAYLOR_TERMS):
         product = term * diagonal
-        product[:, :, 1:] += term[:, :, :-1] * scale
+        product[:, 1:] += term[:, :-1] * scale
         term = product / degree
         total += term
     for done in range(int(squarings.max(initial=0))):
-        unfinished = squarings > done
-        total[unfinished] = total[unfinished] @ total[unfinished]
-    return np.asarray(np.exp(shift)[:, None] * total[:, 0, :])
+        rows = np.flatnonzero(squarings > done)
+        unfinished = total[:, :, rows]
+        total[:, :, rows] = np.einsum("ikr,kjr->ijr", unfinished, unfinished)
+    return np.asarray((np.exp(shift) * total[0]).T)
 
 
 class Edge(NamedTuple):
