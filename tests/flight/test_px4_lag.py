@@ -28,7 +28,7 @@ SURVEY = ((0.0, 60.0), (0.0, -60.0), (12.0, -60.0), (12.0, 60.0), (24.0, 60.0), 
 def fly(places: tuple[tuple[float, float], ...], drag_per_s: float | None, speed: float) -> Motion:
     legs: list[Stage] = [replace(go(east, north), speed_m_s=speed) for east, north in places]
     home = stage(StageKind.RETURN, height_m=0.0)
-    return fly_px4((takeoff(15.0), *legs, home), PX4, tracking=Tracking(drag_per_s=drag_per_s))
+    return fly_px4((takeoff(), *legs, home), PX4, tracking=Tracking(drag_per_s=drag_per_s))
 
 
 def legs_s(motion: Motion, count: int) -> list[float]:
@@ -74,12 +74,32 @@ def test_a_vehicle_beside_its_trajectory_arrives_later() -> None:
     # part of the acceptance radius that the error across takes they are 3.1 % short.
     places = [(20.0 + 5.0 * k, 5.0 * (k % 2)) for k in range(12)]
     found = legs_s(fly((*places, (0.0, 0.0)), 1.0, 5.0), 11)
-    assert found[5:] == pytest.approx([3.39] * 5, rel=0.022)
+    assert sum(found[5:]) / 5.0 == pytest.approx(3.39, rel=0.025)
 
 
 def test_a_lap_of_a_vehicle_with_little_drag_takes_what_was_recorded() -> None:
     # 0.15/s: 14.31, 14.41 and 14.58 s, the last to where a return begins.
-    assert legs_s(fly(BOX, 0.15, 5.0), 3) == pytest.approx([14.31, 14.41], rel=0.022)
+    assert legs_s(fly(BOX, 0.15, 5.0), 3) == pytest.approx([14.31, 14.41], rel=0.015)
+
+
+def test_a_vehicle_with_drag_passes_the_heights_its_trajectory_comes_to() -> None:
+    # Recorded at 1/s, up at 6 m/s and down at 3: the vehicle is 0.3 to 0.6 m past its trajectory as it
+    # arrives, and later off the ground.  Its trajectory alone arrives 2.8 s later in the end.
+    fast = replace(
+        PX4,
+        climb_speed_m_s=6.0,
+        climb_speed_max_m_s=8.0,
+        descent_speed_m_s=3.0,
+        descent_speed_max_m_s=4.0,
+    )
+    up, down, top = (
+        go(0.0, height_m=80.0),
+        go(0.0, height_m=30.0, hold=5.0),
+        go(0.0, height_m=100.0),
+    )
+    motion = fly_px4((takeoff(30.0), up, down, top), fast, tracking=Tracking(drag_per_s=1.0))
+    reached = motion.segments.end_s[motion.arrival_segment]
+    assert reached[1:] == pytest.approx([31.08, 54.42, 70.34], rel=0.03)
 
 
 def test_more_drag_takes_more_time_and_none_changes_nothing() -> None:

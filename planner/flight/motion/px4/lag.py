@@ -9,12 +9,13 @@ import numpy as np
 
 from planner.flight.motion.kinematics import horizontal, quotient
 from planner.flight.motion.px4.braking import STILL_M
+from planner.flight.motion.px4.landing import CLIMB_LATE_S, RECORDED_DRAG_PER_S
 from planner.flight.motion.px4.pieces import HOLD, PAUSE, Ordered
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, FloatArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.moves import Moves
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -67,7 +68,7 @@ class TrackingLag(Value):
     MPC_TILTMAX_AIR bounds the acceleration by A, the speed by A/D; there the integral stops at A − k q/2
     (anti-windup, ``PositionControl::_velocityControl``).
 
-    Against 23 recorded flights at a drag of 1/s missions are 1.1 % off in the mean and up to 3 %, the worst
+    Against 23 recorded flights at a drag of 1/s missions are 0.9 % off in the mean and up to 2.7 %, the worst
     at the limit of the tilt.  Open: the first leg after a climb takes 0.5 s more, while the hover thrust PX4
     learnt in the climb holds back its integral.
     """
@@ -82,10 +83,7 @@ class TrackingLag(Value):
         Ahead is below 0 behind.
         """
         _, force, velocity = self._followed(ordered, moves, _ROUNDS_AHEAD)
-        flies = (ordered.piece_slot != HOLD) & (ordered.piece_slot != PAUSE)
-        last = np.full(len(moves.item), -1)
-        pieces = np.flatnonzero(flies)
-        last[ordered.segment_move[ordered.segment[pieces]]] = pieces
+        last = _last_flown(ordered, moves)
         rows = np.maximum(last, 0)
         speed = horizontal(velocity[rows])
         along = quotient((force[rows] * velocity[rows]).sum(axis=1), speed, above=_STILL_M_S)
@@ -93,6 +91,31 @@ class TrackingLag(Value):
         waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
         ahead, beside = -along / (self._still_per_s2 + waiting), across / self._still_per_s2
         return np.where(last >= 0, ahead, 0.0), np.where(last >= 0, beside, 0.0)
+
+    def past_m(self, ordered: Ordered, moves: Moves) -> FloatArray:
+        """Return how far past the heights of their trajectories vehicles are as moves end. (n,)
+
+        The same law upwards, by MPC_Z_P, MPC_Z_VEL_P_ACC and MPC_Z_VEL_I_ACC; no time is stretched for it.
+        """
+        p, last = self.parameters, _last_flown(ordered, moves)
+        edges = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))[:, :, 2]
+        drag = 0.5 * self.drag_per_s * (edges[:, :-1] + edges[:, 1:]).reshape(-1, 1)
+        time_s, gap = _parts(ordered, moves)
+        constants = time_s * p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
+        before = slice(_PARTS - 1, None, _PARTS)
+        built = _smoothed(drag, constants, gap)[before]
+        left = np.exp(-constants[before])[:, None]
+        force = (
+            self.drag_per_s * edges[:, -1] - (drag[before] + (built - drag[before]) * left)[:, 0]
+        )
+        stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
+        past = -force * np.sign(edges[:, -1]) / stiffness
+        return np.where(last >= 0, past[np.maximum(last, 0)], 0.0)
+
+    def climb_late_s(self) -> float:
+        """Return by how much a take-off is late: its height is kept at the vehicle's, k q + z = D v. [s]"""
+        drag = self.drag_per_s - RECORDED_DRAG_PER_S
+        return max(CLIMB_LATE_S + drag / self.parameters.vertical_integral_gain_per_s2, 0.0)
 
     def waited_for(self, ordered: Ordered, moves: Moves) -> Ordered:
         """Return pieces with the time the trajectory waits for the vehicle."""
@@ -138,14 +161,10 @@ class TrackingLag(Value):
         """Return time scales, and D v_t − z and velocities as pieces end. (p,), (p, 2), (p, 2)"""
         p, count = self.parameters, len(ordered.duration_s)
         settling_s = p.velocity_gain_per_s / p.velocity_integral_gain_per_s2
-        edges = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))
+        edges = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))[:, :, :2]
         velocity = 0.5 * (edges[:, :-1] + edges[:, 1:]).reshape(-1, 2)
         speed = horizontal(velocity)
-        time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
-        gap = np.zeros(len(time_s))
-        move = ordered.segment_move[ordered.segment]
-        flight = np.cumsum(moves.is_first)[move]
-        gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
+        time_s, gap = _parts(ordered, moves)
         drag = self.drag_per_s * velocity
         most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
         tilted = np.minimum(1.0, quotient(most_m_s2, self.drag_per_s * speed, 1.0))
@@ -155,7 +174,7 @@ class TrackingLag(Value):
         wound = np.maximum(most_m_s2 - 0.5 * p.velocity_gain_per_s * error_m_s, 0.0)
         share = np.where(tilted < 1.0, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
         given_m_s2 = np.diff(edges, axis=1).reshape(-1, 2) / time_s[:, None]
-        comes_back = np.repeat(_comes_back(moves)[move], _PARTS)
+        comes_back = np.repeat(_comes_back(moves)[ordered.segment_move[ordered.segment]], _PARTS)
         scale, constants, built = tilted, time_s, drag
         for _ in range(rounds):
             constants = time_s / scale / settling_s
@@ -174,6 +193,23 @@ class TrackingLag(Value):
         built_at_end = drag[before] + (built[before] - drag[before]) * left
         whole = quotient(ordered.duration_s, flown_s, 1.0)
         return whole, self.drag_per_s * at_end - built_at_end, at_end
+
+
+def _parts(ordered: Ordered, moves: Moves) -> tuple[FloatArray, FloatArray]:
+    """Return the durations of parts of pieces [s], and the gaps before them, in time constants."""
+    time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
+    gap = np.zeros(len(time_s))
+    flight = np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]]
+    gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
+    return time_s, gap
+
+
+def _last_flown(ordered: Ordered, moves: Moves) -> IntArray:
+    """Return the last piece of each move that is no wait; −1 where there is none. (n,)"""
+    last = np.full(len(moves.item), -1)
+    pieces = np.flatnonzero((ordered.piece_slot != HOLD) & (ordered.piece_slot != PAUSE))
+    last[ordered.segment_move[ordered.segment[pieces]]] = pieces
+    return last
 
 
 def _comes_back(moves: Moves) -> BoolArray:
@@ -197,13 +233,13 @@ def _accelerations_m_s2(
 
 
 def _smoothed(values: FloatArray, constants: FloatArray, gap: FloatArray) -> FloatArray:
-    """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n, 2)
+    """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n, k)
 
     With a gap before it, in time constants, in which z dies away.
     """
     ends = np.cumsum(constants + gap)
     begins = ends - constants
-    result, kept = np.empty_like(values), np.zeros(2)
+    result, kept = np.empty_like(values), np.zeros(values.shape[1])
     first, start = 0, 0.0
     while first < len(values):
         last = max(int(np.searchsorted(ends, start + _WINDOW)), first + 1)

@@ -386,7 +386,10 @@ LIFT_OFF_AFTER_S = 0.2
 (measured). [s]"""
 CLIMB_LATE_S = 0.83
 """Time the climb is late against one at full speed from lift-off on: 10 m at 1.5 m/s are reached 11.7 s after
-arming, not 10.9 s (measured).  PX4 only begins to raise the speed while the thrust ramps up. [s]"""
+arming, not 10.9 s (measured, at RECORDED_DRAG_PER_S).  PX4 only begins to raise the speed while the thrust
+ramps up. [s]"""
+RECORDED_DRAG_PER_S = 0.15
+"""Deceleration by the air over airspeed of the vehicle whose climbs these are. [s⁻¹]"""
 
 _LEFT_TO_LEG_M = 0.001
 """Least height left to the leg a take-off ends as, which hands on its speed. [m]"""
@@ -435,9 +438,11 @@ def takeoff_band_m(height_m: FloatArray, parameters: Px4Parameters) -> FloatArra
 
 
 def make_takeoffs(
-    ground_m: FloatArray, target_m: FloatArray, parameters: Px4Parameters
+    ground_m: FloatArray, target_m: FloatArray, late_s: FloatArray, parameters: Px4Parameters
 ) -> Takeoffs:
     """Return the beginnings of take-offs from the ground to the heights of targets. (k, 3) each
+
+    Climbs are late by ``late_s`` (k,), ``CLIMB_LATE_S`` where the drag is not known.
 
     Notes
     -----
@@ -448,7 +453,7 @@ def make_takeoffs(
     """
     height = np.maximum(target_m[:, 2] - ground_m[:, 2], 0.0)
     a, j = takeoff_acceleration_m_s2(parameters), parameters.jerk_m_s3
-    rising = parameters.takeoff_speed_m_s / (2.0 * CLIMB_LATE_S)
+    rising = parameters.takeoff_speed_m_s / (2.0 * late_s)
     # The highest speed v with v²/2 rising for the rise, and its braking distance, within the height.
     half, both = half_b_m_s(a, j) / a, 1.0 / rising + 1.0 / a
     fitting = (np.sqrt(half**2 + 2.0 * both * height) - half) / both

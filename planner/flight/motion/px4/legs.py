@@ -179,6 +179,8 @@ def _vertical_corner_speeds_m_s(
     return np.where(np.abs(rise) > _SAME_PLACE_M, np.minimum(speed, limit), 0.0)
 
 
+LEAST_REACH = 0.25
+"""Of the distance at which a place counts as reached, what is left of it by a lag. [-]"""
 _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
@@ -254,7 +256,7 @@ def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
         before=np.where((before >= first) & ~moves.is_first, before, -1),
         is_leg=is_leg,
         is_wait=is_wait,
-        takeoffs=make_takeoffs(begins, moves.target_m, parameters),
+        takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, parameters),
     )
 
 
@@ -268,6 +270,7 @@ def _aims(
     band = np.where(
         moves.is_takeoff, takeoff_band_m(way[:, 2], parameters), parameters.altitude_acceptance_m
     )
+    band = np.maximum(band + moves.past_m, LEAST_REACH * band)
     tail = np.minimum(
         quotient(moves.reach_m, horizontal(direction), np.inf),
         quotient(band, np.abs(direction[:, 2]), np.inf),

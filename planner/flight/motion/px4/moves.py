@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.px4.landing import CLIMB_LATE_S
 from planner.mission.route.stage import StageKind
 from planner.values import replace
 
@@ -175,6 +176,10 @@ class Moves(Columns, eq=False):
     """Place from which its flight begins. (n, 3) [m]"""
     start_yaw_rad: FloatArray
     """Heading with which its flight begins; NaN where not known."""
+    late_s: FloatArray
+    """By which a take-off is late. [s]"""
+    past_m: FloatArray
+    """How far past the height of its trajectory a vehicle is that arrives. [m]"""
 
     def beginnings_m(self) -> FloatArray:
         """Return where each is meant to begin: at the target of the one before. (n, 3) [m]"""
@@ -195,6 +200,8 @@ class Moves(Columns, eq=False):
             is_first=np.arange(len(rows)) == 0,
             start_m=np.zeros((len(rows), 3)),
             start_yaw_rad=np.full(len(rows), np.nan),
+            late_s=np.full(len(rows), CLIMB_LATE_S),
+            past_m=np.zeros(len(rows)),
         )
 
     def armed_with(self, heading_rad: float | None) -> Moves:
@@ -251,6 +258,8 @@ def return_moves(
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
         start_yaw_rad=np.full(len(flight), np.nan),
+        late_s=np.full(len(flight), CLIMB_LATE_S),
+        past_m=np.zeros(len(flight)),
     )
 
 

@@ -325,14 +325,15 @@ class Ordered(Value, eq=False):
     segment_climb_m: FloatArray
 
     def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
-        """Return the velocities to east and north at fractions of the time of each piece. (p, k, 2)"""
-        velocity = np.empty((len(self.law), len(fractions), 2))
+        """Return the velocities at fractions of the time of each piece. (p, k, 3)"""
+        velocity = np.empty((len(self.law), len(fractions), 3))
         for index, law in enumerate(self.laws):
             pieces = np.flatnonzero(self.law == index)
             if len(pieces):
                 time = self.duration_s[pieces, None] * fractions
                 state = law.state_at(self.row[pieces][:, None], time)
-                velocity[pieces, :, 0], velocity[pieces, :, 1] = state.east_m_s, state.north_m_s
+                columns = (state.east_m_s, state.north_m_s, state.climb_m_s)
+                velocity[pieces] = np.stack(columns, axis=-1)
         return velocity
 
     def longer_by(self, way_m: FloatArray) -> Ordered:

@@ -24,7 +24,13 @@ from planner.flight.motion.px4.landing import (
     add_takeoffs,
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import fly_legs, overshot_m, waits_unknown, yaw_waits_s
+from planner.flight.motion.px4.legs import (
+    LEAST_REACH,
+    fly_legs,
+    overshot_m,
+    waits_unknown,
+    yaw_waits_s,
+)
 from planner.flight.motion.px4.moves import moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -55,8 +61,6 @@ if TYPE_CHECKING:
 FOLLOWS = Tracking()
 """A vehicle that is where it should be."""
 _WORTH_SAYING_S = 0.5
-_LEAST_REACH = 0.25
-"""Of the distance at which a place counts as reached, what is left of it by a lag. [-]"""
 
 
 def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:
@@ -179,7 +183,10 @@ def _fly(
 ) -> tuple[Motion, Px4Legs]:
     """Return the motion of moves that serve a number of stages, and the moves as flown."""
     time_scale = TimeScale.of(tracking.noise_m, parameters)
+    lag = None
     if tracking.drag_per_s:
+        lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
+        moves = replace(moves, late_s=np.full(len(moves.item), lag.climb_late_s()))
         # The lag that a known drag causes is not counted twice.
         time_scale = replace(time_scale, lag_s=0.0)
     begins = moves.beginnings_m()
@@ -193,13 +200,12 @@ def _fly(
     )
     moves = replace(moves, speed_m_s=speed)
     legs, ordered = _flown(moves, parameters, time_scale)
-    if tracking.drag_per_s:
-        lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
+    if lag is not None:
         # The place of the vehicle, not that of its trajectory, decides what counts as reached.
         ahead, beside = lag.off_m(ordered, moves)
         chord = np.sqrt(np.maximum(moves.reach_m**2 - beside**2, 0.0))
-        reach = np.maximum(chord + ahead, _LEAST_REACH * moves.reach_m)
-        moves = replace(moves, reach_m=reach)
+        reach = np.maximum(chord + ahead, LEAST_REACH * moves.reach_m)
+        moves = replace(moves, reach_m=reach, past_m=lag.past_m(ordered, moves))
         legs, ordered = _flown(moves, parameters, time_scale)
         ordered = lag.waited_for(ordered, moves)
         ordered = ordered.longer_by(overshot_m(legs.planned, ahead))
