@@ -6,6 +6,7 @@ import datetime as dt
 import os
 import signal
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -32,7 +33,7 @@ from planner.errors import ExitCode, FleetFileError, UsageError
 from planner.setting import Form, Group
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
 
     from planner.cli.options import Command
@@ -290,14 +291,15 @@ def _refuse_report(report: Path | None, fleet: str, output: Path | None = None) 
 
 def _write_report(result: FleetResult, report: Path | None, plan: FleetPlan | None = None) -> None:
     """Write a fleet as a page, where that is asked for."""
-    if report is None:
-        return
-    from datetime import UTC, datetime
+    if report is not None:
+        from planner.report.html.fleet import fleet_html
 
-    from planner.report.html.fleet import fleet_html
+        _write_page(partial(fleet_html, plan=plan), result, report)
 
-    page = fleet_html(result, version=__version__, made_at=datetime.now(UTC), plan=plan)
-    write_data(page, output=report)
+
+def _write_page(made: Callable[..., str], of: object, report: Path) -> None:
+    """Write a page."""
+    write_data(made(of, version=__version__, made_at=dt.datetime.now(dt.UTC)), output=report)
     narrate(f"the page is in {report}")
 
 
@@ -382,10 +384,21 @@ def interrupting(patience: Patience) -> Iterator[None]:
     help="when all --agents are to have landed [default: latest_s in [operation]]",
 )
 @click.option(
+    "--goal",
+    "reach_percent",
+    type=click.Choice(["50", "90", "100"]),
+    help="percentage of the goal that nine of ten runs of --agents must reach to be chosen",
+)
+@click.option(
     "--workers",
     type=click.IntRange(1),
     metavar="N",
     help="processes for --agents; the result does not depend on them [default: the cores]",
+)
+@path_option(
+    "--report",
+    metavar="FILE.html",
+    help="write it as a page as well: all agents over time, or the numbers of --agents",
 )
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
 @data_options("text", "json")
@@ -398,6 +411,7 @@ def simulate(
     trace: Path | None,
     file_format: str,
     output: Path | None,
+    report: Path | None,
     **options: object,
 ) -> ExitCode:
     """Fly a fleet as a swarm that avoids each other.
@@ -419,6 +433,7 @@ def simulate(
     from planner.report.swarm import swarm_json, swarm_text, swarm_trace
     from planner.service.swarm import simulate_fleet
 
+    _refuse_report(report, fleet, output)
     refuse_overwriting(output, (fleet,))
     refuse_overwriting(trace, (fleet,))
     read = _read(fleet, options)
@@ -432,7 +447,7 @@ def simulate(
             until_s=3600.0 if until_s is None else until_s,
             file_format=file_format,
             output=output,
-            options=options,
+            options={**options, "report": report, "trace": trace},
         )
     result = simulate_fleet(
         read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
@@ -445,6 +460,10 @@ def simulate(
         else swarm_text(result, medium=standard_medium(output)),
         output=output,
     )
+    if report is not None:
+        from planner.report.html.swarm import swarm_html
+
+        _write_page(swarm_html, result, report)
     if result.is_cut_short:
         return ExitCode.INTERRUPTED
     return ExitCode.GO if result.is_clear else ExitCode.NO_GO
@@ -461,6 +480,9 @@ def _simulate_numbers(
     options: Mapping[str, Any],
 ) -> ExitCode:
     """Report what numbers of agents take."""
+    if options["trace"] is not None:
+        msg = "--trace is of one simulation: leave out --agents"
+        raise UsageError(msg)
     from planner.report.swarm import numbers_json, numbers_text
     from planner.service.swarm_agents import simulate_numbers
 
@@ -471,6 +493,7 @@ def _simulate_numbers(
         policy=policy,
         until_s=until_s,
         deadline_s=options["deadline_s"],
+        reach_percent=None if options["reach_percent"] is None else int(options["reach_percent"]),
         workers=options["workers"] or os.cpu_count() or 1,
         on_step=narrate_seldom(),
     )
@@ -480,6 +503,10 @@ def _simulate_numbers(
         else numbers_text(numbers, medium=standard_medium(output)),
         output=output,
     )
+    if options["report"] is not None:
+        from planner.report.html.swarm import numbers_html
+
+        _write_page(numbers_html, numbers, options["report"])
     if numbers.is_cut_short:
         return ExitCode.INTERRUPTED
     return ExitCode.NO_GO if numbers.findings else ExitCode.GO

@@ -283,7 +283,9 @@ def numbers_json(numbers: SwarmNumbers, *, version: str) -> str:
 def numbers_document(numbers: SwarmNumbers, *, version: str) -> Document:
     """Return what numbers of agents take by the keys of the JSON document."""
     return envelope(version) | {
-        **values(numbers, ("file", "algorithm", "policy", "goal", "seeds", "deadline_s")),
+        **values(
+            numbers, ("file", "algorithm", "policy", "goal", "seeds", "deadline_s", "reach_percent")
+        ),
         "is_cut_short": numbers.is_cut_short,
         "least_energy_agents": value(numbers.least_energy, "agents"),
         "fewest_in_time_agents": value(numbers.fewest_in_time, "agents"),

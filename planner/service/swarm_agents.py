@@ -34,7 +34,7 @@ SWARM_NUMBERS = Rule(
     summary="No number of agents that was simulated does what the swarm is to do.",
     why="None of them is a swarm to fly.",
     how="A number does where every run is clear (all home, apart, above their reserves, the area searched "
-    "seen) and nine of ten have landed by latest_s of [operation] or --deadline, where given.",
+    "seen), and nine of ten end by latest_s of [operation] or --deadline and reach --goal, where given.",
     fix="simulate other numbers with --agents, another policy, larger packs or a later deadline",
 )
 
@@ -107,6 +107,8 @@ class SwarmNumbers(Value):
     """Runs of each number; one where nothing is drawn."""
     deadline_s: float | None
     """By when all are to have landed. [s]"""
+    reach_percent: int | None
+    """How much of the goal is to be reached."""
     runs: tuple[SwarmRun, ...]
     findings: tuple[Finding, ...] = ()
     is_cut_short: bool = False
@@ -130,11 +132,21 @@ class SwarmNumbers(Value):
 
     @property
     def chosen(self) -> tuple[AgentsRow, ...]:
-        """Rows whose runs are all clear, and in time where there is a deadline."""
-        latest_s = math.inf if self.deadline_s is None else self.deadline_s
+        """Rows whose runs are all clear; nine of ten in time, and at the goal, where that is asked for."""
         return tuple(
-            row for row in self.rows if row.clear == row.runs and row.landed_s.p90 <= latest_s
+            row
+            for row in self.rows
+            if row.clear == row.runs and self._is_in_time(row) and self._is_at_goal(row)
         )
+
+    def _is_in_time(self, row: AgentsRow) -> bool:
+        return self.deadline_s is None or row.landed_s.p90 <= self.deadline_s
+
+    def _is_at_goal(self, row: AgentsRow) -> bool:
+        if self.reach_percent is None:
+            return True
+        reached: Statistic = getattr(row, f"time_to_{self.reach_percent}_s")
+        return math.isfinite(reached.p90)
 
     @property
     def least_energy(self) -> AgentsRow | None:
@@ -156,8 +168,9 @@ class SwarmNumbers(Value):
             marks.append("least energy")
         if row.clear < row.runs:
             marks.append("not clear")
-        elif row not in self.chosen:
-            marks.append("too late")
+        else:
+            marks += ["too late"] * (not self._is_in_time(row))
+            marks += ["goal missed"] * (not self._is_at_goal(row))
         return tuple(marks)
 
 
@@ -170,6 +183,7 @@ def simulate_numbers(
     algorithm: Callable[[Fleet, int], Algorithm] | None = None,
     until_s: float = 3600.0,
     deadline_s: float | None = None,
+    reach_percent: int | None = None,
     workers: int = 1,
     on_step: Callable[[str], None] | None = None,
 ) -> SwarmNumbers:
@@ -191,6 +205,8 @@ def simulate_numbers(
         When each run ends at the latest. [s]
     deadline_s : float, optional
         By when all are to have landed; by default ``latest_s`` of ``[operation]``. [s]
+    reach_percent : int, optional
+        So much of the goal, 50, 90 or 100 %, nine of ten runs must reach for a number to be chosen.
     workers : int, optional
         Processes it is made in; the result does not depend on them.
     on_step : callable, optional
@@ -245,6 +261,7 @@ def simulate_numbers(
         policy=policy if isinstance(policy, str) else type(policy).__name__,
         seeds=len(draws),
         deadline_s=fleet.operation.latest_s if deadline_s is None else deadline_s,
+        reach_percent=reach_percent,
         runs=tuple(runs),
         is_cut_short=is_cut_short,
     )
@@ -258,7 +275,12 @@ def _why_none(numbers: SwarmNumbers) -> str:
     span = f"{rows[0].agents} to {rows[-1].agents} agents" if len(rows) > 1 else "the only number"
     if all(row.clear < row.runs for row in rows):
         return f"{span}: none is clear in every run"
-    return f"{span}: none is clear in every run and home by {quantity.clock(numbers.deadline_s)}"
+    also = []
+    if numbers.deadline_s is not None:
+        also.append(f"home by {quantity.clock(numbers.deadline_s)}")
+    if numbers.reach_percent is not None:
+        also.append(f"at {numbers.reach_percent} % of the goal")
+    return f"{span}: none is clear in every run and, in nine of ten, {' and '.join(also)}"
 
 
 class _Asked(Value):

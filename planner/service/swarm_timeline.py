@@ -141,7 +141,7 @@ def _spans(result: SwarmResult, row: int, agent: SwarmAgent) -> Iterator[Span]:
     nexts_s = [*(begin_s for begin_s, _ in parts[1:]), end_s]
     for (begin_s, use), until_s in zip(parts, nexts_s, strict=True):
         if until_s > begin_s:
-            yield Span(use=use, start_s=begin_s, end_s=until_s, name=agent.name)
+            yield Span(use=use, start_s=begin_s, end_s=until_s, name="")  # the row has it
 
 
 def _marks(

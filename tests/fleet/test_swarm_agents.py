@@ -40,7 +40,13 @@ def run(agents: int, seed: int, *, energy_wh: float, time_s: float, clear: bool 
 
 def numbers(*runs: SwarmRun, deadline_s: float | None) -> SwarmNumbers:
     return SwarmNumbers(
-        file="f.toml", algorithm="random", policy="stop", seeds=2, deadline_s=deadline_s, runs=runs
+        file="f.toml",
+        algorithm="random",
+        policy="stop",
+        seeds=2,
+        deadline_s=deadline_s,
+        reach_percent=None,
+        runs=runs,
     )
 
 
@@ -72,6 +78,11 @@ def test_the_number_chosen_is_clear_in_time_and_of_least_energy() -> None:
     assert free.fewest_in_time is None
     assert free.least_energy is not None
     assert free.least_energy.agents == 1
+    # all runs come to 90 % of the goal, and none to all of it
+    assert replace(found, reach_percent=90).chosen == found.chosen
+    none = replace(found, reach_percent=100)
+    assert none.chosen == ()
+    assert none.marks(none.rows[0]) == ("too late", "goal missed")
     text = numbers_text(found, medium=Medium())
     assert text.startswith("Fewest home by 10:00: 2 agents; least energy: 4 agents, 51.5 Wh\n")
     assert "52.0 Wh to 53.0 Wh" in text

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.report.json import Document
+    from planner.report.plots.picture_files import Chart
     from planner.report.tables import Row
     from planner.rules.ledger import LedgerEntry
     from planner.service.fleet import FleetResult, FlownSortie
@@ -91,7 +92,9 @@ def fleet_html(
     timeline = fleet_timeline(result)
     document = fleet_document(result, version=version)
     tables = make_fleet_tables(result, timeline) if timeline.tracks else None
-    charts, stills, payload = ({}, {}, {}) if tables is None else _charts(tables)
+    charts, stills, payload = (
+        ({}, {}, {}) if tables is None else moving_charts(tables, fleet_panels(tables))
+    )
     numbers = {} if plan is None else numbers_figures(plan)
     specs = {name: figure.to_dict(validate=False) for name, figure in numbers.items()}
     views = [
@@ -123,7 +126,8 @@ def fleet_html(
             "vehicles": [*dict.fromkeys(one.vehicle for one in timeline.tracks)],
             "has_marks": bool(timeline.marks),
             "error_m": f"{TRACK_ERROR_M:g}",
-            "error_energy": quantity.percent(TRACK_ERROR_ENERGY),
+            "error_energy": f", and {quantity.percent(TRACK_ERROR_ENERGY)} of the energy of a sortie,",
+            "over_time": "The fleet over time",
             "separation": _separation_text(result),
             "heads": [one.label for one in KEY_FIGURES],
             "sorties": sorties,
@@ -141,7 +145,7 @@ def fleet_html(
                 for one in result.contingencies or ()
             ],
             "plan": None if plan is None else _plan_view(plan, specs),
-            "rules": _rules(result),
+            "rules": rule_views(result.all_findings),
             "payload": page_json(payload | {"start": _start(result)}),
         }
     )
@@ -154,15 +158,18 @@ def fleet_html(
     )
 
 
-def _charts(tables: FleetTables) -> tuple[dict[str, Any], dict[str, str], dict[str, Any]]:
+def moving_charts(
+    tables: FleetTables, panels: Mapping[str, Chart]
+) -> tuple[dict[str, Any], dict[str, str], dict[str, Any]]:
     """Return the charts, their stills for readers without JavaScript, and what the script reads."""
-    specs = {name: panel.to_dict(validate=False) for name, panel in fleet_panels(tables).items()}
+    specs = {name: panel.to_dict(validate=False) for name, panel in panels.items()}
     stills = {}
     if len(tables.timeline.tracks) <= _STILL_SORTIES:
         rows = dict(tables.tables)
         stills = {
             name: still_svg(specs[name] | {"datasets": named_rows(specs[name], rows)})
             for name in _STILLS
+            if name in specs
         }
     for name, spec in specs.items():
         spec["layer"] += _vehicle_layers(spec, tables) if name == "map" else time_layers()
@@ -238,7 +245,7 @@ def _findings(result: FleetResult) -> list[Finding]:
 
 
 def _separation_text(result: FleetResult) -> str:
-    """Return what the fleet keeps apart by."""
+    """Return what the fleet keeps apart by, and what its picture shows of it."""
     separation = result.fleet.separation
     if separation is None:
         return ""
@@ -246,7 +253,11 @@ def _separation_text(result: FleetResult) -> str:
     below_m = above_m if separation.below_m is None else separation.below_m
     text = f"{quantity.height(separation.horizontal_m)} beside each other, or "
     text += quantity.height(max(above_m, below_m))
-    return f"{text} above each other and the errors of both heights"
+    return (
+        f"Required: {text} above each other and the errors of both heights. Distances are those beside each "
+        "other less the errors of position, heights counting in proportion; solid: the least there may be by "
+        "the start errors and the spread of times, dashed: as planned. Returns are judged apart from this."
+    )
 
 
 def _figures(
@@ -335,9 +346,9 @@ def _not_checked(ledger: Sequence[tuple[LedgerEntry, str]]) -> list[tuple[str, s
     return [(needs, of, ", ".join(names)) for (needs, of), names in rules.items()]
 
 
-def _rules(result: FleetResult) -> list[tuple[str, str, tuple[tuple[str, str], ...]]]:
+def rule_views(findings: Sequence[Finding]) -> list[tuple[str, str, tuple[tuple[str, str], ...]]]:
     """Return what each rule that found something says."""
-    names = {one.code: one.name for one in result.all_findings}
+    names = {one.code: one.name for one in findings}
     return [
         (code, names[code], (("What", rule.summary), *explanation(rule)))
         for code in sorted(names)

@@ -270,6 +270,12 @@
         if (!own.has(row.sortie)) own.set(row.sortie, []);
         own.get(row.sortie).push(row);
       }
+      this.events = new Map(); // what each sortie is about, in the order of time
+      for (const row of this.tables.items) {
+        if (!this.events.has(row.sortie)) this.events.set(row.sortie, []);
+        this.events.get(row.sortie).push(row);
+      }
+      this.rows = new Map([...element.querySelectorAll(".now tbody tr")].map((row) => [row.dataset.vehicle, row]));
       this.play = element.querySelector("[data-play]");
       this.speed = element.querySelector("[data-speed]");
       // The slowest that shows the whole in a minute and a half.
@@ -335,13 +341,14 @@
       const next = track[track.indexOf(row) + 1] || row;
       const gone = Math.min(Math.max((seconds - row.time_s) / (next.time_s - row.time_s || 1), 0), 1);
       const between = (key) => row[key] + gone * (next[key] - row[key]);
-      const item = this.tables.items.filter((one) => one.sortie === first.sortie && one.time_s <= seconds).pop();
+      const { item } = this.at(this.events.get(first.sortie), seconds, "time_s");
       const flies = seconds >= first.time_s && seconds < last.time_s;
       return {
         vehicle, sortie: first.sortie,
         east_m: between("east_m"), north_m: between("north_m"), height_m: between("height_m"),
         used_wh: row.used_wh === null ? null : between("used_wh"),
-        now: flies ? `item ${item ? item.item : 1}` : seconds < first.time_s ? `starts at ${clock(first.time_s)}`
+        flies,
+        now: typeof item === "string" ? item : flies ? `item ${item}` : seconds < first.time_s ? `starts at ${clock(first.time_s)}`
           : `ended at ${clock(last.time_s)}`,
       };
     }
@@ -350,8 +357,10 @@
       this.time = time;
       const seconds = time * 60;
       const vehicles = [...this.tracks.keys()].map((vehicle) => this.where(vehicle, seconds));
-      const runs = Object.entries(this.views).map(([name, view]) =>
-        view.data(name === "map" ? "vehicles" : "cursor", name === "map" ? vehicles : [{ time_min: time }]).runAsync());
+      const runs = Object.entries(this.views).map(([name, view]) => {
+        if (name === "map" && this.tables.seen) view.signal("now_min", time);
+        return view.data(name === "map" ? "vehicles" : "cursor", name === "map" ? vehicles : [{ time_min: time }]).runAsync();
+      });
       const group = this.at(this.tables.group, time);
       const texts = [clock(seconds)];
       if (this.payload.start) {
@@ -359,25 +368,23 @@
         const [hours, minutes, rest] = wall.split(":").map(Number);
         texts.push(`time of day ${clock(hours * 3600 + minutes * 60 + rest + seconds, true)}`);
       }
-      texts.push(`${vehicles.filter((one) => one.now.startsWith("item")).length} in the air`);
+      texts.push(`${vehicles.filter((one) => one.flies).length} in the air`);
       if (this.views.power || this.payload.charts.power) {
         texts.push(`${group.power_w.toFixed(0)} W`, `${group.used_wh.toFixed(1)} Wh used`);
+      }
+      if (this.tables.goal) {
+        texts.push(`${this.at(this.tables.goal, time).percent.toFixed(1)} % ${this.payload.goal}`);
       }
       const near = this.payload.marks.filter((mark) => Math.abs(mark.at_s - seconds) <= 1);
       texts.push(...near.map((mark) => mark.text));
       this.output.textContent = texts.join(" · ");
       this.slider.setAttribute("aria-valuetext", texts[0]);
       for (const one of vehicles) {
-        const cells = this.rowOf(one.vehicle).querySelectorAll("td");
-        const shown = [one.sortie, one.now, `${one.height_m.toFixed(0)} m`,
-          one.used_wh === null ? "—" : `${one.used_wh.toFixed(1)} Wh`];
-        shown.forEach((text, index) => { cells[index].textContent = text; });
+        const shown = { sortie: one.sortie, now: one.now, height: `${one.height_m.toFixed(0)} m`,
+          used: one.used_wh === null ? "—" : `${one.used_wh.toFixed(1)} Wh` };
+        for (const cell of this.rows.get(one.vehicle).querySelectorAll("td")) cell.textContent = shown[cell.dataset.now];
       }
       return Promise.all(runs);
-    }
-
-    rowOf(vehicle) {
-      return [...this.element.querySelectorAll(".now tbody tr")].find((row) => row.dataset.vehicle === vehicle);
     }
   }
 

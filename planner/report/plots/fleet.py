@@ -27,8 +27,10 @@ from planner.report.tables import fleet_outlines, outline_rows
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
+    from planner.fleet.fleet import Fleet
+    from planner.physics.wind import Wind
     from planner.report.tables import Row
     from planner.service.fleet import FleetResult
     from planner.service.fleet_plan import FleetPlan
@@ -39,118 +41,145 @@ USES = {
     "swap": ("pack change", YELLOW),
     "charge": ("charging", GREEN),
     "stand": ("on the pad", GREY),
+    "yield": ("gives way", ORANGE),
 }
 """What is done in a span: its words and its colour."""
 _ROW_PX = 22
 _CHARACTER_PX = 6.2
 _MOST_CODES = 12
 """Marks of findings that have their code beside them: more hide each other."""
+_MOST_NAMES = 24
+"""Vehicles in a legend, which has three colours for each of eight: more cannot be told apart."""
 _HIGHEST = 4.0
 """A picture of distances goes up to so many times what is required: what is farther is in no danger. [-]"""
 _ROOM = 1.5
 ORIGIN = "the first home"
+NOW = "now_min"
+"""Name of the time that a map shows, where it shows what has been seen by then."""
 
 
 class FleetTables(Value, eq=False):
     """A fleet over time, as rows of its pictures."""
 
-    result: FleetResult
     timeline: FleetTimeline
     rows: list[str]
     """What the timeline is of, from the top."""
     tables: Mapping[str, list[Row]]
+    winds: frozenset[Wind]
+    """That sorties fly in."""
+    has_energy: bool
+    """Whether the energy of a sortie is known."""
+    is_energy_whole: bool
+    """Whether that of all is."""
 
     @property
     def end_min(self) -> float:
         """End of the time axis. [min]"""
-        return _minutes(self.timeline.end_s)
+        return minutes(self.timeline.end_s)
 
 
 def make_fleet_tables(result: FleetResult, timeline: FleetTimeline) -> FleetTables:
     """Return the rows of the pictures of a fleet, of which something is flown."""
-    rows = [f"{one.kind} {one.name}" for one in timeline.rows]
+    assert timeline.frame is not None  # something is flown
+    return FleetTables(
+        timeline=timeline,
+        rows=row_names(timeline),
+        tables=timeline_tables(timeline, result.fleet)
+        | {"fence": outline_rows(fleet_outlines(result, timeline.frame))},
+        winds=frozenset(
+            one.assessment.setup.wind for one in result.sorties if one.assessment is not None
+        ),
+        has_energy=result.totals.energy_wh is not None,
+        is_energy_whole=result.totals.is_energy_whole,
+    )
+
+
+def row_names(timeline: FleetTimeline) -> list[str]:
+    """Return what each row of a timeline is of."""
+    return [f"{one.kind} {one.name}" for one in timeline.rows]
+
+
+def timeline_tables(
+    timeline: FleetTimeline, fleet: Fleet, events: Mapping[int, str] | None = None
+) -> dict[str, list[Row]]:
+    """Return the rows of the pictures of a timeline; ``events`` are words for what stands for items."""
+    rows = row_names(timeline)
     assert timeline.frame is not None  # something is flown
     pads = [
         {"name": one.name}
         | _place(*map(float, timeline.frame.east_north_m(one.latitude_deg, one.longitude_deg)))
-        for one in result.fleet.pads.values()
+        for one in fleet.pads.values()
     ]
     homes = {
         one.vehicle: {"name": f"home of {one.vehicle}", **_place(*one.place_m[0, :2])}
         for one in timeline.tracks
         if not pads
     }
-    return FleetTables(
-        result=result,
-        timeline=timeline,
-        rows=rows,
-        tables={
-            "spans": [
-                {
-                    "row": row,
-                    "use": USES[span.use][0],
-                    "name": span.name,
-                    "start_min": _minutes(span.start_s),
-                    "end_min": _minutes(span.end_s),
-                }
-                for row, one in zip(rows, timeline.rows, strict=True)
-                for span in one.spans
-            ],
-            "marks": [
-                {"row": rows[at], "code": mark.finding.code, "time_min": _minutes(mark.at_s)}
-                for mark in timeline.marks
-                for at in mark.rows
-            ],
-            "tracks": [row for one in timeline.tracks for row in _track_rows(one)],
-            "items": [
-                {"sortie": one.sortie, "time_s": round(time_s, 1), "item": item}
-                for one in timeline.tracks
-                for time_s, item in zip(one.item_s.tolist(), one.item.tolist(), strict=True)
-            ],
-            "pads": [*pads, *homes.values()],
-            "fence": outline_rows(fleet_outlines(result, timeline.frame)),
-            "conflicts": [
-                {
-                    "code": mark.finding.code,
-                    "what": f"{mark.finding.code} {', '.join(mark.sorties)} "
-                    f"at {quantity.clock(mark.at_s)}",
-                    **_place(*mark.place_m),
-                }
-                for mark in timeline.marks
-                if mark.place_m is not None
-            ],
-            "group": [
-                {
-                    "time_min": _minutes(time_s),
-                    "power_w": round(power_w, 1),
-                    "used_wh": round(wh, 2),
-                }
-                for time_s, power_w, wh in zip(
-                    timeline.edge_s.tolist(),
-                    [*timeline.power_w.tolist(), 0.0],
-                    timeline.used_wh.tolist(),
-                    strict=True,
-                )
-            ],
-            "pairs": [
-                {
-                    "pair": _pair_name(pair.first, pair.second),
-                    "part": part,
-                    "time_min": _minutes(time_s),
-                    "may_m": round(may_m, 1),
-                    "planned_m": round(planned_m, 1),
-                }
-                for pair in timeline.pairs
-                for part, time_s, may_m, planned_m in zip(
-                    pair.part.tolist(),
-                    pair.time_s.tolist(),
-                    pair.may_m.tolist(),
-                    pair.planned_m.tolist(),
-                    strict=True,
-                )
-            ],
-        },
-    )
+    return {
+        "spans": [
+            {
+                "row": row,
+                "use": USES[span.use][0],
+                "name": span.name,
+                "start_min": minutes(span.start_s),
+                "end_min": minutes(span.end_s),
+            }
+            for row, one in zip(rows, timeline.rows, strict=True)
+            for span in one.spans
+        ],
+        "marks": [
+            {"row": rows[at], "code": mark.finding.code, "time_min": minutes(mark.at_s)}
+            for mark in timeline.marks
+            for at in mark.rows
+        ],
+        "tracks": [row for one in timeline.tracks for row in _track_rows(one)],
+        "items": [
+            {
+                "sortie": one.sortie,
+                "time_s": round(time_s, 1),
+                "item": item if events is None else events[item],
+            }
+            for one in timeline.tracks
+            for time_s, item in zip(one.item_s.tolist(), one.item.tolist(), strict=True)
+        ],
+        "pads": [*pads, *homes.values()],
+        "conflicts": [
+            {
+                "code": mark.finding.code,
+                "what": f"{mark.finding.code} {', '.join(mark.sorties)} "
+                f"at {quantity.clock(mark.at_s)}",
+                **_place(*mark.place_m),
+            }
+            for mark in timeline.marks
+            if mark.place_m is not None
+        ],
+        "group": [
+            {"time_min": minutes(time_s), "power_w": round(power_w, 1), "used_wh": round(wh, 2)}
+            for time_s, power_w, wh in zip(
+                timeline.edge_s.tolist(),
+                [*timeline.power_w.tolist(), 0.0],
+                timeline.used_wh.tolist(),
+                strict=True,
+            )
+        ],
+        "pairs": [
+            {
+                "pair": _pair_name(pair.first, pair.second),
+                "part": part,
+                "time_min": minutes(time_s),
+                "may_m": round(may_m, 1),
+                "planned_m": round(planned_m, 1),
+            }
+            for pair in timeline.pairs
+            for part, time_s, may_m, planned_m in zip(
+                pair.part.tolist(),
+                pair.time_s.tolist(),
+                pair.may_m.tolist(),
+                pair.planned_m.tolist(),
+                strict=True,
+            )
+        ],
+    }
 
 
 def _track_rows(one: Track) -> list[Row]:
@@ -169,7 +198,8 @@ def _place(east_m: float, north_m: float) -> Row:
     return {"east_m": round(float(east_m), 1), "north_m": round(float(north_m), 1)}
 
 
-def _minutes(time_s: float) -> float:
+def minutes(time_s: float) -> float:
+    """Return a time as pictures have it. [min]"""
     return round(time_s / 60.0, 3)
 
 
@@ -180,7 +210,7 @@ def _pair_name(first: str, second: str) -> str:
 def fleet_panels(tables: FleetTables) -> dict[str, Chart]:
     """Return every picture of a fleet by name, without the rows."""
     panels = {"timeline": timeline_panel(tables), "map": fleet_map_panel(tables)}
-    if tables.result.totals.energy_wh is not None:
+    if tables.has_energy:
         panels |= {
             "power": _group_panel(tables, "power_w"),
             "energy": _group_panel(tables, "used_wh"),
@@ -201,12 +231,12 @@ def timeline_panel(tables: FleetTables) -> Chart:
         if any(r["use"] == words for r in tables.tables["spans"])
     ]
     colours = dict(USES.values())
-    spans = alt.Chart(alt.NamedData("spans")).encode(y=y, x=_time_axis(tables, "start_min"))
+    spans = alt.Chart(alt.NamedData("spans")).encode(y=y, x=time_axis(tables, "start_min"))
     has_room = alt.ExprRef(
         f"(datum.end_min - datum.start_min) / {max(tables.end_min, 1e-3)} * width"
         f" > {_CHARACTER_PX} * length(datum.name) ? 1 : 0"
     )
-    marks = alt.Chart(alt.NamedData("marks")).encode(y=y, x=_time_axis(tables))
+    marks = alt.Chart(alt.NamedData("marks")).encode(y=y, x=time_axis(tables))
     layers = [
         spans.mark_bar(height={"band": 0.75}).encode(
             x2="end_min:Q",
@@ -239,13 +269,14 @@ def fleet_map_panel(tables: FleetTables) -> Chart:
     """Return all tracks over ground, with pads, fences and where two come too near to each other."""
     alt = load_altair()
     rows = tables.tables
-    view = ground_view([*rows["tracks"], *rows["pads"]], rows["fence"])
+    area = rows.get("area", [])
+    view = ground_view([*rows["tracks"], *rows["pads"], *area], rows["fence"])
     x, y = ground_axes(view, origin=ORIGIN)
 
     def layer(name: str) -> Chart:
         return alt.Chart(alt.NamedData(name)).encode(x=x, y=y)
 
-    layers = []
+    layers = _area_layers(layer) if area else []
     if rows["fence"]:
         layers.append(fence_layer(layer("fence"), rows["fence"]))
     layers += [
@@ -268,10 +299,9 @@ def fleet_map_panel(tables: FleetTables) -> Chart:
                     text="code:N"
                 )
             )
-    winds = {
-        one.assessment.setup.wind for one in tables.result.sorties if one.assessment is not None
-    }
-    layers += compass_layers(winds.pop()) if len(winds) == 1 else []
+    layers += compass_layers(*tables.winds) if len(tables.winds) == 1 else []
+    if area:
+        layers[0] = layers[0].add_params(alt.param(NOW, value=tables.end_min))
     return alt.layer(*layers).properties(
         width=WIDTH,
         height=MAP_HEIGHT,
@@ -279,20 +309,33 @@ def fleet_map_panel(tables: FleetTables) -> Chart:
     )
 
 
+def _area_layers(layer: Callable[[str], Chart]) -> list[Chart]:
+    """Return an area that is searched, and what of it has been seen by then."""
+    alt = load_altair()
+    seen = layer("seen").transform_filter(f"datum.seen_min <= {NOW}")
+    return [
+        seen.mark_rect(color=GREEN, opacity=0.3, clip=True).encode(
+            x2=alt.X2("east2_m:Q"), y2=alt.Y2("north2_m:Q")
+        ),
+        layer("area")
+        .mark_line(strokeWidth=1.5, strokeDash=[6, 4], color=GREY, clip=True)
+        .encode(order="order:Q"),
+    ]
+
+
 def vehicle_colour(tables: FleetTables) -> Chart:
-    """Return the colour of each vehicle."""
+    """Return the colour of each vehicle; of many there is no legend."""
     names = [*dict.fromkeys(one.vehicle for one in tables.timeline.tracks)]
     colours = [colour for _, colour in zip(names, cycle(COLOURS), strict=False)]
-    return load_altair().Color("vehicle:N").title("Vehicle").scale(domain=names, range=colours)
+    colour = load_altair().Color("vehicle:N").title("Vehicle").scale(domain=names, range=colours)
+    return colour if len(names) <= _MOST_NAMES else colour.legend(None)
 
 
 def _group_panel(tables: FleetTables, column: str) -> Chart:
     """Return what the group takes over time: its power, or its energy by then."""
     alt = load_altair()
     of_power = column == "power_w"
-    partly = (
-        "" if tables.result.totals.is_energy_whole else ", of the sorties whose energy is known"
-    )
+    partly = "" if tables.is_energy_whole else ", of the sorties whose energy is known"
     title = "Power [W]" if of_power else "Energy [Wh]"
     y = alt.Y(f"{column}:Q").title(title).scale(zero=True)
     mark = {"interpolate": "step-after"} if of_power else {}
@@ -301,7 +344,7 @@ def _group_panel(tables: FleetTables, column: str) -> Chart:
         color=colour, opacity=0.35, line={"strokeWidth": 1.5, "color": colour}, **mark
     )
     what = "Mean power of the group" if of_power else "Energy of the group"
-    return alt.layer(chart.encode(x=_time_axis(tables), y=y)).properties(
+    return alt.layer(chart.encode(x=time_axis(tables), y=y)).properties(
         width=WIDTH, height=HEIGHT, description=f"{what} over time{partly}"
     )
 
@@ -315,23 +358,23 @@ def separation_panel(tables: FleetTables) -> Chart:
     top_m = round(max(_HIGHEST * required_m, _ROOM * least_m), 1)
     names = [_pair_name(pair.first, pair.second) for pair in timeline.pairs]
     legend = alt.Legend(labelLimit=300, columns=2, symbolType="stroke")
-    colour = alt.Color("pair:N", legend=legend).title("Sorties")
+    colour = alt.Color("pair:N", legend=legend).title("Pair")
     colour = colour.scale(domain=names, range=list(COLOURS[: len(names)]))
     lines = alt.Chart(alt.NamedData("pairs")).encode(
-        x=_time_axis(tables), color=colour, detail="part:N"
+        x=time_axis(tables), color=colour, detail="part:N"
     )
     y = alt.Y("may_m:Q").title("Apart [m]").scale(domain=[0.0, top_m], nice=False)
     points = [
         {
             "pair": name,
-            "time_min": _minutes(pair.least_s),
+            "time_min": minutes(pair.least_s),
             "may_m": round(pair.least_m, 1),
             "label": quantity.height(pair.least_m),
         }
         for name, pair in zip(names, timeline.pairs, strict=True)
     ]
     nearest = alt.Chart(alt.InlineData(values=points)).encode(
-        x=_time_axis(tables), y=y, color=colour
+        x=time_axis(tables), y=y, color=colour
     )
     limit = alt.Chart(
         alt.InlineData(
@@ -352,11 +395,12 @@ def separation_panel(tables: FleetTables) -> Chart:
     return alt.layer(*layers).properties(
         width=WIDTH,
         height=int(1.25 * HEIGHT),
-        description="How far the sorties that come nearest to each other are apart over time",
+        description="How far the pairs that come nearest to each other are apart over time",
     )
 
 
-def _time_axis(tables: FleetTables, column: str = "time_min") -> Chart:
+def time_axis(tables: FleetTables, column: str = "time_min") -> Chart:
+    """Return the axis of all pictures over time."""
     axis = load_altair().X(f"{column}:Q").title("Time [min]")
     return axis.scale(domain=[0.0, max(tables.end_min, 1e-3)], nice=False)
 
