@@ -6,6 +6,7 @@ import errno
 import os
 import re
 import stat
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from planner.errors import InputError
 
 
+_LONGEST_WRITE_S = 3600.0
+"""After which nobody is still writing a temporary file: a trace of 200,000 rows, takes seconds."""
 _DEEPEST = 100
 """Parts of a TOML key: the parser takes a time with the square of them (40,000 take a minute), and no key
 of ours has more than four."""
@@ -195,6 +198,7 @@ def _write_together(contents: Mapping[Path, bytes]) -> None:
             placed.append(one)
             one.temporary.replace(one.target)
         _sync_folders(staged)
+        _take_away([part for one in staged for part in _forsaken(one.target.parent)])
     except BaseException as error:  # an interruption too
         lost = _put_back(aside, placed if len(staged) > 1 else [])
         if not isinstance(error, OSError):
@@ -221,6 +225,16 @@ def _take_away(paths: list[Path]) -> None:
     except KeyboardInterrupt:
         _take_away(paths)
         raise
+
+
+def _forsaken(folder: Path) -> list[Path]:
+    """Return the temporary files in a folder whose program was killed before it could take them away."""
+    found = []
+    for one in folder.glob(".mavjoule-*.part"):
+        with suppress(OSError):  # its own program takes it away just now
+            if time.time() - one.lstat().st_mtime > _LONGEST_WRITE_S:
+                found.append(one)
+    return found
 
 
 def _at(contents: Mapping[Path, bytes], *stages: list[_Staged]) -> Path:

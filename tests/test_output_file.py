@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +28,26 @@ def test_a_text_replaces_the_one_before_and_leaves_nothing_else(tmp_path: Path) 
     write_output_file(path, "°second\n")
     assert path.read_bytes() == "°second\n".encode()
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_a_killed_program_left_is_taken_away_an_hour_later(tmp_path: Path) -> None:
+    killed = Command("write", partial(_written, tmp_path / "a.json"), {})
+    run(killed, tmp_path / "folder", at=2, fault="SIGKILL")
+    [left] = tmp_path.glob(".mavjoule-*.part")
+    kept = left.with_suffix(".before")
+    kept.write_text("what was replaced", encoding="utf-8")
+    write_output_file(tmp_path / "b.json", "while another may still write")
+    assert left.exists()
+    for one in (left, kept):
+        os.utime(one, (0.0, time.time() - 3601.0))
+    write_output_file(tmp_path / "b.json", "later")
+    assert not left.exists()
+    assert kept.exists()
+
+
+def _written(path: Path) -> int:
+    write_output_file(path, "text")
+    return 0
 
 
 def test_a_text_that_cannot_be_written_leaves_the_old_one(
