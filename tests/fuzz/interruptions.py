@@ -18,6 +18,7 @@ from dataflash_writer import copter_log
 from faulty_system import FAULTS, Command, Ended, faults_found, run
 from guarded_vehicle import GuardedVehicle, guarded
 from made_missions import mission, rtl, takeoff, waypoint
+from made_swarm import formation
 from simulated_vehicles import memory_line
 from ulog_writer import px4_log
 from virtual_vehicle import VirtualLine, VirtualVehicle, waypoints
@@ -51,6 +52,16 @@ pad = "field"
 battery = "170Wh"
 [job.near]
 mission = "in.plan"
+"""
+
+
+_SORTIE = b"""[operation]
+start = 2026-05-12T08:00:00+02:00
+[sortie.first]
+job = "near"
+vehicle = "quad"
+pack = "A"
+start_s = 10
 """
 
 
@@ -190,6 +201,24 @@ def commands() -> tuple[Command, ...]:
             "fleet plan",
             ("fleet", "plan", "fleet.toml", "-o", "day"),
             {"fleet.toml": _FLEET, "in.plan": near},
+        ),
+        Command(
+            "fleet check",
+            (
+                *("fleet", "check", "fleet.toml", "--output", "a.txt", "--report", "a.html"),
+                *("--export", "a.kml", "--volumes", "a.json", "--geoid-height", "48"),
+            ),
+            {
+                "fleet.toml": _FLEET + _SORTIE,
+                "in.plan": near,
+                **old("a.txt", "a.html", "a.kml", "a.json"),
+            },
+        ),
+        Command(
+            "fleet simulate",
+            ("fleet", "simulate", "fleet.toml", "--until", "9", "--trace", "a.csv"),
+            {"fleet.toml": b"schema = 1\n" + formation(20.0).encode(), **old("a.csv")},
+            ends=1,  # they are in the air
         ),
         Command(
             "check, with a summary",
