@@ -7,7 +7,6 @@ steps of the reference (the article), PX4, ArduPilot.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -22,6 +21,7 @@ from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
+from planner.physics.response import farthest_stop_s
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from planner.flight.power import Transients
     from planner.geo.terrain import TerrainGrid
     from planner.mission.route.stage import Route
-    from planner.physics.response import TransferFunction
     from planner.physics.wind import Wind
     from planner.setup import Setup
     from planner.vehicle.model import Responses, VehicleModel
@@ -65,9 +64,6 @@ NOISE_ASSUMED = Rule(
 _CONTINUE_AFTER_LAND = 4
 """Bit of ArduPilot's MIS_OPTIONS."""
 _BISECTIONS = 60
-_RESIDENCES, _STOP_SAMPLES = 20.0, 1001
-"""After so many mean residence times a response has ended; places looked at until then, and about the
-greatest way. [-]"""
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
 
@@ -365,11 +361,7 @@ class StepPilot(Value):
 
         An underdamped response swings back from there to where `stop` has it stand.
         """
-        if self.vehicle.ramps is not None:
-            return self.stop(speed_m_s)[0]
-        response = self.vehicle.responses.speed
-        factor_s = 0.0 if response is None else _farthest_s(response.transfer_function)
-        return speed_m_s * factor_s
+        return _farthest_step_stop_m(self.vehicle, speed_m_s)
 
     @property
     def _speed_m_s(self) -> float:
@@ -567,36 +559,19 @@ def _residence_s(vehicle: VehicleModel) -> float:
     return 0.0 if response is None else response.transfer_function.mean_residence_time_s
 
 
-@lru_cache(maxsize=64)
-def _farthest_s(response: TransferFunction) -> float:
-    """Return the greatest way of a stop over the speed it begins from. [s]
-
-    The integral of what the response to a unit step lacks is greatest where the response first passes its
-    steady value; without overshoot it grows to the mean residence time.
-    """
-    residence_s = response.mean_residence_time_s
-    gain = response.dc_gain or 1.0
-    least_s, most_s = 0.0, _RESIDENCES * residence_s
-    for _ in range(2):  # about the greatest once more, closely
-        time_s = np.linspace(least_s, most_s, _STOP_SAMPLES)
-        way_s = time_s - _lost_s(response, time_s) / gain
-        nearest = int(np.argmax(way_s))
-        least_s, most_s = time_s[[max(nearest - 1, 0), min(nearest + 1, len(time_s) - 1)]]
-    return max(float(way_s[nearest]), residence_s)
-
-
-def _lost_s(response: TransferFunction, time_s: FloatArray) -> FloatArray:
-    """Return the integral of the response to a unit step, up to times. [s]"""
-    return np.asarray(
-        response.modes.impulse_integral(np.maximum(time_s - response.delay_s, 0.0), 2)
-    )
+def _farthest_step_stop_m(vehicle: VehicleModel, speed_m_s: FloatArray) -> FloatArray:
+    """Return the way up to where a vehicle that answers steps first stands, or turns back."""
+    if vehicle.ramps is not None:
+        return 0.5 * speed_m_s**2 / vehicle.ramps.braking_m_s2
+    response = vehicle.responses.speed
+    return speed_m_s * (0.0 if response is None else farthest_stop_s(response.transfer_function))
 
 
 class StopRoom(Value):
     """The room a vehicle needs straight ahead to react, and to stop.
 
-    v t_r + s(v) + max(w, 0) t_r: the distance until somebody or something reacts, the distance from then
-    to standing still, and what the part w of the wind that blows ahead carries it meanwhile.
+    v t_r + s(v) + max(w, 0) t_r: the distance until somebody or something reacts, the farthest it gets
+    from then on, and what the part w of the wind that blows ahead carries it meanwhile.
     """
 
     vehicle: VehicleModel
@@ -604,11 +579,11 @@ class StopRoom(Value):
     """``None``: the vehicle answers reference steps."""
     reaction_time_s: float
 
-    def stopping_distance_m(self, speed_m_s: npt.ArrayLike) -> FloatArray:
-        """Return the distance from ground speeds to standing still: s(v). [m]"""
+    def farthest_stop_m(self, speed_m_s: npt.ArrayLike) -> FloatArray:
+        """Return how far a stop from ground speeds gets: s(v); what overshoots ends before it. [m]"""
         speed = np.asarray(speed_m_s, np.float64)
         if self.parameters is None:
-            return np.asarray(speed * _residence_s(self.vehicle))
+            return np.asarray(_farthest_step_stop_m(self.vehicle, speed))
         from planner.vehicle.parameters.px4 import Px4Parameters
 
         if isinstance(self.parameters, Px4Parameters):
@@ -626,7 +601,7 @@ class StopRoom(Value):
         """
         speed = np.asarray(speed_m_s, np.float64)
         drift = np.maximum(np.asarray(tail_wind_m_s, np.float64), 0.0)
-        return (speed + drift) * self.reaction_time_s + self.stopping_distance_m(speed)
+        return (speed + drift) * self.reaction_time_s + self.farthest_stop_m(speed)
 
     def fitting_speed_m_s(
         self, room_m: float, *, at_most_m_s: float, tail_wind_m_s: float = 0.0

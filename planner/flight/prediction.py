@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
+from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.power import SteadyPower
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.quadrature import unit_quadrature
+from planner.physics.response import farthest_stop_s
 from planner.quantity import mean_of
 from planner.units import wh_from_j
 from planner.values import Value, field_values, replace
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from planner.flight.power import Transients
     from planner.mission.route.stage import Route
     from planner.setup import Setup
+    from planner.vehicle.model import VehicleModel
 
 # Gauss-Legendre on [0, 1]: exact to degree 7; against 32 nodes within 1e-5 on the sample missions.
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(4)
@@ -54,6 +57,8 @@ class Segment(Value):
     """Distance to stand still from its speed, for cruise and brake. [m]"""
     stopping_distance_m_p90: float | None = None
     """Exceeded by one flight of ten; ``None`` while the model carries no spread of it. [m]"""
+    farthest_stop_m: float | None = None
+    """How far such a stop gets, beyond where it ends if the vehicle swings back. [m]"""
 
 
 class Segments(Sequence[Segment]):
@@ -62,14 +67,19 @@ class Segments(Sequence[Segment]):
     A survey of 10,000 items has 70,000 of them; its verdict needs only their columns.
     """
 
-    __slots__ = ("_columns", "_energy_j", "_start_s", "_stopping_factor_p90")
+    __slots__ = ("_columns", "_energy_j", "_overshoot_s", "_start_s", "_stopping_factor_p90")
 
     def __init__(
-        self, columns: SegmentColumns, energy_j: FloatArray, stopping_factor_p90: float | None
+        self,
+        columns: SegmentColumns,
+        energy_j: FloatArray,
+        stopping_factor_p90: float | None,
+        overshoot_s: float,
     ) -> None:
         self._columns = columns
         self._energy_j = energy_j
         self._stopping_factor_p90 = stopping_factor_p90
+        self._overshoot_s = overshoot_s
         self._start_s = columns.start_s
 
     def __len__(self) -> int:
@@ -86,6 +96,7 @@ class Segments(Sequence[Segment]):
         columns = self._columns
         stopping_m = float(columns.stopping_distance_m[index])
         stops, factor_p90 = not np.isnan(stopping_m), self._stopping_factor_p90
+        speed_m_s = float(columns.speed_m_s[index])
         return Segment(
             index=index,
             item=int(columns.item[index]),
@@ -94,9 +105,10 @@ class Segments(Sequence[Segment]):
             duration_s=float(columns.duration_s[index]),
             distance_m=float(columns.distance_m[index]),
             climb_m=float(columns.climb_m[index]),
-            speed_m_s=float(columns.speed_m_s[index]),
+            speed_m_s=speed_m_s,
             energy_wh=float(wh_from_j(self._energy_j[index])),
             stopping_distance_m=stopping_m if stops else None,
+            farthest_stop_m=stopping_m + speed_m_s * self._overshoot_s if stops else None,
             stopping_distance_m_p90=(
                 stopping_m * factor_p90 if stops and factor_p90 is not None else None
             ),
@@ -180,6 +192,8 @@ class Flight(Value, eq=False, dict=True):
     """Power there without the transients. (p, k) [W]"""
     stopping_factor_p90: float | None = None
     """Factor on stopping distances that one flight of ten exceeds; ``None``: not known. [-]"""
+    overshoot_s: float = 0.0
+    """How much farther a stop gets than where it ends, over the speed it begins from. [s]"""
 
     @cached_property
     def node_power_w(self) -> FloatArray:
@@ -198,7 +212,9 @@ class Flight(Value, eq=False, dict=True):
     @property
     def segments(self) -> Segments:
         """The segments one by one."""
-        return Segments(self.motion.segments, self.segment_energy_j, self.stopping_factor_p90)
+        return Segments(
+            self.motion.segments, self.segment_energy_j, self.stopping_factor_p90, self.overshoot_s
+        )
 
     @cached_property
     def peak_power_w(self) -> float:
@@ -263,7 +279,17 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
         node_s=node_s,
         node_state=state,
         node_steady_w=steady_w,
+        overshoot_s=_overshoot_s(power.vehicle),
     )
+
+
+def _overshoot_s(vehicle: VehicleModel) -> float:
+    """Return by how much a stop passes where it ends, over the speed; autopilots brake to a point. [s]"""
+    response = vehicle.responses.speed
+    if vehicle.reference is not Autopilot.STEP or response is None:
+        return 0.0
+    system = response.transfer_function
+    return farthest_stop_s(system) - system.mean_residence_time_s
 
 
 def segment_energies_j(

@@ -38,6 +38,9 @@ _CLOSE = 0.1  # poles nearer than this fraction of their modulus lose digits as 
 _UNDAMPED = 1e-12  # damping ratio that is lost in the rounding of the roots
 _TAYLOR_TERMS = 27  # 2^27 / 27! is 1e-20
 _NEGLIGIBLE = 1e-12  # of the steady value
+_RESIDENCES, _STOP_SAMPLES = 20.0, 1001
+"""After so many mean residence times a response has ended; places looked at until then, and about the
+greatest way. [-]"""
 _MOST_TURNS = 4_000_000
 
 
@@ -686,3 +689,28 @@ def _bracketed_roots(
         if done.all():
             break
     return root
+
+
+@lru_cache(maxsize=64)
+def farthest_stop_s(response: TransferFunction) -> float:
+    """Return the greatest way of a stop over the speed it begins from. [s]
+
+    The integral of what the response to a unit step lacks is greatest where the response first passes its
+    steady value; without overshoot it grows to the mean residence time.
+    """
+    residence_s = response.mean_residence_time_s
+    gain = response.dc_gain or 1.0
+    least_s, most_s = 0.0, _RESIDENCES * residence_s
+    for _ in range(2):  # about the greatest once more, closely
+        time_s = np.linspace(least_s, most_s, _STOP_SAMPLES)
+        way_s = time_s - _lost_s(response, time_s) / gain
+        nearest = int(np.argmax(way_s))
+        least_s, most_s = time_s[[max(nearest - 1, 0), min(nearest + 1, len(time_s) - 1)]]
+    return max(float(way_s[nearest]), residence_s)
+
+
+def _lost_s(response: TransferFunction, time_s: FloatArray) -> FloatArray:
+    """Return the integral of the response to a unit step, up to times. [s]"""
+    return np.asarray(
+        response.modes.impulse_integral(np.maximum(time_s - response.delay_s, 0.0), 2)
+    )

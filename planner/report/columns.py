@@ -41,6 +41,7 @@ DIGITS = {
     "speed_m_s": 1,
     "energy_wh": 3,
     "stopping_distance_m": 1,
+    "farthest_stop_m": 1,
     "stopping_distance_m_p90": 1,
     "arrival_s": 1,
     "energy_used_wh": 3,
@@ -62,7 +63,7 @@ def cell_text(key: str, value: Any, absent: str = "") -> str:  # noqa: ANN401 - 
 def segments_text(result: CheckResult) -> str:
     """Return the segments as an aligned table; heights are changes, ``stop`` is to stand still."""
     rows = [
-        [cell_text(key, getattr(one, key)) for key in SEGMENT_KEYS[:-1]] for one in result.segments
+        [cell_text(key, getattr(one, key)) for key in SEGMENT_KEYS[:-2]] for one in result.segments
     ]
     lines = table_lines([*_HEADS, *rows], alignment=">><>>>>>>>")
     if not result.setup.is_vehicle_named:

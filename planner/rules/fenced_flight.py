@@ -103,7 +103,7 @@ class FencedFlight(Value, eq=False, dict=True):
     @cached_property
     def at_once_m(self) -> FloatArray:
         """Where the vehicle has stopped if it brakes at once. (n + 1, 2) [m]"""
-        return self.ahead_m(self.room.stopping_distance_m(self.path.speed_m_s))
+        return self.ahead_m(self.room.farthest_stop_m(self.path.speed_m_s))
 
     @cached_property
     def tail_wind_m_s(self) -> FloatArray:

@@ -164,7 +164,7 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         about_m = needed_m + margin_m
         free_m = _free_way_m(barrier, start, end, margin_m)
         speed = float(flown.path.speed_m_s[narrow.point])
-        stop_m = float(flown.room.stopping_distance_m(speed))
+        stop_m = float(flown.room.farthest_stop_m(speed))
         message = (
             f"stopping from {quantity.speed(speed)} takes {_metres(about_m)} "
             f"({_metres(needed_m - stop_m)} reaction, {_metres(stop_m)} braking, {_metres(margin_m)} "

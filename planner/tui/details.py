@@ -89,7 +89,9 @@ def segment_details(result: CheckResult, index: int) -> Details:
         ("Energy", quantity.energy(segment.energy_wh)),
     ]
     if segment.stopping_distance_m is not None:
-        parts.append(("Stops in", quantity.distance(segment.stopping_distance_m)))
+        stop_m, farthest_m = segment.stopping_distance_m, segment.farthest_stop_m
+        beyond = "" if farthest_m == stop_m else f", gets as far as {quantity.distance(farthest_m)}"
+        parts.append(("Stops in", f"{quantity.distance(stop_m)}{beyond}"))
     parts += _found(result, segment.item)
     title = f"Segment {segment.index}: {segment.state}, for item {segment.item}"
     return Details(title=title, parts=tuple(parts))

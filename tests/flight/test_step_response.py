@@ -73,6 +73,9 @@ def test_a_full_stop_covers_the_articles_stopping_distance() -> None:
     assert brake.state is FlightState.BRAKE
     assert brake.stopping_distance_m == pytest.approx(31.889, abs=0.001)
     assert brake.distance_m == pytest.approx(31.889, abs=0.001)
+    # swarm.md: the response passes that point and swings back
+    assert cruise.farthest_stop_m == pytest.approx(32.654, abs=0.001)
+    assert brake.farthest_stop_m == pytest.approx(32.654, abs=0.001)
 
 
 def test_accelerating_ends_where_98_percent_of_the_speed_is_reached() -> None:

@@ -69,7 +69,7 @@ def test_everywhere_on_the_way_there_is_room_to_react_and_stop() -> None:
     # committed and fast: straight ahead for a second, its stop, and 2.5 m
     fast = np.flatnonzero(flown.path.is_committed & (speed > 5.0))
     assert len(fast) > 4
-    stop_m = flown.room.stopping_distance_m(speed[fast])
+    stop_m = flown.room.farthest_stop_m(speed[fast])
     ahead = np.column_stack((flown.path.east_m_s, flown.path.north_m_s))[fast] / speed[fast, None]
     for reach_m, inside in ((speed[fast] + stop_m + 2.5, room), (speed[fast] + stop_m, tight)):
         there = path[fast] + ahead * reach_m[:, None]

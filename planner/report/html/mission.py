@@ -167,6 +167,7 @@ _HEADS = {
     "speed_m_s": "Speed [m/s]",
     "energy_wh": "Energy [Wh]",
     "stopping_distance_m": "Stopping distance [m]",
+    "farthest_stop_m": "A stop gets as far as [m]",
     "stopping_distance_m_p90": "9 of 10 stop within [m]",
     "arrival_s": "Reached [s]",
     "energy_used_wh": "Energy used [Wh]",
