@@ -46,8 +46,8 @@ if TYPE_CHECKING:
 
 _BOUNDED = frozenset({"E105", "E122", "E127", "E129"})
 """What is not counted and is held against the margin: a shorter flight mends it where it has more of that."""
-MENDED = _BOUNDED | {"E101", "E102", "E103", "E104", "E116", "E119", "E124", "M102"}
-"""What a shorter flight mends, or the return that ends each part."""
+MENDED = _BOUNDED | {"E101", "E102", "E103", "E104", "E116", "E119", "E124", "M102", "M126"}
+"""What a shorter flight mends, fewer items, or the return that ends each part."""
 _MOST_PARTS = 99
 _TRIES = 60
 """Earlier places a part is tried to end at, where more than energy is wrong with its longest form."""

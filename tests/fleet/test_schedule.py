@@ -21,6 +21,7 @@ from planner.fleet.schedule import (
     best_schedule,
     smallest_conflict,
 )
+from planner.fleet.turns import first_turns
 
 if TYPE_CHECKING:
     from planner.fleet.schedule import Conflicts
@@ -172,6 +173,39 @@ def test_sorties_that_wait_for_packs_are_planned_to_the_least(seed: int, sorties
     least = brute_force(tasks, means, conflicts, draws=(rng, 300))
     assert made.makespan_s <= least[Objective.MAKESPAN]
     assert made.is_best
+
+
+def test_sorties_on_few_packs_begin_with_each_in_its_turn() -> None:
+    """Two packs of 100 s and a charger of 1,000 s: a pack is full at 1,110, 2,110, 3,110 s …"""
+    uses = PackUse(packs="P", charge_s={"c": 1000.0})
+    tasks = tasks_of([100.0] * 5, ["a", "b"], uses)
+    means = Means(
+        vehicles=unbounded(["a", "b"]),
+        packs={"P": PackGroup(count=2)},
+        chargers={"c": 1},
+        swap_s=10.0,
+    )
+    turns = first_turns(tasks, means, {}, most_vehicles=1)
+    assert turns is not None
+    starts = [turns.of_tasks[place].start for place in range(5)]
+    assert starts == [0, 110_000, 1_110_000, 2_110_000, 3_110_000]
+    made = best_schedule(tasks, means, {}, minimize=Objective.MAKESPAN, effort_s=0.1)
+    assert made is not None
+    # three charges before the last flight: the bound says so too
+    assert (made.makespan_s, made.bound, made.is_best) == (3210.0, 3210.0, True)
+
+
+def test_who_starts_in_turn_keeps_out_of_the_way_of_those_before() -> None:
+    tasks = tasks_of([100.0, 100.0], ["a", "b"])
+    closed = {
+        ((0, one), (1, two)): ((-math.inf, 30.0), (40.0, 130.0)) for one in (0, 1) for two in (0, 1)
+    }
+    means = Means(vehicles={"a": (5.0, math.inf), "b": (5.0, math.inf)})
+    turns = first_turns(tasks, means, closed, most_vehicles=None)
+    assert turns is not None
+    assert [turns.of_tasks[place].start for place in (0, 1)] == [5_000, 35_000]
+    late = Means(vehicles={"a": (0.0, 150.0)})
+    assert first_turns(tasks_of([100.0, 100.0], ["a"]), late, {}, most_vehicles=None) is None
 
 
 def test_a_search_that_is_stopped_keeps_the_best_so_far() -> None:

@@ -240,6 +240,16 @@ def test_a_speed_no_model_covers_is_named_where_nothing_can_be_split() -> None:
         split_mission(fast, SURVEYOR, battery=Battery(capacity_wh=150.0))
 
 
+def test_more_items_than_the_vehicle_holds_are_flown_in_parts_that_it_holds() -> None:
+    """ArduCopter holds 649 beside home: the fix of M126 is to split."""
+    many = mission(takeoff(20.0), *(waypoint(0.5 * metre, 20.0) for metre in range(660)), rtl())
+    split = split_mission(many, SURVEYOR, battery=Battery(capacity_wh=400.0))
+    assert [one.code for one in split.whole.findings if one.code == "M126"] == ["M126"]
+    counts = [len(read_plan_text(one.text, source=one.file).items) for one in split.parts]
+    assert len(counts) == 2
+    assert max(counts) <= 649
+
+
 def test_a_mission_for_no_vehicle_is_not_split_but_asks_for_one() -> None:
     nobody = replace(Setup(ARTICLE, battery=Battery(capacity_wh=40.0)), is_vehicle_named=False)
     with pytest.raises(SplitError, match=r"cannot be split before .* X903 .* with --vehicle"):
