@@ -50,7 +50,7 @@ _TOTALS = (
 )
 
 
-PLAN_NOTE = "All keep apart in flight; in the plan that is written, on every return too."
+PLAN_NOTE = "All keep apart in flight, and on every return where a row does not say otherwise."
 HOLDS = {True: "yes", False: "no", None: "not judged"}
 
 

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 PLAN_FILE = "fleet.toml"
 _MOST_REPAIRS = 60
 """Times a plan is made again without what the check of the fleet found."""
+_ROW_REPAIRS = 5
+"""The same for a row of the table of numbers of vehicles, which else says that its returns are not clear."""
 _MOST_DOUBLED = 12
 _SAME = 1e-3
 """Amounts no farther apart are equal: the schedule counts in thousandths. [s, Wh]"""
@@ -57,6 +59,8 @@ class PlanRow(Value):
     largest_sortie_wh: float
     is_in_time: bool
     """Whether all have landed by the end of the operation."""
+    is_clear: bool
+    """Whether the check of the whole fleet finds no two in each other's way, on returns too."""
     gap: float
     """How far the makespan may be above the least there is. [-]"""
 
@@ -97,9 +101,11 @@ class FleetPlan(Value):
 
     def marks(self, row: PlanRow) -> tuple[str, ...]:
         """Return what a number of vehicles is: the fewest in time, the one of least energy."""
-        in_time = [one for one in self.rows if one.is_in_time]
         if not row.is_in_time:
             return ("too late",)
+        if not row.is_clear:
+            return ("returns not clear",)
+        in_time = [one for one in self.rows if one.is_in_time and one.is_clear]
         found = ["fewest in time"] if row is in_time[0] else []
         least = min(in_time, key=lambda one: one.energy_wh)
         return (*found, "least energy") if row is least else (*found,)
@@ -234,14 +240,12 @@ class _Planning:
                 self._candidates[counts] = self._ways.candidate(counts)
             candidates.append(self._candidates[counts])
         endless = replace(self._ways.means(), latest_s=math.inf)
-        found = [
-            one
-            for candidate in candidates
-            if (one := self._cleared(candidate, Objective.MAKESPAN, endless, vehicles)) is not None
-        ]
-        if not found:
+        found = self._judged(
+            Objective.MAKESPAN, candidates, endless, vehicles=vehicles, repairs=_ROW_REPAIRS
+        )
+        if found is None:
             return None, candidates
-        schedule, candidate = min(found, key=lambda one: _rank(one[0]))
+        schedule, candidate, result = found
         latest_s = self._fleet.operation.latest_s
         largest_wh = max(
             candidate.tasks[one.task].options[one.option].energy_wh for one in schedule.departures
@@ -254,6 +258,7 @@ class _Planning:
             packs=schedule.packs,
             largest_sortie_wh=largest_wh,
             is_in_time=latest_s is None or schedule.makespan_s <= latest_s,
+            is_clear=not self._at_fault(candidate, result),
             gap=schedule.gap(Objective.MAKESPAN),
         ), candidates
 
@@ -262,12 +267,11 @@ class _Planning:
     ) -> FleetPlan:
         """Return the plan with least of something, and nothing wrong with the fleet as a whole."""
         means = self._ways.means()
-        for _ in range(_MOST_REPAIRS):
-            schedule, candidate = self._best(minimize, candidates, means)
-            planned = self._planned(candidate, schedule)
-            result = check_fleet(planned, checks=self._ways.checks)
-            if not self._forbidden(candidate, schedule, result):
-                break
+        found = self._judged(minimize, candidates, means, repairs=_MOST_REPAIRS)
+        if found is None:
+            raise FleetPlanError(self._why_not(candidates, means))
+        schedule, _, result = found
+        planned = result.fleet
         if result.verdict != "go":
             wrong = next(one for one in result.all_findings if one.severity is Severity.ERROR)
             msg = f"{self._fleet.source}: no plan was found that is a go: {wrong.code} {wrong.message}"
@@ -283,18 +287,36 @@ class _Planning:
             cut_short=self._patience.cut_short,
         )
 
-    def _best(
-        self, minimize: Objective, candidates: Sequence[Candidate], means: Means
-    ) -> tuple[Schedule, Candidate]:
-        """Return the best schedule of several divisions of the jobs."""
-        found = [
-            one
-            for candidate in dict.fromkeys(candidates)
-            if (one := self._cleared(candidate, minimize, means, None)) is not None
-        ]
-        if not found:
-            raise FleetPlanError(self._why_not(candidates, means))
-        return min(found, key=lambda one: _rank(one[0], minimize))
+    def _judged(
+        self,
+        minimize: Objective,
+        candidates: Sequence[Candidate],
+        means: Means,
+        *,
+        vehicles: int | None = None,
+        repairs: int,
+    ) -> tuple[Schedule, Candidate, FleetResult] | None:
+        """Return the best schedule of several divisions of the jobs, with the check of the fleet.
+
+        What that finds between two sorties is forbidden and planned again, so many times at most.
+        """
+        for _ in range(repairs):
+            found = [
+                one
+                for candidate in dict.fromkeys(candidates)
+                if (one := self._cleared(candidate, minimize, means, vehicles)) is not None
+            ]
+            if not found:
+                return None
+            schedule, candidate = min(found, key=lambda one: _rank(one[0], minimize))
+            planned = self._planned(candidate, schedule)
+            if vehicles is not None:  # a row of the table: what it survives is not asked
+                operation = replace(planned.operation, must_survive=())
+                planned = replace(planned, operation=operation)
+            result = check_fleet(planned, checks=self._ways.checks)
+            if not self._forbidden(candidate, schedule, result):
+                break
+        return schedule, candidate, result
 
     def _cleared(
         self, candidate: Candidate, minimize: Objective, means: Means, vehicles: int | None
@@ -391,17 +413,24 @@ class _Planning:
 
     def _forbidden(self, candidate: Candidate, schedule: Schedule, result: FleetResult) -> bool:
         """Return whether the check of the fleet found two sorties at fault; if so, forbid their starts."""
-        places = {part.name: number for number, part in enumerate(candidate.parts)}
-        pairs = {
-            tuple(sorted(places[name] for name in pair))
-            for one in result.findings
-            if one.finding.severity is Severity.ERROR and len(one.sorties) > 1
-            for pair in combinations(one.sorties, 2)
-        }
-        for first, second in sorted(pairs):
+        pairs = self._at_fault(candidate, result)
+        for first, second in pairs:
             pair = (schedule.departures[first], schedule.departures[second])
             self._forbid(candidate, *pair, with_returns=True)
         return bool(pairs)
+
+    @staticmethod
+    def _at_fault(candidate: Candidate, result: FleetResult) -> list[tuple[int, ...]]:
+        """Return the pairs of sorties that the check of the fleet found in each other's way."""
+        places = {part.name: number for number, part in enumerate(candidate.parts)}
+        return sorted(
+            {
+                tuple(sorted(places[name] for name in pair))
+                for one in result.findings
+                if one.finding.severity is Severity.ERROR and len(one.sorties) > 1
+                for pair in combinations(one.sorties, 2)
+            }
+        )
 
     def _forbid(
         self, candidate: Candidate, one: Departure, two: Departure, *, with_returns: bool

@@ -67,6 +67,7 @@ def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
     assert made.result.totals.makespan_s == pytest.approx(alone.time_s, rel=1e-3)
     assert [row.vehicles for row in made.rows] == [1, 2]
     assert made.rows[0].makespan_s > 2.0 * made.rows[1].makespan_s  # it has to get there
+    assert all(row.is_clear for row in made.rows)
     file = write_plan(made, tmp_path / "out")
     assert file == tmp_path / "out" / PLAN_FILE
     again = check_fleet(read_fleet(file))
@@ -182,6 +183,12 @@ def test_two_from_one_pad_take_it_one_after_the_other(tmp_path: Path) -> None:
     assert second.start_s == pytest.approx(first.end_s + 120.0, abs=2e-3)
     assert made.result.verdict == "go"
     assert made.schedule.is_best
+    # the row of two vehicles is judged with the returns too, as the plan is
+    [row] = made.rows
+    assert row.makespan_s == pytest.approx(made.result.totals.makespan_s, abs=2e-3)
+    assert (row.is_clear, made.marks(row)) == (True, ("fewest in time", "least energy"))
+    unclear = replace(made, rows=(replace(row, is_clear=False),))
+    assert unclear.marks(unclear.rows[0]) == ("returns not clear",)
 
 
 def test_a_search_that_is_cut_short_still_ends_with_a_whole_plan(tmp_path: Path) -> None:

@@ -70,6 +70,7 @@ def plan(result: FleetResult) -> FleetPlan:
             packs=count,
             largest_sortie_wh=60.0 / count,
             is_in_time=count > 1,
+            is_clear=True,
             gap=0.0,
         )
         for count in (1, 2, 3)

@@ -405,7 +405,13 @@ def time_axis(tables: FleetTables, column: str = "time_min") -> Chart:
     return axis.scale(domain=[0.0, max(tables.end_min, 1e-3)], nice=False)
 
 
-_OUTCOMES = {"fewest in time": GREEN, "least energy": ORANGE, "too late": GREY, "": SKY}
+_OUTCOMES = {
+    "fewest in time": GREEN,
+    "least energy": ORANGE,
+    "too late": GREY,
+    "returns not clear": RED,
+    "": SKY,
+}
 
 
 def numbers_figures(plan: FleetPlan) -> dict[str, Chart]:
