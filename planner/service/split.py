@@ -101,6 +101,8 @@ class _Forecast:
         """For each place a part may end at, with the return from there. [Wh]"""
         self._off_wh = 0.0
         """What parts take beyond their forecast, by the one checked last."""
+        self._short_wh = 0.0
+        """What was left of the last part that did not fit, for its risk asks for more."""
 
     def ending_at(self, cuts: Sequence[SplitPoint]) -> None:
         """Take the places parts may end at."""
@@ -109,7 +111,7 @@ class _Forecast:
 
     def reach(self, start: SplitPoint | None) -> int:
         """Return the last place a part should end at; below 0: none."""
-        limit_wh = self._above_wh + self._ways.saved(start) - self._off_wh
+        limit_wh = self._above_wh - self._short_wh + self._ways.saved(start) - self._off_wh
         return int(np.searchsorted(self._needed_wh, limit_wh, side="right")) - 1
 
     def learn(self, start: SplitPoint | None, end: int, margin_wh: float | None) -> None:
@@ -117,6 +119,10 @@ class _Forecast:
         if margin_wh is not None and math.isfinite(margin_wh):
             forecast_wh = float(self._needed_wh[end]) - self._ways.saved(start)
             self._off_wh = self._above_wh - margin_wh - forecast_wh
+
+    def aim(self, margin_wh: float | None) -> None:
+        """Take what is left of a part that is just too long to fit."""
+        self._short_wh = max(margin_wh or 0.0, 0.0)
 
     def is_rest_too_much(self, start: SplitPoint | None) -> bool:
         """Return whether the legs from a place to the end alone take more than there is."""
@@ -272,7 +278,9 @@ class PartSearch:
             place = (low + high) // 2
             if tries < _GUESSES:
                 place = low if forecast is None else forecast.reach(start)
-                if not low < place < high:
+                if low >= first and high < len(cuts) and not low < place < high:
+                    place = (low + high) // 2
+                elif not low < place < high:
                     place = low + stride if place <= low else high - stride
                     stride *= 2
                 place = min(max(place, low + 1), high - 1)
@@ -280,6 +288,8 @@ class PartSearch:
             low, high = (place, high) if trial.fits else (low, place)
             if forecast is not None:
                 forecast.learn(start, place, trial.margin_wh)
+        if forecast is not None and high < len(cuts):
+            forecast.aim(self._trial(start, cuts[high]).margin_wh)
         for end in range(low, max(low - _TRIES, first - 1), -1):
             if self._trial(start, cuts[end]).goes:
                 return end

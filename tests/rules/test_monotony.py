@@ -45,7 +45,7 @@ ROUNDING_WH = 1e-6
 """Energies are sums of thousands of parts."""
 
 flights = st.sampled_from(FLOWN)
-many = settings(max_examples=20, deadline=None)
+many = settings(max_examples=12, deadline=None)
 
 
 @st.composite

@@ -50,7 +50,7 @@ def test_a_longer_leg_costs_its_length_over_the_speed_at_hover_power() -> None:
         assert more_wh == pytest.approx(by_hand_wh, rel=2e-3)
 
 
-@pytest.mark.parametrize(("made", "low", "high"), [(LONG, 9.0, 13.5), (ZIGZAG, 4.0, 7.0)])
+@pytest.mark.parametrize(("made", "low", "high"), [(LONG, 11.5, 12.9), (ZIGZAG, 6.0, 7.2)])
 def test_the_best_speeds_are_those_of_a_scan_at_a_hundredth(
     made: planner.Mission, low: float, high: float
 ) -> None:
@@ -89,7 +89,9 @@ def test_a_point_of_the_curve_is_what_the_check_says() -> None:
 def test_a_headwind_makes_the_best_range_faster_over_the_air_and_dearer() -> None:
     there = mission(takeoff(50.0), waypoint(4000.0, 50.0), item(21, north(4000.0), 0.0))
     calm, windy = (
-        predict_speed_curve(there, SURVEYOR, wind=Wind(speed_m_s=of, from_deg=0.0)).best_range
+        predict_speed_curve(
+            there, SURVEYOR, from_m_s=9.0, wind=Wind(speed_m_s=of, from_deg=0.0)
+        ).best_range
         for of in (0.0, 4.0)
     )
     assert calm is not None
@@ -138,26 +140,30 @@ def test_the_fastest_with_room_to_the_fence_is_told_apart_from_the_fastest_that_
 
 def test_without_power_over_airspeed_no_best_speed_is_told() -> None:
     for vehicle in (ARTICLE, TIMED):
-        curve = predict_speed_curve(LONG, vehicle)
+        curve = predict_speed_curve(LONG, vehicle, step_m_s=5.0)
         assert not curve.is_power_over_speed_known
         assert curve.best_range is None
         assert curve.best_endurance is None
-    assert predict_speed_curve(LONG, TIMED).fastest_fitting is None
-    assert np.isnan(predict_speed_curve(LONG, TIMED).energy_wh).all()
+    assert curve.fastest_fitting is None
+    assert np.isnan(curve.energy_wh).all()
 
 
 def test_the_present_speed_is_the_commanded_one_the_vehicles_own_or_several() -> None:
     slow_then_fast = mission(
         takeoff(50.0), speed(4.0), waypoint(500.0, 50.0), speed(8.0), waypoint(0.0, 50.0), rtl()
     )
-    assert predict_speed_curve(LONG, SURVEYOR, step_m_s=7.0).present.speed_m_s == 10.0
-    assert predict_speed_curve(LONG, TIMED, step_m_s=7.0).present.speed_m_s == 5.0
-    assert predict_speed_curve(slow_then_fast, SURVEYOR, step_m_s=7.0).present.speed_m_s is None
+    for made, vehicle, present_m_s in (
+        (LONG, SURVEYOR, 10.0),
+        (LONG, TIMED, 5.0),
+        (slow_then_fast, SURVEYOR, None),
+    ):
+        curve = predict_speed_curve(made, vehicle, from_m_s=6.0, to_m_s=6.0)
+        assert curve.present.speed_m_s == present_m_s
 
 
 def test_the_range_ends_where_the_model_or_the_vehicle_does() -> None:
-    assert predict_speed_curve(LONG, SURVEYOR, step_m_s=7.0).speed_m_s[-1] == 15.1
-    assert predict_speed_curve(LONG, TIMED, step_m_s=7.0).speed_m_s[-1] == 12.0  # MPC_XY_VEL_MAX
+    assert predict_speed_curve(LONG, SURVEYOR, from_m_s=14.0).speed_m_s[-1] == 15.1
+    assert predict_speed_curve(LONG, TIMED, from_m_s=11.0).speed_m_s[-1] == 12.0  # MPC_XY_VEL_MAX
 
 
 @pytest.mark.parametrize(

@@ -283,7 +283,7 @@ def test_no_part_has_a_greater_chance_of_landing_below_the_reserve_than_asked_fo
 
 
 def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    split = split_mission(survey(8, 1200.0), SURVEYOR, battery=Battery(capacity_wh=70.0))
+    split = split_mission(survey(3, 1200.0), SURVEYOR, battery=Battery(capacity_wh=70.0))
     assert len(split.parts) > 1
     write_split(split, tmp_path)
     assert len(list(tmp_path.iterdir())) == len(split.parts)
@@ -338,7 +338,7 @@ def test_each_part_is_as_long_as_fits_however_far_off_the_first_guess_is() -> No
 def test_a_long_search_says_how_far_it_is() -> None:
     said: list[str] = []
     split = split_mission(
-        survey(8, 1200.0), SURVEYOR, battery=Battery(capacity_wh=70.0), on_step=said.append
+        survey(3, 1200.0), SURVEYOR, battery=Battery(capacity_wh=70.0), on_step=said.append
     )
     assert said[0].startswith("cutting between items: 1 part, up to item")
     assert len(said) >= len(split.parts) - 1
