@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _RELATIVE_FRAME, _AMSL_FRAME, _MISSION_FRAME = 3, 0, 2
 _CHANGE_SPEED = 178
 """MAV_CMD_DO_CHANGE_SPEED."""
+_LAND = 21
+"""MAV_CMD_NAV_LAND."""
 _SPEED = "current.cruising_speed"
 _ITEM = ("sequence_current", "nav_cmd", "latitude", "longitude", "altitude")
 _SETTLED_S = 0.5
@@ -47,21 +49,31 @@ _SETTLED_S = 0.5
 
 
 def missions_flown(
-    items: MessageTable | None, setpoints: MessageTable | None
+    items: MessageTable | None,
+    setpoints: MessageTable | None,
+    modes: tuple[tuple[float, str], ...] = (),
 ) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
     """Return the mission as far as it was flown, with its time; empty where none is logged.
 
     PX4 logs an item with a place when it begins it, and the speed it then flies by: a number left
-    out before an item from which on another speed is flown was a change of speed.
+    out before an item from which on another speed is flown was a change of speed.  A place to land at is
+    flown to as to a waypoint first, under the number of the landing (``do_need_move_to_land``).  Other modes
+    number items of their own.
     """
     if items is None or not items.has(*_ITEM):
         return ()
     found: dict[int, LoggedItem] = {}
     begun_s: dict[int, float] = {}
-    for row, time_s in enumerate(items.time_s.tolist()):
+    entered_s = np.array([time_s for time_s, _ in modes])
+    is_mission = np.array([True, *(name == AUTO_MISSION for _, name in modes)])
+    rows = np.flatnonzero(is_mission[np.searchsorted(entered_s, items.time_s, side="right")])
+    for row in rows.tolist():
         sequence = int(items.numbers["sequence_current"][row])
-        begun_s.setdefault(sequence, time_s)
-        found.setdefault(sequence, _item(items, row, sequence))
+        begun_s.setdefault(sequence, float(items.time_s[row]))
+        if sequence not in found or items.numbers["nav_cmd"][row] == _LAND:
+            found[sequence] = _item(items, row, sequence)
+    if not found:
+        return ()
     if setpoints is not None and setpoints.has(_SPEED):
         found |= _speed_changes(begun_s, setpoints)
     return ((float(items.time_s[0]), tuple(found[number] for number in sorted(found))),)
@@ -366,7 +378,7 @@ def ulog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
             ),
             homes=logged_homes(topics.get("home_position"), ("lat", "lon", "alt")),
             missions=missions_flown(
-                topics.get("navigator_mission_item"), topics.get("position_setpoint_triplet")
+                topics.get("navigator_mission_item"), topics.get("position_setpoint_triplet"), modes
             ),
             parameters=log.parameters,
             autopilot=Autopilot.PX4,

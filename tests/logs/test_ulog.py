@@ -13,7 +13,9 @@ from ulog_writer import UlogWriter, px4_log
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.logs.files import read_log
-from planner.logs.record import Boundary, LogFormat
+from planner.logs.messages import MessageTable
+from planner.logs.record import AUTO_MISSION, Boundary, LogFormat
+from planner.logs.ulog import missions_flown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -226,13 +228,41 @@ def test_another_battery_is_told(tmp_path: Path) -> None:
     assert record.voltage_v == pytest.approx(made.VOLTAGE_V)
 
 
-def test_changes_of_speed_are_read_from_the_speeds_flown_by(tmp_path: Path) -> None:
+def _log_with_items() -> UlogWriter:
     log = px4_log()
     log.define(
         "navigator_mission_item",
         "uint16_t sequence_current;uint16_t nav_cmd;float latitude;float longitude;float altitude;"
         "float time_inside;bool altitude_is_relative",
     )
+    return log
+
+
+def test_a_landing_flown_to_as_to_a_waypoint_is_read_as_the_landing(tmp_path: Path) -> None:
+    # As PX4 1.17 logs a landing elsewhere: to its place first, down there, idle, all of one number.
+    log = _log_with_items()
+    for time_s, sequence, command in ((6.0, 0, 16), (12.0, 1, 16), (20.0, 1, 21), (25.0, 1, 0)):
+        log.add("navigator_mission_item", time_s, sequence, *(command, 50.0, 20.0, 30.0, 0.0, True))
+    record = _read(tmp_path, log.content())
+    assert [(item.item, item.command) for item in record.mission_items] == [(1, 16), (2, 21)]
+
+
+def test_items_of_a_return_are_none_of_the_mission() -> None:
+    # RTL numbers its way home, its descent and its landing 1, 7 and 8, whatever the mission holds.
+    columns = {"sequence_current": (0, 1, 1, 7), "nav_cmd": (16, 16, 21, 21)}
+    same = dict.fromkeys(("latitude", "longitude", "altitude", "time_inside"), (0.0,) * 4)
+    numbers = {name: np.array(values, float) for name, values in (columns | same).items()}
+    numbers["altitude_is_relative"] = np.ones(4)
+    items = MessageTable(
+        name="", places=np.arange(4), time_s=np.array([6.0, 12.0, 24.0, 25.0]), numbers=numbers
+    )
+    ((_, found),) = missions_flown(items, None, ((0.0, AUTO_MISSION), (24.0, "AUTO_RTL")))
+    assert [(item.item, item.command) for item in found] == [(1, 16), (2, 16)]
+    assert missions_flown(items, None, ((0.0, "POSCTL"),)) == ()
+
+
+def test_changes_of_speed_are_read_from_the_speeds_flown_by(tmp_path: Path) -> None:
+    log = _log_with_items()
     log.define("position_setpoint_triplet", "float current.cruising_speed")
     # Items 0, 2, 4: 1 was a change to 8 m/s, 3 was none.
     for time_s, sequence, speed in ((6.0, 0, -1.0), (12.0, 2, 8.0), (20.0, 4, 8.0)):
