@@ -370,7 +370,7 @@ class _Reaches:
                 np.maximum(segments.speed_m_s[segment], self._speed[:-1]),
                 self._speed[:-1],
             )
-            speed = np.where(moves, speed, 0.0)
+            speed = np.where(moves & ~self._is_rest[:-1], speed, 0.0)
             return arc_m + self._pilot.stop(speed)[0], arc_m + self._pilot.farthest_stop_m(speed)
         rest_m, tip_m = arc_m.copy(), arc_m.copy()
         start_s, states = segments.start_s, segments.state

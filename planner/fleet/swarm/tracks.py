@@ -68,8 +68,9 @@ class ZoneTrack(Value, eq=False, dict=True):
         low_m, high_m = self.tip_m[inside - 1], self.tip_m[inside]
         with np.errstate(invalid="ignore", divide="ignore"):
             part = np.clip((arc_m - low_m) / (high_m - low_m), 0.0, 1.0)
-            even_s = np.where(np.isinf(high_s), np.inf, low_s + part * (high_s - low_s))
+            even_s = low_s + part * (high_s - low_s)
         found = np.where(self.begins_run[inside - 1], low_s, even_s)
+        found = np.where(np.isinf(high_s), np.inf, found)
         return np.where(after == 0, self.time_s[0], np.where(after > last, np.inf, found))
 
     def span_m(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -224,15 +224,14 @@ class Yielding:
             for track, entry_m in zip(tracks, contact.entries_m, strict=True)
         ]
         is_in = [one_s < self.time_s - _EPSILON_S for one_s in entered_s]
-        can = [row == flying or self.agents[row].passage is Passage.FLIES for row in pair]
         later = 0 if self.agents[pair[0]].rank > self.agents[pair[1]].rank else 1
-        if all(is_in):
-            loser = later if can[later] else 1 - later
-            at_s = contact.time_s
-        else:
-            loser = later if not any(is_in) else is_in.index(False)
-            at_s = max(entered_s[loser], self.time_s)
-        return Event(at_s, pair[loser], all(is_in)) if can[loser] else None
+        yields = later if is_in[0] == is_in[1] else is_in.index(False)
+        for row in (yields, 1 - yields):
+            agent = pair[row]
+            if agent == flying or self.agents[agent].passage is Passage.FLIES:
+                at_s = contact.time_s if is_in[row] else max(entered_s[row], self.time_s)
+                return Event(at_s, agent, all(is_in))
+        return None
 
     def _try(self, agent: int) -> None:
         """Let an agent get on, if its way is free."""
