@@ -223,7 +223,7 @@ def simulate_numbers(
         If the fleet has no swarm, or not so many vehicles.
     """
     task, numbers = fleet.swarm, sorted(set(agents))
-    if task is None or task.algorithm == "missions":
+    if task is None or task.algorithm is SwarmAlgorithm.MISSIONS:
         msg = f"{fleet.source}: numbers of agents need a table [swarm] whose algorithm is not missions"
         raise UsageError(msg)
     if not numbers or numbers[0] < 1 or numbers[-1] > len(fleet.vehicles):

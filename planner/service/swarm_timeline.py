@@ -178,7 +178,11 @@ def _pair(result: SwarmResult, approach: Approach) -> PairDistance:
     flies = (record.phase > AgentPhase.WAITS) & (record.phase < AgentPhase.LANDED)
     there = flies[:, first] & flies[:, second]
     there = np.append(there, False) | np.append(False, there)
-    away_m = np.hypot(*(record.place_m[:, first] - record.place_m[:, second]).T)
+    between_m = record.place_m[:, first] - record.place_m[:, second]
+    if record.height_m is not None:
+        above_m = record.height_m[:, first] - record.height_m[:, second]
+        between_m = np.column_stack((between_m, above_m))
+    away_m = np.linalg.norm(between_m, axis=1)
     chosen, part = shown_samples(np.where(there, away_m, np.nan))
     return PairDistance(
         first=approach.first,

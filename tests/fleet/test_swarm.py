@@ -27,6 +27,7 @@ from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.fleet.swarm.policies import Policy
+    from planner.fleet.swarm.situation import SwarmSituation
 
 SEPARATION_M = 10.0
 
@@ -284,3 +285,22 @@ def test_who_is_sent_to_where_it_stands_is_there_and_lands() -> None:
     ).agents[0]
     assert alone.has_landed
     assert alone.distance_m == 0.0
+
+
+class HeldAtFirst:
+    """A policy that holds everyone back for a minute where it first arrives."""
+
+    needs_ticks, keeps_apart = True, False
+
+    def commands_m_s(self, situation: SwarmSituation) -> np.ndarray:
+        is_held = (situation.time_s < 60.0) & (np.abs(situation.place_m[:, 0] - 50.0) < 1.0)
+        return np.where(is_held[:, None], 0.0, situation.wanted_m_s)
+
+
+def test_who_is_held_back_has_not_arrived_at_its_next_goal() -> None:
+    ways = [np.array([(50.0, 0.0), (50.0, 60.0)])]
+    settles = [replace(agent("a", 0.0, 0.0), settle_s=6.0)]
+    swarm = Swarm(settles, Waypoints(ways), HeldAtFirst(), separation_m=10.0, until_s=300.0)
+    steps = [*swarm.run()]
+    assert swarm.places()[0] == pytest.approx(np.array([(50.0, 60.0)]), abs=1.0)
+    assert steps[-1].begin_s > 60.0

@@ -95,7 +95,9 @@ def test_the_library_example_runs_and_finds_what_the_command_finds(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(ROOT)
-    [example] = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    [example, *_] = re.findall(
+        r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL
+    )
     exec(compile(example, "README.md", "exec"), {})
     verdict, energy, unit, findings = capsys.readouterr().out.split()
     shown = _blocks()[

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,6 +15,9 @@ from planner.report.swarm import swarm_json, swarm_text, swarm_trace
 from planner.report.text import Medium
 from planner.service.fleet_timeline import TRACK_ERROR_M
 from planner.service.swarm_timeline import HELD, swarm_timeline
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 SEARCH = search(agents=2)
 
@@ -93,3 +99,29 @@ def test_the_timeline_says_who_gives_way_and_where_agents_are() -> None:
     [mark] = swarm_timeline(simulated(formation(12.0), policy="none")).marks
     assert mark.sorties == ("a", "b")
     assert mark.rows == (0, 1)
+
+
+def test_the_json_has_the_keys_that_the_readme_lists() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    [listed] = [
+        json.loads(one)
+        for one in re.findall(r"```json\n(.*?)```", readme, re.DOTALL)
+        if '"is_clear"' in one
+    ]
+    document = json.loads(swarm_json(simulated(SEARCH), version="1"))
+    assert [*_other_keys(document, listed)] == []
+
+
+def _other_keys(found: Any, listed: Any, where: str = "") -> Iterator[str]:  # noqa: ANN401 - JSON
+    """Yield where the keys of a document are not those listed; a list is as its first."""
+    if isinstance(listed, dict) and "takeoff" in listed:
+        return  # the states there are
+    if isinstance(listed, dict) and "code" in listed:
+        assert listed.keys() <= found.keys(), where
+    elif isinstance(listed, dict):
+        for key in listed.keys() ^ found.keys():
+            yield f"{where}.{key}"
+        for key in listed.keys() & found.keys():
+            yield from _other_keys(found[key], listed[key], f"{where}.{key}")
+    elif isinstance(listed, list):
+        yield from _other_keys(found[0], listed[0], where)

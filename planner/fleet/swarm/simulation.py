@@ -329,6 +329,8 @@ class Swarm:
         self._phase[done] = AgentPhase.LANDS
         self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
         self._ready_s[done] = (self.lands_s + self._landing_s)[done]
+        # who is held back where it stands has not arrived at the goal after
+        self._has_reached &= (goal == self._goal_m).all(axis=1)
         self._goal_m = goal
         way = np.where((flies & ~done)[:, None], goal - situation.rest_m, 0.0)
         late_s = np.where(np.isinf(self._ready_s), 0.0, self._ready_s - self.time_s)

@@ -124,8 +124,7 @@ def swarm_html(result: SwarmResult, *, version: str, made_at: datetime) -> str:
             "has_marks": bool(timeline.marks),
             "error_m": f"{error_m:g}",
             "error_energy": "",
-            "separation": f"Required: {quantity.distance(result.separation_m)} beside each other, "
-            "the errors of both places included.",
+            "separation": _separation_text(result),
             "heads": ["Agent", *(label for _, label, _ in _OF_AGENT), "Vehicle"],
             "agents": [
                 {
@@ -159,6 +158,14 @@ def swarm_html(result: SwarmResult, *, version: str, made_at: datetime) -> str:
         has_charts=bool(charts),
         sections=[section],
     )
+
+
+def _separation_text(result: SwarmResult) -> str:
+    required = quantity.distance(result.separation_m)
+    text = f"Required: {required} beside each other, the errors of both places included."
+    if result.record.height_m is None:
+        return text
+    return f"{text} Distances are through the air: one far enough above another may be nearer."
 
 
 def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> str:
