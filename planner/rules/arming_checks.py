@@ -69,8 +69,8 @@ _RC_INPUT = 23
 """SERIALn_PROTOCOL of a receiver."""
 _INTERLOCK, _STOPS = 32, frozenset({31, 165})
 """RCx_OPTION of the motor interlock and of the emergency stops."""
-_HELICOPTERS = frozenset({6, 11, 13})
-"""FRAME_CLASS."""
+_MULTICOPTERS = frozenset({1, 2, 3, 4, 5, 7, 8, 9, 10, 12, 14, 15, 16, 17})
+"""FRAME_CLASS that Copter flies: 6, 11 and 13 are helicopters, 0 none (``AP_Motors::motor_frame_class``)."""
 _GAINS = (
     ("PSC_NE_POS_P", "PSC_POSXY_P"),
     ("PSC_D_POS_P", "PSC_POSZ_P"),
@@ -187,7 +187,6 @@ def _both_above_0(low: float, critical: float) -> bool:
 
 
 _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...] = (
-    (ALWAYS, "FRAME_CLASS is 0", lambda p: p.value("FRAME_CLASS", default=1) == 0),
     (
         ALWAYS,
         "MOT_SPIN_ARM is above MOT_SPIN_MIN",
@@ -215,8 +214,8 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
     (ALWAYS, "two SERIALn_PROTOCOL are 23, a receiver", lambda p: p.counted(_PORTS)[_RC_INPUT] > 1),
     (
         ALWAYS,
-        "FRAME_CLASS is that of a helicopter",
-        lambda p: p.value("FRAME_CLASS", default=1) in _HELICOPTERS,
+        "FRAME_CLASS is that of no multicopter",
+        lambda p: p.value("FRAME_CLASS", default=1) not in _MULTICOPTERS,
     ),
     (
         ALWAYS,

@@ -558,7 +558,8 @@ def _spins_slowly(a: Assessment, hover: float, left: float) -> Finding | NotEval
         )
     return NotEvaluated(
         rule=HOVER_THROTTLE_HIGH,
-        asked_by=f"{spins}, {quantity.percent(left)} of the thrust for a hover at {quantity.percent(hover)},",
+        asked_by=f"{spins} (leaves {quantity.percent(left)} of the thrust, a hover takes "
+        f"{quantity.percent(hover)})",
         needs=f"MOT_SPIN_MAX of {_LEAST_SPIN_MAX:g} or more, or a MOT_THST_HOVER learnt with it that leaves "
         "more thrust",
     )

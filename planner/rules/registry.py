@@ -38,6 +38,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "feasibility": (TARGET,),
     "failsafe": (PARAMETERS, BUDGET),
     "arming": (PARAMETERS,),
+    "control": (PARAMETERS,),
     "terrain": (),
     "followed_ground": (BUDGET,),
     "site": (PROFILE,),

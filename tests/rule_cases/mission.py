@@ -147,6 +147,11 @@ CASES: Mapping[str, RuleCases] = {
             mission(takeoff(2.9), waypoint(100, 20), rtl()), PX4, "NAV_ACC_RAD,1\n"
         ),
     ),
+    "M130": RuleCases(
+        fires=lambda: found(PLAIN, PX4, "MPC_XY_VEL_P_ACC,0\n"),
+        boundary=lambda: found(PLAIN, PX4, "MPC_XY_VEL_P_ACC,0.001\n"),
+        silent=lambda: found(PLAIN, ARDUPILOT, "MPC_XY_VEL_P_ACC,0\n"),
+    ),
     "M127": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\n"),
         boundary=lambda: found(PLAIN, ARDUPILOT, "MOT_SPIN_MIN,0.3\n"),

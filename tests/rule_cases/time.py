@@ -102,6 +102,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: found(landing_at(120), ARDUPILOT, terrain=slope(-5.0)),
         silent=lambda: found(landing_at(122), ARDUPILOT, "RNGFND1_TYPE,8\n", terrain=slope(-5.0)),
     ),
+    "T118": RuleCases(  # 0.4 over (4.19 / 3.71)² is 0.3136
+        fires=lambda: found(PLAIN, PX4, "MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.4\n"),
+        boundary=lambda: found(PLAIN, PX4, "MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.3135\n"),
+        silent=lambda: found(PLAIN, PX4, "MPC_THR_HOVER,0.16\nMPC_THR_MIN,0.12\n"),
+    ),
     "T119": RuleCases(
         # It is armed with a heading nobody knows and returns from where it is home.
         fires=lambda: found(mission(takeoff(20), waypoint(100, 20), waypoint(0, 20), rtl()), PX4),

@@ -52,6 +52,7 @@ def outputs(frame_class: float, *functions: int) -> str:
         ("RC7_OPTION,32\nRC8_OPTION,165\n", "RC7_OPTION,31\nRC8_OPTION,165\n"),
         ("SERIAL2_PROTOCOL,23\nSERIAL7_PROTOCOL,23\n", "SERIAL2_PROTOCOL,23\n"),
         ("FRAME_CLASS,6\n", "FRAME_CLASS,5\n"),
+        ("FRAME_CLASS,99\n", "FRAME_CLASS,15\n"),
         ("ACRO_BAL_ROLL,4.6\n", "ACRO_BAL_ROLL,4.5\n"),
         ("ACRO_BAL_PITCH,1\nATC_ANG_PIT_P,0.9\n", "ACRO_BAL_ROLL,1\nATC_ANG_PIT_P,1\n"),
         ("PSC_VELZ_P,0\n", "PSC_VELZ_P,0.1\n"),

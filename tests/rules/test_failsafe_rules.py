@@ -454,6 +454,27 @@ def test_motors_that_may_not_spin_fast_enough_lift_nothing(
     assert {finding.code for finding in one} & {"E116", "X904"} == codes
 
 
+@pytest.mark.parametrize(
+    ("parameters", "told"),
+    [
+        ("MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.4\n", ("T118", Severity.ERROR)),
+        ("MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.399\n", ("T118", Severity.WARNING)),
+        ("MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.314\n", ("T118", Severity.WARNING)),
+        ("MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.313\n", None),
+        ("MPC_THR_HOVER,0.5\nMPC_THR_MIN,0.6\n", ("X904", Severity.ERROR)),
+        ("MPC_THR_MIN,0.4\n", ("X904", Severity.ERROR)),
+        ("MPC_THR_MIN,0.39\n", None),  # 0.5 over 1.2755 is 0.392
+        ("MPC_THR_MIN,0.12\n", None),
+    ],
+)
+def test_a_least_thrust_near_the_hover_is_reported(
+    parameters: str, told: tuple[str, Severity] | None
+) -> None:
+    one = findings_of(PLAIN, Autopilot.PX4, parameters)
+    found = [(f.code, f.severity) for f in one if f.code in {"T118", "X904"}]
+    assert found == ([] if told is None else [told])
+
+
 def test_px4_averages_its_current_over_50_s() -> None:
     # A step from 2 to 12 A is followed to 1 - 1/e after the time constant.
     mean_a = _mean_current_a(np.full(25, 12.0), 2.0, 2.0)

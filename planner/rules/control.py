@@ -1,0 +1,92 @@
+"""Rules on parameters with which an autopilot that arms does not control its vehicle."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.rules.arming import numbers
+from planner.rules.declaration import PX4, NotEvaluated, judges
+from planner.vehicle.parameters.table import OriginKind, parameter_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.findings import Finding
+    from planner.rules.assessment import Assessment
+    from planner.rules.declaration import Found
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_FULL_OVER_HALF = (4.19 / 3.71) ** 2
+"""Thrust of a full lithium-polymer battery over that of a half empty one: the voltage squared
+(``models/chemistries/lipo.toml``). [-]"""
+_SAME_NUMBER = 1e-6
+"""Numbers this near are one: files write them in single precision. [-]"""
+_GAINS = (
+    *(f"MPC_{axis}_{gain}" for axis in ("XY", "Z") for gain in ("P", "VEL_P_ACC")),
+    *(f"MC_{axis}_P" for axis in ("ROLL", "PITCH", "YAW")),
+    *(f"MC_{axis}RATE_{gain}" for axis in ("ROLL", "PITCH", "YAW") for gain in "PK"),
+)
+"""Of position, height, attitude and rates: those that ArduPilot wants above 0 to arm, as PX4 calls them."""
+
+CANNOT_DESCEND = Rule(
+    "T118 cannot-descend",
+    Severity.ERROR,
+    summary="The least thrust of the parameters keeps the vehicle in the air.",
+    why="With MPC_THR_MIN 0.6 on a vehicle that hovers with half of its thrust PX4's simulation climbed on "
+    "from a mission 10 m high, past 400 m, and never landed.",
+    how="MPC_THR_MIN over MPC_THR_HOVER: an error from 1 on; a warning from 0.78 on, for a full battery "
+    "gives 1.28 times the thrust of a half empty one, with which the hover may have been measured.  Where "
+    "MPC_THR_HOVER is PX4's default, 0.5, nobody measured it: not checked (X904) from 0.39 on.",
+    fix="set MPC_THR_MIN well below the thrust of the hover; its default is 0.12",
+    instead="the parameters of --params",
+)
+
+
+@judges(CANNOT_DESCEND, needs=(PX4,))
+def _cannot_descend(a: Assessment, parameters: Px4Parameters) -> Iterator[Found]:
+    least, hover = numbers(a).get("MPC_THR_MIN"), parameters.hover_throttle
+    if least is None or least * _FULL_OVER_HALF < hover:
+        return
+    default = parameter_table(type(parameters))["hover_throttle"].default_si
+    origin = parameters.origins.get("hover_throttle")
+    is_stated = origin is not None and origin.kind is not OriginKind.DEFAULT
+    if not is_stated or math.isclose(hover, default, rel_tol=_SAME_NUMBER):
+        yield NotEvaluated(
+            rule=CANNOT_DESCEND,
+            asked_by=f"MPC_THR_MIN of {least:g}",
+            needs="the throttle this vehicle hovers at; MPC_THR_HOVER is PX4's default",
+        )
+        return
+    never = "never" if least >= hover else "with a full battery perhaps not"
+    yield a.finding(
+        CANNOT_DESCEND,
+        f"MPC_THR_MIN is {quantity.percent(least)} of the thrust, a hover takes {quantity.percent(hover)}: "
+        f"the vehicle {never} descends",
+        severity=None if least >= hover else Severity.WARNING,
+    )
+
+
+NO_CONTROL = Rule(
+    "M130 no-control",
+    Severity.ERROR,
+    summary="A gain of the flight controller is 0.",
+    why="PX4 arms with it and takes off.  With MPC_XY_VEL_P_ACC 0 its simulation wandered about in calm air "
+    "and never reached the second waypoint.",
+    how="PX4: MPC_XY_P, MPC_Z_P, MPC_XY_VEL_P_ACC, MPC_Z_VEL_P_ACC, MC_ROLL_P, MC_PITCH_P, MC_YAW_P and "
+    "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
+    "to arm (M127).",
+    fix="restore the gain on the vehicle",
+    instead="the parameters of --params",
+)
+
+
+@judges(NO_CONTROL, needs=(PX4,))
+def _no_control(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
+    values = numbers(a)
+    zero = [name for name in _GAINS if values.get(name, 1.0) <= 0.0]
+    if zero:
+        rest = f" (and {len(zero) - 1} more)" if len(zero) > 1 else ""
+        yield a.finding(NO_CONTROL, f"{zero[0]} is 0: PX4 does not control the vehicle{rest}")
