@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.rules.arming import numbers
-from planner.rules.declaration import PX4, NotEvaluated, judges
+from planner.rules.declaration import PARAMETERS, PX4, NotEvaluated, judges
+from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 
 if TYPE_CHECKING:
@@ -17,14 +18,16 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
-    from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _FULL_OVER_HALF = (4.19 / 3.71) ** 2
 """Thrust of a full lithium-polymer battery over that of a half empty one: the voltage squared
 (``models/chemistries/lipo.toml``). [-]"""
 _SAME_NUMBER = 1e-6
 """Numbers this near are one: files write them in single precision. [-]"""
-_GAINS = (
+_ARDUPILOT_GAINS = ("PSC_NE_VEL_P", "PSC_VELXY_P")
+"""From 4.7 on and before; the others ArduPilot looks at itself before it arms (M127)."""
+_PX4_GAINS = (
     *(f"MPC_{axis}_{gain}" for axis in ("XY", "Z") for gain in ("P", "VEL_P_ACC")),
     *(f"MC_{axis}_P" for axis in ("ROLL", "PITCH", "YAW")),
     *(f"MC_{axis}RATE_{gain}" for axis in ("ROLL", "PITCH", "YAW") for gain in "PK"),
@@ -73,20 +76,25 @@ NO_CONTROL = Rule(
     "M130 no-control",
     Severity.ERROR,
     summary="A gain of the flight controller is 0.",
-    why="PX4 arms with it and takes off.  With MPC_XY_VEL_P_ACC 0 its simulation wandered about in calm air "
-    "and never reached the second waypoint.",
+    why="The vehicle arms with it and takes off.  In calm simulated air PX4 wandered about with "
+    "MPC_XY_VEL_P_ACC 0 and never reached the second waypoint; ArduPilot with PSC_NE_VEL_P, _I and _D 0 "
+    "flew 1.4 km away from a mission of 30 m.",
     how="PX4: MPC_XY_P, MPC_Z_P, MPC_XY_VEL_P_ACC, MPC_Z_VEL_P_ACC, MC_ROLL_P, MC_PITCH_P, MC_YAW_P and "
     "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
-    "to arm (M127).",
+    "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.",
     fix="restore the gain on the vehicle",
     instead="the parameters of --params",
 )
 
 
-@judges(NO_CONTROL, needs=(PX4,))
-def _no_control(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
-    values = numbers(a)
-    zero = [name for name in _GAINS if values.get(name, 1.0) <= 0.0]
+@judges(NO_CONTROL, needs=(PARAMETERS,))
+def _no_control(a: Assessment, parameters: FlightParameters) -> Iterator[Finding]:
+    values, is_px4 = numbers(a), isinstance(parameters, Px4Parameters)
+    gains = _PX4_GAINS if is_px4 else _ARDUPILOT_GAINS
+    zero = [name for name in gains if values.get(name, 1.0) <= 0.0]
     if zero:
         rest = f" (and {len(zero) - 1} more)" if len(zero) > 1 else ""
-        yield a.finding(NO_CONTROL, f"{zero[0]} is 0: PX4 does not control the vehicle{rest}")
+        autopilot = "PX4" if is_px4 else "ArduPilot"
+        yield a.finding(
+            NO_CONTROL, f"{zero[0]} is 0: {autopilot} does not control the vehicle{rest}"
+        )

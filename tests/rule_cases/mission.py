@@ -150,7 +150,7 @@ CASES: Mapping[str, RuleCases] = {
     "M130": RuleCases(
         fires=lambda: found(PLAIN, PX4, "MPC_XY_VEL_P_ACC,0\n"),
         boundary=lambda: found(PLAIN, PX4, "MPC_XY_VEL_P_ACC,0.001\n"),
-        silent=lambda: found(PLAIN, ARDUPILOT, "MPC_XY_VEL_P_ACC,0\n"),
+        silent=lambda: found(PLAIN, PX4, "MPC_XY_VEL_I_ACC,0.1\n"),
     ),
     "M127": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\n"),

@@ -273,3 +273,22 @@ def test_a_charge_that_nothing_measures_brings_no_vehicle_home(
 ) -> None:
     text = f"BATT_MONITOR,{monitor}\nBATT_CAPACITY,8000\nBATT_LOW_MAH,7990\nBATT_FS_LOW_ACT,2\n"
     assert refuses(text, "E103") == returns
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "text", "told"),
+    [
+        (ARDUPILOT, "PSC_NE_VEL_P,0\n", True),
+        (ARDUPILOT, "PSC_VELXY_P,0\n", True),
+        (ARDUPILOT, "PSC_VELXY_P,0.1\n", False),
+        (PX4, "MC_PITCHRATE_K,0\n", True),
+        (PX4, "MC_YAW_P,0\n", True),
+        (PX4, "MC_PITCHRATE_I,0\n", False),
+    ],
+)
+def test_a_gain_of_0_that_arming_lets_pass_is_an_error(
+    autopilot: Autopilot,
+    text: str,
+    told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    assert ("M130" in {one.code for one in found(PLAIN, autopilot, text)}) is told
