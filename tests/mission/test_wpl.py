@@ -303,3 +303,35 @@ def test_a_vehicle_kind_that_the_commands_prove_is_told() -> None:
     vtol = "1\t0\t3\t84\t0\t0\t0\t0\t47\t8\t20\t1"
     assert read(HOME, vtol).vehicle_kind is VehicleKind.VTOL
     assert read(HOME, TAKEOFF).vehicle_kind is None
+
+
+@pytest.mark.parametrize(
+    ("field", "texts"),
+    [
+        (0, ("7", "0007", "999999999", "2147483648", "-1", "1.0")),
+        (1, ("1", "2147483648")),
+        (2, ("0", "255", "256", "٣")),
+        (3, ("16", "65535", "65536")),
+        (4, ("-0.0", "0.10", "1e3", "+1", "1.", ".5", "nan", "1" + 38 * "0", "4" + 38 * "0")),
+        (8, ("90", "-90.0000000", "90.0000001", "473977418")),
+        (9, ("-180", "180.0000001")),
+        (10, ("100000", "-100000.1")),
+        (11, ("0", "255", "256")),
+    ],
+)
+def test_a_row_as_ground_stations_write_it_reads_as_one_with_a_blank_after_it(
+    field: int, texts: tuple[str, ...]
+) -> None:
+    # Only the first is read at once, the second field by field.
+    def read(text: str, end: str) -> str:
+        row = ["1", "0", "3", "16", "0", "0", "0", "0", "47.1", "8.2", "30.5", "1"]
+        row[field] = text
+        lines = ["QGC WPL 110", "0\t0\t0\t16\t0\t0\t0\t0\t47\t8\t400\t1", "\t".join(row) + end]
+        try:
+            mission = read_wpl("\n".join(lines), source="a.waypoints")
+        except MissionFileError as error:
+            return str(error)
+        return repr((mission.items, mission.home))
+
+    for text in texts:
+        assert read(text, "") == read(text, " ")

@@ -64,8 +64,15 @@ _LIMITS_OF_A_PLACE = (
     *((90.0, _DEGREES), (180.0, _DEGREES), (100_000.0, "an altitude within 100 km")),
 )
 """Beyond these a latitude [°], longitude [°] or altitude [m] is a mistake."""
+_MOST_OF_A_BYTE, _MOST_COMMAND = 255, 65_535
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _TOKEN = re.compile(r"[^\s,]+")
+_CLEAN_WHOLE, _CLEAN_REAL = r"([0-9]{1,9})", r"(-?[0-9]{1,30}(?:\.[0-9]+)?)"
+_CLEAN_PARAMETER = _CLEAN_REAL.replace("(", "(nan|", 1)
+_CLEAN_ROW = re.compile(
+    "\t".join([*[_CLEAN_WHOLE] * 4, *[_CLEAN_PARAMETER] * 4, *[_CLEAN_REAL] * 3, _CLEAN_WHOLE])
+)
+"""A row as ground stations write it, read at once; whatever else may be a row is read field by field."""
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 
 
@@ -117,7 +124,8 @@ def _read_rows(
             continue
         if not stripped.startswith(("#", "//")):
             content, mark, _ = line.partition("#")
-            rows.append(_read_row(number, content, is_whole_line=not mark, source=source))
+            row = None if mark else _read_clean_row(number, line)
+            rows.append(row or _read_row(number, content, is_whole_line=not mark, source=source))
             if len(rows) > MOST_ITEMS:
                 msg = f"more than {MOST_ITEMS:,} rows: MAVLink can send no more than that"
                 raise MissionFileError(msg, source=source, place=rows[-1].place)
@@ -171,6 +179,39 @@ class _Fields(Value):
         return value
 
 
+def _read_clean_row(line: int, content: str) -> WplRow | None:
+    """Return a row as ground stations write it; ``None``: it is another, or a value is out of range."""
+    match = _CLEAN_ROW.fullmatch(content)
+    if match is None:
+        return None
+    parameters = match.group(5, 6, 7, 8)
+    p1, p2, p3, p4 = [None if text == "nan" else float(text) for text in parameters]
+    p5, p6, p7 = map(float, match.group(9, 10, 11))
+    sequence, frame, command, autocontinue = map(int, match.group(1, 3, 4, 12))
+    if frame > _MOST_OF_A_BYTE or command > _MOST_COMMAND or autocontinue > _MOST_OF_A_BYTE:
+        return None
+    *_, (most_5, _), (most_6, _), (most_7, _) = _limits(frame, command)
+    if abs(p5) > most_5 or abs(p6) > most_6 or abs(p7) > most_7:
+        return None
+    place = Place(line, 1)
+    return WplRow(
+        sequence=sequence,
+        item=MissionItem(
+            command, frame, p1, p2, p3, p4, p5, p6, p7, autocontinue != 0, place=place
+        ),
+        place=place,
+        extra_fields=0,
+        has_unset="nan" in parameters,
+        is_tabbed=True,
+    )
+
+
+def _limits(frame: int, command: int) -> tuple[tuple[float, str], ...]:
+    """Return how large each of the seven values of an item may be."""
+    is_place = frame in GLOBAL_FRAMES and (has_location(command) or command == 0)
+    return _LIMITS_OF_A_PLACE if is_place else _LIMITS
+
+
 def _read_row(line: int, content: str, *, is_whole_line: bool, source: str) -> WplRow:
     tabbed = [field.strip() for field in content.split("\t")]
     fields = _Fields(content=content, texts=_TOKEN.findall(content), line=line, source=source)
@@ -185,10 +226,10 @@ def _read_row(line: int, content: str, *, is_whole_line: bool, source: str) -> W
     fields.whole(1, 2**31 - 1)
     sequence, frame, command = (
         fields.whole(0, 2**31 - 1),
-        fields.whole(2, 255),
-        fields.whole(3, 65_535),
+        fields.whole(2, _MOST_OF_A_BYTE),
+        fields.whole(3, _MOST_COMMAND),
     )
-    autocontinue = fields.whole(11, 255) != 0
+    autocontinue = fields.whole(11, _MOST_OF_A_BYTE) != 0
     if len(texts) > len(FIELDS) and (  # with extra fields the columns may be shifted
         command not in load_command_table().commands
         or frame_name(frame).startswith(("RESERVED", "MAV_FRAME"))
@@ -197,8 +238,7 @@ def _read_row(line: int, content: str, *, is_whole_line: bool, source: str) -> W
         fields.refuse(
             f"the row has {len(texts)} values, {_EXPECTED}, and its first 12 make no sense"
         )
-    is_place = frame in GLOBAL_FRAMES and (has_location(command) or command == 0)
-    limits = _LIMITS_OF_A_PLACE if is_place else _LIMITS
+    limits = _limits(frame, command)
     values = [fields.real(index, *limit) for index, limit in enumerate(limits, start=4)]
     p1, p2, p3, p4, p5, p6, p7 = values
     place = Place(line, content.index(texts[0]) + 1)
