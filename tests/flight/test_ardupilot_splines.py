@@ -36,6 +36,25 @@ def test_splines_keep_their_speed_where_they_hardly_bend() -> None:
     assert speed[(begins > first) & (begins < last)].min() > 9.0
 
 
+def test_a_spline_that_continues_a_faster_one_is_flown_faster_than_commanded() -> None:
+    # From 9 to 3 m/s by half of 2.5 m/s² takes (81 − 9)/2.5 = 28.8 m: a short one is never at 3 m/s.
+    def found(length_m: float, *speeds: float) -> list[str]:
+        splines = [
+            replace(stage(StageKind.SPLINE, 100.0 + length_m * k), speed_m_s=speed)
+            for k, speed in enumerate(speeds)
+        ]
+        findings = fly(takeoff(), *splines, go(100.0 + 4.0 * length_m)).findings
+        return [finding.message for finding in findings if finding.code == "E126"]
+
+    (message,) = found(60.0, 9.0, 3.0)
+    assert "9.0 m/s where 3.0 m/s is commanded" in message
+    assert "to the end" not in message
+    (message,) = found(20.0, 9.0, 3.0)
+    assert "1 of them to the end" in message
+    assert not found(60.0, 9.0, 9.0)
+    assert not found(60.0, 3.0, 9.0)
+
+
 def test_straight_legs_join_splines_at_speed() -> None:
     motion = fly(takeoff(), go(300.0), stage(StageKind.SPLINE, 600.0), go(900.0, hold=1.0))
     stopped = 3 * leg_s(300.0)

@@ -427,7 +427,10 @@ def plan_legs(
         hidden_s=np.zeros(len(key)),
         early_s=np.zeros(len(key)),
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
-        findings=(*findings, *_faster_findings(curves, speed, stages, stage)),
+        findings=(
+            *findings,
+            *faster_findings(curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage),
+        ),
     )
 
 
@@ -440,7 +443,8 @@ FASTER_THAN_COMMANDED = Rule(
     "such a leg are too far apart or blurred, and its time and energy are not those of the speed in the "
     "file.",
     how="``SCurve::set_speed_max``: what is left of the steady acceleration is cut short; the rest is "
-    "taken off in the cruise, if that lasts longer than 12 jerk rises.  Fires where the speed reached is "
+    "taken off in the cruise, if that lasts longer than 12 jerk rises.  A spline that continues another "
+    "slows down by half the acceleration, from its beginning on.  Fires where the speed reached is "
     "more than 2 % above the commanded one, which is no cruise at it any more.",
     fix="put DO_CHANGE_SPEED a leg earlier, or let the vehicle stop at the waypoint (a hold of 1 s)",
 )
@@ -448,24 +452,29 @@ _CRUISING = 0.98
 """A speed is that of a cruise from this fraction of it on, as for a corner. [-]"""
 
 
-def _faster_findings(
-    curves: SCurves, speed_m_s: FloatArray, stages: StageColumns, stage: IntArray
+def faster_findings(
+    first_m_s: FloatArray,
+    kept_m_s: FloatArray,
+    speed_m_s: FloatArray,
+    *,
+    stages: StageColumns,
+    stage: IntArray,
 ) -> tuple[Finding, ...]:
-    """Return where legs are flown faster than commanded, all in one finding.
+    """Return where legs of stages are flown faster than commanded, first and to the end, in one finding.
 
     What the ground slows down, nothing commands.
     """
     item, is_slowed = stages.item[stage], (stages.speed_m_s < stages.commanded_m_s)[stage]
-    rows = np.flatnonzero((_CRUISING * curves.first_m_s > speed_m_s) & ~is_slowed)
+    rows = np.flatnonzero((_CRUISING * first_m_s > speed_m_s) & ~is_slowed)
     if not len(rows):
         return ()
-    kept = int((_CRUISING * curves.peak_m_s[rows] > speed_m_s[rows]).sum())
-    worst = rows[np.argmax(curves.first_m_s[rows] / speed_m_s[rows])]
+    kept = int((_CRUISING * kept_m_s[rows] > speed_m_s[rows]).sum())
+    worst = rows[np.argmax(first_m_s[rows] / speed_m_s[rows])]
     count = quantity.count(len(rows), "leg")
     whole = f", {kept} of them to the end" if kept else ""
     message = (
         f"faster than commanded: {count} from item {int(item[rows[0]])} on{whole}, up to "
-        f"{quantity.speed(float(curves.first_m_s[worst]))} where "
+        f"{quantity.speed(float(first_m_s[worst]))} where "
         f"{quantity.speed(float(speed_m_s[worst]))} is commanded (item {int(item[worst])})"
     )
     return (FASTER_THAN_COMMANDED.finding(message, item=int(item[rows[0]])),)

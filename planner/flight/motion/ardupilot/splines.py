@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.legs import limits_along
+from planner.flight.motion.ardupilot.legs import faster_findings, limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.ardupilot.track_lag import Behind, TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.kinematics import FlightState, lengths, make_manoeuvres, quotient
 from planner.mission.route.stage import StageKind
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -174,9 +174,8 @@ def plan_splines(
     )
     climb, descent = stages.climb_m_s[row, None], stages.descent_m_s[row, None]
     across = _bend_limit_m_s(tangent, bend, slope_size, parameters)
-    limit = np.minimum(
-        limits_along(tangent, held, np.where(tangent[..., 2] > 0.0, climb, descent)), across
-    )
+    vertical = np.where(tangent[..., 2] > 0.0, climb, descent)
+    limit = np.minimum(limits_along(tangent, held, vertical), across)
     limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
     acceleration = _ACCELERATION_PART * limits_along(
         tangent, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
@@ -209,10 +208,17 @@ def plan_splines(
     )
     start = np.where(begins, start, 0.0)
     splines.speed_at_start_m_s[row] = start
-    splines.speed_at_end_m_s[row] = np.where(
-        stages.is_passed[row], _target_speeds_m_s(splines, start, destination)[:, -1], 0.0
+    speed = _target_speeds_m_s(splines, start, destination)
+    splines.speed_at_end_m_s[row] = np.where(stages.is_passed[row], speed[:, -1], 0.0)
+    # Of the speed commanded, whatever bends and wind take off it.
+    commanded = limits_along(tangent, stages.speed_m_s[row, None], vertical)
+    share = speed / commanded
+    every, worst = np.arange(len(row)), np.argmax(share, axis=1)
+    meant = commanded[every, worst]
+    found = faster_findings(
+        speed[every, worst], share[:, -1] * meant, meant, stages=stages, stage=row
     )
-    return splines
+    return replace(splines, findings=findings + found)
 
 
 def _held_speeds_m_s(
