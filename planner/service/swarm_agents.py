@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import get_context
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -298,10 +299,9 @@ _stopped: Event | None = None
 
 
 def _obey(stop: Event) -> None:
-    """Leave the end of this process to the one that made it."""
+    """Note what ends this process: the one that made it."""
     global _stopped  # noqa: PLW0603 - what a process is given at its start
     _stopped = stop
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _go_on(_: str) -> None:
@@ -322,10 +322,25 @@ def _made(asked: Sequence[_Asked], workers: int) -> Iterator[Iterable[SwarmRun]]
         workers, mp_context=context, initializer=_obey, initargs=(stop,)
     ) as pool:
         try:
-            yield pool.map(_run, asked)
+            with _unheard():
+                made = pool.map(_run, asked)
+            yield made
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C from their first moment: they inherit that."""
+    if current_thread() is not main_thread():  # no other may
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _run(asked: _Asked) -> SwarmRun:
