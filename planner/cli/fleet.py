@@ -361,7 +361,11 @@ def interrupting(patience: Patience) -> Iterator[None]:
     help="seconds after which the simulation ends at the latest  [default: 3600; of missions as filed the "
     "last landing]",
 )
-@path_option("--trace", metavar="FILE.csv", help="write where every agent is at every step")
+@path_option(
+    "--trace",
+    metavar="FILE.csv|FILE.parquet",
+    help="write where every agent is at every step, and what it takes (.parquet needs mavjoule[parquet])",
+)
 @kind_option(
     "--agents",
     Form(_read_numbers, str),
@@ -429,13 +433,17 @@ def simulate(
 
     Exit codes: 0 clear, 1 not clear, 2 a file, usage or configuration is unusable, 130 interrupted.
     """
-    from planner.report.columns import columns_csv
+    from planner.files import write_output_bytes
+    from planner.report.columns import columns_csv, columns_parquet, load_parquet
     from planner.report.swarm import swarm_json, swarm_text, swarm_trace
     from planner.service.swarm import simulate_fleet
 
     _refuse_report(report, fleet, output)
     refuse_overwriting(output, (fleet,))
     refuse_overwriting(trace, (fleet,))
+    is_parquet = trace is not None and trace.suffix == ".parquet"
+    if is_parquet:
+        load_parquet()  # before anything is simulated
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
@@ -452,7 +460,9 @@ def simulate(
     result = simulate_fleet(
         read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
     )
-    if trace is not None:
+    if trace is not None and is_parquet:
+        write_output_bytes(trace, columns_parquet(swarm_trace(result)))
+    elif trace is not None:
         write_data(columns_csv(swarm_trace(result)), output=trace)
     write_data(
         swarm_json(result, version=__version__)

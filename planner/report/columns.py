@@ -5,14 +5,17 @@ from __future__ import annotations
 import csv
 import io
 import math
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
+from planner.errors import UsageError
 from planner.report.json import SEGMENT_KEYS
 from planner.report.text import UNNAMED, printable, table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+    from types import ModuleType
 
     from planner.service.preflight import CheckResult
 
@@ -24,6 +27,31 @@ def columns_csv(columns: Mapping[str, Iterable[object]]) -> str:
     writer.writerow(columns)
     writer.writerows([_cell(value) for value in row] for row in zip(*columns.values(), strict=True))
     return text.getvalue()
+
+
+def columns_parquet(columns: Mapping[str, Iterable[object]]) -> bytes:
+    """Return columns of equal length as a Parquet file; what is absent is null.
+
+    Raises ``UsageError`` if the library of ``mavjoule[parquet]`` is missing.
+    """
+    arrow, parquet = load_parquet()
+    table = arrow.table(
+        {name: arrow.array([*column], from_pandas=True) for name, column in columns.items()}
+    )
+    data = io.BytesIO()
+    parquet.write_table(table, data)
+    return data.getvalue()
+
+
+def load_parquet() -> tuple[ModuleType, ModuleType]:
+    """Return pyarrow and its Parquet files; without them raise ``UsageError``."""
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError as error:
+        msg = (
+            ".parquet files need the library of mavjoule[parquet]: pip install 'mavjoule[parquet]'"
+        )
+        raise UsageError(msg) from error
 
 
 def _cell(value: object) -> object:

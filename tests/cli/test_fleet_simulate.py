@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import pytest
@@ -94,3 +95,24 @@ def test_who_interrupts_a_simulation_gets_what_there_is(
     told = capsys.readouterr().out
     assert told.startswith("NOT CLEAR")
     assert "(cut short)" in told
+
+
+def test_a_parquet_trace_holds_the_columns_of_the_csv_or_says_what_it_needs(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    call = ["fleet", "simulate", str(fleet), "--policy", "none", "--until", "30", "--trace"]
+    trace = tmp_path / "trace.parquet"
+    if find_spec("pyarrow") is None:
+        assert main([*call, str(trace)]) == 2
+        assert "pip install 'mavjoule[parquet]'" in capsys.readouterr().err
+        assert not trace.exists()
+        return
+    from pyarrow.parquet import read_table
+
+    assert main([*call, str(trace)]) == 1
+    assert main([*call, str(trace.with_suffix(".csv"))]) == 1
+    rows = list(csv.DictReader(trace.with_suffix(".csv").read_text(encoding="utf-8").splitlines()))
+    table = read_table(trace).to_pylist()
+    assert len(table) == len(rows)
+    for found, row in zip(table, rows, strict=True):
+        assert {key: "" if value is None else str(value) for key, value in found.items()} == row
