@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import groupby, pairwise
+from itertools import groupby, islice, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import FloatArray, IntArray
-    from planner.fleet.swarm.distances import Approach
     from planner.service.fleet_timeline import Energy, Track
     from planner.service.swarm import SwarmAgent, SwarmResult
 
@@ -83,7 +82,7 @@ def swarm_timeline(result: SwarmResult) -> FleetTimeline:
         marks=tuple(_marks(result, rows, tracks)),
         edge_s=edge_s,
         used_wh=used_wh,
-        pairs=tuple(_pair(result, one) for one in result.distances.nearest[:MOST_PAIRS]),
+        pairs=tuple(islice(_pairs(result), MOST_PAIRS)),
         separation_m=result.separation_m,
     )
 
@@ -168,29 +167,30 @@ def _marks(
         )
 
 
-def _pair(result: SwarmResult, approach: Approach) -> PairDistance:
-    """Return how far two agents are apart over time, both in the air."""
+def _pairs(result: SwarmResult) -> Iterator[PairDistance]:
+    """Yield how far agents are apart over time, both in the air, the nearest first."""
     record = result.record
-    first, second = (
-        next(row for row, one in enumerate(result.agents) if one.name == name)
-        for name in (approach.first, approach.second)
-    )
+    row_of = {one.name: row for row, one in enumerate(result.agents)}
     flies = (record.phase > AgentPhase.WAITS) & (record.phase < AgentPhase.LANDED)
-    there = flies[:, first] & flies[:, second]
-    there = np.append(there, False) | np.append(False, there)
-    between_m = record.place_m[:, first] - record.place_m[:, second]
-    if record.height_m is not None:
-        above_m = record.height_m[:, first] - record.height_m[:, second]
-        between_m = np.column_stack((between_m, above_m))
-    away_m = np.linalg.norm(between_m, axis=1)
-    chosen, part = shown_samples(np.where(there, away_m, np.nan))
-    return PairDistance(
-        first=approach.first,
-        second=approach.second,
-        time_s=record.begin_s[chosen],
-        planned_m=away_m[chosen],
-        may_m=away_m[chosen],
-        part=part,
-        least_s=approach.time_s,
-        least_m=approach.distance_m,
-    )
+    for approach in result.distances.nearest:
+        first, second = row_of[approach.first], row_of[approach.second]
+        there = flies[:, first] & flies[:, second]
+        if not there.any():  # one stood where the other began or ended
+            continue
+        there = np.append(there, False) | np.append(False, there)
+        between_m = record.place_m[:, first] - record.place_m[:, second]
+        if record.height_m is not None:
+            above_m = record.height_m[:, first] - record.height_m[:, second]
+            between_m = np.column_stack((between_m, above_m))
+        away_m = np.linalg.norm(between_m, axis=1)
+        chosen, part = shown_samples(np.where(there, away_m, np.nan))
+        yield PairDistance(
+            first=approach.first,
+            second=approach.second,
+            time_s=record.begin_s[chosen],
+            planned_m=away_m[chosen],
+            may_m=away_m[chosen],
+            part=part,
+            least_s=approach.time_s,
+            least_m=approach.distance_m,
+        )

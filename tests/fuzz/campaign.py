@@ -24,6 +24,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, NoReturn
 
+from fuzz.fleets import target as fleets
 from fuzz.pipeline import targets as pipelines
 from fuzz.readers import targets as readers
 from fuzz.relations import relations
@@ -44,7 +45,7 @@ address space the engine that draws charts reserves more."""
 
 def all_targets() -> tuple[Target, ...]:
     """Return every target."""
-    return (*readers(), *vehicles(), *pipelines(), relations())
+    return (*readers(), *vehicles(), *pipelines(), relations(), fleets())
 
 
 def _too_slow(*_: object) -> NoReturn:

@@ -372,7 +372,7 @@ def _reports(result: CheckResult, formats: list[str]) -> None:
         text.encode()
         assert "\x1b" not in text
         if name in {"json", "sarif", "gitlab"}:
-            json.loads(text, parse_constant=_refuse)
+            json.loads(text, parse_constant=refuse_constant)
         elif name == "junit":
             ET.fromstring(text)
         elif name == "text":
@@ -388,7 +388,8 @@ def _draws(result: CheckResult) -> None:
         columns_csv(result.trace.columns())
 
 
-def _refuse(constant: str) -> None:
+def refuse_constant(constant: str) -> None:
+    """Raise: a NaN or an infinity is no JSON."""
     msg = f"{constant} is not JSON"
     raise AssertionError(msg)
 
@@ -480,7 +481,7 @@ def _fleet(data: bytes) -> None:
         mission.write_text(sound_plan(Random(3)))
     result = check_fleet(fleet)
     fleet_text(result, medium=Medium()).encode()
-    json.loads(fleet_json(result, version="1"), parse_constant=_refuse)
+    json.loads(fleet_json(result, version="1"), parse_constant=refuse_constant)
     if result.verdict == "go":
         assert all(one.result.verdict == "go" for one in result.sorties)
         assert {one.sortie.job for one in result.sorties} == {*fleet.jobs}

@@ -23,6 +23,7 @@ FEW = {
     "line": 20,
     "upload": 2,
     "guard": 4,
+    "fleets": 4,
 }
 """Inputs of the slow targets; the others take a millisecond each."""
 
