@@ -416,7 +416,7 @@ class _Solver:
             solver, status = self._solved(effort_s * (_FURTHER if number else 1.0))
             if status == self._cp.UNKNOWN and found is None:
                 # the first that is found is looked for longer, whoever waits
-                solver = self._solver(min(effort_s, EFFORT_S) * _FIRST)
+                solver = self._solver(EFFORT_S * _FIRST)
                 status = Patience().solved(solver, self._model)
             if status == self._cp.INFEASIBLE and found is None:
                 return None

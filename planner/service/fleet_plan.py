@@ -38,8 +38,10 @@ if TYPE_CHECKING:
 PLAN_FILE = "fleet.toml"
 _MOST_REPAIRS = 60
 """Times a plan is made again without what the check of the fleet found."""
-_ROW_REPAIRS = 5
+_ROW_REPAIRS = 8
 """The same for a row of the table of numbers of vehicles, which else says that its returns are not clear."""
+_HURRIED = 0.1
+"""Share of the effort for schedules in which two may still come too near to each other."""
 _MOST_DOUBLED = 12
 _SAME = 1e-3
 """Amounts no farther apart are equal: the schedule counts in thousandths. [s, Wh]"""
@@ -228,6 +230,8 @@ class _Planning:
         self._ways = ways
         self._effort_s = effort_s
         self._patience = patience
+        self._is_hurried = False
+        """Whether two may still come too near to each other: then the best is not looked for."""
         self._candidates: dict[tuple[int | None, ...], Candidate] = {}
         self._in_layers: dict[Candidate, tuple[frozenset[int], Candidate]] = {}
         self._meetings: dict[object, Meetings] = {}
@@ -298,8 +302,11 @@ class _Planning:
     ) -> tuple[Schedule, Candidate, FleetResult] | None:
         """Return the best schedule of several divisions of the jobs, with the check of the fleet.
 
-        What that finds between two sorties is forbidden and planned again, so many times at most.
+        What that finds between two sorties is forbidden and planned again, so many times at most: with
+        little effort until nothing is found, then with all of it.
         """
+        clear = None
+        self._is_hurried = True
         for _ in range(repairs):
             found = [
                 one
@@ -314,9 +321,13 @@ class _Planning:
                 operation = replace(planned.operation, must_survive=())
                 planned = replace(planned, operation=operation)
             result = check_fleet(planned, checks=self._ways.checks)
+            last = schedule, candidate, result
             if not self._forbidden(candidate, schedule, result):
-                break
-        return schedule, candidate, result
+                clear = last
+                if schedule.is_best or not self._is_hurried:
+                    break
+                self._is_hurried = False
+        return clear or last
 
     def _cleared(
         self, candidate: Candidate, minimize: Objective, means: Means, vehicles: int | None
@@ -375,7 +386,7 @@ class _Planning:
             conflicts,
             minimize=minimize,
             most_vehicles=vehicles,
-            effort_s=self._effort_s,
+            effort_s=self._effort_s * (_HURRIED if self._is_hurried else 1.0),
             patience=self._patience,
         )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from made_fleet import OUT, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
 from made_missions import item, mission, north, rtl
@@ -17,6 +18,8 @@ from planner.mission.files import write_mission
 from planner.service.preflight import CheckResult
 from planner.service.separation import check_together
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.writer import write_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -152,6 +155,52 @@ def test_wind_stronger_than_the_vehicle_is_a_no_go_of_the_fleet() -> None:
     result = both(TWO + '[conditions]\nwind = "25@0"\n', OUT)
     assert result.verdict == "no-go"
     assert all("W103" in {f.code for f in one.result.findings} for one in result.sorties)
+
+
+@pytest.mark.parametrize(
+    ("wind", "first", "is_too_near"),
+    [("0@0", "s1", False), ("4@0", "", True), ("6@0", "s2", False)],
+)
+def test_wind_changes_who_arrives_first_and_who_meets(
+    tmp_path: Path, wind: str, first: str, *, is_too_near: bool
+) -> None:
+    """Of 12 m/s through the air a wind of 6 leaves one 6, and the other, across it, the 10 it asks."""
+    limited = replace(load_vehicle("arducopter-sitl-quad"), name="limited", airspeed_limit_m_s=12.0)
+    write_vehicle(tmp_path / "limited.toml", limited)
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 200, -260)
+    tables += vehicles("a", "b", model=f"{tmp_path}/limited.toml")
+    tables += f'[conditions]\nwind = "{wind}"\n'
+    against = mission(up(20), place(400, 0, 20), item(21, None, 0.0))
+    across = mission(up(20), place(200, 200, 20), item(21, None, 0.0))
+    result = both(tables, against, across)
+    assert bool(told(result, "S101")) is is_too_near
+    when_s = {}
+    for one, axis, crossing_m in zip(
+        result.sorties, ("north_m", "east_m"), (200.0, 260.0), strict=True
+    ):
+        assert one.assessment is not None
+        time_s = np.arange(0.0, one.time_s, 0.1)
+        along_m = getattr(one.assessment.flight.motion.state_at_time(time_s), axis)
+        when_s[one.name] = float(time_s[np.argmax(along_m > crossing_m)])
+    if first:
+        assert min(when_s, key=lambda name: when_s[name]) == first
+
+
+@pytest.mark.parametrize(("altitude_cm", "is_clear"), [(2900, False), (3050, True)])
+def test_returns_that_differ_in_height_pass_over_who_is_in_the_way(
+    tmp_path: Path, altitude_cm: int, *, is_clear: bool
+) -> None:
+    """Over one that hovers at 20 m: 5 m and the errors of both heights, 5 m."""
+    (tmp_path / "a.param").write_text(f"RTL_ALT,{altitude_cm}\n")
+    round_it = mission(
+        up(20), place(0, 60, 20), place(200, 60, 20), place(200, 0, 20), item(21, None, 0.0)
+    )
+    hover = mission(up(20), place(100, 0, 20, 600.0), rtl())
+    tables = SEPARATION + pad("a", 0, 0) + pad("b", 100, -60) + vehicles("b")
+    tables += vehicles("a", more=f'params = "{tmp_path}/a.param"')
+    result = both(tables, round_it, hover)
+    assert (told(result, "S115") == []) is is_clear
+    assert (result.verdict == "go") is is_clear
 
 
 def test_the_spread_of_times_counts_as_errors_of_the_starts_do() -> None:
