@@ -538,11 +538,14 @@ def _thrust_left(values: Mapping[str, float]) -> float:
     ``AP_MotorsMulticopter::thrust_to_actuator``: of the range above MOT_SPIN_MIN a share u gives the thrust
     (1 − MOT_THST_EXPO) u + MOT_THST_EXPO u².
     """
-    idle, expo = values.get("MOT_SPIN_MIN", 0.15), values.get("MOT_THST_EXPO", 0.65)
+    idle = values.get("MOT_SPIN_MIN", 0.15)
+    expo = min(max(values.get("MOT_THST_EXPO", 0.65), -1.0), 1.0)
     spins = values.get("MOT_SPIN_MAX", _USUAL_SPIN_MAX)
     if spins >= _LEAST_SPIN_MAX:
         return 1.0
-    share = max(spins - idle, 0.0) / (_USUAL_SPIN_MAX - idle)
+    if spins <= idle:
+        return 0.0
+    share = (spins - idle) / (_USUAL_SPIN_MAX - idle)
     return (1.0 - expo) * share + expo * share**2
 
 

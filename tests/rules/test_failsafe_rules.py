@@ -439,6 +439,7 @@ def test_px4_hovers_with_what_the_greatest_thrust_leaves(parameters: str, codes:
         # ArduPilot's simulation with 0.2: it arms, and stays on the ground.
         ("MOT_SPIN_MAX,0.1\n", {"E116"}),
         ("MOT_SPIN_MAX,0.15\n", {"E116"}),
+        ("MOT_SPIN_MAX,0.5\nMOT_SPIN_MIN,0.95\n", {"E116"}),
         ("MOT_SPIN_MAX,0.2\nMOT_THST_HOVER,0.36\n", {"X904"}),
         # u = 0.5625 leaves 0.35 u + 0.65 u² = 0.4025 of the thrust: 0.8660 of that are 0.3486.
         ("MOT_SPIN_MAX,0.6\nMOT_THST_HOVER,0.349\n", {"X904"}),
