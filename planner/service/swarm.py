@@ -400,16 +400,19 @@ def _sortie_flown(filed: FiledFlights, row: int) -> SwarmAgent:
     one = filed.sorties[row]
     assessment = one.assessment
     assert assessment is not None  # it flies
+    has_started = one.start_s <= filed.record.begin_s[-1]
     return SwarmAgent(
         name=one.name,
         vehicle=assessment.vehicle.name,
-        flight=assessment.flight,
+        flight=assessment.flight if has_started else None,
         start_s=one.start_s,
         has_landed=bool(filed.record.has_landed[row]),
         stops=filed.stops[row],
         waited_s=sum(one.end_s - one.begin_s for one in filed.waits[row]),
-        energy_wh=one.energy_wh,
-        energy_by_state_wh=_energy_by_state_wh(assessment.flight, assessment.setup),
+        energy_wh=one.energy_wh if has_started else 0.0,
+        energy_by_state_wh=_energy_by_state_wh(assessment.flight, assessment.setup)
+        if has_started
+        else {},
         battery=assessment.battery,
     )
 

@@ -198,11 +198,13 @@ def flown_together(
         (one.first, one.second): predict_approach(all_[one.first], all_[one.second], spacing)
         or one.approach
         for one in predict_conflicts(all_, spacing)
+        if max(all_[one.first].start_s, all_[one.second].start_s) <= until_s
     }
     approaches = {pair: _approach_of(all_, pair, approach) for pair, approach in conflicts.items()}
     for pair in combinations(range(len(all_)), 2):
         one, two = (happened[row] for row in pair)
-        if pair in approaches or one.vehicle == two.vehicle:
+        has_started = max(one.start_s, two.start_s) <= until_s
+        if pair in approaches or one.vehicle == two.vehicle or not has_started:
             continue
         near = closest_approach(
             one.trajectory,

@@ -35,6 +35,9 @@ SHORTEST_HOLD_S = 1.0
 """A stop is a hold of at least that: autopilots fly through a place without one. [s]"""
 _TOUCH_M = 0.002
 """Stops are told so much before zones touch, that no flight is nearer than it may for rounding. [m]"""
+_SHAPED_M = 1.5
+"""An autopilot stands up to 1.2 m from where the track before had the stop, in 100 drawn stops: by that much
+more its zone is wider. [m]"""
 _SAME_M = 0.5
 """A stop so near to the end of a stage is one there. [m]"""
 _PART_S, _MOST_PARTS = 0.25, 8.0
@@ -88,6 +91,9 @@ class StoppedSorties:
         self._frame = self._assessments[0].route.frame
         self._pilots = [make_pilot(one.setup, one.own_parameters) for one in self._assessments]
         self._errors_m = [one.setup.position_error_m for one in self._assessments]
+        self._shaped_m = [
+            0.0 if one.autopilot is Autopilot.STEP else _SHAPED_M for one in self._assessments
+        ]
         self._hold_stage: list[int | None] = [None] * len(flown)
         self.hold_begins_s = [0.0] * len(flown)
         """When each came to its last stop, since its start. [s]"""
@@ -110,6 +116,8 @@ class StoppedSorties:
             horizontal_m=self._separation.horizontal_m
             + self._errors_m[first]
             + self._errors_m[second]
+            + self._shaped_m[first]
+            + self._shaped_m[second]
             + _TOUCH_M,
             over_m=zone.over_m + ACCURACY_M if is_known else np.inf,
             under_m=zone.under_m + ACCURACY_M if is_known else np.inf,
@@ -142,16 +150,26 @@ class StoppedSorties:
         knot = int(np.searchsorted(self._knots[agent].time_s, end_s - 1e-6))
         return found.moved(0, start_s), knot
 
-    def resumed(self, agent: int, later_s: float) -> None:
-        """Note for how much longer than the shortest hold a sortie stands."""
+    def resumed(self, agent: int, later_s: float, start_s: float) -> ZoneTrack | None:
+        """Return the track of a flight that stands for so much longer; see `Sorties`.
+
+        One of reference steps has settled before it holds; an autopilot may still come nearer to the place
+        while it does, and sets out from another speed.
+        """
         assessment, at = self._assessments[agent], self._hold_stage[agent]
         assert at is not None  # it stands
         stages = list(assessment.route.stages)
         stages[at] = replace(stages[at], hold_s=stages[at].hold_s + later_s)
-        # Flown again where the next stop, or the end, asks for it.
-        self._assessments[agent] = replace(
-            assessment, route=replace(assessment.route, stages=tuple(stages))
-        )
+        route = replace(assessment.route, stages=tuple(stages))
+        if assessment.autopilot is Autopilot.STEP:
+            # Flown again where the next stop, or the end, asks for it.
+            self._assessments[agent] = replace(assessment, route=route)
+            return None
+        flown = self._reflown(agent, route)
+        assert flown is not None  # it was flown before
+        self._assessments[agent] = flown
+        self.tracks[agent], self._knots[agent] = self._track(agent, flown)
+        return self.tracks[agent].moved(0, start_s)
 
     def ended(self, agent: int, start_s: float, stands_until_s: float | None) -> FlownSortie:
         """Return a sortie as it was flown, from its start; one that still stands until a time."""

@@ -110,8 +110,11 @@ class Sorties(Protocol):
         """
         ...
 
-    def resumed(self, agent: int, later_s: float) -> None:
-        """Note for how much longer than that it stands."""
+    def resumed(self, agent: int, later_s: float, start_s: float) -> ZoneTrack | None:
+        """Return the track of a flight that stands for so much longer than that.
+
+        ``None``: it is that of the shortest stop, and later by as much.
+        """
         ...
 
 
@@ -236,13 +239,8 @@ class Yielding:
     def _try(self, agent: int) -> None:
         """Let an agent get on, if its way is free."""
         one = self.agents[agent]
-        if one.after is not None:
-            before = self.agents[one.after]
-            free_s = float(before.track.time_s[-1]) + one.after_s
-            if before.passage is not Passage.FLIES or free_s > self.time_s:
-                is_known = before.passage is Passage.FLIES
-                one.next_s, one.blocked_by = (free_s if is_known else math.inf), one.after
-                return
+        if self._waits_for_own(one):
+            return
         track = one.whole.moved(one.holds_knot, self.time_s)
         for other, two in enumerate(self.agents):
             if other == agent or two.passage is Passage.WAITS:
@@ -267,10 +265,27 @@ class Yielding:
         if one.passage is Passage.WAITS:
             one.start_s = self.time_s
         else:
-            self._sorties.resumed(agent, self.time_s - float(one.whole.time_s[one.holds_knot]))
+            later_s = self.time_s - float(one.whole.time_s[one.holds_knot])
+            flown = self._sorties.resumed(agent, later_s, one.start_s)
+            if flown is not None:
+                track = flown
+                self._forget_crossings(agent)
         one.whole = one.track = track
         one.passage = Passage.FLIES
         self._changed(agent)
+
+    def _waits_for_own(self, one: Traveller) -> bool:
+        """Return whether the flight before it of the same vehicle is not over yet; note when it is."""
+        if one.after is None:
+            return False
+        before = self.agents[one.after]
+        free_s = math.inf
+        if before.passage is Passage.FLIES:
+            free_s = float(before.track.time_s[-1]) + one.after_s
+        if free_s <= self.time_s:
+            return False
+        one.next_s, one.blocked_by = free_s, one.after
+        return True
 
     def _stop(self, agent: int) -> None:
         """Tell an agent to stop."""
@@ -290,9 +305,12 @@ class Yielding:
         one.stood_s = one.next_s = max(float(one.whole.time_s[one.holds_knot]), self.time_s)
         one.track = one.whole.moved(one.holds_knot, math.inf)
         one.passage = Passage.STANDS
+        self._forget_crossings(agent)
+        self._changed(agent)
+
+    def _forget_crossings(self, agent: int) -> None:
         for pair in [pair for pair in self._crossings if agent in pair]:
             del self._crossings[pair]
-        self._changed(agent)
 
     def _changed(self, agent: int) -> None:
         """Forget what depended on the times of an agent."""
