@@ -8,18 +8,23 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
-from made_fleet import pad, vehicles
+from made_fleet import pad, place, sortie, up, vehicles
+from made_missions import item, mission, rtl
 
 from planner.fleet.reader import read_fleet
+from planner.fleet.swarm.algorithms import Waypoints
 from planner.fleet.swarm.dynamics import Dynamics
-from planner.fleet.swarm.simulation import Agent
+from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
+from planner.fleet.swarm.zones import distances_m, near_pairs
 from planner.mission.files import write_mission
 from planner.physics.response import TransferFunction
 from planner.service.swarm import SwarmResult, simulate_fleet
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.fleet.fleet import Fleet
     from planner.fleet.swarm.algorithms import Algorithm
+    from planner.fleet.swarm.policies import Policy
     from planner.mission.items import Mission
 
 G4 = TransferFunction(numerator=(0.3588,), denominator=(1.0, 0.935, 0.3588), delay_s=0.6)
@@ -115,3 +120,100 @@ def search(*, agents: int = 2, packs: str | None = None, more: str = "") -> str:
     )
     given = packs or f'[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = {agents}\n'
     return "[separation]\nhorizontal_m = 10\n" + pads + task + given + vehicles(*names, model=MODEL)
+
+
+FLOWN_BY = ("falkowski-2023-quadrotor", "px4-sih-quad", "arducopter-sitl-quad")
+
+
+def drawn_missions(
+    seed: int, *, most: int = 8, models: tuple[str, ...] = FLOWN_BY
+) -> tuple[str, dict[str, Mission]]:
+    """Vehicles, each of which flies to places drawn in one area, most at one height; starts are drawn too."""
+    draw = np.random.default_rng(seed)
+    count = int(draw.integers(2, most + 1))
+    size_m = 100.0 * np.sqrt(count)
+    pads: list[tuple[float, float]] = []
+    while len(pads) < count:
+        north_m, east_m = draw.uniform(0.0, size_m, 2).tolist()
+        if all(np.hypot(north_m - n, east_m - e) > 25.0 for n, e in pads):
+            pads.append((north_m, east_m))
+    tables = "[separation]\nhorizontal_m = 10\n"
+    missions = {}
+    for number, (north_m, east_m) in enumerate(pads):
+        height_m = float(draw.choice([30.0, 30.0, 30.0, 45.0]))
+        places = []
+        for _ in range(int(draw.integers(1, 4))):
+            there = draw.uniform(0.0, size_m, 2).tolist()
+            places.append(place(there[0], there[1], height_m, float(draw.choice([0.0, 5.0]))))
+        home = place(north_m, east_m, 0.0)
+        down = item(21, home.latitude_deg, 0.0, longitude_deg=home.longitude_deg)
+        end = rtl() if draw.random() < 0.5 else down
+        missions[f"m{number}"] = mission(up(height_m), *places, end)
+        start_s = round(float(draw.choice([0.0, draw.uniform(0.0, 60.0)])), 2)
+        name = f"v{number}"
+        tables += pad(name, north_m, east_m) + vehicles(name, model=str(draw.choice(models)))
+        tables += sortie(f"s{number}", name, start_s, job=f"m{number}")
+    return tables, missions
+
+
+SEPARATION_M = 10.0
+
+
+def least_m(swarm: Swarm) -> tuple[float, float]:
+    """Run a swarm; return the least distance of places at the ticks, and of zones. [m]"""
+    places, zones = np.inf, np.inf
+    for step in swarm.run():
+        there = np.flatnonzero((step.phase > AgentPhase.WAITS) & (step.phase < AgentPhase.LANDED))
+        if len(there) > 1:
+            apart = step.place_m[there, None] - step.place_m[None, there]
+            distance = np.hypot(apart[..., 0], apart[..., 1])
+            places = min(places, float(distance[np.triu_indices(len(there), 1)].min()))
+        own = swarm.zones
+        first, second = near_pairs(own, 2.0 * SEPARATION_M, swarm.is_there)
+        if len(first):
+            zones = min(zones, float(distances_m(own.select(first), own.select(second)).min()))
+    return places, zones
+
+
+def drawn_swarm(seed: int, policy: Policy, *, most: int) -> Swarm:
+    """Agents with delays up to 1.5 s and overshoots up to 30 %, or shaped, that go to drawn places."""
+    draw = np.random.default_rng(seed)
+    count = int(draw.integers(2, most + 1))
+    size_m = 60.0 * np.sqrt(count)
+    starts, goals = (_apart(draw, count, size_m) for _ in range(2))
+    agents = [
+        replace(
+            agent(f"a{row}", *start, speed_m_s=float(draw.uniform(2.0, 12.0))),
+            dynamics=_drawn_dynamics(draw),
+            landing_s=5.0,
+        )
+        for row, start in enumerate(starts)
+    ]
+    ways = [np.array([goal]) for goal in goals]
+    return Swarm(agents, Waypoints(ways), policy, separation_m=SEPARATION_M, until_s=900.0)
+
+
+def _apart(draw: np.random.Generator, count: int, size_m: float) -> list[tuple[float, float]]:
+    places: list[tuple[float, float]] = []
+    while len(places) < count:
+        east, north = draw.uniform(0.0, size_m, 2).tolist()
+        if all(np.hypot(east - e, north - n) > 1.2 * SEPARATION_M for e, n in places):
+            places.append((east, north))
+    return places
+
+
+def _drawn_dynamics(draw: np.random.Generator) -> Dynamics:
+    delay_s, frequency = draw.uniform(0.0, 1.5), draw.uniform(0.4, 2.0)
+    if draw.random() < 0.3:
+        lag = TransferFunction(numerator=(1.0,), denominator=(draw.uniform(0.05, 1.0), 1.0))
+        return Dynamics(response=lag, acceleration_m_s2=draw.uniform(1.0, 5.0))
+    # an overshoot of o belongs to a damping of -ln o / √(π² + ln² o)
+    overshoot = np.log(draw.uniform(0.01, 0.3))
+    damping = -overshoot / np.hypot(np.pi, overshoot)
+    return Dynamics(
+        response=TransferFunction(
+            numerator=(frequency**2,),
+            denominator=(1.0, 2.0 * damping * frequency, frequency**2),
+            delay_s=delay_s,
+        )
+    )

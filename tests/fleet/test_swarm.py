@@ -10,42 +10,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_fleet import pad, place, up, vehicles
 from made_missions import item, mission, north
-from made_swarm import MODEL, agent, on_circle, simulated
+from made_swarm import MODEL, SEPARATION_M, agent, drawn_swarm, least_m, on_circle, simulated
 
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
-from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
 from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
-from planner.fleet.swarm.simulation import AgentPhase, Swarm
-from planner.fleet.swarm.zones import distances_m, near_pairs
+from planner.fleet.swarm.simulation import Swarm
 from planner.mission.route.stage import StageKind
-from planner.physics.response import TransferFunction
 from planner.service.preflight import check_mission
 from planner.setup import Setup
-from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.fleet.swarm.policies import Policy
     from planner.fleet.swarm.situation import SwarmSituation
-
-SEPARATION_M = 10.0
-
-
-def least_m(swarm: Swarm) -> tuple[float, float]:
-    """Run a swarm; return the least distance of places at the ticks, and of zones. [m]"""
-    places, zones = np.inf, np.inf
-    for step in swarm.run():
-        there = np.flatnonzero((step.phase > AgentPhase.WAITS) & (step.phase < AgentPhase.LANDED))
-        if len(there) > 1:
-            apart = step.place_m[there, None] - step.place_m[None, there]
-            distance = np.hypot(apart[..., 0], apart[..., 1])
-            places = min(places, float(distance[np.triu_indices(len(there), 1)].min()))
-        own = swarm.zones
-        first, second = near_pairs(own, 2.0 * SEPARATION_M, swarm.is_there)
-        if len(first):
-            zones = min(zones, float(distances_m(own.select(first), own.select(second)).min()))
-    return places, zones
 
 
 @pytest.mark.parametrize("count", [2, 3, 8])
@@ -83,50 +61,6 @@ def test_whatever_the_delay_and_the_overshoot_no_separation_is_lost(
     places_m, zones_m = least_m(swarm)
     assert places_m >= SEPARATION_M - 1e-9
     assert zones_m >= SEPARATION_M - 1e-9
-
-
-def drawn_swarm(seed: int, policy: Policy, *, most: int) -> Swarm:
-    """Agents with delays up to 1.5 s and overshoots up to 30 %, or shaped, that go to drawn places."""
-    draw = np.random.default_rng(seed)
-    count = int(draw.integers(2, most + 1))
-    size_m = 60.0 * np.sqrt(count)
-    starts, goals = (_apart(draw, count, size_m) for _ in range(2))
-    agents = [
-        replace(
-            agent(f"a{row}", *start, speed_m_s=float(draw.uniform(2.0, 12.0))),
-            dynamics=_drawn_dynamics(draw),
-            landing_s=5.0,
-        )
-        for row, start in enumerate(starts)
-    ]
-    ways = [np.array([goal]) for goal in goals]
-    return Swarm(agents, Waypoints(ways), policy, separation_m=SEPARATION_M, until_s=900.0)
-
-
-def _apart(draw: np.random.Generator, count: int, size_m: float) -> list[tuple[float, float]]:
-    places: list[tuple[float, float]] = []
-    while len(places) < count:
-        east, north = draw.uniform(0.0, size_m, 2).tolist()
-        if all(np.hypot(east - e, north - n) > 1.2 * SEPARATION_M for e, n in places):
-            places.append((east, north))
-    return places
-
-
-def _drawn_dynamics(draw: np.random.Generator) -> Dynamics:
-    delay_s, frequency = draw.uniform(0.0, 1.5), draw.uniform(0.4, 2.0)
-    if draw.random() < 0.3:
-        lag = TransferFunction(numerator=(1.0,), denominator=(draw.uniform(0.05, 1.0), 1.0))
-        return Dynamics(response=lag, acceleration_m_s2=draw.uniform(1.0, 5.0))
-    # an overshoot of o belongs to a damping of -ln o / √(π² + ln² o)
-    overshoot = np.log(draw.uniform(0.01, 0.3))
-    damping = -overshoot / np.hypot(np.pi, overshoot)
-    return Dynamics(
-        response=TransferFunction(
-            numerator=(frequency**2,),
-            denominator=(1.0, 2.0 * damping * frequency, frequency**2),
-            delay_s=delay_s,
-        )
-    )
 
 
 def test_the_same_seed_gives_the_same_flight() -> None:

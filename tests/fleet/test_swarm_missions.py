@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from made_fleet import checked, pad, place, sortie, up, vehicles
 from made_missions import mission, rtl
-from made_swarm import simulated
+from made_swarm import drawn_missions, simulated
 
 from planner.errors import UsageError
 from planner.fleet.reader import read_fleet
@@ -220,3 +220,13 @@ def test_missions_as_filed_are_not_left_for_reciprocal_velocities() -> None:
 def test_a_fleet_without_sorties_has_nothing_to_simulate() -> None:
     with pytest.raises(UsageError, match="no sortie"):
         simulated(*crossing()[:2], policy="none", **MISSIONS)
+
+
+@pytest.mark.parametrize("seed", [4, 11])
+def test_whoever_flies_them_drawn_missions_keep_apart(seed: int) -> None:
+    """`tests/bench/test_swarm_scenarios.py` draws a hundred."""
+    tables, missions = drawn_missions(seed, most=4)
+    flown = simulated(tables, policy="stop", **missions)
+    codes = {one.code for one in flown.findings}
+    assert "S128" not in codes
+    assert all(one.has_landed for one in flown.agents) or "S129" in codes
