@@ -19,6 +19,7 @@ from planner.fleet.swarm.simulation import Swarm
 from planner.mission.route.stage import StageKind
 from planner.service.preflight import check_mission
 from planner.setup import Setup
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
