@@ -39,6 +39,7 @@ from planner.service.split import split_mission as split_mission
 from planner.service.split import write_split as write_split
 from planner.service.swarm import SwarmResult as SwarmResult
 from planner.service.swarm import simulate_fleet as simulate_fleet
+from planner.service.swarm_agents import NumbersLimits as NumbersLimits
 from planner.service.swarm_agents import SwarmNumbers as SwarmNumbers
 from planner.service.swarm_agents import simulate_numbers as simulate_numbers
 from planner.service.swarm_timeline import swarm_timeline as swarm_timeline

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from planner.fleet.schedule import Patience
     from planner.service.fleet import FleetResult
     from planner.service.fleet_plan import FleetPlan
+    from planner.service.swarm import SwarmResult
 
 _OF_VEHICLES = (
     "vehicle",
@@ -433,17 +434,12 @@ def simulate(
 
     Exit codes: 0 clear, 1 not clear, 2 a file, usage or configuration is unusable, 130 interrupted.
     """
-    from planner.files import write_output_bytes
-    from planner.report.columns import columns_csv, columns_parquet, load_parquet
-    from planner.report.swarm import swarm_json, swarm_text, swarm_trace
+    from planner.report.swarm import swarm_json, swarm_text
     from planner.service.swarm import simulate_fleet
 
     _refuse_report(report, fleet, output)
     refuse_overwriting(output, (fleet,))
-    refuse_overwriting(trace, (fleet,))
-    is_parquet = trace is not None and trace.suffix == ".parquet"
-    if is_parquet:
-        load_parquet()  # before anything is simulated
+    _refuse_trace(trace, fleet)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
@@ -460,10 +456,7 @@ def simulate(
     result = simulate_fleet(
         read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
     )
-    if trace is not None and is_parquet:
-        write_output_bytes(trace, columns_parquet(swarm_trace(result)))
-    elif trace is not None:
-        write_data(columns_csv(swarm_trace(result)), output=trace)
+    _write_trace(result, trace)
     write_data(
         swarm_json(result, version=__version__)
         if file_format == "json"
@@ -477,6 +470,30 @@ def simulate(
     if result.is_cut_short:
         return ExitCode.INTERRUPTED
     return ExitCode.GO if result.is_clear else ExitCode.NO_GO
+
+
+def _refuse_trace(trace: Path | None, fleet: str) -> None:
+    """Raise ``UsageError`` where the trace cannot be written, before anything is simulated."""
+    from planner.report.columns import load_parquet
+
+    refuse_overwriting(trace, (fleet,))
+    if trace is not None and trace.suffix == ".parquet":
+        load_parquet()
+
+
+def _write_trace(result: SwarmResult, trace: Path | None) -> None:
+    """Write every step of a simulation, where that is asked for."""
+    if trace is None:
+        return
+    from planner.files import write_output_bytes
+    from planner.report.columns import columns_csv, columns_parquet
+    from planner.report.swarm import swarm_trace
+
+    columns = swarm_trace(result)
+    if trace.suffix == ".parquet":
+        write_output_bytes(trace, columns_parquet(columns))
+    else:
+        write_data(columns_csv(columns), output=trace)
 
 
 def _simulate_numbers(
@@ -494,16 +511,20 @@ def _simulate_numbers(
         msg = "--trace is of one simulation: leave out --agents"
         raise UsageError(msg)
     from planner.report.swarm import numbers_json, numbers_text
-    from planner.service.swarm_agents import simulate_numbers
+    from planner.service.swarm_agents import NumbersLimits, simulate_numbers
 
     numbers = simulate_numbers(
         fleet,
         options["agents"],
         seeds=range(seed, seed + options["seeds"]),
         policy=policy,
-        until_s=until_s,
-        deadline_s=options["deadline_s"],
-        reach_percent=None if options["reach_percent"] is None else int(options["reach_percent"]),
+        limits=NumbersLimits(
+            until_s=until_s,
+            deadline_s=options["deadline_s"],
+            reach_percent=None
+            if options["reach_percent"] is None
+            else int(options["reach_percent"]),
+        ),
         workers=options["workers"] or os.cpu_count() or 1,
         on_step=narrate_seldom(),
     )

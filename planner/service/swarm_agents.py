@@ -175,6 +175,20 @@ class SwarmNumbers(Value):
         return tuple(marks)
 
 
+class NumbersLimits(Value):
+    """When runs end, and what a number of agents has to do to be chosen."""
+
+    until_s: float = 3600.0
+    """When each run ends at the latest. [s]"""
+    deadline_s: float | None = None
+    """By when all are to have landed in nine of ten runs; ``None``: ``latest_s`` of ``[operation]``. [s]"""
+    reach_percent: int | None = None
+    """How much of the goal, 50, 90 or 100 %, nine of ten runs are to reach."""
+
+
+_NONE = NumbersLimits()
+
+
 def simulate_numbers(
     fleet: Fleet,
     agents: Iterable[int],
@@ -182,9 +196,7 @@ def simulate_numbers(
     seeds: Iterable[int] = range(20),
     policy: Policy | str = "orca-stop",
     algorithm: Callable[[Fleet, int], Algorithm] | None = None,
-    until_s: float = 3600.0,
-    deadline_s: float | None = None,
-    reach_percent: int | None = None,
+    limits: NumbersLimits = _NONE,
     workers: int = 1,
     on_step: Callable[[str], None] | None = None,
 ) -> SwarmNumbers:
@@ -202,12 +214,8 @@ def simulate_numbers(
         As of `planner.simulate_fleet`.
     algorithm : callable, optional
         Makes what the swarm does, from the fleet with its vehicles and the seed of a run.
-    until_s : float, optional
-        When each run ends at the latest. [s]
-    deadline_s : float, optional
-        By when all are to have landed; by default ``latest_s`` of ``[operation]``. [s]
-    reach_percent : int, optional
-        So much of the goal, 50, 90 or 100 %, nine of ten runs must reach for a number to be chosen.
+    limits : NumbersLimits, optional
+        When runs end, and what a number has to do to be chosen.
     workers : int, optional
         Processes it is made in; the result does not depend on them.
     on_step : callable, optional
@@ -239,7 +247,7 @@ def simulate_numbers(
             seed=seed,
             policy=policy,
             algorithm=algorithm,
-            until_s=until_s,
+            until_s=limits.until_s,
         )
         for count in numbers
         for seed in draws
@@ -261,8 +269,8 @@ def simulate_numbers(
         algorithm=str(task.algorithm) if algorithm is None else algorithm.__name__,
         policy=policy if isinstance(policy, str) else type(policy).__name__,
         seeds=len(draws),
-        deadline_s=fleet.operation.latest_s if deadline_s is None else deadline_s,
-        reach_percent=reach_percent,
+        deadline_s=fleet.operation.latest_s if limits.deadline_s is None else limits.deadline_s,
+        reach_percent=limits.reach_percent,
         runs=tuple(runs),
         is_cut_short=is_cut_short,
     )

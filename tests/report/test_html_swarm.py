@@ -15,7 +15,7 @@ from planner.cli.main import main
 from planner.report.html.swarm import numbers_html, swarm_html
 from planner.report.plots.swarm import make_swarm_tables, thinned_timeline
 from planner.report.swarm import numbers_json, swarm_json
-from planner.service.swarm_agents import simulate_numbers
+from planner.service.swarm_agents import NumbersLimits, simulate_numbers
 from planner.service.swarm_timeline import swarm_timeline
 
 if TYPE_CHECKING:
@@ -73,7 +73,9 @@ def test_the_page_has_the_numbers_of_the_json_and_moves_every_agent(
 
 @NEEDS_BROWSER
 def test_the_page_of_numbers_has_those_of_its_json(browser: Chrome, folder: Path) -> None:
-    numbers = simulate_numbers(fleet_of(formation(20.0)), (1, 2), policy="none", deadline_s=100.0)
+    numbers = simulate_numbers(
+        fleet_of(formation(20.0)), (1, 2), policy="none", limits=NumbersLimits(deadline_s=100.0)
+    )
     page = folder / "numbers.html"
     page.write_text(numbers_html(numbers, version="1", made_at=NOW), encoding="utf-8")
     opened(browser, page.as_uri(), width=PHONE_PX)

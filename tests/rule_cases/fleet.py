@@ -9,7 +9,7 @@ from made_missions import item, mission, north, rtl
 from made_swarm import fleet_of, formation, search, simulated
 from rule_cases.case import RuleCases
 
-from planner.service.swarm_agents import simulate_numbers
+from planner.service.swarm_agents import NumbersLimits, simulate_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -232,7 +232,9 @@ def ended(late_s: float) -> tuple[Finding, ...]:
 def numbers(late_s: float) -> tuple[Finding, ...]:
     """Two agents, the last of which lands so long after they are to have."""
     ends_s = simulated(formation(20.0)).landed_s - late_s
-    return simulate_numbers(fleet_of(formation(20.0)), (2,), deadline_s=ends_s).findings
+    return simulate_numbers(
+        fleet_of(formation(20.0)), (2,), limits=NumbersLimits(deadline_s=ends_s)
+    ).findings
 
 
 def packed(times: float) -> tuple[Finding, ...]:
