@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from ortools.sat.python.cp_model import CpModel, CpSolver, IntVar, LinearExprT
 
-    from planner.fleet.turns import Turns
+    from planner.fleet.turns import FirstSchedule
 
     Conflicts = Mapping[tuple[tuple[int, int], tuple[int, int]], Sequence[tuple[float, float]]]
     """For two sorties, each with one of its options: open intervals that the start of the second after
@@ -365,7 +365,7 @@ class _Solver:
         window_s = math.fsum(charges_s[:before]) / sum(means.chargers.values())
         self._model.add(self._makespan >= ms(2.0 * flight_s + means.swap_s + window_s) - 1)
 
-    def _begin_at(self, turns: Turns) -> None:
+    def _begin_at(self, turns: FirstSchedule) -> None:
         """Hint at a first schedule."""
         hints: list[tuple[IntVar, int]] = []
         for place, turn in turns.of_tasks.items():

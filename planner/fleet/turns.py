@@ -37,7 +37,7 @@ class Turn(Value):
     """When that is full again."""
 
 
-class Turns(Value):
+class FirstSchedule(Value):
     """The first schedule."""
 
     of_tasks: Mapping[int, Turn]
@@ -60,23 +60,23 @@ def closed_ms(begin_s: float, end_s: float) -> tuple[int, int]:
 
 def first_turns(
     tasks: Sequence[Task], means: Means, conflicts: Conflicts, *, most_vehicles: int | None
-) -> Turns | None:
+) -> FirstSchedule | None:
     """Return the first schedule; ``None`` where a sortie has no turn in its hours.
 
     Those of higher priority come first, then those that have to be back first.
     """
-    field = _Field(tasks, means, conflicts, most_vehicles)
+    field = _Standing(tasks, means, conflicts, most_vehicles)
     order = sorted(range(len(tasks)), key=lambda one: (-tasks[one].priority, tasks[one].latest_s))
     if not all(map(field.flies, order)):
         return None
-    return Turns(
+    return FirstSchedule(
         of_tasks=field.turns,
         first=field.first,
         packs={name: len(used) for name, used in field.used.items()},
     )
 
 
-class _Field:
+class _Standing:
     """Who and what is where, as sorties are given their turns."""
 
     def __init__(
