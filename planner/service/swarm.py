@@ -374,6 +374,7 @@ def _simulate_missions(
     agents = tuple(_sortie_flown(filed, row) for row in range(len(filed.sorties)))
     findings = [_too_near(near, required_m) for required_m, near in filed.approaches]
     findings += [SWARM_SEPARATION.finding(message) for message in filed.incomparable]
+    findings += [SWARM_ENERGY.finding(message) for message in filed.uncharged]
     findings += [*_deadlock_findings(filed.deadlock), *_agent_findings(agents)]
     findings += _late(agents, fleet.operation.latest_s)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m

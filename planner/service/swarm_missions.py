@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import quantity
 from planner.errors import UsageError
 from planner.fleet.approach import closest_approach
 from planner.fleet.fleet import LATEST_S, Separation
@@ -64,6 +65,8 @@ class FiledFlights(Value, eq=False):
     """Of each, where it did not get on."""
     stops: tuple[int, ...]
     """How often each was told to stop."""
+    uncharged: tuple[str, ...] = ()
+    """What is said of packs that come back later than planned, and are flown again."""
     deadlock: tuple[str, ...] = ()
     """Those that could not get on at the end."""
     is_cut_short: bool = False
@@ -137,8 +140,20 @@ def fly_giving_way(
     for row, own in enumerate(waits):
         for begin_s, stop_s in own:
             record.waits[(at_s >= begin_s) & (at_s < stop_s), row] = True
+    late = [
+        (old, new)
+        for old, new in zip(flown, ended, strict=True)
+        if old.sortie.pack is not None and new.end_s > old.end_s
+    ]
     return replace(
         found,
+        uncharged=tuple(
+            f"{next_.name}: the charge of pack {next_.sortie.pack} is not known, which comes back "
+            f"{quantity.duration(new.end_s - old.end_s)} later from {old.name}"
+            for old, new in late
+            for next_ in flown
+            if next_.sortie.pack == old.sortie.pack and next_.start_s > old.start_s
+        ),
         waits=tuple(waits),
         stops=tuple(one.stops for one in agents),
         deadlock=tuple(

@@ -230,3 +230,18 @@ def test_whoever_flies_them_drawn_missions_keep_apart(seed: int) -> None:
     codes = {one.code for one in flown.findings}
     assert "S128" not in codes
     assert all(one.has_landed for one in flown.agents) or "S129" in codes
+
+
+@pytest.mark.parametrize("packs", [("P-1", "P-2"), ("P-1", "P-1")])
+def test_a_pack_that_comes_back_late_has_a_charge_nobody_knows(packs: tuple[str, str]) -> None:
+    pack = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = 2\n'
+    first, again = (f'pack = "{one}"' for one in packs)
+    flown = simulated(
+        crossing()[0] + crossing()[1] + pack,
+        sortie("s1", "a", 0.0, job="to_north")
+        + sortie("s2", "b", 0.0, job="to_east", more=first)
+        + sortie("s3", "b", 400.0, job="to_east", more=again),
+        **MISSIONS,
+    )
+    said = [one.message for one in flown.findings if "comes back" in one.message]
+    assert len(said) == (packs[0] == packs[1])
