@@ -75,13 +75,17 @@ class Conflict(Value):
 def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Conflict]:
     """Yield every two members, of trajectories in one frame, that come nearer to each other than they may.
 
-    The closest approach is that at whatever starts, to 5 % of the separation.
+    The closest approach is that of :func:`rough_approach`.
     """
     for first, second in sorted(near_pairs(fleet, spacing)):
-        one, two = fleet[first], fleet[second]
-        approach = _approach(one, two, spacing, accuracy_m=_ROUGHLY * spacing.separation_m)
+        approach = rough_approach(fleet[first], fleet[second], spacing)
         if approach is not None:
             yield Conflict(first=first, second=second, approach=approach)
+
+
+def rough_approach(first: Member, second: Member, spacing: Spacing) -> ClosestApproach | None:
+    """Return the closest approach at whatever starts, to 5 % of the separation; ``None``: not too near."""
+    return _approach(first, second, spacing, accuracy_m=_ROUGHLY * spacing.separation_m)
 
 
 def near_pairs(fleet: Sequence[Member], spacing: Spacing) -> Iterator[tuple[int, int]]:

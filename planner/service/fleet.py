@@ -193,7 +193,7 @@ def check_fleet(
     from planner.service.fleet_layers import layer_findings
     from planner.service.fleet_ledger import fleet_checks
     from planner.service.fleet_separation import separation_findings
-    from planner.service.fleet_times import time_findings
+    from planner.service.fleet_times import job_findings, time_findings
 
     given: object = fleet
     if not isinstance(given, Fleet):
@@ -202,7 +202,12 @@ def check_fleet(
     checks = checks or SortieChecks(fleet)
     flown, charges = fly_sorties(fleet, checks)
     apart = [*separation_findings(fleet, flown)]
-    found = [*time_findings(fleet, flown, charges), *apart, *layer_findings(fleet, flown)]
+    found = [
+        *time_findings(fleet, flown, charges),
+        *job_findings(fleet, flown),
+        *apart,
+        *layer_findings(fleet, flown),
+    ]
     contingencies = None
     kinds = [one for one in ContingencyKind if what_if or one in fleet.operation.must_survive]
     if kinds:

@@ -8,8 +8,8 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import LATEST_S, ContingencyKind
 from planner.service.fleet import FleetFinding, fly_sorties, pack_battery
-from planner.service.fleet_separation import RETURN_CROSSES, separation_findings
-from planner.service.fleet_times import JOB_NOT_FLOWN, at, time_findings
+from planner.service.fleet_separation import RETURN_CROSSES, Encounters, separation_findings
+from planner.service.fleet_times import at, job_findings, time_findings
 from planner.service.separation import SEPARATION_UNCHECKED
 from planner.values import Value, replace
 
@@ -201,6 +201,8 @@ class _Judge:
         self._flown = flown
         self._apart = apart
         self._setup = next(iter(fleet.vehicles.values())).setup
+        self._encounters = Encounters()
+        self._jobs = [*job_findings(fleet, flown)]
         self._planned = {_about(one) for one in self._errors(fleet, apart=apart)}
         """What makes the plan itself a no-go."""
         codes = {one.finding.code for one in apart}
@@ -392,8 +394,8 @@ class _Judge:
         """Return what makes a fleet a no-go; with what is found of its distances, where that is known."""
         flown, charges = fly_sorties(fleet, checks or self._checks)
         if apart is None:
-            apart = separation_findings(fleet, flown)
-        found = [*time_findings(fleet, flown, charges), *apart]
+            apart = separation_findings(fleet, flown, self._encounters)
+        found = [*time_findings(fleet, flown, charges), *self._jobs, *apart]
         ignored = self._setup.selection.reason
         reported = [one for one in found if not ignored(one.finding, file=fleet.source)]
         own = [
@@ -416,7 +418,7 @@ class _Judge:
             needs = f" with {', '.join(job.needs)}" if job.needs else ""
             return f"there is no other vehicle{needs}"
         others.sort(key=lambda one: one.name != sortie.vehicle)  # who flies it anyway first
-        flown = self._fly(rest)
+        flown, known = self._fly(rest), self._known_errors(rest)
         settled_s = self._fleet.swap_s + 2.0 * self._error_s
         ends_s = {one.name: one.end_s + settled_s + _slow_s(one) for one in flown}
         openings = {
@@ -436,7 +438,7 @@ class _Judge:
                 moved = replace(
                     sortie, vehicle=vehicle, pack=pack, pad=pad, start_s=min(start_s, LATEST_S)
                 )
-                wrong = self._wrong_with(rest, moved)
+                wrong = self._wrong_with(rest, moved, known)
                 if not wrong:
                     return moved
                 why = wrong
@@ -445,9 +447,12 @@ class _Judge:
     def _on_another_pack(self, sortie: Sortie) -> Takeover | None:
         """Return a sortie on the first other pack it can be flown on."""
         rest = {name: one for name, one in self._fleet.sorties.items() if name != sortie.name}
+        known = self._known_errors(rest)
         for pack in self._packs(rest, self._fly(rest), sortie.vehicle, sortie.pack):
             moved = replace(sortie, pack=pack)
-            if pack != sortie.pack and not self._wrong_with(rest, moved, is_apart_as_planned=True):
+            if pack != sortie.pack and not self._wrong_with(
+                rest, moved, known, is_apart_as_planned=True
+            ):
                 return _takeover(
                     next(
                         one
@@ -482,21 +487,30 @@ class _Judge:
         first = [own] if own in fits else []
         return [*dict.fromkeys([*first, *unused.values(), *back[:_MOST_USED_PACKS]])]
 
-    def _wrong_with(
-        self, rest: Mapping[str, Sortie], sortie: Sortie, *, is_apart_as_planned: bool = False
-    ) -> str:
-        """Return what is wrong with a sortie beside others that was not without it; empty: nothing."""
-        before = replace(self._fleet, sorties=rest)
-        after = replace(self._fleet, sorties={**rest, sortie.name: sortie})
+    def _known_errors(self, rest: Mapping[str, Sortie]) -> set[tuple[str, tuple[str, ...]]]:
+        """Return what is wrong with sorties, of their distances as far as they are as planned."""
         unmoved = [
             one
             for one in self._apart
             if all(rest.get(name) == self._fleet.sorties[name] for name in one.sorties)
         ]
-        known = {_about(one) for one in self._errors(before, apart=unmoved)}
+        return {
+            _about(one) for one in self._errors(replace(self._fleet, sorties=rest), apart=unmoved)
+        }
+
+    def _wrong_with(
+        self,
+        rest: Mapping[str, Sortie],
+        sortie: Sortie,
+        known: Collection[tuple[str, tuple[str, ...]]],
+        *,
+        is_apart_as_planned: bool = False,
+    ) -> str:
+        """Return what is wrong with a sortie beside others that was not without it; empty: nothing."""
+        after = replace(self._fleet, sorties={**rest, sortie.name: sortie})
         for apart in ((),) if is_apart_as_planned else ((), None):  # distances take longest
             for error in self._errors(after, apart=apart):
-                if error.finding.code != JOB_NOT_FLOWN.code and _about(error) not in known:
+                if _about(error) not in known:
                     return error.finding.message
         return ""
 

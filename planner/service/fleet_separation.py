@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from planner.findings import Rule, Severity
 from planner.fleet.approach import ACCURACY_M, Cylinder, Meeting, closest_approach
 from planner.fleet.return_flights import FlownFan, ReturnConflict, ReturnFlights, return_conflict
 from planner.fleet.separation import (
+    Conflict,
     Member,
     Spacing,
     are_heights_known,
@@ -20,9 +21,9 @@ from planner.fleet.separation import (
     home_above_m,
     near_pairs,
     predict_approach,
-    predict_conflicts,
+    rough_approach,
 )
-from planner.fleet.trajectory import Trajectory, make_trajectory
+from planner.fleet.trajectory import make_trajectory
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_pilot
 from planner.service.fleet import FleetFinding
@@ -38,15 +39,18 @@ from planner.service.separation import (
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.fleet import Fleet, Separation
+    from planner.fleet.trajectory import Trajectory
     from planner.geo.geodesy import LocalFrame
     from planner.rules.assessment import Assessment
     from planner.service.fleet import FlownSortie
+    from planner.service.fleet_times import Stand
 
+_Found = TypeVar("_Found")
 _SHOWN_M = 0.05
 _STANDS_M_S = 1e-3
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
@@ -92,14 +96,33 @@ GROUND_SEPARATION = Rule(
 )
 
 
-def separation_findings(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
-    """Yield what is found of the distances between the sorties of several vehicles."""
+class Encounters:
+    """What was found of flights of one fleet beside each other, by all that it depends on."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[object, ...], object] = {}
+
+    def once(self, key: tuple[object, ...], find: Callable[[], _Found]) -> _Found:
+        """Return what was found already, else what is found now."""
+        if key not in self._known:
+            self._known[key] = find()
+        return cast("_Found", self._known[key])
+
+
+def separation_findings(
+    fleet: Fleet, flown: Sequence[FlownSortie], known: Encounters | None = None
+) -> Iterator[FleetFinding]:
+    """Yield what is found of the distances between the sorties of several vehicles.
+
+    Of the same vehicles and separation, ``known`` spares what other sorties left as it was.
+    """
     separation = fleet.separation
     yield from _same_system_ids(fleet, flown)
     if separation is None or len({one.sortie.vehicle for one in flown}) < 2:
         return
     yield from _left_out(flown)
-    pairs = _Pairs(fleet, separation, [one for one in flown if one.time_s > 0.0])
+    flying = [one for one in flown if one.time_s > 0.0]
+    pairs = _Pairs(fleet, separation, flying, known or Encounters())
     yield from pairs.unknown_heights()
     yield from pairs.conflicts()
     yield from pairs.ground_conflicts()
@@ -118,40 +141,27 @@ def _left_out(flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
         )
 
 
-def members(fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) -> list[Member]:
+def members(
+    fleet: Fleet,
+    separation: Separation,
+    flown: Sequence[FlownSortie],
+    known: Encounters | None = None,
+) -> list[Member]:
     """Return what is flown, in the frame of the first home, with its errors."""
+    known = known or Encounters()
     stand_of = stands(fleet, flown)
     found = []
     for one in flown:
         assessment, vehicle = one.assessment, fleet.vehicles[one.sortie.vehicle]
         assert assessment is not None  # something is flown
-        first = flown[0].assessment
-        assert first is not None
-        whole = make_trajectory(
-            assessment.flight.motion,
-            assessment.route,
-            first.route.frame,
-            min_nav_alt_m=separation.min_nav_alt_m,
-        )
+        alone = _alone(fleet, one, _frame(flown, known), known)
         stand = stand_of[one.name]
-        start_s, end_s = whole.start_s.copy(), whole.end_s.copy()
-        start_s[0], end_s[-1] = -stand.before_s, whole.duration_s + stand.after_s
         above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
         below_m = above_m if separation.below_m is None else separation.below_m
         found.append(
             Member(
                 file=one.name,
-                trajectory=replace(
-                    whole,
-                    start_s=start_s,
-                    end_s=end_s,
-                    slack_s=_time_fraction(assessment)
-                    * np.clip(whole.end_s, 0.0, whole.duration_s),
-                    grown_m=np.where(
-                        whole.is_rest & whole.is_low, 0.0, assessment.setup.position_error_m
-                    ),
-                    stop_s=_stop_s(assessment, whole) if separation.may_stop else whole.stop_s,
-                ),
+                trajectory=known.once((alone, stand), partial(_standing, alone, stand)),
                 start_s=one.start_s,
                 home_amsl_m=known_home_amsl_m(assessment),
                 above_m=above_m if vehicle.above_m is None else vehicle.above_m,
@@ -160,6 +170,52 @@ def members(fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) 
             )
         )
     return found
+
+
+def _frame(flown: Sequence[FlownSortie], known: Encounters) -> LocalFrame:
+    """Return the frame of the first home there was."""
+    first = flown[0].assessment
+    assert first is not None  # something is flown
+    return known.once(("frame",), lambda: first.route.frame)
+
+
+def _alone(fleet: Fleet, one: FlownSortie, frame: LocalFrame, known: Encounters) -> Trajectory:
+    """Return a flight with its errors, whatever the vehicle does before and after.
+
+    It is one and the same for flights that are alike, as on another charge of the pack.
+    """
+    assessment, separation = one.assessment, fleet.separation
+    assert assessment is not None  # something is flown
+    assert separation is not None
+
+    def find() -> Trajectory:
+        whole = make_trajectory(
+            assessment.flight.motion,
+            assessment.route,
+            frame,
+            min_nav_alt_m=separation.min_nav_alt_m,
+        )
+        made = replace(
+            whole,
+            slack_s=_time_fraction(assessment) * np.clip(whole.end_s, 0.0, whole.duration_s),
+            grown_m=np.where(whole.is_rest & whole.is_low, 0.0, assessment.setup.position_error_m),
+            stop_s=_stop_s(assessment, whole) if separation.may_stop else whole.stop_s,
+        )
+        pad = fleet.pad_of(one.sortie)
+        own = (one.sortie.job, fleet.mission_of(one.sortie), one.sortie.vehicle)
+        flight = (*own, None if pad is None else pad.name)
+        columns = (made.start_s, made.end_s, made.control_m, made.slack_s, made.stop_s)
+        return known.once((*flight, *(each.tobytes() for each in columns)), lambda: made)
+
+    # The assessment is kept with it: another one in its place would have its id.
+    return known.once((id(assessment),), lambda: (assessment, find()))[1]
+
+
+def _standing(alone: Trajectory, stand: Stand) -> Trajectory:
+    """Return a flight with how long the vehicle stands there before and after."""
+    start_s, end_s = alone.start_s.copy(), alone.end_s.copy()
+    start_s[0], end_s[-1] = -stand.before_s, alone.duration_s + stand.after_s
+    return replace(alone, start_s=start_s, end_s=end_s)
 
 
 def _time_fraction(assessment: Assessment) -> float:
@@ -202,17 +258,20 @@ def fleet_spacing(separation: Separation) -> Spacing:
 class _Pairs:
     """The sorties that fly, in pairs of several vehicles."""
 
-    def __init__(self, fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) -> None:
+    def __init__(
+        self, fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie], known: Encounters
+    ) -> None:
+        self._fleet = fleet
         self._flown = flown
+        self._known = known
         self._separation = separation
-        self._members = members(fleet, separation, flown)
+        self._members = members(fleet, separation, flown, known)
         self._spacing = fleet_spacing(separation)
 
-    @property
-    def _frame(self) -> LocalFrame:
-        first = self._flown[0].assessment
-        assert first is not None  # something is flown
-        return first.route.frame
+    def _once(self, what: str, one: Member, two: Member, find: Callable[[], _Found]) -> _Found:
+        """Return what is found of two flights, whatever the clock says."""
+        later_s = two.start_s - one.start_s
+        return self._known.once((what, one.trajectory, two.trajectory, later_s), find)
 
     def unknown_heights(self) -> Iterator[FleetFinding]:
         """Yield pairs whose heights cannot be compared."""
@@ -240,17 +299,19 @@ class _Pairs:
 
     def conflicts(self) -> Iterator[FleetFinding]:
         """Yield every two sorties that come too near to each other in the air."""
-        found = list(predict_conflicts(self._members, self._spacing))
+        found = [
+            Conflict(first=first, second=second, approach=approach)
+            for first, second in sorted(near_pairs(self._members, self._spacing))
+            if (approach := self._roughly(self._members[first], self._members[second]))
+        ]
         for number, conflict in enumerate(found[:_MOST_PAIRS]):
             pair = self._members[conflict.first], self._members[conflict.second]
-            approach = (
-                predict_approach(_unstopped(pair[0]), _unstopped(pair[1]), self._spacing)
-                or predict_approach(*pair, self._spacing)
-                or conflict.approach
-            )
+            approach = self._once("nearest", *pair, partial(self._nearest, *pair))
+            approach = approach or conflict.approach
             delay_s, is_tried = None, number < _MOST_DELAYS
             if is_tried:
-                delay_s = clearing_delay_s(*pair, self._spacing)
+                clear = partial(clearing_delay_s, *pair, self._spacing)
+                delay_s = self._once("delay", *pair, clear)
             yield self._too_near(
                 conflict.first, conflict.second, approach, delay_s, is_tried=is_tried
             )
@@ -258,6 +319,15 @@ class _Pairs:
             more = quantity.count(len(found) - _MOST_PAIRS, "more pair")
             message = f"{more} of sorties come too near to each other"
             yield FleetFinding(finding=SEPARATION.finding(message))
+
+    def _roughly(self, one: Member, two: Member) -> ClosestApproach | None:
+        return self._once("rough", one, two, partial(rough_approach, one, two, self._spacing))
+
+    def _nearest(self, one: Member, two: Member) -> ClosestApproach | None:
+        """Return how near two come that are not told to stop, else told to."""
+        return predict_approach(
+            _unstopped(one), _unstopped(two), self._spacing
+        ) or predict_approach(one, two, self._spacing)
 
     def _too_near(
         self,
@@ -314,7 +384,15 @@ class _Pairs:
         """Yield every two that are too near to each other while both are near the ground."""
         widest_m = max(self._spacing.separation_m, self._separation.ground_m or 0.0)
         spacing = replace(self._spacing, separation_m=widest_m)
-        low = [replace(one, trajectory=_near_ground(one.trajectory)) for one in self._members]
+        low = [
+            replace(
+                one,
+                trajectory=self._known.once(
+                    ("low", one.trajectory), partial(_near_ground, one.trajectory)
+                ),
+            )
+            for one in self._members
+        ]
         for first, second in sorted(near_pairs(low, spacing)):
             one, two = low[first], low[second]
             least_m = self._separation.ground_m
@@ -329,13 +407,15 @@ class _Pairs:
             zone = Cylinder(
                 horizontal_m=least_m - ACCURACY_M, over_m=np.inf, under_m=np.inf, is_on_ground=True
             )
-            approach = closest_approach(
+            find = partial(
+                closest_approach,
                 one.trajectory,
                 two.trajectory,
                 second_later_s=two.start_s - one.start_s,
                 shift_s=2.0 * self._spacing.start_error_s,
                 zone=zone,
             )
+            approach = self._once("ground", one, two, find)
             if approach is None:
                 continue
             message = (
@@ -357,14 +437,8 @@ class _Pairs:
         """
         left = _MOST_PAIRS
         for one, flown in zip(self._members, self._flown, strict=True):
-            assessment = flown.assessment
-            assert assessment is not None  # something is flown
-            own = return_flights(assessment, self._frame)
-            near = self._beside_returns(own, one)
-            if not near:
-                continue
-            fan = own.fan(*own.first_intervals())
-            for two in near:
+            back = self._back(flown)
+            for two in self._beside_returns(back, one):
                 if not left:
                     message = (
                         f"after {_MOST_PAIRS} pairs in which a return comes too near, no further one is "
@@ -372,32 +446,46 @@ class _Pairs:
                     )
                     yield FleetFinding(finding=RETURN_CROSSES.finding(message))
                     return
-                found = self._return_conflict(own, fan, (one, two))
+                found = self._return_conflict(back, one, two)
                 if found is None:
                     continue
                 is_low = _stands_low(two, found.approach)
                 if is_low:
                     # That it stands in the way does not tell whether it is also met in the air.
-                    aloft = replace(two, trajectory=_aloft(two.trajectory))
-                    in_air = self._return_conflict(own, fan, (one, aloft))
+                    aloft = self._known.once(
+                        ("aloft", two.trajectory), partial(_aloft, two.trajectory)
+                    )
+                    in_air = self._return_conflict(back, one, replace(two, trajectory=aloft))
                     found, is_low = in_air or found, in_air is None
                 left -= not is_low
                 yield self._crossed(one, two, found, is_low=is_low)
 
-    def _return_conflict(
-        self, own: ReturnFlights, fan: FlownFan, pair: tuple[Member, Member]
-    ) -> ReturnConflict | None:
-        one, two = pair
-        meeting = Meeting(
-            first=fan.trajectory,
-            second=two.trajectory.reach,
-            later_s=two.start_s - one.start_s,
-            shift_s=2.0 * self._spacing.start_error_s,
-            above_m=home_above_m(one, two),
-            zone=self._spacing.zone(one, two),
+    def _back(self, flown: FlownSortie) -> _Back:
+        """Return the returns of a sortie."""
+        assessment = flown.assessment
+        assert assessment is not None  # something is flown
+        frame = _frame(self._flown, self._known)
+        alone = _alone(self._fleet, flown, frame, self._known)
+        return self._known.once(
+            ("returns", alone), lambda: _Back(return_flights(assessment, frame), alone)
         )
+
+    def _return_conflict(self, back: _Back, one: Member, two: Member) -> ReturnConflict | None:
+        later_s = two.start_s - one.start_s
         within_m = max(self._spacing.separation_m - ACCURACY_M, ACCURACY_M)
-        return return_conflict(own, fan, meeting, within_m)
+
+        def find() -> ReturnConflict | None:
+            meeting = Meeting(
+                first=back.fan.trajectory,
+                second=two.trajectory.reach,
+                later_s=later_s,
+                shift_s=2.0 * self._spacing.start_error_s,
+                above_m=home_above_m(one, two),
+                zone=self._spacing.zone(one, two),
+            )
+            return return_conflict(back.flights, back.fan, meeting, within_m)
+
+        return self._known.once((back, two.trajectory, later_s), find)
 
     def _crossed(
         self, one: Member, two: Member, found: ReturnConflict, *, is_low: bool
@@ -418,9 +506,9 @@ class _Pairs:
             at_s=one.start_s + approach.first_s,
         )
 
-    def _beside_returns(self, own: ReturnFlights, one: Member) -> list[Member]:
+    def _beside_returns(self, back: _Back, one: Member) -> list[Member]:
         """Return the flights of other vehicles that returns of one flight may come near to."""
-        box = own.reach_m(one.trajectory)
+        box = back.box_m
         if box is None:
             return []
         low_m, high_m = self._boxes_m
@@ -435,6 +523,24 @@ class _Pairs:
         away_m = self._spacing.separation_m + np.array([one.widest_m for one in flown])[:, None]
         low_m, high_m = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
         return np.stack((low_m - away_m, high_m + away_m))
+
+
+class _Back:
+    """The returns of one flight."""
+
+    def __init__(self, flights: ReturnFlights, flown: Trajectory) -> None:
+        self.flights = flights
+        self._flown = flown
+
+    @cached_property
+    def box_m(self) -> tuple[FloatArray, FloatArray] | None:
+        """Box that none leaves; ``None``: there are none."""
+        return self.flights.reach_m(self._flown)
+
+    @cached_property
+    def fan(self) -> FlownFan:
+        """Those of the first intervals."""
+        return self.flights.fan(*self.flights.first_intervals())
 
 
 def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:

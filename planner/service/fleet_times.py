@@ -174,7 +174,6 @@ def time_findings(
     yield from _pads(fleet, flown)
     yield from _suited(fleet, flown)
     yield from _hours(fleet, flown)
-    yield from _jobs(fleet, flown)
     yield from _unknown_times(fleet, flown)
     without = [one for one in flown if one.sortie.pack is None and one.energy_wh is not None]
     if without:
@@ -472,7 +471,8 @@ def _unknown_times(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[Fleet
             yield FleetFinding(finding=TIMES_UNKNOWN.finding(message), sorties=(one.name,))
 
 
-def _jobs(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+def job_findings(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield the jobs that are not flown, or not whole; who flies them when makes no difference."""
     by_job = _grouped(flown, "job")
     for name, job in fleet.jobs.items():
         sorties = by_job.get(name, [])
