@@ -16,6 +16,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+    from planner.fleet.charging import Charge
     from planner.fleet.fleet import Fleet, Sortie
     from planner.service.fleet import FlownSortie, SortieChecks
 
@@ -393,6 +394,16 @@ class _Judge:
     ) -> list[FleetFinding]:
         """Return what makes a fleet a no-go; with what is found of its distances, where that is known."""
         flown, charges = fly_sorties(fleet, checks or self._checks)
+        return self._errors_of(fleet, flown, charges, apart)
+
+    def _errors_of(
+        self,
+        fleet: Fleet,
+        flown: Sequence[FlownSortie],
+        charges: Sequence[Charge],
+        apart: Iterable[FleetFinding] | None,
+    ) -> list[FleetFinding]:
+        """Return what makes a fleet that is flown a no-go."""
         if apart is None:
             apart = separation_findings(fleet, flown, self._encounters)
         found = [*time_findings(fleet, flown, charges), *self._jobs, *apart]
@@ -438,7 +449,9 @@ class _Judge:
                 moved = replace(
                     sortie, vehicle=vehicle, pack=pack, pad=pad, start_s=min(start_s, LATEST_S)
                 )
-                wrong = self._wrong_with(rest, moved, known)
+                full = self._checks.flown(moved, None if pack is None else 1.0)
+                beside = sorted([*flown, full], key=lambda one: (one.start_s, one.name))
+                wrong = self._wrong_beside(beside, known) or self._wrong_with(rest, moved, known)
                 if not wrong:
                     return moved
                 why = wrong
@@ -497,6 +510,17 @@ class _Judge:
         return {
             _about(one) for one in self._errors(replace(self._fleet, sorties=rest), apart=unmoved)
         }
+
+    def _wrong_beside(
+        self, flown: Sequence[FlownSortie], known: Collection[tuple[str, tuple[str, ...]]]
+    ) -> str:
+        """Return what is wrong whatever the packs are charged to: that takes no other check."""
+        after = replace(self._fleet, sorties={one.name: one.sortie for one in flown})
+        for apart in ((), None):  # distances take longest
+            for error in self._errors_of(after, flown, (), apart):
+                if _about(error) not in known:
+                    return error.finding.message
+        return ""
 
     def _wrong_with(
         self,
