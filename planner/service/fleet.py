@@ -360,6 +360,18 @@ class SortieChecks:
             return replace(setup, home_amsl_m=pad.amsl_m)
         return setup
 
+    def give(self, path: str, mission: Mission) -> None:
+        """Take a mission that is in no file for that of a path."""
+        self._missions[path] = mission
+
+    def battery_wh(self, sortie: Sortie) -> float:
+        """Return the energy of the battery a sortie is flown on, 0 where it is not known. [Wh]"""
+        if sortie.pack is None:
+            battery = self._fleet.vehicles[sortie.vehicle].setup.vehicle.battery
+        else:
+            battery = pack_battery(self._fleet, self._fleet.packs[sortie.pack])
+        return 0.0 if battery is None else battery.energy_wh
+
     def mission(self, sortie: Sortie) -> Mission:
         """Return the mission of a sortie, whose home is at its pad.
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
+from planner.errors import SplitError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import LATEST_S, ContingencyKind
+from planner.mission.formats.plan import read_plan_text
 from planner.service.fleet import FleetFinding, fly_sorties, pack_battery
 from planner.service.fleet_separation import RETURN_CROSSES, Encounters, separation_findings
 from planner.service.fleet_times import at, job_findings, time_findings
 from planner.service.separation import SEPARATION_UNCHECKED
+from planner.service.split import split_under
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from planner.fleet.charging import Charge
-    from planner.fleet.fleet import Fleet, Sortie
+    from planner.fleet.fleet import Fleet, FleetVehicle, Sortie
     from planner.service.fleet import FlownSortie, SortieChecks
 
 HEALTH_LOST = 0.1
@@ -38,8 +41,9 @@ VEHICLE_OUT = Rule(
     "on every vehicle fails with any of them.",
     how="Each vehicle that flies is left out.  Its sorties, those of highest priority first, are given to "
     "another vehicle and a pack that suit them, at the first start that is clear of the others and in its "
-    "hours: where planned, or once a flight has landed.  What the others fly stays as planned; where that "
-    "leaves no room, up to 12 sorties are all planned again.",
+    "hours: where planned, or once a flight has landed.  A sortie that is too much for their batteries is "
+    "split anew where its job has may_split.  What the others fly stays as planned; where that leaves no "
+    "room, up to 12 sorties are all planned again.",
     fix="allow more time, add a vehicle or a pack, or equip another vehicle for the job",
 )
 
@@ -94,7 +98,7 @@ RULES = {
 
 
 class Takeover(Value):
-    """A sortie as it is flown instead."""
+    """A sortie as it is flown instead; where it is split anew, one of its parts."""
 
     sortie: str
     vehicle: str
@@ -226,7 +230,7 @@ class _Judge:
                 takeovers=tuple(
                     _takeover(one)
                     for one in self._fly(rest)
-                    if one.sortie != self._fleet.sorties[one.name]
+                    if one.sortie != self._fleet.sorties.get(one.name)
                 ),
             )
             if not untaken:
@@ -257,11 +261,60 @@ class _Judge:
         rest, untaken = dict(kept), ""
         for sortie in sorted(more, key=self._urgency):
             found = self._first_fit(rest, sortie, without)
-            if isinstance(found, str):
-                untaken = untaken or f"nobody takes over {sortie.name}: {found}"
-            else:
+            if not isinstance(found, str):
                 rest[sortie.name] = found
+            elif parts := self._in_parts(rest, sortie, without):
+                rest.update(parts)
+            else:
+                untaken = untaken or f"nobody takes over {sortie.name}: {found}"
         return rest, untaken
+
+    def _in_parts(
+        self, rest: Mapping[str, Sortie], sortie: Sortie, without: str
+    ) -> Mapping[str, Sortie]:
+        """Return a sortie split anew for a battery it is too much for, beside others; empty: it is not.
+
+        For each vehicle and kind of pack, of most energy first: the first split whose parts all fit.
+        """
+        if not self._fleet.jobs[sortie.job].may_split:
+            return {}
+        flown = self._fly(rest)
+        substitutes = {
+            (one.name, pack and self._fleet.packs[pack].group): replace(
+                sortie, vehicle=one.name, pack=pack, pad=None
+            )
+            for one in self._equipped(sortie, without)
+            for pack in self._packs(rest, flown, one.name, sortie.pack)
+        }
+        for one in sorted(substitutes.values(), key=self._checks.battery_wh, reverse=True):
+            taken = dict(rest)
+            for part in self._split(one):
+                found = self._first_fit(taken, part, without)
+                if isinstance(found, str):
+                    break
+                taken[part.name] = found
+            else:
+                if len(taken) > len(rest):
+                    return taken
+        return {}
+
+    def _split(self, sortie: Sortie) -> list[Sortie]:
+        """Return the parts of a sortie that its vehicle can fly on full packs; empty: it flies it whole."""
+        full = None if sortie.pack is None else 1.0
+        if self._checks.flown(sortie, full).result.verdict == "go":
+            return []
+        try:
+            split = split_under(self._checks.mission(sortie), self._checks.setup(sortie, full))
+        except SplitError:
+            return []
+        whole, found = self._fleet.mission_of(sortie), []
+        kind = sortie.pack and (self._fleet.packs[sortie.pack].group or sortie.pack)
+        for number, part in enumerate(split.parts, 1):
+            name = f"{sortie.name}-{number:02}of{len(split.parts):02}"
+            path = f"{whole} part {number} of {len(split.parts)} for {sortie.vehicle} on {kind}"
+            self._checks.give(path, read_plan_text(part.text, source=path))
+            found.append(replace(sortie, name=name, mission=path))
+        return found
 
     def weak_packs(self) -> Iterator[Contingency]:
         """Yield what becomes of the sorties with less health of each pack they fly on."""
@@ -419,12 +472,7 @@ class _Judge:
 
     def _first_fit(self, rest: Mapping[str, Sortie], sortie: Sortie, without: str) -> Sortie | str:
         """Return a sortie where it first fits beside others, else why it does not."""
-        job = self._fleet.jobs[sortie.job]
-        others = [
-            one
-            for one in self._fleet.vehicles.values()
-            if one.name != without and set(job.needs) <= set(one.equipment)
-        ]
+        job, others = self._fleet.jobs[sortie.job], self._equipped(sortie, without)
         if not others:
             needs = f" with {', '.join(job.needs)}" if job.needs else ""
             return f"there is no other vehicle{needs}"
@@ -456,6 +504,12 @@ class _Judge:
                     return moved
                 why = wrong
         return why
+
+    def _equipped(self, sortie: Sortie, without: str) -> list[FleetVehicle]:
+        """Return the other vehicles that carry what the job of a sortie needs."""
+        needs = set(self._fleet.jobs[sortie.job].needs)
+        vehicles = self._fleet.vehicles.values()
+        return [one for one in vehicles if one.name != without and needs <= set(one.equipment)]
 
     def _on_another_pack(self, sortie: Sortie) -> Takeover | None:
         """Return a sortie on the first other pack it can be flown on."""

@@ -130,7 +130,9 @@ class Ways:
 
     def _split(self, job: Job, count: int | None) -> tuple[JobPart, ...]:
         """Return a job split for the first vehicle and pack, of most energy first, that can fly it."""
-        for sortie in sorted(self._sorties(job, job.name, None), key=self._energy_wh, reverse=True):
+        for sortie in sorted(
+            self._sorties(job, job.name, None), key=self.checks.battery_wh, reverse=True
+        ):
             setup = self.checks.setup(sortie, self._full(sortie))
             try:
                 split = split_under(self.checks.mission(sortie), setup, parts=count)
@@ -156,13 +158,6 @@ class Ways:
             return job.name
         place = [*self._fleet.jobs].index(job.name)
         return f"{job.name[: _LONGEST_NAME - 4]}-{place:03}"
-
-    def _energy_wh(self, sortie: Sortie) -> float:
-        if sortie.pack is None:
-            battery = self._fleet.vehicles[sortie.vehicle].setup.vehicle.battery
-        else:
-            battery = pack_battery(self._fleet, self._fleet.packs[sortie.pack])
-        return 0.0 if battery is None else battery.energy_wh
 
     def _sorties(self, job: Job, name: str, path: str | None) -> Iterator[Sortie]:
         """Yield the ways to fly a job or a part of it: by vehicle, and by group of packs."""

@@ -111,6 +111,34 @@ def test_starts_and_layers_of_twenty_that_all_cross(layers: int) -> None:
     )
 
 
+def test_what_if_of_twenty_sorties_on_four_vehicles_and_six_packs(tmp_path: Path) -> None:
+    """20 s were asked for: it was not done after 250 s as long as each contingency judged all anew."""
+    text = "schema = 1\n" + SEPARATION + "start_error_s = 2\n[swap]\ntime_s = 90\n"
+    text += '[pack.P]\nbattery = "170Wh"\ncount = 6\n[charger.c]\ncount = 3\nc_rate = 1\n'
+    for vehicle in range(4):
+        text += grid(vehicle)[1] + vehicles(f"v{vehicle}")
+    for number in range(20):
+        write_mission(grid(number % 4)[0], tmp_path / f"m{number}.plan")
+        text += f'[job.j{number}]\nmission = "m{number}.plan"\n'
+        pack = f'pack = "P-{number % 6 + 1}"'
+        start_s = 5000.0 * (number // 4)
+        text += sortie(f"s{number}", f"v{number % 4}", start_s, job=f"j{number}", more=pack)
+    (tmp_path / "fleet.toml").write_text(text, encoding="utf-8")
+    fleet = read_fleet(tmp_path / "fleet.toml")
+    begun_s = time.process_time()
+    check_fleet(fleet)
+    plain_s = time.process_time() - begun_s
+    begun_s = time.process_time()
+    result = check_fleet(fleet, what_if=True)
+    taken_s = time.process_time() - begun_s
+    assert result.contingencies is not None
+    held = sum(bool(one.holds) for one in result.contingencies)
+    print(
+        f"\n--what-if of 20 sorties, 4 vehicles, 6 packs: {taken_s:.1f} s of 20, "
+        f"{held} of {len(result.contingencies)} hold; plain check {plain_s:.1f} s"
+    )
+
+
 def test_a_fleet_of_one_against_its_check(tmp_path: Path) -> None:
     """The issue asks for 5 ms."""
     write_mission(OUT, tmp_path / "out.plan")

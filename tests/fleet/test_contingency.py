@@ -71,6 +71,31 @@ def test_what_leaves_no_room_beside_the_plan_is_planned_again() -> None:
     assert out.takeovers[1].start_s > out.takeovers[0].end_s
 
 
+LONG = mission(up(20), *(place(100.0 * n, 0, 20, 120.0) for n in range(1, 6)), rtl())
+"""Some 13 min: more than half of 46 Wh, 34.3 Wh are taken by 16 min of hovering."""
+
+
+@pytest.mark.parametrize("may_split", ["true", "false"])
+def test_what_is_too_much_for_the_other_battery_is_split_anew(may_split: str) -> None:
+    tables = SEPARATION + PADS + SWAP + vehicles("a", "b", model="falkowski-2023-quadrotor")
+    packs = '[pack.P]\nbattery = "77Wh"\nfits = ["a"]\n'
+    packs += '[pack.Q]\nbattery = "27Wh"\ncount = 3\nfits = ["b"]\n'
+    job = f'[job.far]\nmission = "far.plan"\nmay_split = {may_split}\n'
+    out = rows(tables, packs, job, sortie("s1", "a", 0.0, job="far", more=ON_P), far=LONG)[
+        "vehicle-out a"
+    ]
+    if may_split == "false":
+        assert out.why.startswith("nobody takes over s1: ")
+        assert out.takeovers == ()
+        return
+    assert out.holds
+    first, second = out.takeovers
+    assert (first.sortie, first.vehicle, first.pack) == ("s1-01of02", "b", "Q-1")
+    assert (second.sortie, second.vehicle, second.pack) == ("s1-02of02", "b", "Q-2")
+    # the swap of 60 s, and what its model may be slower by
+    assert second.start_s >= first.end_s + 60.0
+
+
 def test_the_other_pack_is_named_where_one_is_too_weak() -> None:
     hover = mission(up(20), place(50, 0, 20, 900.0), rtl())
     tables = pad("a", 0, 0) + vehicles("a", model="falkowski-2023-quadrotor") + SWAP
