@@ -154,7 +154,7 @@ def members(
     for one in flown:
         assessment, vehicle = one.assessment, fleet.vehicles[one.sortie.vehicle]
         assert assessment is not None  # something is flown
-        alone = _alone(fleet, one, _frame(flown, known), known)
+        alone = _alone(fleet, separation, one, _frame(flown, known), known)
         stand = stand_of[one.name]
         above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
         below_m = above_m if separation.below_m is None else separation.below_m
@@ -179,14 +179,15 @@ def _frame(flown: Sequence[FlownSortie], known: Encounters) -> LocalFrame:
     return known.once(("frame",), lambda: first.route.frame)
 
 
-def _alone(fleet: Fleet, one: FlownSortie, frame: LocalFrame, known: Encounters) -> Trajectory:
+def _alone(
+    fleet: Fleet, separation: Separation, one: FlownSortie, frame: LocalFrame, known: Encounters
+) -> Trajectory:
     """Return a flight with its errors, whatever the vehicle does before and after.
 
     It is one and the same for flights that are alike, as on another charge of the pack.
     """
-    assessment, separation = one.assessment, fleet.separation
+    assessment = one.assessment
     assert assessment is not None  # something is flown
-    assert separation is not None
 
     def find() -> Trajectory:
         whole = make_trajectory(
@@ -465,7 +466,7 @@ class _Pairs:
         assessment = flown.assessment
         assert assessment is not None  # something is flown
         frame = _frame(self._flown, self._known)
-        alone = _alone(self._fleet, flown, frame, self._known)
+        alone = _alone(self._fleet, self._separation, flown, frame, self._known)
         return self._known.once(
             ("returns", alone), lambda: _Back(return_flights(assessment, frame), alone)
         )
