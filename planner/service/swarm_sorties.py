@@ -36,8 +36,8 @@ SHORTEST_HOLD_S = 1.0
 _TOUCH_M = 0.002
 """Stops are told so much before zones touch, that no flight is nearer than it may for rounding. [m]"""
 _SHAPED_M = 1.5
-"""An autopilot stands up to 1.2 m from where the track before had the stop, in 100 drawn stops: by that much
-more its zone is wider. [m]"""
+"""An autopilot stood up to 1.15 m from where the track before had the stop, in those of a few drawn fleets:
+by so much more, rounded up, its zone is wider. [m]"""
 _SAME_M = 0.5
 """A stop so near to the end of a stage is one there. [m]"""
 _PART_S, _MOST_PARTS = 0.25, 8.0
