@@ -15,6 +15,7 @@ from planner.identify.manoeuvres import ReferenceForm, ResponseKind, cut_manoeuv
 from planner.identify.output_error import MOTION, POWER, fit_response
 from planner.identify.power_laws import fit_altitude_law
 from planner.identify.segments import find_states, steady_spans
+from planner.values import replace
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
@@ -148,17 +149,48 @@ def test_stretches_that_are_not_steady_are_refused_with_their_reason() -> None:
     assert "too short" in short.refusal
 
 
-def test_commands_are_cut_or_refused_with_their_reason() -> None:
-    cuts = cut_manoeuvres(vertical())
+def test_every_step_is_cut_from_the_ground_and_to_it() -> None:
+    record = vertical()
+    cuts = cut_manoeuvres(record)
     assert [cut.answer for cut in cuts] == [ResponseKind.ALTITUDE] * 8
     assert [cut.change for cut in cuts] == [100.0] * 4 + [-100.0] * 4
-    refused = [cut for cut in cuts if not cut.is_used]
-    assert [cut.start_s for cut in refused] == pytest.approx([19.9, 19.9 + 7 * LEVEL_S])
-    assert all(cut.refusal == "begins or ends on the ground" for cut in refused)
-    for cut in cuts:
-        if cut.manoeuvre is not None:
-            assert cut.manoeuvre.reference_form is ReferenceForm.HELD
-            assert cut.manoeuvre.command_s == pytest.approx(cut.start_s + STEP_S)
+    manoeuvres = [cut.manoeuvre for cut in cuts if cut.manoeuvre is not None]
+    assert len(manoeuvres) == 8
+    for cut, manoeuvre in zip(cuts, manoeuvres, strict=True):
+        assert manoeuvre.reference_form is ReferenceForm.HELD
+        assert manoeuvre.command_s == pytest.approx(cut.start_s + STEP_S)
+    # 10 s of rest are kept, on the ground too; the last ends where it has landed, 40 s after its step
+    assert manoeuvres[0].time_s[0] == pytest.approx(cuts[0].start_s - 10.0)
+    assert manoeuvres[-1].time_s[-1] == pytest.approx(cuts[-1].start_s + 40.0, abs=2.0 * STEP_S)
+
+
+def test_who_leaves_the_ground_later_has_drawn_no_power_of_a_climb_before() -> None:
+    record = vertical()
+    late = np.array(record.is_landed)
+    late[np.flatnonzero(~late)[0] :][:20] = True  # 2 s of spinning up after the step
+    answers = cut_manoeuvres(
+        replace(record, is_landed=late, power_w=np.full(late.size, 150.0)),
+        hover_power_w=np.full(late.size, 120.0),
+    )
+    climb = next(cut for cut in answers if cut.answer is ResponseKind.CLIMB_POWER)
+    assert climb.manoeuvre is not None
+    lifted = climb.manoeuvre.first_change + 20
+    assert set(climb.manoeuvre.answer[:lifted]) == {0.0}
+    assert set(climb.manoeuvre.answer[lifted:]) == {30.0}
+
+
+def test_a_shaped_reference_from_the_ground_is_refused() -> None:
+    samples = 900
+    rising = np.interp(np.arange(samples) * STEP_S, [20.0, 60.0], [0.0, 80.0])
+    [cut] = cut_manoeuvres(
+        make_record(
+            is_landed=rising <= 0.0,
+            height_above_home_m=rising,
+            ground_speed_m_s=np.zeros(samples),
+            reference_height_m=rising,
+        )
+    )
+    assert cut.refusal == "begins or ends on the ground"
 
 
 def test_a_record_without_power_has_no_power_cuts_and_one_without_references_none() -> None:
@@ -208,9 +240,9 @@ def test_commands_at_the_same_time_and_without_rest_are_refused() -> None:
 def test_every_fourth_manoeuvre_of_a_kind_is_held_out() -> None:
     cuts = hold_out(2 * cut_manoeuvres(vertical()))
     marked = [cut.manoeuvre.is_held_out for cut in cuts if cut.manoeuvre is not None]
-    # three climbs and three descents, and again
-    assert np.flatnonzero(marked).tolist() == [6, 9]
-    assert len(marked) == 12
+    # four climbs and four descents, and again
+    assert np.flatnonzero(marked).tolist() == [3, 7, 11, 15]
+    assert len(marked) == 16
 
 
 def test_from_record_to_models() -> None:
