@@ -89,8 +89,9 @@ DISARMS_ON_THE_GROUND = Rule(
     how="ArduPilot: NAV_DELAY of DISARM_DELAY (10 s) or more, or until a time of day, before a take-off, "
     "first or after a landing (Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a "
     "raised throttle, a "
-    "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY of COM_DISARM_PRFLT (10 s) "
-    "or more before the first take-off.  Not where the delay of disarming is 0, on PX4 0 or less.",
+    "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY before the first take-off, "
+    "COM_SPOOLUP_TIME and MPC_TKO_RAMP_T, after which it lifts off, of COM_DISARM_PRFLT (10 s) or more.  "
+    "Not where the delay of disarming is 0, on PX4 0 or less.",
     fix="wait less, or set the delay of disarming longer than the wait",
     instead="the parameters of --params",
 )
@@ -108,6 +109,10 @@ def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iter
             for stage, then in pairwise(a.route.stages)
             if stage.kind in {StageKind.LAND, StageKind.RETURN}
         ]
+    else:  # it counts from arming until it has lifted off
+        own = PX4.of(a)
+        assert own is not None
+        waits = [(waits[0][0] + own.spool_up_s + own.takeoff_ramp_s, waits[0][1])]
     longest_s, item = max(waits)
     if not 0.0 < after_s <= longest_s:
         return

@@ -229,8 +229,19 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
     ),
     (
         ALWAYS,
-        "MOT_PWM_MIN is above MOT_PWM_MAX",
-        lambda p: p.value("MOT_PWM_MIN", default=1000) > p.value("MOT_PWM_MAX", default=2000),
+        "MOT_PWM_MIN is below 1, or not below MOT_PWM_MAX",
+        lambda p: (
+            not 1 <= p.value("MOT_PWM_MIN", default=1000) < p.value("MOT_PWM_MAX", default=2000)
+        ),
+    ),
+    (
+        ALWAYS,
+        "AHRS_EKF_TYPE is 3 and EK3_ENABLE 0, or 2 and EK2_ENABLE 0: that estimate does not run",
+        lambda p: any(
+            p.value("AHRS_EKF_TYPE", default=_EKF3) == number
+            and p.value(f"EK{number}_ENABLE", default=float(number == _EKF3)) == 0
+            for number in (2, _EKF3)
+        ),
     ),
     (
         PARAMETERS,

@@ -13,7 +13,7 @@ from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
@@ -33,6 +33,15 @@ _PX4_GAINS = (
     *(f"MC_{axis}RATE_{gain}" for axis in ("ROLL", "PITCH", "YAW") for gain in "PK"),
 )
 """Of position, height, attitude and rates: those that ArduPilot wants above 0 to arm, as PX4 calls them."""
+
+_OTHER_FRAMES = {
+    **dict.fromkeys((1, 2, 3, 4), "one with wings"),
+    **dict.fromkeys((5, 6, 13), "a rover"),
+    14: "a spacecraft",
+}
+"""CA_AIRFRAME of what is no rotorcraft (``src/modules/control_allocator/module.yaml``)."""
+_HARDWARE_IN_THE_LOOP = 1
+"""SYS_HITL; 2 is a simulation on the autopilot itself."""
 
 CANNOT_DESCEND = Rule(
     "T118 cannot-descend",
@@ -75,14 +84,15 @@ def _cannot_descend(a: Assessment, parameters: Px4Parameters) -> Iterator[Found]
 NO_CONTROL = Rule(
     "M130 no-control",
     Severity.ERROR,
-    summary="A gain of the flight controller is 0.",
+    summary="A gain of the flight controller is 0, or its motors are not driven.",
     why="The vehicle arms with it and takes off.  In calm simulated air PX4 wandered about with "
     "MPC_XY_VEL_P_ACC 0 and never reached the second waypoint; ArduPilot with PSC_NE_VEL_P, _I and _D 0 "
     "flew 1.4 km away from a mission of 30 m.",
     how="PX4: MPC_XY_P, MPC_Z_P, MPC_XY_VEL_P_ACC, MPC_Z_VEL_P_ACC, MC_ROLL_P, MC_PITCH_P, MC_YAW_P and "
     "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
-    "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.",
-    fix="restore the gain on the vehicle",
+    "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  "
+    "PX4 besides: CA_AIRFRAME of what is no rotorcraft, CA_ROTOR_COUNT 0, SYS_HITL 1.",
+    fix="restore the parameters of the vehicle, or give its own file",
     instead="the parameters of --params",
 )
 
@@ -98,3 +108,16 @@ def _no_control(a: Assessment, parameters: FlightParameters) -> Iterator[Finding
         yield a.finding(
             NO_CONTROL, f"{zero[0]} is 0: {autopilot} does not control the vehicle{rest}"
         )
+    elif is_px4:
+        yield from (a.finding(NO_CONTROL, said) for said in _undriven(values))
+
+
+def _undriven(values: Mapping[str, float]) -> Iterator[str]:
+    """Yield why PX4 drives no motors of a multicopter."""
+    frame = int(values.get("CA_AIRFRAME", 0.0))
+    if frame in _OTHER_FRAMES:
+        yield f"CA_AIRFRAME is {frame}: PX4 flies {_OTHER_FRAMES[frame]}, no multicopter"
+    elif values.get("SYS_CTRL_ALLOC", 1.0) and values.get("CA_ROTOR_COUNT") == frame == 0:
+        yield "CA_ROTOR_COUNT is 0: PX4 drives no motor"
+    if values.get("SYS_HITL") == _HARDWARE_IN_THE_LOOP:
+        yield "SYS_HITL is 1: PX4 flies a simulation, and its outputs are locked"

@@ -780,6 +780,31 @@ def _lands_fast(
     )
 
 
+LANDS_HARD = Rule(
+    "T120 lands-hard",
+    Severity.ERROR,
+    summary="The parameters have the vehicle touch level ground too fast.",
+    why="It breaks its landing gear, or falls over with its rotors turning: at the end of the mission, and "
+    "on each return.",
+    how="The speed at which it comes down to the height of home, by LAND_SPEED (LAND_SPD_MS from 4.7 on), or "
+    "MPC_LAND_SPEED and the limits above it, without what a range sensor would take off: an error above "
+    "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.  A vehicle that does not land is not judged.",
+    fix="set LAND_SPEED to 0.5 m/s, MPC_LAND_SPEED to 0.7 m/s, as delivered",
+    instead="the parameters of --params",
+)
+
+
+@judges(LANDS_HARD, needs=(PARAMETERS,))
+def _lands_hard(a: Assessment, parameters: FlightParameters) -> Iterator[Found]:
+    speed_m_s, _ = _touch_down_m_s(parameters, 0.0)
+    if speed_m_s > _TOO_FAST_M_S + 1e-6:  # files write it in single precision
+        yield a.finding(
+            LANDS_HARD,
+            f"touches the ground at {quantity.speed(speed_m_s)}; vehicles stand "
+            f"{quantity.speed(_TOO_FAST_M_S)} at most",
+        )
+
+
 def _touch_down_m_s(parameters: FlightParameters, above_m: float) -> tuple[float, float]:
     """Return how fast a vehicle may meet ground so high above home, and how fast it should. [m s⁻¹]"""
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters

@@ -107,6 +107,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: found(PLAIN, PX4, "MPC_THR_HOVER,0.4\nMPC_THR_MIN,0.3135\n"),
         silent=lambda: found(PLAIN, PX4, "MPC_THR_HOVER,0.16\nMPC_THR_MIN,0.12\n"),
     ),
+    "T120": RuleCases(
+        fires=lambda: found(PLAIN, ARDUPILOT, "LAND_SPEED,201\n"),
+        boundary=lambda: found(PLAIN, ARDUPILOT, "LAND_SPEED,200\n"),
+        silent=lambda: found(PLAIN, PX4, "MPC_LAND_SPEED,1.5\n"),
+    ),
     "T119": RuleCases(
         # It is armed with a heading nobody knows and returns from where it is home.
         fires=lambda: found(mission(takeoff(20), waypoint(100, 20), waypoint(0, 20), rtl()), PX4),

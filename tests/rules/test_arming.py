@@ -94,6 +94,10 @@ def outputs(frame_class: float, *functions: int) -> str:
             "COMPASS_USE,0\nCOMPASS_USE2,0\nCOMPASS_USE3,1\n",
         ),
         ("MOT_PWM_MIN,2000\nMOT_PWM_MAX,1000\n", "MOT_PWM_MIN,1000\nMOT_PWM_MAX,2000\n"),
+        ("MOT_PWM_MIN,2000\nMOT_PWM_MAX,2000\n", "MOT_PWM_MIN,1999\nMOT_PWM_MAX,2000\n"),
+        ("MOT_PWM_MIN,0\n", "MOT_PWM_MIN,1\n"),
+        ("EK3_ENABLE,0\n", "EK3_ENABLE,0\nAHRS_EKF_TYPE,2\nEK2_ENABLE,1\n"),
+        ("AHRS_EKF_TYPE,2\n", "AHRS_EKF_TYPE,2\nEK2_ENABLE,1\n"),
         ("FS_THR_VALUE,975\nRC3_MIN,985\n", "FS_THR_VALUE,975\nRC3_MIN,986\n"),
         ("RC3_MIN,900\n", "RC3_MIN,900\nRCMAP_THROTTLE,1\n"),
         ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,9\nRC8_OPTION,10\n"),
@@ -254,7 +258,9 @@ def test_a_wait_on_the_ground_as_long_as_disarming_takes_ends_a_delivery() -> No
         (ARDUPILOT, "DISARM_DELAY,61\n", []),
         (ARDUPILOT, "DISARM_DELAY,0\n", []),
         (PX4, "COM_DISARM_PRFLT,10\n", [Severity.ERROR]),
-        (PX4, "COM_DISARM_PRFLT,61\n", []),
+        # 1 s to spin up and 3 s of the ramp: it lifts off 64 s after arming.
+        (PX4, "COM_DISARM_PRFLT,64\n", [Severity.ERROR]),
+        (PX4, "COM_DISARM_PRFLT,64.1\n", []),
         (PX4, "COM_DISARM_PRFLT,-1\n", []),
     ],
 )
@@ -284,6 +290,13 @@ def test_a_charge_that_nothing_measures_brings_no_vehicle_home(
         (PX4, "MC_PITCHRATE_K,0\n", True),
         (PX4, "MC_YAW_P,0\n", True),
         (PX4, "MC_PITCHRATE_I,0\n", False),
+        (PX4, "CA_AIRFRAME,1\n", True),
+        (PX4, "CA_AIRFRAME,8\n", False),  # rotors that tilt
+        (PX4, "CA_AIRFRAME,0\nCA_ROTOR_COUNT,0\n", True),
+        (PX4, "CA_AIRFRAME,0\nCA_ROTOR_COUNT,4\n", False),
+        (PX4, "SYS_CTRL_ALLOC,0\nCA_ROTOR_COUNT,0\n", False),  # mixers, before 1.14
+        (PX4, "SYS_HITL,1\n", True),
+        (PX4, "SYS_HITL,2\n", False),
     ],
 )
 def test_a_gain_of_0_that_arming_lets_pass_is_an_error(
