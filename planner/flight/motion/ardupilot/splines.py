@@ -122,15 +122,21 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, Floa
         (speed_m_s * tangent).tolist(), time_s.tolist(), splines.joins_before.tolist(), strict=True
     )
     behind = Behind()
+    followed = {}  # what a jump repeats is followed in the same way again
     for row, (velocities, times, joins) in enumerate(rows):
         behind = behind if joins else splines.lag.steady(velocities[0])
-        pace[row, 0] = behind.pace
-        for node, time in enumerate(times):
-            if time > 0.0:
-                behind, real_s[row, node] = splines.lag.after(
-                    time, velocities[node], velocities[node + 1], behind
-                )
-            pace[row, node + 1] = behind.pace
+        begun = (behind, *velocities, *times)
+        if begun not in followed:
+            pace[row, 0] = behind.pace
+            for node, time in enumerate(times):
+                if time > 0.0:
+                    behind, real_s[row, node] = splines.lag.after(
+                        time, velocities[node], velocities[node + 1], behind
+                    )
+                pace[row, node + 1] = behind.pace
+            followed[begun] = row, behind
+        same, behind = followed[begun]
+        pace[row], real_s[row] = pace[same], real_s[same]
     return pace, real_s
 
 
