@@ -8,7 +8,7 @@ import click
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.cli.options import kind_option, path_option
+from planner.cli.options import kind_option, path_option, setting_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.mission.items import Home
 from planner.setting import Choice, Number
@@ -31,12 +31,7 @@ _AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
     required=True,
     help="where the vehicle takes off and lands, in degrees",
 )
-@kind_option(
-    "--home-amsl",
-    Number("m", -500.0, 9000.0),
-    "of it, above sea level [default: left open]",
-    name="altitude_amsl_m",
-)
+@setting_option("home_amsl_m", unset="left open")
 @kind_option("--autopilot", Choice(_AUTOPILOTS), "that flies them", default=Autopilot.ARDUPILOT)
 @kind_option(
     "--height", Number("m", 10.0, 500.0), "of the highest level", name="height_m", default=100.0
@@ -59,7 +54,7 @@ def command(
     *,
     folder: Path,
     home: tuple[float, float],
-    altitude_amsl_m: float | None,
+    home_amsl_m: float | None,
     force: bool,
     **asked: Any,  # noqa: ANN401 - as click reads them
 ) -> None:
@@ -74,7 +69,7 @@ def command(
     from planner.identify.experiment import LOGGED, ExperimentSettings
     from planner.service.experiment import write_experiment
 
-    settings = ExperimentSettings(home=Home(*home, altitude_amsl_m), **asked)
+    settings = ExperimentSettings(home=Home(*home, home_amsl_m), **asked)
     flights = write_experiment(settings, folder, force=force)
     medium = standard_medium()
     lines = []

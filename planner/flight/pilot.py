@@ -350,8 +350,7 @@ class StepPilot(Value):
         brake at their own rate.
         """
         if (ramps := self.vehicle.ramps) is not None:
-            stop_s = speed_m_s / ramps.braking_m_s2
-            return 0.5 * speed_m_s * stop_s, stop_s
+            return self.farthest_stop_m(speed_m_s), speed_m_s / ramps.braking_m_s2
         residence_s = _residence_s(self.vehicle)
         fraction = np.minimum(speed_m_s / self._speed_m_s, 1.0)
         return speed_m_s * residence_s, 2.0 * residence_s * fraction
