@@ -54,6 +54,8 @@ class NotEvaluated(Value):
     asked_by: str
     """The parameter or item: ``BATT_LOW_VOLT of 21.0 V``."""
     item: int | None = None
+    also: tuple[Rule, ...] = ()
+    """Rules that lack the same: listed as not checked too."""
 
 
 def _target(a: Assessment, autopilot: Autopilot) -> Target | None:

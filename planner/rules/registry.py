@@ -88,7 +88,9 @@ def judge(
             entries += (ledger_entry(rule.code, rule.name) for rule in check.rules)
             for one in found:
                 if isinstance(one, NotEvaluated):
-                    entries.append(ledger_entry(one.rule.code, one.rule.name, one))
+                    entries += (
+                        ledger_entry(rule.code, rule.name, one) for rule in (one.rule, *one.also)
+                    )
                     findings.append(_not_evaluated(a, one))
                 else:
                     findings.append(one)

@@ -13,7 +13,6 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import HERE, HOME
 from planner.mission.commands import TERRAIN_FRAMES
-from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.arming import numbers
@@ -88,10 +87,11 @@ BELOW_TERRAIN = Rule(
     "that no ridge falls between two samples; --position-error to both sides of it too, and at every "
     "centre nearer than that of cells narrower than twice as much; fires below --clearance, 5 m by default "
     "(heights above home and grids err by some metres each).  Legs that follow terrain on ArduPilot are "
-    "judged by their height above it.  Ground not known, without --terrain or outside of its grid, is "
-    "level with home: a path more than 1 m below it fires, and one nearer to it than --clearance is not "
-    "evaluated (X904): it cannot be wrong by less than ground that is known.  Around home, where the vehicle "
-    "stood, the clearance is what ground of 15° rises, 5 m in 19 m.",
+    "judged by their height above it.  Not evaluated (X904) where --terrain has no ground under "
+    "the path, or --position-error beside it: a hole in its grid, or beyond its end.  Without --terrain the "
+    "ground is level with home: a path more than 1 m below it fires, and one nearer to it than --clearance "
+    "is not evaluated (X904): it cannot be wrong by less than ground that is known.  Around home, where the "
+    "vehicle stood, the clearance is what ground of 15° rises, 5 m in 19 m.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -123,8 +123,8 @@ RETURN_BELOW_TERRAIN = Rule(
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
     "--position-error of them.  Where "
-    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Outside of the grid the ground is level "
-    "with home (X902); not evaluated (X904) without --terrain where returns follow terrain.",
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Not evaluated (X904) where --terrain has no "
+    "ground under a return, and without --terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )
@@ -138,6 +138,9 @@ GROUND_CLEARANCE = Rule(
     how="As for A102, as far as the grid reaches.",
     fix="",
 )
+
+
+_GROUND_THERE = "a grid without holes there: --terrain, with several files where one ends"
 
 
 class _Clearance(Value, eq=False):
@@ -156,6 +159,8 @@ class _Clearance(Value, eq=False):
     """Whether the ground is. (k,)"""
     asked_m: FloatArray
     """What is to be kept. (k,) [m]"""
+    is_missed: BoolArray
+    """Whether the ground is not known where it matters: not by home, where the vehicle stood. (k,)"""
 
     def extremes_m(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the least and the greatest of each part, and where on the line the least is. (k,)"""
@@ -202,7 +207,7 @@ class _Clearance(Value, eq=False):
 def _clearance(a: Assessment, terrain: TerrainGrid | None, lines: FlightLines) -> _Clearance:
     """Return the height above the ground along lines no longer than what is straight."""
     ends = np.stack((lines.start_m, lines.end_m), axis=1)
-    if terrain is None:
+    if terrain is None or not a.route.knows_home_amsl:
         line = np.arange(len(ends))
         start, end = np.zeros(len(ends)), np.ones(len(ends))
         ground_m = np.full((len(ends), 3), np.nan)
@@ -215,6 +220,7 @@ def _clearance(a: Assessment, terrain: TerrainGrid | None, lines: FlightLines) -
     is_known = ~np.isnan(ground_m).any(axis=1)
     ground_m = np.where(is_known[:, None], ground_m, 0.0)
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
+    near_home_m = a.setup.clearance_m / _RISE
     return _Clearance(
         line=line,
         start=start,
@@ -223,6 +229,7 @@ def _clearance(a: Assessment, terrain: TerrainGrid | None, lines: FlightLines) -
         at_m=place_m[..., 2] - ground_m,
         is_known=is_known,
         asked_m=np.minimum(a.setup.clearance_m, _RISE * from_home_m) - _ROUNDING_M,
+        is_missed=~is_known & (from_home_m > near_home_m),
     )
 
 
@@ -259,14 +266,24 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     if flown is None:
         return
     clearance, item = flown.clearance, flown.item
-    is_known = clearance.is_known
-    if not is_known.all():
-        whole = not is_known.any()
-        outside = quantity.distance(float(clearance.length_m[~is_known].sum()))
-        yield _outside(a, "the whole flight" if whole else outside, int(item[is_known.argmin()]))
+    is_known, is_missed = clearance.is_known, clearance.is_missed
     over = tuple(_too_low(a, flown))
-    yield from over or _beside(a, terrain, flown)
+    yield from over
+    if is_missed.any():
+        missed_m = float(clearance.length_m[is_missed].sum())
+        span = "all" if not is_known.any() else quantity.distance(missed_m)
+        yield NotEvaluated(
+            rule=BELOW_TERRAIN,
+            also=(RETURN_BELOW_TERRAIN,),
+            asked_by=f"the ground under {span} of the flight",
+            needs=_GROUND_THERE,
+            item=int(item[is_missed.argmax()]),
+        )
+    elif not over:
+        yield from _beside(a, terrain, flown)
     yield from _follows_too_low(a)
+    returns = _returns(a, terrain, flown.path, flown.legs, cell_m)
+    yield from (one for one in returns if not (is_missed.any() and isinstance(one, NotEvaluated)))
     if not is_known.any():
         return
     least_m, greatest_m, _ = clearance.extremes_m()
@@ -275,10 +292,10 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     yield a.finding(
         GROUND_CLEARANCE,
         f"{quantity.height(float(least_m[lowest]))} (item {int(item[lowest])}) to "
-        f"{quantity.height(float(greatest_m[highest]))} (item {int(item[highest])}) above the ground",
+        f"{quantity.height(float(greatest_m[highest]))} (item {int(item[highest])}) above the ground"
+        + ("" if is_known.all() else ", where it is known"),
         item=int(item[lowest]),
     )
-    yield from _returns(a, terrain, flown.path, flown.legs, cell_m)
 
 
 class _Flown(NamedTuple):
@@ -323,17 +340,6 @@ def _is_vertical_at_ground(a: Assessment) -> BoolArray:
     return np.asarray(np.isin(columns.state, _NOT_AIRBORNE) | lowers)
 
 
-def _outside(a: Assessment, what: str, item: int | None) -> Finding:
-    """Return that the grid ends: the ground beyond is taken as it is where there is no grid at all."""
-    return a.finding(
-        NO_TERRAIN_DATA,
-        f"{what} outside the terrain grid: ground assumed level with home there",
-        item=item,
-        severity=Severity.WARNING,
-        fix="give --terrain with the grids of the whole mission and of its returns",
-    )
-
-
 def _above(clearance_m: float, what: str = "the ground") -> str:
     side = "below" if clearance_m < 0.0 else "above"
     return f"{quantity.height(abs(clearance_m))} {side} {what}"
@@ -353,6 +359,8 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
     low = (least_m < clearance.asked_m) & ~follows[item]
     is_known = clearance.is_known
     unsure = low & ~is_known & (least_m >= -_LEVEL_WITHIN_M)
+    if a.setup.terrain is not None:
+        unsure &= ~clearance.is_missed  # reported with all the ground that is not known
     if unsure.any():
         lowest_m = float(least_m[unsure].min())
         yield NotEvaluated(
@@ -361,7 +369,7 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
             needs=f"{TERRAIN.what}, or a lower --clearance than {quantity.height(a.setup.clearance_m)}",
             item=int(item[(unsure & (least_m < lowest_m + _ALIKE_M)).argmax()]),
         )
-    low &= ~unsure
+    low &= is_known | (least_m < -_LEVEL_WITHIN_M)
     if not low.any():
         return
     lowest_m = float(least_m[low].min())
@@ -381,7 +389,7 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
     )
 
 
-def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Finding]:
+def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Found]:
     """Yield a finding where the ground beside the path is too high, as near as the vehicle may be to it.
 
     The path is judged shifted to both sides; of cells so fine that one may be between, every centre is.
@@ -406,6 +414,14 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Find
         sides.select(np.argsort(sides.owner, kind="stable")), a.setup.clearance_m
     )
     clearance = _clearance(a, terrain, sides)
+    if clearance.is_missed.any():
+        leg = int(sides.owner[clearance.line[clearance.is_missed.argmax()]])
+        yield NotEvaluated(
+            rule=BELOW_TERRAIN,
+            asked_by=f"the ground within {_beside_m(a)} of the path",
+            needs=_GROUND_THERE,
+            item=int(path.item[leg]),
+        )
     least_m, _, _ = clearance.extremes_m()
     low_m = np.where(clearance.is_known & (least_m < clearance.asked_m), least_m, np.inf)
     worst = int(low_m.argmin())
@@ -588,10 +604,14 @@ def _returns(
     both = both.cut(_STRAIGHT_M)
     clearance = _clearance(a, terrain, both)
     least_m, _, where = clearance.extremes_m()
-    if not clearance.is_known.all():
-        owner = int(both.owner[clearance.line[clearance.is_known.argmin()]])
-        yield _outside(a, "a return", int(item[owner]) if owner < count else None)
-    # Returns are no lower than the flight they begin on: over ground level with home no more is to be said.
+    if clearance.is_missed.any():
+        owner = int(both.owner[clearance.line[clearance.is_missed.argmax()]])
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by="the ground under a return",
+            needs=_GROUND_THERE,
+            item=int(item[owner]) if owner < count else None,
+        )
     is_low = clearance.is_known & (least_m < clearance.asked_m)
     least_m = np.where(is_low, least_m, np.inf)
     worst = int(least_m.argmin())
@@ -685,7 +705,8 @@ LANDING_SLOPE = Rule(
     how="The steepest slope of --terrain within half a cell of each landing, and of where the vehicle "
     "itself would return to from anywhere: home, a rally point, the mission's landing.  A warning above "
     "7° and an error above 15°: of helicopters the US Army lands all on the first, none on more than the "
-    "second (FM 3-21.38).",
+    "second (FM 3-21.38).  Not evaluated (X904) where --terrain has no ground there, but at home, where the "
+    "vehicle stood.",
     fix="land on flatter ground, or give a finer grid where the place itself is flat",
     instead="--terrain with a finer grid",
 )
@@ -714,9 +735,23 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     where = a.route.frame.latitude_longitude_deg(place_m[..., 0], place_m[..., 1])
     height_m = terrain.height_amsl_m(*where).filled(np.nan)
     rise = np.abs(height_m[:, 1:] - height_m[:, :1]) / half_m
-    slope_deg = np.degrees(np.arctan(np.hypot(rise[:, :2].max(axis=1), rise[:, 2:].max(axis=1))))
+    # By the end of a grid that side of a place counts which is known.
+    axes = np.fmax(rise[:, ::2], rise[:, 1::2])
+    slope_deg = np.degrees(np.arctan(np.hypot(*axes.T)))
     named = list(places.values())
-    unknown = np.isnan(slope_deg)  # outside of the grid, as A102 has told
+    unknown = np.isnan(slope_deg)
+    away = np.hypot(*place_m[:, 0].T) > a.setup.position_error_m  # it stood at home
+    if (unknown & away).any():
+        lands, item = named[int((unknown & away).argmax())]
+        yield NotEvaluated(
+            rule=LANDING_SLOPE,
+            also=(LANDS_FAST,),
+            asked_by=f"the ground where the vehicle {lands}"
+            if item
+            else "the ground where a return lands",
+            needs=_GROUND_THERE,
+            item=item,
+        )
     worst = int(np.where(unknown, -1.0, slope_deg).argmax())
     if slope_deg[worst] > _STEEP_DEG:
         lands, item = named[worst]

@@ -582,8 +582,8 @@ NO_TERRAIN_DATA = Rule(
     Severity.INFO,
     summary="No terrain grid: the ground is assumed level with home.",
     why="Clearances and landing heights away from home depend on it.",
-    how="No terrain grid was given; a warning where a part of the flight, or of a return, lies outside of "
-    "those given.  A flight lower than --clearance over such ground: A102.",
+    how="No terrain grid was given.  A flight lower than --clearance over such ground: A102; ground that a "
+    "grid given has a hole at: X904.",
     fix="check clearances by other means, or give --terrain",
 )
 
