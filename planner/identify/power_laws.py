@@ -8,7 +8,7 @@ The density form, :math:`P = P_0 (m/m_0)^a (\rho/\rho_0)^b`, takes the exponents
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -315,6 +315,8 @@ _SPREADS = (0.5, 0.8, 0.3, 0.3, 0.6, 1.0)
 """Standard deviations of the priors, of the logarithms. [-]"""
 _MODEL_FRACTION = 0.01
 """To which momentum theory describes a multirotor. [-]"""
+_FITTED = Rotor._fields[: len(_SPREADS)]
+"""All but whether there is a vortex ring in descents: there is, or there is not."""
 _LEAST_CELLS = 3
 """Of level flight, hover counted: fewer show nothing of the power over speed."""
 
@@ -355,8 +357,6 @@ def fit_steady_map(
 
     Raises IdentificationError if a mass or a density is not known, or there are too few airspeeds.
     """
-    from scipy.optimize import least_squares
-
     if any(f.mass_kg is None or f.air_density_kg_m3 is None for f in flights):
         msg = "momentum theory needs the mass and the air density of every steady flight"
         raise IdentificationError(msg)
@@ -368,10 +368,6 @@ def fit_steady_map(
             f"the flights have {len(level)}"
         )
         raise IdentificationError(msg)
-    powers = np.array([f.power_w for f in flights])
-    errors = np.hypot([f.error_w for f in flights], _MODEL_FRACTION * powers)
-    counts = np.array([cells.count(cell) for cell in cells])
-    scale = errors * np.sqrt(counts)
     mass_kg = float(np.mean([f.mass_kg or 0.0 for f in flights]))
     centre = np.log(
         [
@@ -380,40 +376,35 @@ def fit_steady_map(
             *_FACTORS,
         ]
     )
-    spreads = np.array(_SPREADS)
-
     sources = sorted({f.source for f in flights}) if mass_deviation_kg > 0.0 else []
-    flight_of = [sources.index(f.source) for f in flights] if sources else []
-
-    def residuals(x: FloatArray) -> FloatArray:
-        own, beyond = x[: len(Rotor._fields)], x[len(Rotor._fields) :]
-        beyond_kg = mass_deviation_kg * beyond[flight_of] if sources else 0.0
-        data = (_powers_w(np.exp(own), flights, beyond_kg) - powers) / scale
-        return np.concatenate([data, (own - centre) / spreads, beyond])
-
-    start = np.concatenate([centre, np.zeros(len(sources))])
-    size = np.concatenate([spreads, np.ones(len(sources))])
-    found = least_squares(residuals, start, jac="3-point", x_scale=size)
-    if not found.success:
-        msg = "the fit of momentum theory to the steady flights did not end"
-        raise IdentificationError(msg)
-    data, size_of_law = found.fun[: powers.size], len(Rotor._fields)
-    surplus = len(set(cells)) - size_of_law
-    scatter = max(1.0, float(data @ data) / surplus) if surplus > 0 else 1.0
-    of_data = found.jac[: powers.size]
-    information = of_data.T @ of_data / scatter + np.diag(size**-2.0)
-    deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))[:size_of_law].tolist()
+    data = _MapData(
+        flights=flights,
+        cells=cells,
+        centre=np.concatenate([centre, np.zeros(len(sources))]),
+        deviations=np.concatenate([_SPREADS, np.ones(len(sources))]),
+        flight_of=[sources.index(f.source) for f in flights] if sources else [],
+        mass_deviation_kg=mass_deviation_kg,
+    )
+    first = data.fit(data.centre, scatter=0.0)
+    scatter = data.scatter_in_cells(first)
+    with_ring = (0.0, 1.0) if any(climb < 0 for _, climb in cells) else (0.0,)
+    found = min(
+        (data.fit(first.x, scatter=scatter, ring=r) for r in with_ring), key=lambda f: f.cost
+    )
+    size_of_law = len(_FITTED)
+    deviations = np.sqrt(np.diagonal(np.linalg.inv(found.information)))[:size_of_law].tolist()
     values = np.exp(found.x[:size_of_law]).tolist()
-    law = MomentumLaw(**{name: rounded(v) for name, v in zip(Rotor._fields, values, strict=True)})
+    numbers = {name: rounded(v) for name, v in zip(_FITTED, values, strict=True)}
+    law = MomentumLaw(**numbers, vortex_ring_factor=found.ring)
     return SteadyMap(
         law=law,
         estimates=tuple(
             Estimate(name=name, value=getattr(law, name), error=rounded(v * d))
-            for name, v, d in zip(Rotor._fields, values, deviations, strict=True)
+            for name, v, d in zip(_FITTED, values, deviations, strict=True)
         ),
         from_prior=tuple(
             name
-            for name, d, spread in zip(Rotor._fields, deviations, spreads, strict=True)
+            for name, d, spread in zip(_FITTED, deviations, _SPREADS, strict=True)
             if d > 0.8 * spread
         ),
         cells=len(set(cells)),
@@ -424,10 +415,80 @@ def fit_steady_map(
     )
 
 
+class _MapFit(NamedTuple):
+    x: FloatArray
+    """Logarithms of the six numbers, then the masses beyond in their deviations."""
+    ring: float
+    cost: float
+    information: FloatArray
+
+
+class _MapData(Value, eq=False):
+    """Steady flights, and what is taken of the law before they are seen."""
+
+    flights: Sequence[MeasuredPower]
+    cells: Sequence[tuple[int, int]]
+    centre: FloatArray
+    deviations: FloatArray
+    flight_of: Sequence[int]
+    mass_deviation_kg: float
+
+    @property
+    def powers_w(self) -> FloatArray:
+        return np.array([f.power_w for f in self.flights])
+
+    def errors_w(self, x: FloatArray, ring: float) -> FloatArray:
+        """Return predicted less measured power. [W]"""
+        own, beyond = x[: len(_FITTED)], x[len(_FITTED) :]
+        beyond_kg = self.mass_deviation_kg * beyond[self.flight_of] if beyond.size else 0.0
+        return _powers_w(np.append(np.exp(own), ring), self.flights, beyond_kg) - self.powers_w
+
+    def scatter_in_cells(self, fit: _MapFit) -> float:
+        """Return by what the power of like spans differs, beside what the law explains. [-]
+
+        Of flights of one vehicle a few percent in wind, next to nothing in simulations.
+        """
+        left = self.errors_w(fit.x, fit.ring) / self.powers_w
+        of_cell: dict[tuple[int, int], list[float]] = {}
+        for cell, error in zip(self.cells, left.tolist(), strict=True):
+            of_cell.setdefault(cell, []).append(error)
+        squares = sum(float(np.var(own)) * len(own) for own in of_cell.values())
+        return math.sqrt(squares / max(len(left) - len(of_cell), 1))
+
+    def fit(self, start: FloatArray, *, scatter: float, ring: float = 0.0) -> _MapFit:
+        """Fit the law; what it errs by in a cell is one error, however often that was flown.
+
+        What spans of a cell differ by is each span's own: many of them tell more than one.
+
+        Raises IdentificationError if the fit does not end.
+        """
+        from scipy.optimize import least_squares
+
+        powers = self.powers_w
+        counts = np.array([self.cells.count(cell) for cell in self.cells])
+        own = np.square([f.error_w for f in self.flights])
+        of_law, of_span = np.square(_MODEL_FRACTION * powers) + own, np.square(scatter * powers)
+        scale = np.sqrt(counts * of_law + of_span)
+
+        def residuals(x: FloatArray) -> FloatArray:
+            data = self.errors_w(x, ring) / scale
+            return np.concatenate([data, (x - self.centre) / self.deviations])
+
+        found = least_squares(residuals, start, jac="3-point", x_scale=self.deviations)
+        if not found.success:
+            msg = "the fit of momentum theory to the steady flights did not end"
+            raise IdentificationError(msg)
+        data, of_data = found.fun[: powers.size], found.jac[: powers.size]
+        surplus = float(np.sum((of_law + of_span) / scale**2)) - len(_FITTED)
+        inflation = max(1.0, float(data @ data) / surplus) if surplus > 0.0 else 1.0
+        information = of_data.T @ of_data / inflation + np.diag(self.deviations**-2.0)
+        return _MapFit(x=found.x, ring=ring, cost=float(found.cost), information=information)
+
+
 def _powers_w(
     values: FloatArray, flights: Sequence[MeasuredPower], beyond_kg: FloatArray | float = 0.0
 ) -> FloatArray:
-    """Return the power of steady flights by the six numbers, (n,) [W]."""
+    """Return the power of steady flights by the numbers of a rotor, (n,) [W]."""
     powers = np.empty(len(flights))
     masses = np.array([f.mass_kg or 0.0 for f in flights]) + beyond_kg
     speed = np.array([f.airspeed_m_s for f in flights])

@@ -24,6 +24,9 @@ References
 .. [1] K. Falkowski, M. Duda, "Dynamic Models Identification for Kinematics and Energy Consumption
    of Rotary-Wing UAVs during Different Flight States", Sensors 2023, 23(23), 9378.
 .. [2] H. Glauert, "A General Theory of the Autogyro", ARC R&M 1111, 1926.
+.. [3] J. G. Leishman, "Principles of Helicopter Aerodynamics", Cambridge 2006, section 2.13.
+.. [4] W. Johnson, "Model for Vortex Ring State Influence on Rotorcraft Flight Dynamics",
+   NASA/TP-2005-213477, 2005.
 """
 
 from __future__ import annotations
@@ -108,6 +111,18 @@ def induced_velocity_ratio(edgewise_ratio: npt.ArrayLike, axial_ratio: npt.Array
     return u
 
 
+def vortex_ring_surplus(edgewise_squared: FloatArray, axial_ratio: FloatArray) -> FloatArray:
+    """Return what a vortex ring adds to the induced velocity, over that of hover. [-]
+
+    None in a climb or where the speed in the plane of the disk, of which the square is given, is that
+    of hover; both speeds over the induced velocity of hover, down to −1.5 through the disk.
+    """
+    z = np.maximum(-axial_ratio, 0.0)
+    measured = 1.0 + z * (1.125 + z * (-1.372 + z * (1.718 - 0.655 * z)))
+    ideal = 0.5 * z + np.sqrt(0.25 * z * z + 1.0)
+    return np.asarray((measured - ideal) * np.maximum(1.0 - edgewise_squared, 0.0))
+
+
 class Rotor(NamedTuple):
     """What momentum theory knows of a multicopter.
 
@@ -127,6 +142,8 @@ class Rotor(NamedTuple):
     """k_p, profile power over ideal power in hover. [-]"""
     profile_speed_factor: float
     """k_v. [-]"""
+    vortex_ring_factor: float = 0.0
+    """k_r: 1 as measured of rotors, 0 for momentum theory alone. [-]"""
 
 
 def momentum_power_w(
@@ -143,10 +160,11 @@ def momentum_power_w(
     :math:`\vec T = m g \hat z + \tfrac12 \rho\, C_d A\, V \vec V`, and the disk lies across it.  Then
 
     .. math::
-       P = k_i T v_i + k_a \vec T \cdot \vec V
+       P = k_i T (v_i + k_r v_r) + k_a \vec T \cdot \vec V
            + k_p T v_h \left(1 + k_v (V_p / v_h)^2\right),
 
-    induced power, the power of climb and drag, and profile power.  For blades of one tip speed ratio
+    induced power with the surplus v_r of a vortex ring (`vortex_ring_surplus`), the power of climb and
+    drag, and profile power.  For blades of one tip speed ratio
     textbooks have :math:`k_v (V_p/v_h)^2 = 4.65 \mu^2`.  Airspeed (horizontal), climb rate (descent
     negative) and density broadcast; the mass is that with payload.
 
@@ -187,6 +205,9 @@ def momentum_power_w(
             )
             axial_ratio = np.maximum(axial_ratio, FASTEST_DESCENT_RATIO)
             induced = induced_velocity_ratio(np.sqrt(edgewise_squared), axial_ratio)
+            if rotor.vortex_ring_factor:
+                ring = vortex_ring_surplus(edgewise_squared, axial_ratio)
+                induced = induced + rotor.vortex_ring_factor * ring
             of_flow = np.maximum(
                 rotor.induced_factor * induced + rotor.axial_factor * axial_ratio, 0.0
             )

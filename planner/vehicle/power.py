@@ -149,8 +149,9 @@ class VerticalPower(Part):
 class MomentumLaw(Part, tag_field="power", tag="momentum"):
     """Steady power by momentum theory, over airspeed, climb rate, mass and air density.
 
-    P = k_i T v_i + k_a T.V + k_p T v_h (1 + k_v (V_p / v_h)^2), thrust T against weight and drag,
-    induced velocity v_i (v_h in hover), V_p the speed in the plane of the disk.  The factors are
+    P = k_i T (v_i + k_r v_r) + k_a T.V + k_p T v_h (1 + k_v (V_p / v_h)^2), thrust T against weight and
+    drag, induced velocity v_i (v_h in hover), v_r what a vortex ring adds to it in slow descents, V_p the
+    speed in the plane of the disk.  The factors are
     electrical watts for each watt of the ideal disk.  Needs mass_kg at the top.
     """
 
@@ -164,6 +165,12 @@ class MomentumLaw(Part, tag_field="power", tag="momentum"):
     profile_speed_factor: Annotated[
         float, Key("k_v, growth of profile power with speed", range=_FACTOR)
     ]
+    vortex_ring_factor: Annotated[
+        float,
+        Key(
+            "k_r, surplus of a vortex ring in slow descents: 1 as of rotors", range=Range(0.0, 3.0)
+        ),
+    ] = 0.0
 
     def inconsistencies(self) -> Problems:
         """Yield the problem of a rotor that needs less than the ideal one."""

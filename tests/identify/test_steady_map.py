@@ -26,13 +26,13 @@ CELLS = [(v, 0.0) for v in (0.0, 3.0, 6.0, 9.0, 12.0, 15.0)] + [(0.0, 2.0), (0.0
 
 
 def flights(
-    noise_w: float = 0.0, *, mass_kg: float = 2.5, source: str = "a#1"
+    noise_w: float = 0.0, *, mass_kg: float = 2.5, source: str = "a#1", law: Rotor = LAW
 ) -> list[MeasuredPower]:
     generator = np.random.default_rng(7)
     return [
         MeasuredPower(
             power_w=float(
-                momentum_power_w(speed, climb, LAW, mass_kg=mass_kg, air_density_kg_m3=1.18)
+                momentum_power_w(speed, climb, law, mass_kg=mass_kg, air_density_kg_m3=1.18)
             )
             + noise_w * float(generator.standard_normal()),
             error_w=max(noise_w, 0.1),
@@ -71,6 +71,34 @@ def test_hovers_in_number_do_not_drown_one_cruise() -> None:
     fast = next(f for f in few if f.airspeed_m_s == 15.0)
     [error] = fit_steady_map(many).residuals_w([fast])
     assert abs(error) < 0.01 * fast.power_w
+
+
+def test_a_vortex_ring_is_found_where_descents_show_it() -> None:
+    with_ring = flights(noise_w=1.0, law=LAW._replace(vortex_ring_factor=1.0))
+    assert fit_steady_map(with_ring).law.vortex_ring_factor == 1.0
+    assert fit_steady_map(flights(noise_w=1.0)).law.vortex_ring_factor == 0.0
+    level = [f for f in with_ring if f.climb_rate_m_s >= 0.0]
+    assert fit_steady_map(level).law.vortex_ring_factor == 0.0
+
+
+def test_many_flights_that_differ_tell_more_than_one() -> None:
+    # thirty level flights 4 % apart, whose mean is right, beside one of a descent that is 8 % wrong
+    apart = [0.96, 1.04]
+    level = [
+        replace(f, power_w=f.power_w * apart[n % 2])
+        for f in flights()
+        if f.climb_rate_m_s == 0.0
+        for n in range(8)
+    ]
+    descent = next(f for f in flights() if f.climb_rate_m_s < 0.0)
+    errors = {}
+    for count in (1, len(level)):
+        wrong = replace(descent, power_w=0.92 * descent.power_w)
+        found = fit_steady_map([*level, *[wrong] * count])
+        hover = next(f for f in flights() if f.airspeed_m_s == 0.0)
+        errors[count] = abs(found.residuals_w([hover])[0]) / hover.power_w
+    assert errors[1] < 0.005
+    assert errors[1] < errors[len(level)]
 
 
 def test_unknown_payloads_are_separated_from_the_law() -> None:

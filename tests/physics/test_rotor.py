@@ -134,6 +134,27 @@ def test_no_descent_wins_power_back_and_none_is_cheaper_than_the_fastest_known()
     assert power_w(0.0, -HOVER_M_S, axial_factor=5.0) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("descent", "induced"),
+    [
+        (0.25, 1.0 + 0.28125 - 0.08575 + 0.02684375 - 0.00255859375),
+        (0.5, 1.0 + 0.5625 - 0.343 + 0.21475 - 0.0409375),
+        (1.0, 1.0 + 1.125 - 1.372 + 1.718 - 0.655),
+    ],
+)
+def test_a_vortex_ring_takes_what_was_measured_of_rotors(descent: float, induced: float) -> None:
+    # T (v_i − V) of an ideal disk with the induced velocity of Leishman's polynomial
+    found = power_w(0.0, -descent * HOVER_M_S, vortex_ring_factor=1.0)
+    assert found == pytest.approx((induced - descent) * IDEAL_W, rel=1e-9)
+
+
+def test_no_vortex_ring_forms_in_climbs_or_fast_flight() -> None:
+    for airspeed, climb in ((0.0, 3.0), (5.0, 0.0), (1.3 * HOVER_M_S, -2.0)):
+        assert power_w(airspeed, climb, vortex_ring_factor=1.0) == power_w(airspeed, climb)
+    slow, faster = (power_w(v, -3.0, vortex_ring_factor=1.0) - power_w(v, -3.0) for v in (1.0, 4.0))
+    assert slow > faster > 0.0
+
+
 @given(
     # A heavy vehicle that dives fast wins more height than its weight costs it.
     airspeed=st.floats(min_value=0.0, max_value=20.0),
