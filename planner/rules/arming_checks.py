@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ALWAYS, ANY = None, -1
 """Checks without a bit of ARMING_CHECK: even where all checks are off, and where one is on."""
-INS, PARAMETERS, RC, BATTERY, MISSION = (1 << bit for bit in (4, 5, 6, 8, 14))
+COMPASS, INS, PARAMETERS, RC, BATTERY, MISSION = (1 << bit for bit in (2, 4, 5, 6, 8, 14))
 """Bits of ARMING_CHECK."""
 _MOST_SPIN_MIN = 0.3
 """Above it ArduPilot refuses MOT_SPIN_MIN. [-]"""
@@ -71,6 +71,29 @@ _INTERLOCK, _STOPS = 32, frozenset({31, 165})
 """RCx_OPTION of the motor interlock and of the emergency stops."""
 _MULTICOPTERS = frozenset({1, 2, 3, 4, 5, 7, 8, 9, 10, 12, 14, 15, 16, 17})
 """FRAME_CLASS that Copter flies: 6, 11 and 13 are helicopters, 0 none (``AP_Motors::motor_frame_class``)."""
+_FRAME_TYPES: Mapping[int, frozenset[int]] = {
+    1: frozenset({0, 1, 2, 3, 4, 5, 6, 12, 13, 14, 18, 19}),
+    2: frozenset({0, 1, 3, 13, 14}),
+    3: frozenset({0, 1, 2, 3, 13, 14, 15}),
+    4: frozenset({0, 1, 2, 3, 12, 14, 18, 20, 21}),
+    12: frozenset({0, 1}),
+    14: frozenset({0, 1, 14}),
+}
+"""FRAME_TYPE by FRAME_CLASS of quad, hexa, octa, octa-quad, dodeca-hexa and deca, as ArduCopter 4.7 takes
+them in simulation (``AP_MotorsMatrix::setup_motors``); a Y6 or a tricopter takes any."""
+_LAST_FRAME_TYPE = 21
+"""What later versions may add is not judged."""
+_COMPASSES = ("", "2", "3")
+_MOST_OFFSET = 1800.0
+"""COMPASS_OFFS_MAX, its default. [mGauss]"""
+_IN_FLIGHT = 3
+"""COMPASS_LEARN that finds the offsets in flight: the compass is not looked at before."""
+_LEAST_LEAN_RAD, _MOST_LEAN_RAD = math.radians(10.0), math.radians(80.0)
+"""Of ANGLE_MAX (``AP_Arming_Copter::parameter_checks``)."""
+_YAW_FROM_OUTSIDE = frozenset({5, 6})
+"""EK3_MAG_CAL of a heading from outside, which EK3_SRC1_YAW has replaced."""
+_PARACHUTE_RELAY, _RELAYS = 2, range(4)
+"""RELAYn_FUNCTION of a parachute, and CHUTE_TYPE of one released by a relay."""
 _GAINS = (
     ("PSC_NE_POS_P", "PSC_POSXY_P"),
     ("PSC_D_POS_P", "PSC_POSZ_P"),
@@ -82,6 +105,7 @@ _GAINS = (
 """Gains above 0, each from 4.7 on and before."""
 _SWITCHES = re.compile(r"RC\d+_OPTION")
 _PORTS = re.compile(r"SERIAL\d_PROTOCOL")
+_RELAY_FUNCTIONS = re.compile(r"RELAY\d+_FUNCTION")
 _OPTIONS = 256
 """Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
 _OUTPUTS, _OUTPUTS_OF_A_FILE = re.compile(r"SERVO\d+_FUNCTION"), 8
@@ -156,6 +180,32 @@ class ArduPilotGiven(NamedTuple):
         used = (self.value(f"COMPASS_USE{number}", default=1) for number in ("", 2, 3))
         return not (self.value("COMPASS_ENABLE", default=1) and any(used))
 
+    @property
+    def compasses(self) -> tuple[str, ...]:
+        """The compasses that are asked before arming, by their number, the first first; none where it is not.
+
+        Offsets belong to a device, COMPASS_USE to a place in the order of COMPASS_PRIOn_ID.
+        """
+        if self.value("COMPASS_LEARN", default=0) == _IN_FLIGHT or not (
+            self.value("COMPASS_ENABLE", default=1) and self.value("COMPASS_USE", default=1)
+        ):
+            return ()
+        used = []
+        for place, own in enumerate(_COMPASSES, 1):
+            first = self.value(f"COMPASS_PRIO{place}_ID", default=0)
+            of_device = [
+                n for n in _COMPASSES if first and self.values.get(f"COMPASS_DEV_ID{n}") == first
+            ]
+            number = (of_device or [own])[0]
+            is_there = place == 1 or self.value(f"COMPASS_DEV_ID{number}", default=0)
+            if is_there and self.value(f"COMPASS_USE{own}", default=1):
+                used.append(number)
+        return tuple(used)
+
+    def offsets(self, compass: str) -> tuple[float | None, ...]:
+        """Return what a compass is off by. [mGauss]"""
+        return tuple(self.values.get(f"COMPASS_OFS{compass}_{axis}") for axis in "XYZ")
+
     def are_zero(self, names: Iterable[str]) -> bool:
         """Return whether the file has all of some parameters, each 0."""
         return all(self.values.get(name) == 0.0 for name in names)
@@ -216,6 +266,23 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
         ALWAYS,
         "FRAME_CLASS is that of no multicopter",
         lambda p: p.value("FRAME_CLASS", default=1) not in _MULTICOPTERS,
+    ),
+    (
+        ALWAYS,
+        "FRAME_TYPE is none of FRAME_CLASS",
+        lambda p: (
+            (kind := int(p.value("FRAME_TYPE", default=1))) <= _LAST_FRAME_TYPE
+            and kind not in _FRAME_TYPES.get(int(p.value("FRAME_CLASS", default=0)), {kind})
+        ),
+    ),
+    (
+        ALWAYS,
+        "EK3_MAG_CAL is 5 or 6, a heading from outside, and EK3_SRC1_YAW a compass",
+        lambda p: (
+            p.value("EK3_MAG_CAL", default=0) in _YAW_FROM_OUTSIDE
+            and p.value("EK3_SRC1_YAW", default=_COMPASS) == _COMPASS
+            and p.value("AHRS_EKF_TYPE", default=_EKF3) == _EKF3
+        ),
     ),
     (
         ALWAYS,
@@ -284,9 +351,53 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
         ),
     ),
     (
+        PARAMETERS,
+        "CHUTE_TYPE is a relay, and no RELAYn_FUNCTION is 2",
+        lambda p: (
+            p.value("CHUTE_ENABLED", default=0) > 0
+            and p.value("CHUTE_TYPE", default=0) in _RELAYS
+            and bool(relays := p.counted(_RELAY_FUNCTIONS))
+            and not relays[_PARACHUTE_RELAY]
+        ),
+    ),
+    (
+        PARAMETERS,
+        "ANGLE_MAX is below 10° or above 80°",
+        lambda p: not (_LEAST_LEAN_RAD - 1e-6 <= p.own.lean_angle_max_rad <= _MOST_LEAN_RAD + 1e-6),
+    ),
+    (
         INS,
         "INS_ACCOFFS_X, _Y and _Z are 0: the accelerometer is not calibrated",
         lambda p: p.are_zero(f"INS_ACCOFFS_{axis}" for axis in "XYZ"),
+    ),
+    (
+        INS,
+        "INS_ACC2OFFS_ or INS_ACC3OFFS_ are 0, of an accelerometer that is there: it is not calibrated",
+        lambda p: any(
+            p.value(f"INS_ACC{number}_ID", default=0)
+            and p.are_zero(f"INS_ACC{number}OFFS_{axis}" for axis in "XYZ")
+            for number in (2, 3)
+        ),
+    ),
+    (
+        COMPASS,
+        "COMPASS_OFS_, of a compass that is there and in use, are 0: it is not calibrated",
+        lambda p: any(p.offsets(compass) == (0.0, 0.0, 0.0) for compass in p.compasses),
+    ),
+    (
+        COMPASS,
+        "COMPASS_DEV_ID, COMPASS_DEV_ID2 and COMPASS_DEV_ID3 are 0: there is no compass",
+        lambda p: bool(p.compasses) and p.are_zero(f"COMPASS_DEV_ID{n}" for n in _COMPASSES),
+    ),
+    (
+        COMPASS,
+        "COMPASS_OFS_ is beyond COMPASS_OFFS_MAX",
+        lambda p: any(
+            None not in (offsets := p.offsets(compass))
+            and math.hypot(*(one or 0.0 for one in offsets))
+            > p.value("COMPASS_OFFS_MAX", default=_MOST_OFFSET)
+            for compass in p.compasses[:1]
+        ),
     ),
     (
         PARAMETERS,
@@ -447,6 +558,8 @@ _HEADING = 1 << 3
 """Bit of EKF2_GPS_CTRL and EKF2_EV_CTRL: a heading by two antennas, or from outside."""
 _NO_COMPASS = 5
 """EKF2_MAG_TYPE."""
+_LOCAL_ESTIMATOR = 1
+"""SYS_MC_EST_GROUP of what LPE_EN switches on, before 1.13."""
 _WITHOUT_STICKS = frozenset({1, 4})
 """COM_RC_IN_MODE that asks for no calibrated receiver."""
 _PX4_CHANNELS, _MOST_PWM = range(1, 19), 2500
@@ -472,6 +585,10 @@ def refused_by_px4(values: Mapping[str, float]) -> Iterator[str]:
         asked = values.get("SYS_HAS_MAG", 1.0) if name == "MAG" else 1.0
         if asked and None not in calibrated and not any(calibrated):
             yield f"CAL_{name}0_ID to CAL_{name}3_ID are 0: no {sensor} is calibrated"
+    if values.get("EKF2_EN") == 0 and not (
+        values.get("LPE_EN", 0.0) or values.get("SYS_MC_EST_GROUP") == _LOCAL_ESTIMATOR
+    ):
+        yield "EKF2_EN is 0 and LPE_EN not 1: no estimate of its position"
     yield from _bad_px4_channels(values)
 
 

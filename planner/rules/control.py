@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 from planner import quantity
@@ -42,6 +43,11 @@ _OTHER_FRAMES = {
 """CA_AIRFRAME of what is no rotorcraft (``src/modules/control_allocator/module.yaml``)."""
 _HARDWARE_IN_THE_LOOP = 1
 """SYS_HITL; 2 is a simulation on the autopilot itself."""
+
+_OUTPUTS = re.compile(r"\w+_FUNC\d+")
+"""What PX4 puts on an output, of whatever driver: PWM_MAIN_FUNC1, UAVCAN_EC_FUNC1, VOXL_ESC_FUNC1."""
+_FIRST_MOTOR = 101
+"""The others follow (``src/lib/mixer_module/output_functions.yaml``)."""
 
 CANNOT_DESCEND = Rule(
     "T118 cannot-descend",
@@ -90,8 +96,9 @@ NO_CONTROL = Rule(
     "flew 1.4 km away from a mission of 30 m.",
     how="PX4: MPC_XY_P, MPC_Z_P, MPC_XY_VEL_P_ACC, MPC_Z_VEL_P_ACC, MC_ROLL_P, MC_PITCH_P, MC_YAW_P and "
     "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
-    "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  "
-    "PX4 besides: CA_AIRFRAME of what is no rotorcraft, CA_ROTOR_COUNT 0, SYS_HITL 1.",
+    "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  PX4 "
+    "besides: CA_AIRFRAME of what is no rotorcraft, CA_ROTOR_COUNT 0, a motor of CA_ROTOR_COUNT on none of "
+    "as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), SYS_HITL 1.",
     fix="restore the parameters of the vehicle, or give its own file",
     instead="the parameters of --params",
 )
@@ -119,5 +126,17 @@ def _undriven(values: Mapping[str, float]) -> Iterator[str]:
         yield f"CA_AIRFRAME is {frame}: PX4 flies {_OTHER_FRAMES[frame]}, no multicopter"
     elif values.get("SYS_CTRL_ALLOC", 1.0) and values.get("CA_ROTOR_COUNT") == frame == 0:
         yield "CA_ROTOR_COUNT is 0: PX4 drives no motor"
+    elif values.get("SYS_CTRL_ALLOC", 1.0):
+        yield from _without_output(values)
     if values.get("SYS_HITL") == _HARDWARE_IN_THE_LOOP:
         yield "SYS_HITL is 1: PX4 flies a simulation, and its outputs are locked"
+
+
+def _without_output(values: Mapping[str, float]) -> Iterator[str]:
+    """Yield which motor is on no output; of a file with fewer outputs than motors it is not known."""
+    outputs = [int(value) for name, value in values.items() if _OUTPUTS.fullmatch(name)]
+    motors = int(values.get("CA_ROTOR_COUNT", 0.0))
+    for motor in range(motors if len(outputs) >= motors else 0):
+        if _FIRST_MOTOR + motor not in outputs:
+            yield f"motor {motor + 1} is on no output: no _FUNC parameter is {_FIRST_MOTOR + motor}"
+            return

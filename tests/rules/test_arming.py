@@ -15,11 +15,19 @@ if TYPE_CHECKING:
 
 NO_COMPASS = "CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\n"
 OUTSIDE = "EK3_SRC1_POSXY,6\nEK3_SRC1_VELXY,6\nEK3_SRC1_POSZ,1\nEK3_SRC1_VELZ,6\nEK3_SRC1_YAW,6\n"
+COMPASSES = "COMPASS_DEV_ID,1\nCOMPASS_DEV_ID2,2\nCOMPASS_DEV_ID3,0\n"
 FENCE = "FENCE_ENABLE,1\nFENCE_TYPE,7\nFENCE_RADIUS,1000\nFENCE_ALT_MAX,120\n"
 
 
 def refuses(parameters: str, code: str = "M127") -> bool:
     return code in {one.code for one in found(PLAIN, ARDUPILOT, parameters)}
+
+
+def offsets(compass: str, *values_mgauss: float) -> str:
+    return "".join(
+        f"COMPASS_OFS{compass}_{axis},{value:g}\n"
+        for axis, value in zip("XYZ", values_mgauss, strict=True)
+    )
 
 
 def outputs(frame_class: float, *functions: int) -> str:
@@ -53,6 +61,41 @@ def outputs(frame_class: float, *functions: int) -> str:
         ("SERIAL2_PROTOCOL,23\nSERIAL7_PROTOCOL,23\n", "SERIAL2_PROTOCOL,23\n"),
         ("FRAME_CLASS,6\n", "FRAME_CLASS,5\n"),
         ("FRAME_CLASS,99\n", "FRAME_CLASS,15\n"),
+        ("FRAME_CLASS,1\nFRAME_TYPE,10\n", "FRAME_CLASS,5\nFRAME_TYPE,10\n"),
+        ("FRAME_CLASS,2\nFRAME_TYPE,12\n", "FRAME_CLASS,4\nFRAME_TYPE,12\n"),
+        ("FRAME_CLASS,12\nFRAME_TYPE,3\n", "FRAME_CLASS,3\nFRAME_TYPE,3\n"),
+        ("FRAME_CLASS,14\nFRAME_TYPE,2\n", "FRAME_CLASS,7\nFRAME_TYPE,2\n"),
+        ("EK3_MAG_CAL,5\n", "EK3_MAG_CAL,3\n"),
+        (offsets("", 0, 0, 0), offsets("", 0, 0, 0.1)),
+        (offsets("", 0, 0, 0), f"{offsets('', 0, 0, 0)}COMPASS_LEARN,3\n"),
+        (offsets("", 0, 0, 0), f"{offsets('2', 0, 0, 0)}COMPASS_DEV_ID2,0\n"),
+        (f"{COMPASSES}{offsets('2', 0, 0, 0)}", f"{COMPASSES}{offsets('3', 0, 0, 0)}"),
+        (
+            f"{COMPASSES}{offsets('2', 0, 0, 0)}",
+            f"{COMPASSES}{offsets('2', 0, 0, 0)}COMPASS_USE2,0\n",
+        ),
+        # The second device is the first in order: COMPASS_USE2 is of the other.
+        (
+            f"{COMPASSES}COMPASS_PRIO1_ID,2\n{offsets('2', 0, 0, 0)}COMPASS_USE2,0\n",
+            f"{COMPASSES}COMPASS_PRIO1_ID,1\n{offsets('2', 0, 0, 0)}COMPASS_USE2,0\n",
+        ),
+        (offsets("", 1801, 0, 0), offsets("", 1800, 0, 0)),
+        (offsets("", 1200, 1200, 1200), offsets("", 1039, 1039, 1039)),  # 1800 / √3 = 1039.2
+        (f"{offsets('', 851, 0, 0)}COMPASS_OFFS_MAX,850\n", offsets("", 851, 0, 0)),
+        (
+            "COMPASS_DEV_ID,0\nCOMPASS_DEV_ID2,0\nCOMPASS_DEV_ID3,0\n",
+            "COMPASS_DEV_ID,0\nCOMPASS_DEV_ID2,1\nCOMPASS_DEV_ID3,0\n",
+        ),
+        (
+            "INS_ACC2_ID,1\nINS_ACC2OFFS_X,0\nINS_ACC2OFFS_Y,0\nINS_ACC2OFFS_Z,0\n",
+            "INS_ACC2_ID,0\nINS_ACC2OFFS_X,0\nINS_ACC2OFFS_Y,0\nINS_ACC2OFFS_Z,0\n",
+        ),
+        ("ANGLE_MAX,999\n", "ANGLE_MAX,1000\n"),
+        ("ANGLE_MAX,8001\n", "ANGLE_MAX,8000\n"),
+        (
+            "CHUTE_ENABLED,1\nRELAY1_FUNCTION,1\n",
+            "CHUTE_ENABLED,1\nRELAY1_FUNCTION,1\nRELAY2_FUNCTION,2\n",
+        ),
         ("ACRO_BAL_ROLL,4.6\n", "ACRO_BAL_ROLL,4.5\n"),
         ("ACRO_BAL_PITCH,1\nATC_ANG_PIT_P,0.9\n", "ACRO_BAL_ROLL,1\nATC_ANG_PIT_P,1\n"),
         ("PSC_VELZ_P,0\n", "PSC_VELZ_P,0.1\n"),
@@ -157,6 +200,8 @@ def test_a_parameter_that_arming_refuses_is_an_error_and_the_nearest_it_takes_is
         ("BATT_LOW_VOLT,19\nBATT_CRT_VOLT,20\n", False, 8),
         ("RC1_TRIM,900\n", False, 6),
         ("INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n", False, 4),
+        (offsets("", 1801, 0, 0), False, 2),
+        ("FRAME_CLASS,1\nFRAME_TYPE,10\n", True, 5),
         ("EK3_SRC1_VELZ,1\n", True, 5),
     ],
 )
@@ -221,6 +266,9 @@ def test_a_loiter_into_the_margin_of_the_ceiling_never_gets_there(
         ("RC18_MAX,2501\n", True),
         ("RC18_MAX,2500\n", False),
         ("RC1_TRIM,999\nCOM_RC_IN_MODE,4\n", False),
+        ("EKF2_EN,0\n", True),
+        ("EKF2_EN,0\nLPE_EN,1\n", False),
+        ("EKF2_EN,0\nSYS_MC_EST_GROUP,1\n", False),
     ],
 )
 def test_px4_arms_for_no_mission_without_a_position_or_a_calibration(
@@ -281,6 +329,11 @@ def test_a_charge_that_nothing_measures_brings_no_vehicle_home(
     assert refuses(text, "E103") == returns
 
 
+def motors(driver: str, *functions: int) -> str:
+    """Return the outputs of a driver of PX4's."""
+    return "".join(f"{driver}_FUNC{n},{function}\n" for n, function in enumerate(functions, 1))
+
+
 @pytest.mark.parametrize(
     ("autopilot", "text", "told"),
     [
@@ -295,6 +348,19 @@ def test_a_charge_that_nothing_measures_brings_no_vehicle_home(
         (PX4, "CA_AIRFRAME,0\nCA_ROTOR_COUNT,0\n", True),
         (PX4, "CA_AIRFRAME,0\nCA_ROTOR_COUNT,4\n", False),
         (PX4, "SYS_CTRL_ALLOC,0\nCA_ROTOR_COUNT,0\n", False),  # mixers, before 1.14
+        (PX4, f"CA_ROTOR_COUNT,4\n{motors('PWM_MAIN', 0, 0, 0, 0)}", True),
+        (PX4, f"CA_ROTOR_COUNT,4\n{motors('PWM_MAIN', 101, 102, 103, 0)}", True),
+        (PX4, f"CA_ROTOR_COUNT,4\n{motors('PWM_AUX', 104, 103, 102, 101)}", False),
+        (
+            PX4,
+            (
+                f"CA_ROTOR_COUNT,4\n{motors('PWM_MAIN', 0, 0, 0, 0)}"
+                f"{motors('UAVCAN_EC', 101, 102, 103, 104)}"
+            ),
+            False,
+        ),
+        (PX4, f"CA_ROTOR_COUNT,4\n{motors('PWM_MAIN', 0, 0, 0)}", False),  # not the whole of it
+        (PX4, f"{motors('PWM_MAIN', 0, 0, 0, 0)}", False),
         (PX4, "SYS_HITL,1\n", True),
         (PX4, "SYS_HITL,2\n", False),
     ],
