@@ -14,6 +14,7 @@ from made_missions import item, mission, rtl
 from planner.fleet.reader import read_fleet
 from planner.fleet.swarm.algorithms import Waypoints
 from planner.fleet.swarm.dynamics import Dynamics
+from planner.fleet.swarm.faults import SwarmFaults
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
 from planner.fleet.swarm.zones import distances_m, near_pairs
 from planner.mission.files import write_mission
@@ -22,7 +23,9 @@ from planner.service.swarm import SwarmResult, simulate_fleet
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.fleet.fleet import Fleet
+    from collections.abc import Sequence
+
+    from planner.fleet.fleet import Fault, Fleet
     from planner.fleet.swarm.algorithms import Algorithm
     from planner.fleet.swarm.policies import Policy
     from planner.mission.items import Mission
@@ -175,7 +178,27 @@ def least_m(swarm: Swarm) -> tuple[float, float]:
     return places, zones
 
 
-def drawn_swarm(seed: int, policy: Policy, *, most: int) -> Swarm:
+def with_faults(
+    agents: Sequence[Agent],
+    ways: Sequence[np.ndarray],
+    policy: Policy,
+    *faults: Fault,
+    seed: int = 0,
+    until_s: float = 900.0,
+) -> Swarm:
+    """Agents that fly along ways of their own until something goes wrong."""
+    names = [one.name for one in agents]
+    return Swarm(
+        agents,
+        Waypoints(ways),
+        policy,
+        separation_m=SEPARATION_M,
+        until_s=until_s,
+        faults=lambda stack: SwarmFaults(faults, names, stack, height_m=30.0, seed=seed),
+    )
+
+
+def drawn_swarm(seed: int, policy: Policy, *faults: Fault, most: int) -> Swarm:
     """Agents with delays up to 1.5 s and overshoots up to 30 %, or shaped, that go to drawn places."""
     draw = np.random.default_rng(seed)
     count = int(draw.integers(2, most + 1))
@@ -190,7 +213,7 @@ def drawn_swarm(seed: int, policy: Policy, *, most: int) -> Swarm:
         for row, start in enumerate(starts)
     ]
     ways = [np.array([goal]) for goal in goals]
-    return Swarm(agents, Waypoints(ways), policy, separation_m=SEPARATION_M, until_s=900.0)
+    return with_faults(agents, ways, policy, *faults, seed=seed)
 
 
 def _apart(draw: np.random.Generator, count: int, size_m: float) -> list[tuple[float, float]]:

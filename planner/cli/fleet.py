@@ -354,6 +354,11 @@ def interrupting(patience: Patience) -> Iterator[None]:
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N")
 @click.option(
+    "--faults",
+    metavar="NAMES",
+    help="faults of the file that happen, such as one,two, or none  [default: all]",
+)
+@click.option(
     "--until",
     "until_s",
     type=click.FloatRange(1.0, 86_400.0),
@@ -427,6 +432,9 @@ def simulate(
     all come home, apart and above their reserves, which is no verdict on flying it: fences, ground and
     limits of the wind are for mavjoule fleet check.
 
+    Tables [fault.NAME] say what goes wrong: a command that is kept, a position that is lost, a battery that
+    drops, a link that is late, gusts.  It then says who is hit, and whether everyone else is still safe.
+
     With --agents it is flown by so many of the first vehicles of the file, each number by --seeds: energy of
     the group and time to the goal of each, the number of least energy, and the fewest that are in time.
 
@@ -443,6 +451,7 @@ def simulate(
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
+    read = _with_faults(read, options["faults"])
     if options["agents"] is not None:
         return _simulate_numbers(
             read,
@@ -470,6 +479,22 @@ def simulate(
     if result.is_cut_short:
         return ExitCode.INTERRUPTED
     return ExitCode.GO if result.is_clear else ExitCode.NO_GO
+
+
+def _with_faults(fleet: Fleet, names: Any) -> Fleet:  # noqa: ANN401 -- of click
+    """Return a fleet with the faults that are asked for."""
+    from planner.errors import nearest_hint
+    from planner.values import replace
+
+    if names is None:
+        return fleet
+    asked = [] if names == "none" else names.split(",")
+    for name in asked:
+        if name not in fleet.faults:
+            hint = nearest_hint(name, fleet.faults)
+            msg = f"--faults: {fleet.source} has no [fault.{name}]{hint}"
+            raise UsageError(msg)
+    return replace(fleet, faults={name: fleet.faults[name] for name in asked})
 
 
 def _refuse_trace(trace: Path | None, fleet: str) -> None:

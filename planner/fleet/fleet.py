@@ -451,6 +451,104 @@ class Sortie(NamedPart):
     ] = None
 
 
+class FaultKind(StrEnum):
+    """What goes wrong in a simulation."""
+
+    KEEPS_COMMAND = "keeps-command"
+    LOSES_POSITION = "loses-position"
+    BATTERY_DROPS = "battery-drops"
+    LINK_LATE = "link-late"
+    GUSTS = "gusts"
+
+
+_OF_FAULT: Mapping[FaultKind, tuple[str, ...]] = {
+    FaultKind.KEEPS_COMMAND: (),
+    FaultKind.LOSES_POSITION: ("drift_m_s",),
+    FaultKind.BATTERY_DROPS: ("charge_left",),
+    FaultKind.LINK_LATE: ("late_s",),
+    FaultKind.GUSTS: ("wind_m_s",),
+}
+"""What each needs, beside when it begins."""
+
+
+class Fault(NamedPart):
+    """What goes wrong in `fleet simulate`: who is hit by it, and is everyone else still safe?
+
+    ``keeps-command``: it flies on by its last command and hears no other, at its speed and in its
+    direction; the others see where that leads and keep out of its way.  ``loses-position``: the place it
+    reports and flies by is wrong by more and more, and nobody knows.  ``battery-drops``: its battery holds
+    less of a sudden; it flies home if its way there needs it.  ``link-late``: what it has to do for others
+    reaches it late.  ``gusts``: gusts about a mean wind blow all vehicles, or one, off their places.
+
+    The gusts are first-order Gauss-Markov, with the intensity and length of Dryden's model at low altitude
+    (MIL-F-8785C), drawn for each vehicle by itself.  How a model answers gusts nobody has measured: a
+    vehicle is carried along by a change of the wind until it has answered it, as late as a command.
+    """
+
+    kind: Annotated[FaultKind, Key("what goes wrong")]
+    vehicle: Annotated[
+        str | None, Key("vehicle it befalls; all of them where not given, by gusts alone")
+    ] = None
+    at_s: Annotated[float, Key("when it begins", "s", _TIME)] = 0.0
+    lasts_s: Annotated[
+        float | None,
+        Key(
+            "for so long a command is kept or a link is late; to the end where not given",
+            "s",
+            _TIME,
+        ),
+    ] = None
+    drift_m_s: Annotated[
+        float | None, Key("by which its position errs more and more", "m/s", Range(0.0, 100.0))
+    ] = None
+    toward_deg: Annotated[
+        float | None,
+        Key(
+            "where a vehicle that has lost its position drifts to, clockwise from north; drawn by the "
+            "seed where not given",
+            "°",
+            Range(0.0, 360.0),
+        ),
+    ] = None
+    charge_left: Annotated[
+        float | None,
+        Key(
+            "what its battery then holds at most, over what was usable at its take-off",
+            range=Range(0.0, 1.0),
+        ),
+    ] = None
+    late_s: Annotated[
+        float | None, Key("how late it does what it has to do for others", "s", Range(0.0, 60.0))
+    ] = None
+    wind_m_s: Annotated[
+        float | None,
+        Key("mean wind 6 m above the ground that the gusts belong to", "m/s", Range(0.0, 60.0)),
+    ] = None
+
+    def inconsistencies(self) -> Problems:
+        """Yield what does not fit together."""
+        own = _OF_FAULT[self.kind]
+        for key in own:
+            if getattr(self, key) is None:
+                yield key, f"is missing: {self.kind} needs it"
+        others = {key for keys in _OF_FAULT.values() for key in keys} - {*own}
+        if self.kind is not FaultKind.LOSES_POSITION:
+            others.add("toward_deg")
+        if self.kind not in {FaultKind.KEEPS_COMMAND, FaultKind.LINK_LATE}:
+            others.add("lasts_s")
+        for key in sorted(others):
+            if getattr(self, key) is not None:
+                yield key, f"is no key of {self.kind}"
+        if self.vehicle is None and self.kind is not FaultKind.GUSTS:
+            yield "vehicle", f"is missing: {self.kind} befalls one"
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether it is another by another seed."""
+        is_adrift = self.kind is FaultKind.LOSES_POSITION and self.toward_deg is None
+        return is_adrift or self.kind is FaultKind.GUSTS
+
+
 class Fleet(Value):
     """All that a fleet file says, by the names it gives; paths are as they are opened."""
 
@@ -468,6 +566,8 @@ class Fleet(Value):
     layers: Layers | None = None
     swarm: SwarmTask | None = None
     """``None``: the vehicles do jobs."""
+    faults: Mapping[str, Fault] = field(default_factory=dict)
+    """What goes wrong in a simulation."""
     swap: Swap | None = None
     """``None``: no packs are given."""
     digest: str = ""

@@ -16,6 +16,7 @@ from planner.errors import FleetFileError, MavjouleError, described, nearest_hin
 from planner.files import read_bounded, toml_document
 from planner.fleet.fleet import (
     Charger,
+    Fault,
     Fleet,
     FleetOperation,
     FleetVehicle,
@@ -58,6 +59,7 @@ _NAMED: Mapping[type[NamedPart], str] = {
     Pad: "pad",
     Job: "job",
     Sortie: "sortie",
+    Fault: "fault",
 }
 TABLES = ("operation", "conditions", "separation", "layers", "swarm", "swap", *_NAMED.values())
 """Tables of a fleet file, in the order of the documentation."""
@@ -70,6 +72,7 @@ _REFERENCES: Mapping[type[NamedPart], Mapping[str, str]] = {
     Pack: {"fits": "vehicle"},
     Charger: {"packs": "pack"},
     Sortie: {"job": "job", "vehicle": "vehicle", "pack": "pack", "pad": "pad"},
+    Fault: {"vehicle": "vehicle"},
 }
 """Keys that name another table, and which."""
 
@@ -182,6 +185,7 @@ class _FleetReading(Reading):
             pads=dict(_right(named, Pad)),
             jobs=dict(_right(named, Job)),
             sorties=dict(_right(named, Sortie)),
+            faults=dict(_right(named, Fault)),
             operation=self._single(document, "operation", FleetOperation) or FleetOperation(),
             separation=self._single(document, "separation", Separation),
             layers=self._single(document, "layers", Layers),

@@ -21,6 +21,7 @@ from planner.report.text import (
 from planner.service.fleet_timeline import energy_by_time
 from planner.service.swarm import GOAL_FRACTIONS
 from planner.service.swarm_agents import AgentsRow, Statistic, SwarmRun
+from planner.service.swarm_faults import fault_text
 from planner.service.swarm_timeline import swarm_timeline
 from planner.values import field_names
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from planner.service.fleet_timeline import FleetTimeline
     from planner.service.swarm import SwarmAgent, SwarmResult
     from planner.service.swarm_agents import SwarmNumbers
+    from planner.service.swarm_faults import FaultOutcome, SwarmFaultReport
 
 _SHOWN = 5
 """Closest approaches in the text. [-]"""
@@ -48,6 +50,7 @@ _OF_AGENT = (
     "has_landed",
 )
 _OF_BATTERY = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
+_OF_FAULT = ("kind", "vehicle", "at_s", "lasts_s")
 _OF_APPROACH = ("first", "second", "distance_m", "time_s")
 _OF_GROUP = ("energy_wh", "makespan_s", "distance_m", "stops", "waited_s", "energy_by_state_wh")
 _FLIES = (AgentPhase.CLIMBS, AgentPhase.FLIES, AgentPhase.LANDS)
@@ -83,6 +86,8 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
             for one in nearest
         ]
         lines += table_lines(rows, alignment="<>>")
+    if result.faults is not None:
+        lines += ["", *fault_lines(result.faults)]
     problems, notes = by_weight(result.findings)
     lines.append("")
     for finding in problems:
@@ -97,6 +102,30 @@ def swarm_headline(result: SwarmResult) -> str:
     """Return what was simulated, in a line."""
     agents = quantity.count(len(result.agents), "agent")
     return f"{agents}: {result.algorithm}, avoidance {result.policy}, seed {result.seed}"
+
+
+def fault_lines(faults: SwarmFaultReport) -> list[str]:
+    """Return what faults led to, and whether everyone else is still safe, a line each."""
+    rows = [(one.name, fault_text(one.fault), outcome_text(one)) for one in faults.outcomes]
+    return ["Faults:", *table_lines(rows, alignment="<<<"), f"Everyone else: {others_text(faults)}"]
+
+
+def outcome_text(outcome: FaultOutcome) -> str:
+    """Return what one fault led to, in a line."""
+    if not outcome.agents:
+        return "not tried"
+    hits = quantity.count(len(outcome.hits), "pair too near", "pairs too near")
+    found = [hits] * bool(outcome.hits)
+    found += [f"{name} {why}" for name, why in outcome.lost.items()]
+    return "; ".join(found) or "survived"
+
+
+def others_text(faults: SwarmFaultReport) -> str:
+    """Return whether everyone without a fault of its own is safe."""
+    if not faults.others:
+        return "there is nobody"
+    agents = quantity.count(len(faults.others), "agent")
+    return f"{agents}, {'safe' if faults.are_others_safe else 'NOT SAFE'}"
 
 
 def states_text(energy_by_state_wh: Mapping[str, float]) -> str:
@@ -187,7 +216,25 @@ def swarm_document(result: SwarmResult, timeline: FleetTimeline, *, version: str
             | {"time_s": one.time_s.tolist(), "distance_m": one.planned_m.tolist()}
             for one in timeline.pairs
         ],
+        "faults": None if result.faults is None else _fault_document(result.faults),
         "findings": [finding_document(one) for one in result.findings],
+    }
+
+
+def _fault_document(faults: SwarmFaultReport) -> Document:
+    return {
+        "others": [*faults.others],
+        "are_others_safe": faults.are_others_safe if faults.others else None,
+        "outcomes": [
+            {
+                "name": one.name,
+                **values(one.fault, _OF_FAULT),
+                "agents": [*one.agents],
+                "hits": [values(near, _OF_APPROACH) for near in one.hits],
+                "lost": [{"agent": name, "why": why} for name, why in one.lost.items()],
+            }
+            for one in faults.outcomes
+        ],
     }
 
 
@@ -308,7 +355,8 @@ def swarm_trace(result: SwarmResult) -> dict[str, Sequence[object]]:
     """Return every step of every agent as columns: what is true at the beginning of the step.
 
     ``least_distance_m`` is between any two agents in the air during the step, as far as it is within five
-    separations; ``goal_fraction`` is of the whole swarm.
+    separations; ``goal_fraction`` is of the whole swarm.  Places are where agents are: ``displaced_m`` from
+    where they report to be.
     """
     record, agents = result.record, result.agents
     begin_s, count = record.begin_s[:-1], len(result.agents)
@@ -326,6 +374,9 @@ def swarm_trace(result: SwarmResult) -> dict[str, Sequence[object]]:
             power_w[:, row] = np.where(flies, one.flight.power_w(own_s), 0.0)
             energy_wh[:, row] = np.interp(own_s, *energy_by_time(one.flight))
     speed_m_s = np.hypot(record.velocity_m_s[:-1, :, 0], record.velocity_m_s[:-1, :, 1])
+    displaced_m = np.hypot(
+        *np.moveaxis(np.broadcast_to(record.carried_m, record.place_m.shape), -1, 0)
+    )
     steps: dict[str, Sequence[object]] = {
         "time_s": np.repeat(np.round(begin_s, 3), count).tolist(),
         "agent": [one.name for one in agents] * len(begin_s),
@@ -337,6 +388,7 @@ def swarm_trace(result: SwarmResult) -> dict[str, Sequence[object]]:
         ("longitude_deg", longitude_deg, 8),
         ("height_above_home_m", height_m, 3),
         ("ground_speed_m_s", speed_m_s, 3),
+        ("displaced_m", displaced_m[:-1], 3),
         ("power_w", power_w, 3),
         ("energy_wh", energy_wh, 4),
         ("least_distance_m", np.repeat(result.distances.least_m, count), 3),

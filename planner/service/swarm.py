@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from functools import lru_cache
-from typing import TYPE_CHECKING
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.fleet.fleet import LATEST_S, Fleet, SwarmAlgorithm
+from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
 from planner.fleet.swarm.dynamics import Dynamics
+from planner.fleet.swarm.faults import SwarmFaults
 from planner.fleet.swarm.flights import Record, agent_flight, first_landing
 from planner.fleet.swarm.policies import POLICIES
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
@@ -31,6 +32,7 @@ from planner.mission.route.stage import Route, Stage, StageKind
 from planner.physics.response import StepResponse, TransferFunction
 from planner.quantity import mean_of
 from planner.service.fleet import initial_charge, setup_with
+from planner.service.swarm_faults import drop_of, fault_findings, judge_faults, with_drop
 from planner.service.swarm_missions import fly_as_filed, fly_giving_way
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
-    from planner.fleet.fleet import FleetVehicle, Pack, SwarmTask
+    from planner.fleet.fleet import Fault, FleetVehicle, Pack, SwarmTask
     from planner.fleet.swarm.algorithms import Algorithm
     from planner.fleet.swarm.coverage import Coverage
     from planner.fleet.swarm.distances import Approach, Distances
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
+    from planner.service.swarm_faults import SwarmFaultReport
     from planner.service.swarm_missions import FiledFlights
     from planner.setup import Setup
 
@@ -62,6 +65,8 @@ _HOUR_S = 3600.0
 _BATTERY_S = 10.0
 """How often an agent asks whether its battery still brings it home. [s]"""
 
+_OF_MISSIONS = {FaultKind.BATTERY_DROPS}
+"""What can go wrong with missions as filed, which are flown along their tracks."""
 _LEAVES_TRACKS = (
     "missions are flown along their tracks, which orca-stop leaves: choose the policy stop or none"
 )
@@ -153,6 +158,8 @@ class SwarmAgent(Value, eq=False):
     """``None``: not known. [Wh]"""
     energy_by_state_wh: Mapping[str, float]
     battery: BatteryBudget | None = None
+    empty_s: float | None = None
+    """When a battery that drops is empty before the landing. [s]"""
 
     @property
     def time_s(self) -> float:
@@ -185,6 +192,8 @@ class SwarmResult(Value, eq=False):
     findings: tuple[Finding, ...]
     coverage: Coverage | None = None
     """What of the area was seen when; ``None``: there is no area, or nobody knows how far its agents see."""
+    faults: SwarmFaultReport | None = None
+    """What faults led to; ``None``: there is none."""
     is_cut_short: bool = False
     """Whether the simulation was interrupted."""
 
@@ -303,17 +312,29 @@ def simulate_fleet(
     agents = [body.agent for body in bodies]
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     kept = _policy(policy)
+    moving = tuple(one for one in fleet.faults.values() if one.kind is not FaultKind.BATTERY_DROPS)
+    faults = None
+    if moving:
+        faults = partial(
+            SwarmFaults,
+            moving,
+            tuple(one.name for one in agents),
+            height_m=task.height_m,
+            seed=seed,
+        )
+    drops = [drop_of(fleet, one.name) for one in agents]
     swarm = Swarm(
         agents,
         _algorithm(task, frame, agents, seed) if algorithm is None else algorithm,
         kept,
         separation_m=separation_m,
         until_s=_HOUR_S if until_s is None else until_s,
+        faults=faults,
     )
     steps: list[Step] = []
     is_cut_short = False
     try:
-        for step in swarm.run(_Batteries(bodies)):
+        for step in swarm.run(_Batteries(bodies, drops)):
             steps.append(step)
             if on_step is not None:
                 on_step(f"{quantity.duration(step.end_s)} simulated")
@@ -323,12 +344,24 @@ def simulate_fleet(
         is_cut_short = True
     record = Record.of(steps, swarm)
     distances = predict_distances(record, tuple(one.name for one in agents), separation_m)
-    flown = tuple(_flown(record, row, body) for row, body in enumerate(bodies))
+    flown = tuple(
+        with_drop(_flown(record, row, body), drop)
+        for row, (body, drop) in enumerate(zip(bodies, drops, strict=True))
+    )
     allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
     area = _search_area(task, frame)
     coverage = None if area is None else predict_coverage(record, area)
+    too_near = [one for one in distances.nearest if one.distance_m < allowed_m]
+    report = judge_faults(
+        fleet,
+        flown,
+        record,
+        vehicles=[one.name for one in agents],
+        errors_m=[one.error_m for one in agents],
+        too_near=too_near,
+    )
     findings = (
-        *_findings(flown, distances, swarm, allowed_m),
+        *_findings(flown, [(allowed_m, one) for one in too_near], swarm.deadlock, report),
         *_unseen(coverage, task),
         *_late(flown, fleet.operation.latest_s),
     )
@@ -346,6 +379,7 @@ def simulate_fleet(
         frame=frame,
         findings=findings,
         coverage=coverage,
+        faults=report,
         is_cut_short=is_cut_short,
     )
 
@@ -361,6 +395,7 @@ def _simulate_missions(
     if policy not in {"none", "stop"}:
         _policy(policy)
         raise UsageError(_LEAVES_TRACKS)
+    _refuse_faults(fleet)
     latest_s = LATEST_S if until_s is None else until_s
     if policy == "none":
         filed = fly_as_filed(fleet, until_s=latest_s)
@@ -371,11 +406,22 @@ def _simulate_missions(
                 on_step(f"{quantity.duration(time_s)} simulated")
 
         filed = fly_giving_way(fleet, until_s=latest_s, on_event=on_event)
-    agents = tuple(_sortie_flown(filed, row) for row in range(len(filed.sorties)))
-    findings = [_too_near(near, required_m) for required_m, near in filed.approaches]
+    vehicles = [one.sortie.vehicle for one in filed.sorties]
+    agents = tuple(
+        with_drop(_sortie_flown(filed, row), drop_of(fleet, vehicle))
+        for row, vehicle in enumerate(vehicles)
+    )
+    report = judge_faults(
+        fleet,
+        agents,
+        filed.record,
+        vehicles=vehicles,
+        errors_m=[fleet.vehicles[one].setup.position_error_m for one in vehicles],
+        too_near=[near for _, near in filed.approaches],
+    )
+    findings = _findings(agents, filed.approaches, filed.deadlock, report)
     findings += [SWARM_SEPARATION.finding(message) for message in filed.incomparable]
     findings += [SWARM_ENERGY.finding(message) for message in filed.uncharged]
-    findings += [*_deadlock_findings(filed.deadlock), *_agent_findings(agents)]
     findings += _late(agents, fleet.operation.latest_s)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
@@ -392,8 +438,20 @@ def _simulate_missions(
         record=filed.record,
         frame=filed.frame,
         findings=tuple(findings),
+        faults=report,
         is_cut_short=filed.is_cut_short,
     )
+
+
+def _refuse_faults(fleet: Fleet) -> None:
+    """Raise ``UsageError`` for what cannot go wrong with missions as filed."""
+    for name, one in fleet.faults.items():
+        if one.kind not in _OF_MISSIONS:
+            msg = (
+                f"{fleet.source}: fault.{name}: {one.kind} leads off the tracks that missions as filed are "
+                "simulated along: simulate an algorithm of [swarm], or leave it out with --faults"
+            )
+            raise UsageError(msg)
 
 
 def _sortie_flown(filed: FiledFlights, row: int) -> SwarmAgent:
@@ -641,14 +699,19 @@ class _Batteries:
     what it takes from full speed; the energy of its flight is predicted from the whole of it afterwards.
     """
 
-    def __init__(self, bodies: Sequence[_Body]) -> None:
+    def __init__(self, bodies: Sequence[_Body], drops: Sequence[Fault | None]) -> None:
         self._home_m = np.array([(one.agent.east_m, one.agent.north_m) for one in bodies])
         self._speed = np.array([one.agent.speed_m_s for one in bodies])
-        figures = [_figures_wh(one) for one in bodies]
-        self._left_wh = np.array([one[0] for one in figures])
-        self._power_w = np.array([one[1] for one in figures])
-        self._brake_wh = np.array([one[2] for one in figures])
-        self._landing_wh = np.array([one[3] for one in figures])
+        figures = [_figures(one) for one in bodies]
+        self._left_wh, self._power_w, self._brake_wh, self._landing_wh = (
+            np.array([getattr(one, name) for one in figures])
+            for name in ("left_wh", "power_w", "brake_wh", "landing_wh")
+        )
+        self._drops = [
+            (row, drop.at_s, (drop.charge_left or 0.0) * one.usable_wh - one.reserve_wh)
+            for row, (drop, one) in enumerate(zip(drops, figures, strict=True))
+            if drop is not None
+        ]
         self._asked_s = 0.0
         self._was_braking = np.zeros(len(bodies), np.bool_)
         self._returns = np.zeros(len(bodies), np.bool_)
@@ -662,6 +725,9 @@ class _Batteries:
         )
         self._left_wh = self._left_wh - np.where(brakes & ~self._was_braking, self._brake_wh, 0.0)
         self._was_braking = brakes
+        for row, at_s, most_wh in self._drops:
+            if step.begin_s <= at_s < step.end_s:
+                self._left_wh[row] = min(self._left_wh[row], most_wh)
         if step.end_s >= self._asked_s + _BATTERY_S:
             self._asked_s = step.end_s
             way_m = np.hypot(*(step.place_m - self._home_m).T)
@@ -673,25 +739,40 @@ class _Batteries:
         return self._returns
 
 
-def _figures_wh(body: _Body) -> tuple[float, float, float, float]:
-    """Return what a vehicle has for its level flight, what that takes, [W], one braking and the landing."""
+class _Figures(NamedTuple):
+    """What an agent counts its battery by."""
+
+    left_wh: float = math.inf
+    """For its level flight, above the reserve. [Wh]"""
+    power_w: float = 0.0
+    brake_wh: float = 0.0
+    """Of one braking. [Wh]"""
+    landing_wh: float = 0.0
+    usable_wh: float = math.inf
+    """At the take-off. [Wh]"""
+    reserve_wh: float = 0.0
+
+
+def _figures(body: _Body) -> _Figures:
     flight, setup = body.vertical, body.setup
     segments = wh_from_j(flight.segment_energy_j)
     lands = first_landing(flight.motion)
     budget = flight_battery(flight, setup).budget
     if budget is None:
-        return math.inf, 0.0, 0.0, 0.0
+        return _Figures()
     power_w = max(_level_power_w(body, 0.0), _level_power_w(body, body.agent.speed_m_s))
     brake = setup.vehicle.responses.brake_power
     brake_wh = 0.0
     if brake is not None:
         joules = -body.agent.speed_m_s * float(brake.unit_step.integral(brake.window_s))
         brake_wh = max(float(wh_from_j(joules)), 0.0)
-    return (
-        budget.above_reserve_wh - float(segments[:lands].sum()),
-        power_w,
-        brake_wh,
-        float(segments[lands:].sum()),
+    return _Figures(
+        left_wh=budget.above_reserve_wh - float(segments[:lands].sum()),
+        power_w=power_w,
+        brake_wh=brake_wh,
+        landing_wh=float(segments[lands:].sum()),
+        usable_wh=budget.usable_wh,
+        reserve_wh=budget.reserve_wh,
     )
 
 
@@ -739,12 +820,27 @@ def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
 
 
 def _findings(
-    flown: Sequence[SwarmAgent], distances: Distances, swarm: Swarm, allowed_m: float
+    flown: Sequence[SwarmAgent],
+    too_near: Sequence[tuple[float, Approach]],
+    deadlock: Sequence[str],
+    faults: SwarmFaultReport | None,
 ) -> list[Finding]:
-    found = [
-        _too_near(near, allowed_m) for near in distances.nearest if near.distance_m < allowed_m
+    """Return what is found of agents and of every two that come nearer than is required."""
+    text_of = {near: _too_near_text(near, required_m) for required_m, near in too_near}
+    outcomes = () if faults is None else faults.outcomes
+    by_faults = {near for one in outcomes for near in one.hits}
+    lost = {name for one in outcomes for name in one.lost}
+    return [
+        *(
+            SWARM_SEPARATION.finding(text)
+            for near, text in text_of.items()
+            if near not in by_faults
+        ),
+        *fault_findings(faults, text_of.__getitem__),
+        *_deadlock_findings(deadlock),
+        *_agent_findings([one for one in flown if one.name not in lost]),
+        _unchecked(),
     ]
-    return [*found, *_deadlock_findings(swarm.deadlock), *_agent_findings(flown)]
 
 
 def _deadlock_findings(members: Sequence[str]) -> Iterator[Finding]:
@@ -753,8 +849,8 @@ def _deadlock_findings(members: Sequence[str]) -> Iterator[Finding]:
         yield SWARM_DEADLOCK.finding(f"{', '.join(members)} {verb} and cannot go on")
 
 
-def _too_near(near: Approach, required_m: float) -> Finding:
-    return SWARM_SEPARATION.finding(
+def _too_near_text(near: Approach, required_m: float) -> str:
+    return (
         f"{near.first} and {near.second}: {quantity.distance(near.distance_m)} apart at "
         f"{quantity.duration(near.time_s)}; {quantity.distance(required_m)} required"
     )
@@ -769,11 +865,14 @@ def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
             yield SWARM_ENERGY.finding(f"{one.name}: its power or its battery is not known")
         elif one.battery.margin_wh < 0.0:
             yield SWARM_ENERGY.finding(
-                f"{one.name} takes {quantity.energy(one.energy_wh)}, "
-                f"{quantity.energy(-one.battery.margin_wh)} more than its pack has above the reserve"
+                f"{one.name} takes {quantity.energy(one.energy_wh)} and lands "
+                f"{quantity.energy(-one.battery.margin_wh)} below the reserve of its pack"
             )
+
+
+def _unchecked() -> Finding:
     message = (
         "fences, ground, wind limits, voltages, returns and the autopilot's failsafes were not "
         "looked at"
     )
-    yield SWARM_UNCHECKED.finding(message)
+    return SWARM_UNCHECKED.finding(message)

@@ -240,10 +240,11 @@ def simulate_numbers(
         msg = f"{fleet.source}: has {have}: numbers of agents must be from 1 to that"
         raise UsageError(msg)
     is_drawn = algorithm is not None or task.algorithm is SwarmAlgorithm.RANDOM
+    is_drawn |= any(one.is_drawn for one in fleet.faults.values())
     draws = [*seeds] if is_drawn else [*seeds][:1]
     asked = [
         _Asked(
-            fleet=replace(fleet, vehicles=dict(islice(fleet.vehicles.items(), count))),
+            fleet=_of_first(fleet, count),
             seed=seed,
             policy=policy,
             algorithm=algorithm,
@@ -277,6 +278,17 @@ def simulate_numbers(
     if found.chosen:
         return found
     return replace(found, findings=(SWARM_NUMBERS.finding(_why_none(found)),))
+
+
+def _of_first(fleet: Fleet, count: int) -> Fleet:
+    """Return a fleet of the first vehicles of another, and what goes wrong with them."""
+    vehicles = dict(islice(fleet.vehicles.items(), count))
+    faults = {
+        name: one
+        for name, one in fleet.faults.items()
+        if one.vehicle is None or one.vehicle in vehicles
+    }
+    return replace(fleet, vehicles=vehicles, faults=faults)
 
 
 def _why_none(numbers: SwarmNumbers) -> str:

@@ -20,6 +20,7 @@ from planner.service.fleet_timeline import (
     thinned_track,
 )
 from planner.service.swarm import SWARM_SEPARATION
+from planner.service.swarm_faults import SWARM_FAULT_HITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -151,7 +152,7 @@ def _marks(
     found = [
         (finding, approaches[names])
         for finding in result.findings
-        if finding.code == SWARM_SEPARATION.code
+        if finding.code in {SWARM_SEPARATION.code, SWARM_FAULT_HITS.code}
         for names in approaches
         if finding.message.startswith(names)
     ]

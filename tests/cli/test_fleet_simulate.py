@@ -116,3 +116,18 @@ def test_a_parquet_trace_holds_the_columns_of_the_csv_or_says_what_it_needs(
     assert len(table) == len(rows)
     for found, row in zip(table, rows, strict=True):
         assert {key: "" if value is None else str(value) for key, value in found.items()} == row
+
+
+def test_faults_of_the_file_are_chosen_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "fleet.toml"
+    fault = '[fault.gps]\nkind = "loses-position"\nvehicle = "b"\ndrift_m_s = 0.2\n'
+    file.write_text("schema = 1\n" + formation(20.0) + fault, encoding="utf-8")
+    call = ["fleet", "simulate", str(file), "--policy", "none"]
+    assert main(call) == 1
+    assert "Faults:" in capsys.readouterr().out
+    assert main([*call, "--faults", "none"]) == 0
+    assert "Faults:" not in capsys.readouterr().out
+    assert main([*call, "--faults", "gpd"]) == 2
+    assert "has no [fault.gpd]" in capsys.readouterr().err

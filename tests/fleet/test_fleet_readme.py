@@ -13,6 +13,7 @@ from key_tables import section
 
 from planner.fleet.fleet import (
     Charger,
+    Fault,
     FleetOperation,
     Job,
     Layers,
@@ -50,6 +51,7 @@ NAMED: Mapping[str, type[Part]] = {
     "pad": Pad,
     "job": Job,
     "sortie": Sortie,
+    "fault": Fault,
 }
 
 

@@ -91,6 +91,7 @@ def drawn_disks(seed: int) -> tuple[Disks, np.ndarray, np.ndarray]:
         velocity_m_s=draw.uniform(-4.0, 4.0, (count, 2)),
         radius_m=draw.uniform(1.0, 4.0, count),
         speed_m_s=np.full(count, 5.0),
+        evades=np.ones(count, np.bool_),
     )
     others = np.array([[c for c in range(count) if c != row] for row in range(count)])
     return disks, others, draw.uniform(-4.0, 4.0, (count, 2))

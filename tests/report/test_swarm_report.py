@@ -125,3 +125,28 @@ def _other_keys(found: Any, listed: Any, where: str = "") -> Iterator[str]:  # n
             yield from _other_keys(found[key], listed[key], f"{where}.{key}")
     elif isinstance(listed, list):
         yield from _other_keys(found[0], listed[0], where)
+
+
+def test_what_faults_led_to_is_in_text_and_json() -> None:
+    fault = (
+        '[fault.gps]\nkind = "loses-position"\nvehicle = "b"\ndrift_m_s = 0.2\ntoward_deg = 270\n'
+    )
+    result = simulated(formation(20.0), fault, policy="none")
+    text = swarm_text(result, medium=Medium())
+    assert "gps  b errs about its position by 0.2 m/s from 0:00 on" in text
+    assert "Everyone else: 1 agent, NOT SAFE" in text
+    faults = json.loads(swarm_json(result, version="1"))["faults"]
+    [outcome] = faults["outcomes"]
+    assert (outcome["name"], outcome["kind"], outcome["agents"]) == ("gps", "loses-position", ["b"])
+    assert faults["others"] == ["a"]
+    assert faults["are_others_safe"] is False
+    [hit] = outcome["hits"]
+    assert hit["distance_m"] == pytest.approx(
+        20.0 - 0.2 * hit["time_s"], abs=0.05
+    )  # pads by degrees
+    [lost] = outcome["lost"]
+    assert lost["agent"] == "b"
+    displaced = swarm_trace(result)["displaced_m"]
+    assert np.array(displaced, np.float64).max() == pytest.approx(
+        0.2 * result.record.begin_s[-2], abs=1e-3
+    )

@@ -229,6 +229,23 @@ def ended(late_s: float) -> tuple[Finding, ...]:
     return simulated(f"[operation]\nlatest_s = {ends_s!r}\n", formation(20.0)).findings
 
 
+def adrift(off_m: float, toward_deg: float) -> tuple[Finding, ...]:
+    """Two 20 m apart, the western of which is so far off to somewhere when it has landed."""
+    landed_s = simulated(formation(20.0), policy="none").landed_s
+    keys = f"drift_m_s = {off_m / landed_s!r}\ntoward_deg = {toward_deg!r}\n"
+    fault = f'[fault.f]\nkind = "loses-position"\nvehicle = "a"\n{keys}'
+    return simulated(formation(20.0), fault, policy="none").findings
+
+
+def drops_late(early_s: float) -> tuple[Finding, ...]:
+    """A battery that drops so long before the landing."""
+    at_s = simulated(formation(20.0), policy="none").agents[0].time_s - early_s
+    fault = (
+        f'[fault.f]\nkind = "battery-drops"\nvehicle = "a"\ncharge_left = 1.0\nat_s = {at_s!r}\n'
+    )
+    return simulated(formation(20.0), fault, policy="none").findings
+
+
 def numbers(late_s: float) -> tuple[Finding, ...]:
     """Two agents, the last of which lands so long after they are to have."""
     ends_s = simulated(formation(20.0)).landed_s - late_s
@@ -361,6 +378,22 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S131": RuleCases(
         fires=lambda: packed(0.99), boundary=lambda: packed(1.01), silent=lambda: packed(5.0)
+    ),
+    "S134": RuleCases(
+        # 20 m less 5 m are the 10 m and 2.5 m of each; the last step may end half a second later
+        fires=lambda: adrift(5.1, 90.0),
+        boundary=lambda: adrift(4.95, 90.0),
+        silent=lambda: adrift(2.0, 90.0),
+    ),
+    "S135": RuleCases(
+        fires=lambda: adrift(2.55, 270.0),
+        boundary=lambda: adrift(2.48, 270.0),
+        silent=lambda: adrift(1.0, 270.0),
+    ),
+    "S136": RuleCases(
+        fires=lambda: drops_late(0.0),
+        boundary=lambda: drops_late(0.001),
+        silent=lambda: drops_late(60.0),
     ),
     "S137": RuleCases(
         fires=lambda: seen(9.0), boundary=lambda: seen(10.0), silent=lambda: seen(12.0)

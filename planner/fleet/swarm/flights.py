@@ -41,6 +41,7 @@ class Record(Value, eq=False):
     place_m: FloatArray
     """At the beginning of each, and at the end. (t + 1, n, 2) [m]"""
     velocity_m_s: FloatArray
+    """By its own motion, without what carries it."""
     command_m_s: FloatArray
     """(t, n, 2) [m s⁻¹]"""
     phase: IntArray
@@ -54,6 +55,8 @@ class Record(Value, eq=False):
     """At the end. (n,)"""
     height_m: FloatArray | None = None
     """Above the home of the first, of missions as filed; ``None``: in one plane. (t + 1, n) [m]"""
+    carried_m: FloatArray | float = 0.0
+    """From where each reports to be to its place, by what nobody knows of. (t + 1, n, 2) [m]"""
 
     @classmethod
     def of(cls, steps: Sequence[Step], swarm: Swarm) -> Record:
@@ -69,6 +72,7 @@ class Record(Value, eq=False):
             command_m_s=np.array([one.command_m_s for one in steps]),
             phase=np.array([one.phase for one in steps]),
             waits=np.array([one.waits for one in steps]),
+            carried_m=np.array([*(one.carried_m for one in steps), swarm.carried_m]),
         )
 
     @property
@@ -165,7 +169,8 @@ def _level(
     begin_s, duration_s = record.begin_s[flown], record.duration_s[flown]
     offset_s = np.zeros(len(flown))
     offset_s[0] = max(float(record.flies_s[row]) - float(begin_s[0]), 0.0)
-    place, after = record.place_m[flown, row], record.place_m[flown + 1, row]
+    own_m = record.place_m - record.carried_m
+    place, after = own_m[flown, row], own_m[flown + 1, row]
     velocity, then = record.velocity_m_s[flown, row], record.velocity_m_s[flown + 1, row]
     state = _states(velocity, record.command_m_s[flown, row], speed_m_s)
     width = duration_s[:, None]

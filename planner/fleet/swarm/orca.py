@@ -38,6 +38,8 @@ class Disks(Value, eq=False):
     """(n,) [m]"""
     speed_m_s: FloatArray
     """Greatest speed. (n,) [m s⁻¹]"""
+    evades: BoolArray
+    """Whether it does its half; else the others have all of it to do. (n,)"""
 
 
 class HalfPlanes(Value, eq=False):
@@ -91,7 +93,8 @@ def half_planes(
     leg_normal = side[..., None] * np.stack((-direction[..., 1], direction[..., 0]), axis=-1)
     normal = np.where(on_disk[..., None], w_unit, leg_normal)
     way = np.where(on_disk, radius / time_s - w_size, -(v * leg_normal).sum(axis=-1))
-    point = disks.velocity_m_s[own] + 0.5 * way[..., None] * normal
+    share = np.where(disks.evades[other], 0.5, 1.0)
+    point = disks.velocity_m_s[own] + (share * way)[..., None] * normal
     nobody = (neighbours < 0)[..., None]
     return HalfPlanes(point_m_s=np.where(nobody, 0.0, point), normal=np.where(nobody, 0.0, normal))
 

@@ -117,6 +117,7 @@ class OrcaStop(Value):
             + zones.radius_m
             + 0.5 * np.hypot(*(zones.end_m - zones.begin_m).T),
             speed_m_s=situation.speed_m_s,
+            evades=situation.is_led,
         )
         wanted = _turned_right(
             situation.wanted_m_s,
@@ -129,7 +130,8 @@ class OrcaStop(Value):
             tick_s=situation.tick_s,
         )
         best, is_possible = nearest_velocities_m_s(planes, wanted, situation.speed_m_s)
-        command = np.where(is_possible[:, None], best, 0.0)
+        # who takes off or lands stays over its pad
+        command = np.where((is_possible & situation.is_led)[:, None], best, 0.0)
         for part in _PARTS:
             may = situation.may(command)
             if may.all():

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
-from planner.fleet.swarm.situation import SWING, SwarmSituation
+from planner.fleet.swarm.situation import SWING, SwarmSituation, zones_ahead
 from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.fleet.swarm.algorithms import Algorithm
+    from planner.fleet.swarm.faults import SwarmFaults
     from planner.fleet.swarm.policies import Policy
 
 TICK_S = 0.5
@@ -83,6 +84,8 @@ class Step(Value, eq=False):
     wanted_m_s: FloatArray
     waits: BoolArray
     """Whether an agent does not get what it wants. (n,)"""
+    carried_m: FloatArray
+    """From where each reports to be to its place, by what nobody knows of. (n, 2) [m]"""
 
 
 class Meter(Protocol):
@@ -106,6 +109,8 @@ class Swarm:
     until_s : float
         When the simulation ends at the latest. [s]
     tick_s : float, optional
+    faults : callable, optional
+        Makes what goes wrong, from the dynamics of the agents.
     """
 
     def __init__(
@@ -117,16 +122,21 @@ class Swarm:
         separation_m: float,
         until_s: float,
         tick_s: float = TICK_S,
+        faults: Callable[[DynamicsStack], SwarmFaults] | None = None,
     ) -> None:
         self.agents = tuple(agents)
         self._algorithm, self._policy = algorithm, policy
         self._separation_m, self._until_s, self._tick_s = separation_m, until_s, tick_s
+        self._tick = 0
         self._dynamics = DynamicsStack([one.dynamics for one in agents], tick_s)
         self._home_m = np.array([(one.east_m, one.north_m) for one in agents]).reshape(-1, 2)
         self._speed, self._start_s, self._climb_s, self._landing_s, self._error_m = (
             np.array([getattr(one, name) for one in agents])
             for name in ("speed_m_s", "start_s", "climb_s", "landing_s", "error_m")
         )
+        self._faults = None if faults is None else faults(self._dynamics)
+        if self._faults is not None:
+            self._error_m = self._error_m + self._faults.gust_error_m
         self._settle_s = np.array(
             [np.nan if one.settle_s is None else one.settle_s for one in agents]
         )
@@ -147,7 +157,6 @@ class Swarm:
         self._waited_s = np.zeros(count)
         self._returns = np.zeros(count, np.bool_)
         self._turned_s = self._moved_s = 0.0
-        self._tick = 0
         self.deadlock: tuple[str, ...] = ()
         """Who could not go on at the end."""
 
@@ -164,11 +173,25 @@ class Swarm:
     @property
     def is_over(self) -> bool:
         """Whether all have landed, or cannot go on, or the time is over."""
-        return bool(self.has_landed.all() or self.deadlock or self.time_s >= self._until_s - 1e-9)
+        is_lost = False if self._faults is None else self._faults.is_lost(self.time_s)
+        is_done = bool((self.has_landed | is_lost).all())
+        return bool(is_done or self.deadlock or self.time_s >= self._until_s - 1e-9)
 
     def places(self) -> tuple[FloatArray, FloatArray]:
         """Return where agents are now, and how they move. (n, 2) [m], [m s⁻¹]"""
-        return self._motions.place_m.copy(), self._dynamics.velocity_m_s(self._motions)
+        return self._motions.place_m + self.carried_m, self._dynamics.velocity_m_s(self._motions)
+
+    @property
+    def carried_m(self) -> FloatArray:
+        """From where agents report to be to where they are. (n, 2) [m]"""
+        none = np.zeros_like(self._home_m)
+        return none if self._faults is None else self._faults.carried_m
+
+    @property
+    def _is_deaf(self) -> BoolArray:
+        """Who keeps its command, whatever it is told. (n,)"""
+        none = np.zeros(len(self.agents), np.bool_)
+        return none if self._faults is None else self._faults.is_deaf(self.time_s)
 
     def run(self, meter: Meter | None = None) -> Iterator[Step]:
         """Yield what happens, step by step."""
@@ -182,7 +205,9 @@ class Swarm:
             yield step
 
     def _stop_zones(self) -> Capsules:
-        return capsules_about(self._dynamics.stop_ways_m(self._motions), more_m=self._error_m)
+        ways_m = self._dynamics.stop_ways_m(self._motions)
+        zones = capsules_about(ways_m, more_m=self._error_m)
+        return zones_ahead(zones, self._dynamics, self._motions, self._is_deaf)
 
     @property
     def is_there(self) -> BoolArray:
@@ -193,8 +218,14 @@ class Swarm:
         """Go on by one step."""
         situation = self._situation()
         wanted = self._wanted(situation)
-        situation = replace(situation, wanted_m_s=wanted)
+        is_led = situation.is_led & (self._phase == AgentPhase.FLIES)
+        situation = replace(situation, wanted_m_s=wanted, is_led=is_led)
+        if self._faults is not None and self._policy.keeps_apart:
+            situation = self._faults.evading(situation)
+        wanted = situation.wanted_m_s
         command = self._policy.commands_m_s(situation)
+        if self._faults is not None:
+            command = self._faults.given_m_s(situation, command)
         wants = (wanted != 0.0).any(axis=1)
         waits = wants & (np.hypot(*command.T) < 0.5 * np.hypot(*wanted.T))
         ticks = self._ticks_to_skip(command, waits)
@@ -202,11 +233,12 @@ class Swarm:
             begin_s=self.time_s,
             end_s=self.time_s + ticks * self._tick_s,
             phase=self._phase.copy(),
-            place_m=situation.place_m,
+            place_m=situation.place_m + self.carried_m,
             velocity_m_s=situation.velocity_m_s,
             command_m_s=command,
             wanted_m_s=wanted,
             waits=waits,
+            carried_m=self.carried_m,
         )
         if ticks > 1:
             self._motions = self._dynamics.advanced_evenly(self._motions, ticks)
@@ -217,6 +249,8 @@ class Swarm:
         )
         self._note_arrivals(command, ticks)
         self._tick += ticks
+        if self._faults is not None:
+            self._faults.go_on(self.time_s)
         self._command = command
         self._waited_s = np.where(waits, self._waited_s + ticks * self._tick_s, 0.0)
         self._take_turns(wants, waits)
@@ -269,7 +303,8 @@ class Swarm:
         self.flies_s[up] = self._ready_s[up]
         down = (self._phase == AgentPhase.LANDS) & (self._ready_s <= self.time_s + 1e-9)
         self._phase[down] = AgentPhase.LANDED
-        ready = np.flatnonzero((self._phase == AgentPhase.WAITS) & (self._start_s <= ends_s))
+        waits = (self._phase == AgentPhase.WAITS) & ~self._is_deaf
+        ready = np.flatnonzero(waits & (self._start_s <= ends_s))
         for agent in ready[np.argsort(self._rank[ready])].tolist():
             there = np.flatnonzero(self.is_there & self._policy.keeps_apart)
             own = self.zones.select(np.full(len(there), agent))
@@ -299,6 +334,9 @@ class Swarm:
             rank=self._rank,
             waited_s=self._waited_s,
             is_there=self.is_there,
+            is_led=(self._phase == AgentPhase.FLIES) & ~self._is_deaf,
+            is_deaf=self._is_deaf,
+            is_evading=np.zeros_like(has_arrived),
             error_m=self._error_m,
             separation_m=self._separation_m,
             zones=self.zones,
@@ -320,26 +358,27 @@ class Swarm:
         Who stands from a moment between two ticks on flies for the rest of the tick only: so much slower in
         all of it.
         """
-        flies = self._phase == AgentPhase.FLIES
         goal = np.array(self._algorithm.goals_m(situation))
         at_home = self._returns & (self._goal_m == self._home_m).all(axis=1)
         goal[self._returns] = self._home_m[self._returns]
         goal[at_home & situation.has_arrived] = np.nan
-        done = flies & np.isnan(goal[:, 0])
+        done = situation.is_led & np.isnan(goal[:, 0])
         self._phase[done] = AgentPhase.LANDS
         self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
         self._ready_s[done] = (self.lands_s + self._landing_s)[done]
         # who is held back where it stands has not arrived at the goal after
         self._has_reached &= (goal == self._goal_m).all(axis=1)
         self._goal_m = goal
-        way = np.where((flies & ~done)[:, None], goal - situation.rest_m, 0.0)
+        goes = situation.is_led & ~done & ~np.isnan(goal[:, 0])
+        way = np.where(goes[:, None], goal - situation.rest_m, 0.0)
         late_s = np.where(np.isinf(self._ready_s), 0.0, self._ready_s - self.time_s)
         part = 1.0 - np.clip(late_s / self._tick_s, 0.0, 1.0)
         return self._dynamics.leading_m_s(self._motions, way, part * self._speed)
 
     def _ticks_to_skip(self, command: FloatArray, waits: BoolArray) -> int:
         """Return for how many ticks nothing can change: nobody comes near another or to its goal."""
-        if self._policy.needs_ticks or not self._dynamics.is_even(self._motions, command):
+        has_ticks = self._policy.needs_ticks or self._faults is not None
+        if has_ticks or not self._dynamics.is_even(self._motions, command):
             return 1
         speed = np.hypot(*command.T)
         going = speed > 0.0

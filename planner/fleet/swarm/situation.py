@@ -19,6 +19,11 @@ SWING = 1.5
 overshoot by less. [-]"""
 
 
+_AHEAD_S = 20.0
+"""For so long ahead the others keep out of the way of one that does not stop: enough to set out and to go
+15 m aside at 2 m/s, with the article's response. [s]"""
+
+
 class SwarmSituation(Value, eq=False):
     """All agents at one tick; rows are agents, east and north their columns."""
 
@@ -44,6 +49,12 @@ class SwarmSituation(Value, eq=False):
     """For how long each has not got what it wants. (n,) [s]"""
     is_there: BoolArray
     """Whether it is in the air, in the way of others. (n,)"""
+    is_led: BoolArray
+    """Whether it flies in the plane and does what it is told; others have all of the evading to do. (n,)"""
+    is_deaf: BoolArray
+    """Whether it keeps its command whatever it is told. (n,)"""
+    is_evading: BoolArray
+    """Whether it wants out of the way of such a one. (n,)"""
     error_m: FloatArray
     """How wrong its place may be. (n,) [m]"""
     separation_m: float
@@ -60,12 +71,14 @@ class SwarmSituation(Value, eq=False):
             motions = self.dynamics.advanced(motions, command_m_s)
             passed.append(motions.place_m[:, None])
         ways = np.concatenate((*passed[:-1], self.dynamics.stop_ways_m(motions)), axis=1)
-        return capsules_about(ways, more_m=self.error_m)
+        return zones_ahead(
+            capsules_about(ways, more_m=self.error_m), self.dynamics, motions, self.is_deaf
+        )
 
     def granted_zones(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
         """Return where agents may come by commands; of those that stop, where they might have come before."""
         after = self.zones_after(command_m_s, ticks)
-        stops = (command_m_s == 0.0).all(axis=1)
+        stops = (command_m_s == 0.0).all(axis=1) & ~self.is_deaf
         after.put(stops, self.zones.select(stops))
         return after
 
@@ -75,14 +88,35 @@ class SwarmSituation(Value, eq=False):
         The zone an agent then has keeps the separation from what every other may need: the zone it is in
         already, or, where it goes first by its rank and may go on, the one it then has.  So whatever the
         delay and the overshoot of their models, each agent can stop at every moment without coming too near
-        to where any other flies or stops.
+        to where any other flies or stops.  Who is too near already may do what brings it
+        no nearer.
         """
+        command_m_s = np.where(self.is_deaf[:, None], self.command_m_s, command_m_s)
         further_m = SWING * ticks * self.tick_s * float(self.speed_m_s.max(initial=0.0))
         pairs = near_pairs(self.zones, self.separation_m + 2.0 * further_m, self.is_there)
         if not len(pairs[0]):
             return np.ones(len(self.rank), np.bool_)
         after = self.granted_zones(command_m_s, ticks)
-        return _granted(self.zones, after, pairs, self.rank, self.separation_m)
+        rank = np.where(self.is_deaf, -1, self.rank)
+        return _granted(self.zones, after, pairs, rank, self.separation_m) | self.is_deaf
+
+
+def zones_ahead(
+    zones: Capsules, dynamics: DynamicsStack, motions: Motions, is_deaf: BoolArray
+) -> Capsules:
+    """Return zones in which those that keep their commands do not stop: they fly on for a while."""
+    if is_deaf.any():
+        ahead_m = dynamics.rest_m(motions) + _AHEAD_S * motions.reference
+        begin_m = np.where(is_deaf[:, None], motions.place_m, zones.begin_m)
+        end_m = np.where(is_deaf[:, None], ahead_m, zones.end_m)
+        return Capsules(begin_m=begin_m, end_m=end_m, radius_m=zones.radius_m)
+    return zones
+
+
+def _rests(zones: Capsules, flies_on: BoolArray) -> Capsules:
+    """Return where agents come to rest at last; of those that fly on, their ways."""
+    begin_m = np.where(flies_on[:, None], zones.begin_m, zones.end_m)
+    return Capsules(begin_m=begin_m, end_m=zones.end_m, radius_m=np.zeros(len(begin_m)))
 
 
 def _granted(
@@ -101,11 +135,20 @@ def _granted(
     apart = distances_m(
         every.select(np.concatenate((first + later, first + later, first))),
         every.select(np.concatenate((second + later, second, second + later))),
-    )
-    both, one, two = (apart >= separation_m).reshape(3, count)
+    ).reshape(3, count)
+    both, one, two = apart >= separation_m
     open_ = np.flatnonzero(~(both & one & two))
     if not len(open_):
         return granted
+    near = open_[
+        distances_m(zones.select(first[open_]), zones.select(second[open_])) < separation_m
+    ]
+    if len(near):
+        now, then = (_rests(one, rank < 0) for one in (zones, after))
+        low, high = first[near], second[near]
+        before_m = distances_m(now.select(low), now.select(high))
+        for each, its, other in ((both, then, then), (one, then, now), (two, now, then)):
+            each[near] |= distances_m(its.select(low), other.select(high)) >= before_m
     # (other, both go on, it alone goes on) of each agent that somebody may be in the way of
     others: dict[int, list[tuple[int, bool, bool]]] = {}
     rows = zip(

@@ -22,10 +22,13 @@ from planner.report.swarm import (
     numbers_document,
     numbers_headline,
     numbers_note,
+    others_text,
+    outcome_text,
     swarm_document,
     swarm_headline,
 )
 from planner.report.text import by_weight, closing_line, printable
+from planner.service.swarm_faults import fault_text
 from planner.service.swarm_timeline import swarm_timeline
 
 if TYPE_CHECKING:
@@ -114,6 +117,11 @@ def swarm_html(result: SwarmResult, *, version: str, made_at: datetime) -> str:
             "file": printable(result.file),
             "headline": f"{swarm_headline(result)}{cut}",
             "cards": [one for one in _numbers(document, "", _CARDS) if one is not None],
+            "faults": [
+                (one.name, fault_text(one.fault), outcome_text(one))
+                for one in (result.faults.outcomes if result.faults else ())
+            ],
+            "others": others_text(result.faults) if result.faults else "",
             "notes": _views(by_weight(result.findings)[1]),
             "charts": {name: _TITLES[name] for name in charts},
             "stills": stills,

@@ -1,0 +1,235 @@
+r"""What goes wrong in a simulation: commands that are kept or late, places that are wrong, gusts.
+
+Whatever carries an agent off the place it reports is a displacement :math:`d` that nobody knows of.  Of a
+gust :math:`w` it is what the agent has not answered yet, with the answer :math:`G` to commands as that to
+changes of the wind,
+
+.. math:: D(s) = \frac{1 - G(s) e^{-s T}}{s} W(s) ,
+
+so that an even wind ends up where the agent would have stopped from its speed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.fleet.fleet import FaultKind
+from planner.fleet.swarm.zones import Capsules, distances_m
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import BoolArray, FloatArray
+    from planner.fleet.fleet import Fault
+    from planner.fleet.swarm.dynamics import DynamicsStack
+    from planner.fleet.swarm.situation import SwarmSituation
+
+_FOOT_M = 0.3048
+_LOW_FT, _HIGH_FT = 10.0, 1000.0
+"""Heights that the model of gusts at low altitude holds for. [ft]"""
+_LIKELY = 3.0
+"""Gusts up to so many standard deviations are allowed for in the zones. [-]"""
+_MIDDLE_M = 1.0
+"""Nearer than this to the middle of a way both sides are as near. [m]"""
+_SETTLED_S = 120.0
+"""An agent has answered by then. [s]"""
+
+
+def gust_m_s(wind_m_s: float, height_m: float) -> tuple[float, float]:
+    r"""Return the standard deviation of level gusts, [m s⁻¹], and their length, [m].
+
+    Dryden's model at low altitude, MIL-F-8785C: :math:`\sigma_w = 0.1 u_{20}`,
+    :math:`\sigma_u = \sigma_w / (0.177 + 0.000823 h)^{0.4}` and
+    :math:`L_u = h / (0.177 + 0.000823 h)^{1.2}` with :math:`h` in feet.
+    """
+    height_ft = min(max(height_m / _FOOT_M, _LOW_FT), _HIGH_FT)
+    base = 0.177 + 0.000823 * height_ft
+    return 0.1 * wind_m_s / base**0.4, _FOOT_M * height_ft / base**1.2
+
+
+class SwarmFaults:
+    """What goes wrong for the agents of one simulation.
+
+    Parameters
+    ----------
+    faults : sequence of Fault
+    names : sequence of str
+        Of the vehicles of the agents.
+    dynamics : DynamicsStack
+        Of the agents.
+    height_m : float
+        Of their plane above the ground. [m]
+    seed : int
+        Of what is drawn.
+    """
+
+    def __init__(
+        self,
+        faults: Sequence[Fault],
+        names: Sequence[str],
+        dynamics: DynamicsStack,
+        *,
+        height_m: float,
+        seed: int,
+    ) -> None:
+        count, tick_s = len(names), dynamics.tick_s
+        self._dynamics = dynamics
+        self._keeps_s, self._late_s = np.full((2, count, 2), np.inf)
+        """From when until when."""
+        self._late_ticks = np.zeros(count, np.intp)
+        self._gusts_s, self._drifts_s = np.full((2, count), np.inf)
+        self._gust_m_s, self._length_s = np.zeros(count), np.ones(count)
+        self._drift_m_s = np.zeros((count, 2))
+        for number, one in enumerate(faults):
+            rows = [row for row, name in enumerate(names) if one.vehicle in {None, name}]
+            ends_s = math.inf if one.lasts_s is None else one.at_s + one.lasts_s
+            match one.kind:
+                case FaultKind.KEEPS_COMMAND:
+                    self._keeps_s[rows] = one.at_s, ends_s
+                case FaultKind.LINK_LATE:
+                    assert one.late_s is not None  # the table sees to it
+                    self._late_s[rows] = one.at_s, ends_s
+                    self._late_ticks[rows] = math.ceil(one.late_s / tick_s - 1e-9)
+                case FaultKind.LOSES_POSITION:
+                    assert one.drift_m_s is not None  # the table sees to it
+                    toward_deg = one.toward_deg
+                    if toward_deg is None:
+                        toward_deg = np.random.default_rng((seed, number)).uniform(0.0, 360.0)
+                    angle = math.radians(toward_deg)
+                    self._drifts_s[rows] = one.at_s
+                    self._drift_m_s[rows] = (
+                        one.drift_m_s * math.sin(angle),
+                        one.drift_m_s * math.cos(angle),
+                    )
+                case FaultKind.GUSTS:
+                    assert one.wind_m_s is not None  # the table sees to it
+                    sigma_m_s, length_m = gust_m_s(one.wind_m_s, height_m)
+                    self._gusts_s[rows] = one.at_s
+                    self._gust_m_s[rows] = sigma_m_s
+                    self._length_s[rows] = length_m / max(one.wind_m_s, 1e-9)
+        self._draws = [np.random.default_rng((seed, count + row)) for row in range(count)]
+        self._wind_m_s, self._blown_m = np.zeros((2, count, 2))
+        self._answer = dynamics.at_rest(np.zeros((count, 2)))
+        self._decided: list[tuple[FloatArray, BoolArray]] = []
+        self.carried_m = np.zeros((count, 2))
+        """From where agents report to be to where they are. (n, 2) [m]"""
+        self.gust_error_m = self._gust_error_m()
+        """How far likely gusts carry each, which is known of the weather. (n,) [m]"""
+
+    def is_deaf(self, time_s: float) -> BoolArray:
+        """Return who keeps its command, whatever it is told. (n,)"""
+        return _within(self._keeps_s, time_s)
+
+    def is_lost(self, time_s: float) -> BoolArray:
+        """Return who keeps it for ever. (n,)"""
+        return np.asarray(self.is_deaf(time_s) & np.isinf(self._keeps_s[:, 1]))
+
+    def evading(self, situation: SwarmSituation) -> SwarmSituation:
+        """Return a situation in which those in the way of one that keeps its command want out of it."""
+        wanted_m_s = np.where(situation.is_deaf[:, None], 0.0, situation.wanted_m_s)
+        is_evading = np.zeros(len(wanted_m_s), np.bool_)
+        for deaf in np.flatnonzero(situation.is_deaf & situation.is_there).tolist():
+            aside_m = _ways_aside_m(situation, deaf)
+            evades = aside_m.any(axis=1)
+            unit = aside_m[evades] / np.hypot(*aside_m[evades].T)[:, None]
+            wanted_m_s[evades] = situation.speed_m_s[evades, None] * unit
+            is_evading |= evades
+        return replace(situation, wanted_m_s=wanted_m_s, is_evading=is_evading)
+
+    def given_m_s(self, situation: SwarmSituation, command_m_s: FloatArray) -> FloatArray:
+        """Return the commands by which agents fly, of those that a policy decided on."""
+        wanted_m_s = situation.wanted_m_s
+        if situation.is_evading.any():
+            tried = np.where(situation.is_evading[:, None], wanted_m_s, command_m_s)
+            command_m_s = np.where(situation.may(tried)[:, None], tried, 0.0)
+        self._decided.append((command_m_s, (command_m_s != wanted_m_s).any(axis=1)))
+        del self._decided[: -1 - int(self._late_ticks.max(initial=0))]
+        command_m_s = command_m_s.copy()
+        late = _within(self._late_s, situation.time_s) & situation.is_led
+        for row in np.flatnonzero(late).tolist():
+            before = len(self._decided) - 1 - int(self._late_ticks[row])
+            decided, avoids = self._decided[max(before, 0)]
+            is_held = before >= 0 and avoids[row]
+            command_m_s[row] = decided[row] if is_held else wanted_m_s[row]
+        return np.where(situation.is_deaf[:, None], situation.command_m_s, command_m_s)
+
+    def go_on(self, end_s: float) -> None:
+        """Carry agents until the end of a tick."""
+        tick_s = self._dynamics.tick_s
+        left = np.exp(-tick_s / self._length_s)
+        blows = (self._gusts_s < end_s) & (self._gust_m_s > 0.0)
+        for row in np.flatnonzero(blows).tolist():
+            drawn = self._gust_m_s[row] * self._draws[row].standard_normal(2)
+            if self._gusts_s[row] < end_s - tick_s:  # not the first
+                fresh = math.sqrt(1.0 - left[row] ** 2)
+                drawn = left[row] * self._wind_m_s[row] + fresh * drawn
+            self._wind_m_s[row] = drawn
+        self._answer = self._dynamics.advanced(self._answer, self._wind_m_s)
+        self._blown_m = self._blown_m + tick_s * self._wind_m_s
+        adrift_s = np.clip(end_s - self._drifts_s, 0.0, None)
+        drifted_m = self._drift_m_s * np.where(np.isinf(self._drifts_s), 0.0, adrift_s)[:, None]
+        self.carried_m = self._blown_m - self._answer.place_m + drifted_m
+
+    def _gust_error_m(self) -> FloatArray:
+        """Return how far an even wind as strong as likely gusts carries each. (n,) [m]"""
+        dynamics, likely_m_s = self._dynamics, _LIKELY * self._gust_m_s
+        if not likely_m_s.any():
+            return likely_m_s
+        wind = np.stack((likely_m_s, np.zeros(len(likely_m_s))), axis=1)
+        motions = self._answer
+        for _ in range(round(_SETTLED_S / dynamics.tick_s)):
+            motions = dynamics.advanced(motions, wind)
+        return np.asarray(_SETTLED_S * likely_m_s - motions.place_m[:, 0])
+
+
+def _ways_aside_m(situation: SwarmSituation, deaf: int) -> FloatArray:
+    """Return how agents get out of the way of one that keeps its command. (n, 2) [m]
+
+    Who is in its way goes to the nearer side; who is in the middle of it to the one where nobody is.  Who is
+    in the way of one that goes aside goes ahead of it.
+    """
+    zones, count = situation.zones, len(situation.rank)
+    found = np.zeros((count, 2))
+    its = zones.select(np.full(count, deaf))
+    along = its.end_m[0] - its.begin_m[0]
+    length = float(np.hypot(*along))
+    if length <= 0.0:
+        return found  # where one stands, coming no nearer is enough
+    right = np.array([along[1], -along[0]]) / length
+    beside_m = (situation.rest_m - its.begin_m[0]) @ right
+    clear_m = situation.separation_m + its.radius_m + zones.radius_m
+    near = (distances_m(zones, its) < situation.separation_m) & situation.is_led
+    others = situation.is_there.copy()
+    others[deaf] = False
+
+    def in_way_of(row: int, aside_m: FloatArray) -> BoolArray:
+        begin_m = np.repeat(situation.rest_m[row, None], count, axis=0)
+        swept = Capsules(
+            begin_m=begin_m, end_m=begin_m + aside_m, radius_m=np.full(count, zones.radius_m[row])
+        )
+        blocks = (distances_m(swept, zones) < situation.separation_m) & others
+        blocks[row] = False
+        return blocks
+
+    asked = np.flatnonzero(near).tolist()
+    for row in asked:
+        side = 1.0 if beside_m[row] >= 0.0 else -1.0
+        ways_m = [
+            one * max(clear_m[row] - one * beside_m[row], 1.0) * right for one in (side, -side)
+        ]
+        is_middle = abs(beside_m[row]) < _MIDDLE_M and in_way_of(row, ways_m[0]).any()
+        found[row] = ways_m[int(is_middle and not in_way_of(row, ways_m[1]).any())]
+    while asked:
+        row = asked.pop()
+        blocks = in_way_of(row, found[row]) & situation.is_led & ~found.any(axis=1)
+        found[blocks] = found[row]
+        asked += np.flatnonzero(blocks).tolist()
+    return found
+
+
+def _within(spans_s: FloatArray, time_s: float) -> BoolArray:
+    return np.asarray((spans_s[:, 0] <= time_s + 1e-9) & (time_s < spans_s[:, 1] - 1e-9))

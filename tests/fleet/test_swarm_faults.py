@@ -1,0 +1,281 @@
+"""What goes wrong in a simulated swarm: who is hit, and whether everyone else is still safe."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_fleet import pad, place, sortie, up, vehicles
+from made_missions import mission, rtl
+from made_swarm import (
+    AT_ONCE,
+    G4,
+    MODEL,
+    SEPARATION_M,
+    agent,
+    drawn_swarm,
+    fleet_of,
+    search,
+    simulated,
+    with_faults,
+)
+
+from planner.errors import FleetFileError, UsageError
+from planner.fleet.fleet import Fault, FaultKind
+from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
+from planner.fleet.swarm.faults import SwarmFaults, gust_m_s
+from planner.fleet.swarm.flights import Record
+from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
+from planner.fleet.swarm.simulation import AgentPhase, Swarm
+from planner.service.swarm_agents import simulate_numbers
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.fleet.swarm.policies import Policy
+    from planner.fleet.swarm.situation import SwarmSituation
+FLIES_AWAY = Fault(kind=FaultKind.KEEPS_COMMAND, vehicle="a", at_s=20.0)
+
+
+def recorded(swarm: Swarm) -> Record:
+    return Record.of([*swarm.run()], swarm)
+
+
+def apart_m(record: Record, first: int, second: int) -> FloatArray:
+    return np.asarray(np.hypot(*(record.place_m[:, first] - record.place_m[:, second]).T))
+
+
+class Waits:
+    """An algorithm: the first flies east, the others stay until the end."""
+
+    def __init__(self, goals_m: FloatArray) -> None:
+        self._goals_m = goals_m
+
+    def goals_m(self, situation: SwarmSituation) -> FloatArray:  # noqa: ARG002 - asked of every algorithm
+        return self._goals_m.copy()
+
+
+@cache
+def flown_past(policy: StopInTime | OrcaStop | NoAvoidance, *faults: Fault) -> Record:
+    """The first flies east through where the second hovers, beside which the third does."""
+    agents = [agent("a", 0.0, 0.0), agent("b", 150.0, 0.0), agent("c", 150.0, 14.0)]
+    goals_m = np.array([(400.0, 0.0), (150.0, 0.0), (150.0, 14.0)])
+    names = [one.name for one in agents]
+    return recorded(
+        Swarm(
+            agents,
+            Waits(goals_m),
+            policy,
+            separation_m=SEPARATION_M,
+            until_s=65.0,
+            faults=lambda stack: SwarmFaults(faults, names, stack, height_m=30.0, seed=0),
+        )
+    )
+
+
+@pytest.mark.parametrize("policy", [StopInTime(), OrcaStop()])
+def test_who_keeps_its_command_is_avoided_by_all_others(policy: StopInTime | OrcaStop) -> None:
+    record = flown_past(policy, FLIES_AWAY)
+    assert record.place_m[-1, 0, 0] > 250.0  # it has not stopped for anybody
+    assert apart_m(record, 0, 1).min() >= SEPARATION_M
+    assert apart_m(record, 0, 2).min() >= SEPARATION_M
+    assert apart_m(record, 1, 2).min() >= SEPARATION_M
+    # Afterwards both go back to where they were.
+    assert record.place_m[-1, 1:] == pytest.approx(np.array([(150.0, 0.0), (150.0, 14.0)]), abs=0.5)
+
+
+def test_without_avoidance_it_flies_through_them() -> None:
+    assert apart_m(flown_past(NoAvoidance(), FLIES_AWAY), 0, 1).min() < SEPARATION_M
+
+
+def test_a_kept_command_is_that_of_the_tick_before() -> None:
+    record = flown_past(StopInTime(), FLIES_AWAY)
+    kept = record.command_m_s[record.begin_s[:-1] >= 20.0, 0]
+    assert (kept == kept[0]).all()
+    assert kept[0] == pytest.approx((5.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(("seed", "policy"), [(1, StopInTime()), (2, OrcaStop())])
+def test_whoever_flies_away_the_others_keep_apart(seed: int, policy: Policy) -> None:
+    """`tests/bench/test_swarm_scenarios.py` draws a thousand."""
+    fault = Fault(kind=FaultKind.KEEPS_COMMAND, vehicle="a0", at_s=4.0)
+    record = recorded(drawn_swarm(seed, policy, fault, most=8))
+    there = (record.phase > AgentPhase.WAITS) & (record.phase < AgentPhase.LANDED)
+    for first in range(1, there.shape[1]):
+        for second in range(first + 1, there.shape[1]):
+            both = np.flatnonzero(there[:, first] & there[:, second])
+            assert (apart_m(record, first, second)[both] >= SEPARATION_M - 1e-9).all()
+
+
+def test_the_gusts_of_the_low_altitude_model_are_as_by_hand() -> None:
+    # At 1,000 ft 0.177 + 0.000823 h is 1: a tenth of the wind, and the height itself.
+    assert gust_m_s(10.0, 304.8) == pytest.approx((1.0, 304.8), rel=1e-12)
+    # At 100 ft it is 0.2593: 1 / 0.2593^0.4 = 1.7158, 30.48 m / 0.2593^1.2 = 153.97 m.
+    assert gust_m_s(10.0, 30.48) == pytest.approx((1.7158, 153.97), rel=1e-4)
+    assert gust_m_s(10.0, 1.0) == gust_m_s(10.0, 3.048)
+
+
+def carried(dynamics: Dynamics, agents: int, ticks: int) -> tuple[SwarmFaults, np.ndarray]:
+    """Return where gusts of a wind of 10 m/s have carried agents by each tick. (ticks, n, 2) [m]"""
+    stack = DynamicsStack([dynamics] * agents, 0.5)
+    faults = SwarmFaults(
+        [Fault(kind=FaultKind.GUSTS, wind_m_s=10.0)],
+        [f"a{row}" for row in range(agents)],
+        stack,
+        height_m=30.48,
+        seed=3,
+    )
+    ways = []
+    for tick in range(ticks):
+        faults.go_on(0.5 * (tick + 1))
+        ways.append(faults.carried_m)
+    return faults, np.array(ways)
+
+
+def test_gusts_carry_an_agent_by_what_it_has_not_answered() -> None:
+    assert np.allclose(carried(Dynamics(response=AT_ONCE), 2, 20)[1], 0.0)
+    late = carried(Dynamics(response=G4), 200, 160)
+    # Likely gusts of three standard deviations: 3 × 1.7158 m/s for the 3.2059 s a stop takes.
+    assert late[0].gust_error_m == pytest.approx(3.0 * 1.7158 * 3.20591, rel=1e-3)
+    # The gusts last 154 m / 10 m/s = 15.4 s, longer than the answer: all but a third of that at most, and of
+    # 400 axes 0.3 % are beyond three standard deviations.
+    far = np.abs(late[1][-1]) / late[0].gust_error_m[:, None]
+    assert (far > 1.0).mean() <= 0.01
+    assert 0.6 / 3.0 < np.sqrt((far**2).mean()) <= 1.0 / 3.0
+
+
+def test_gusts_are_the_same_by_the_same_seed() -> None:
+    one, two = (carried(Dynamics(response=G4), 3, 10)[1] for _ in range(2))
+    assert one.tobytes() == two.tobytes()
+    assert not np.allclose(one[-1, 0], one[-1, 1])
+
+
+def faulty(kind: str, *keys: str, agents: int = 2) -> str:
+    return search(agents=agents) + "\n".join(("[fault.f]", f'kind = "{kind}"', *keys)) + "\n"
+
+
+DROPS = ('vehicle = "v1"', "at_s = 20")
+ADRIFT = ('vehicle = "v1"', "at_s = 40", "drift_m_s = 0.25", "toward_deg = 90")
+
+
+def test_who_has_lost_its_position_is_where_it_does_not_say() -> None:
+    flown = simulated(faulty("loses-position", *ADRIFT), policy="stop")
+    record = flown.record
+    assert isinstance(record.carried_m, np.ndarray)
+    away_m = 0.25 * np.clip(record.begin_s - 40.0, 0.0, None)
+    assert record.carried_m[:, 1, 0] == pytest.approx(away_m, abs=1e-9)
+    assert np.abs(record.carried_m[:, 1, 1]).max() == pytest.approx(0.0, abs=1e-9)
+    assert not record.carried_m[:, 0].any()
+    assert flown.faults is not None
+    assert flown.faults.others == ("v0",)
+    [lost] = [one.message for one in flown.findings if one.code == "S135"]
+    landed_s = flown.agents[1].start_s + flown.agents[1].time_s
+    assert lost.startswith(f"v1 lands {0.25 * (landed_s - 40.0):.0f} m off its pad")
+
+
+def test_a_battery_that_drops_has_so_much_less_at_the_landing() -> None:
+    whole = simulated(search(agents=2), policy="stop").agents[1]
+    flown = simulated(faulty("battery-drops", *DROPS, "charge_left = 0.25"), policy="stop")
+    one = flown.agents[1]
+    assert one.battery is not None
+    assert one.flight is not None
+    assert whole.battery is not None
+    used_wh = one.flight.energy_j / 3600.0
+    time_s = np.arange(0.0, 20.005, 0.01)  # still climbing
+    then_wh = float(np.trapezoid(one.flight.power_w(time_s), time_s)) / 3600.0
+    left_wh = 0.25 * one.battery.usable_wh - (used_wh - then_wh)
+    # the energy by then is read off between seconds
+    assert one.battery.margin_wh == pytest.approx(left_wh - one.battery.reserve_wh, abs=0.001)
+    same = simulated(faulty("battery-drops", *DROPS, "charge_left = 1"), policy="stop").agents[1]
+    assert same.battery is not None
+    assert same.battery.margin_wh == whole.battery.margin_wh
+
+
+def test_an_empty_battery_does_not_bring_it_home() -> None:
+    flown = simulated(faulty("battery-drops", *DROPS, "charge_left = 0"), policy="stop")
+    assert flown.agents[1].empty_s == pytest.approx(20.0, abs=1.0)  # looked at every second
+    assert [one.code for one in flown.findings if one.code in {"S131", "S135"}] == ["S135"]
+    assert flown.faults is not None
+    assert flown.faults.are_others_safe
+
+
+def test_a_link_that_is_not_late_changes_nothing() -> None:
+    keys = ('vehicle = "v1"', "late_s = 0")
+    late = simulated(faulty("link-late", *keys), policy="stop").record
+    on_time = simulated(faulty("gusts", "wind_m_s = 0"), policy="stop").record
+    assert late.place_m.tobytes() == on_time.place_m.tobytes()
+
+
+def test_a_late_link_hits_the_one_it_gives_way_to() -> None:
+    flown = simulated(faulty("link-late", 'vehicle = "v1"', "late_s = 3"), policy="stop")
+    hits = [one for one in flown.findings if one.code == "S134"]
+    assert hits
+    assert all("v1" in one.message for one in hits)
+    assert flown.faults is not None
+    assert not flown.faults.are_others_safe
+    assert not flown.is_clear
+
+
+def test_who_lands_under_orca_stop_stays_over_its_pad() -> None:
+    # The other flies close by the pad while the first comes down.
+    agents = [replace(agent("a", 0.0, 0.0), landing_s=40.0), agent("b", -60.0, 11.0)]
+    swarm = with_faults(
+        agents, [np.array([(0.0, 0.0)]), np.array([(60.0, 11.0)])], OrcaStop(), until_s=120.0
+    )
+    record = recorded(swarm)
+    lands = record.phase[:, 0] == AgentPhase.LANDS
+    assert lands.any()
+    assert np.abs(record.place_m[:-1, 0][lands]).max() < 0.01
+    assert apart_m(record, 0, 1)[:-1][lands].min() >= SEPARATION_M
+
+
+def test_a_fault_that_begins_after_the_landing_was_not_tried() -> None:
+    flown = simulated(faulty("keeps-command", 'vehicle = "v1"', "at_s = 3000"), policy="stop")
+    assert [one.code for one in flown.findings if one.code > "S133"][:1] == ["S136"]
+    assert not flown.is_clear
+
+
+def test_gusts_are_drawn_for_each_run_of_numbers_of_agents() -> None:
+    fleet = fleet_of(faulty("gusts", "wind_m_s = 2", agents=2))
+    assert len(simulate_numbers(fleet, (1,), seeds=range(2), policy="stop").runs) == 2
+    fleet = fleet_of(faulty("link-late", 'vehicle = "v1"', "late_s = 1", agents=2))
+    assert len(simulate_numbers(fleet, (1,), seeds=range(2), policy="stop").runs) == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys", "problem"),
+    [
+        ("gusts", (), "fault.f.wind_m_s: is missing: gusts needs it"),
+        ("keeps-command", (), "fault.f.vehicle: is missing: keeps-command befalls one"),
+        ("keeps-command", ('vehicle = "v9"',), "there is none called 'v9'"),
+        ("gusts", ("wind_m_s = 3", "late_s = 1"), "fault.f.late_s: is no key of gusts"),
+        ("link-late", ('vehicle = "v1"', "late_s = -1"), "must not be below 0"),
+    ],
+)
+def test_what_a_fault_lacks_is_said(kind: str, keys: tuple[str, ...], problem: str) -> None:
+    with pytest.raises(FleetFileError, match="fault") as error:
+        fleet_of(faulty(kind, *keys))
+    assert problem in str(error.value)
+
+
+FILED = (
+    "[separation]\nhorizontal_m = 10\n" + pad("a", 0, 0) + vehicles("a", model=MODEL),
+    '[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\n',
+    sortie("s1", "a", 0.0, job="there", more='pack = "P"'),
+)
+
+
+def test_missions_as_filed_have_batteries_that_drop() -> None:
+    there = mission(up(50), place(200, 0, 50), rtl())
+    fault = '[fault.f]\nkind = "battery-drops"\nvehicle = "a"\nat_s = 30\ncharge_left = 0.0\n'
+    flown = simulated(*FILED, fault, there=there)
+    assert flown.agents[0].empty_s == pytest.approx(30.0, abs=1.0)
+    assert "S135" in {one.code for one in flown.findings}
+
+
+def test_what_leads_off_the_tracks_of_missions_is_refused() -> None:
+    there = mission(up(50), place(200, 0, 50), rtl())
+    with pytest.raises(UsageError, match="leads off the tracks"):
+        simulated(*FILED, '[fault.f]\nkind = "gusts"\nwind_m_s = 5\n', there=there)
