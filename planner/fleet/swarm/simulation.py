@@ -205,7 +205,7 @@ class Swarm:
             yield step
 
     def _stop_zones(self) -> Capsules:
-        ways_m = self._dynamics.stop_ways_m(self._motions)
+        ways_m = self._dynamics.ways_m(self._motions)
         zones = capsules_about(ways_m, more_m=self._error_m)
         return zones_ahead(zones, self._dynamics, self._motions, self._is_deaf)
 

@@ -66,14 +66,13 @@ class SwarmSituation(Value, eq=False):
 
     def zones_after(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
         """Return where agents may come that fly by commands for some ticks and are told to stop then."""
-        motions, passed = self.motions, [self.place_m[:, None]]
+        ways_m = self.dynamics.ways_m(self.motions, command_m_s, ticks)
+        zones, motions = capsules_about(ways_m, more_m=self.error_m), self.motions
+        if not self.is_deaf.any():
+            return zones
         for _ in range(ticks):
             motions = self.dynamics.advanced(motions, command_m_s)
-            passed.append(motions.place_m[:, None])
-        ways = np.concatenate((*passed[:-1], self.dynamics.stop_ways_m(motions)), axis=1)
-        return zones_ahead(
-            capsules_about(ways, more_m=self.error_m), self.dynamics, motions, self.is_deaf
-        )
+        return zones_ahead(zones, self.dynamics, motions, self.is_deaf)
 
     def granted_zones(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
         """Return where agents may come by commands; of those that stop, where they might have come before."""

@@ -10,11 +10,12 @@ import numpy as np
 from planner.flight.motion.kinematics import Columns
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, FloatArray, IndexArray
+    from planner.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 
 _BOXED = 60
 """From so many agents on near ones are found by a tree instead of all pairs."""
 _STILL_M = 1e-9
+_ENDS = ("begin_m", "end_m")
 
 
 class Capsules(Columns, eq=False):
@@ -27,50 +28,49 @@ class Capsules(Columns, eq=False):
     """(n,) [m]"""
 
 
+def in_plane(places_m: FloatArray) -> ComplexArray:
+    """Return east and north (…, 2) as one complex number each, (…): a turn is then a product."""
+    return np.ascontiguousarray(places_m, np.float64).view(np.complex128)[..., 0]
+
+
+def _east_north(places_m: ComplexArray) -> FloatArray:
+    return np.ascontiguousarray(places_m)[..., None].view(np.float64)
+
+
 def capsules_about(ways_m: FloatArray, *, more_m: FloatArray | float = 0.0) -> Capsules:
     """Return capsules that hold ways (n, samples, 2) [m], and ``more_m`` about them.
 
     Between its samples a way is no farther from their chords than an eighth of its second differences.
     """
-    first, last = ways_m[:, 0], ways_m[:, -1]
-    along = last - first
-    length = np.hypot(*along.T)
-    unit = np.where(
-        length[:, None] > _STILL_M, along / np.maximum(length, _STILL_M)[:, None], [1.0, 0.0]
-    )
-    away = ways_m - first[:, None]
-    ahead = np.einsum("nmx,nx->nm", away, unit)
-    beside = np.abs(away[..., 1] * unit[:, None, 0] - away[..., 0] * unit[:, None, 1])
-    bend = np.diff(ways_m, n=2, axis=1)
-    bent_m = 0.25 * np.sqrt((bend**2).sum(axis=2)).max(axis=1, initial=0.0)
+    ways = in_plane(ways_m)
+    first = ways[:, 0]
+    along = ways[:, -1] - first
+    length = np.abs(along)
+    unit = np.where(length > _STILL_M, along / np.maximum(length, _STILL_M), 1.0)
+    away = (ways - first[:, None]) * unit.conj()[:, None]
+    ahead = away.real
+    bend = away[:, 2:] - 2.0 * away[:, 1:-1] + away[:, :-2]
+    bent_m = 0.25 * np.abs(bend).max(axis=1, initial=0.0)
     return Capsules(
-        begin_m=first + ahead.min(axis=1)[:, None] * unit,
-        end_m=first + ahead.max(axis=1)[:, None] * unit,
-        radius_m=beside.max(axis=1) + bent_m + more_m,
+        begin_m=_east_north(first + ahead.min(axis=1) * unit),
+        end_m=_east_north(first + ahead.max(axis=1) * unit),
+        radius_m=np.abs(away.imag).max(axis=1) + bent_m + more_m,
     )
 
 
 def distances_m(first: Capsules, second: Capsules) -> FloatArray:
     """Return how far capsules are apart, row by row; negative where they overlap. (n,) [m]"""
-    a, b, c, d = first.begin_m, first.end_m, second.begin_m, second.end_m
-    apart = np.minimum(
-        np.minimum(_to_line_m(a, c, d), _to_line_m(b, c, d)),
-        np.minimum(_to_line_m(c, a, b), _to_line_m(d, a, b)),
-    )
-    crosses = (_side(a, b, c) * _side(a, b, d) < 0.0) & (_side(c, d, a) * _side(c, d, b) < 0.0)
+    ends = np.array([in_plane(getattr(one, name)) for one in (first, second) for name in _ENDS])
+    lines = np.diff(ends, axis=0)[::2]
+    along = lines[[1, 1, 0, 0]]  # each end against the other line
+    to = ends - ends[[2, 2, 0, 0]]
+    turned = to * along.conj()
+    square = np.maximum(along.real**2 + along.imag**2, _STILL_M**2)
+    part = np.minimum(np.maximum(turned.real / square, 0.0), 1.0)
+    apart = np.abs(to - part * along).min(axis=0)
+    side = turned.imag
+    crosses = (side[0] * side[1] < 0.0) & (side[2] * side[3] < 0.0)
     return np.asarray(np.where(crosses, 0.0, apart) - first.radius_m - second.radius_m)
-
-
-def _to_line_m(point: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    along = end - begin
-    square = np.maximum((along**2).sum(axis=1), _STILL_M**2)
-    part = np.clip(((point - begin) * along).sum(axis=1) / square, 0.0, 1.0)
-    return np.asarray(np.hypot(*(point - begin - part[:, None] * along).T))
-
-
-def _side(begin: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
-    along, to = end - begin, point - begin
-    return np.asarray(along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0])
 
 
 @lru_cache(maxsize=16)
@@ -85,21 +85,20 @@ def near_pairs(
 
     Rows that are not known to anybody are in no pair.
     """
-    centre = 0.5 * (zones.begin_m + zones.end_m)
-    size = 0.5 * np.hypot(*(zones.end_m - zones.begin_m).T) + zones.radius_m
+    begin, end = in_plane(zones.begin_m), in_plane(zones.end_m)
+    centre, size = 0.5 * (begin + end), 0.5 * np.abs(end - begin) + zones.radius_m
     count = len(centre)
     if count < _BOXED:
         first, second = _all_pairs(count)
     else:
         from scipy.spatial import cKDTree
 
-        found = cKDTree(centre).query_pairs(
+        found = cKDTree(_east_north(centre)).query_pairs(
             2.0 * float(size.max()) + reach_m, output_type="ndarray"
         )
         found = found[np.lexsort((found[:, 1], found[:, 0]))]
         first, second = found[:, 0], found[:, 1]
-    apart = centre[second] - centre[first]
-    kept = (apart**2).sum(axis=1) < (size[first] + size[second] + reach_m) ** 2
+    kept = np.abs(centre[second] - centre[first]) < size[first] + size[second] + reach_m
     if is_known is not None:
         kept &= is_known[first] & is_known[second]
     return first[kept], second[kept]
