@@ -137,7 +137,9 @@ class DynamicsStack:
         """Return the state some ticks later, by the state and one reference in all of them."""
         if ticks not in self._powers:
             tick = self._maps.tick
-            held = np.broadcast_to(np.eye(tick.shape[-1])[-1:], (*tick.shape[:-2], 1, tick.shape[-1]))
+            held = np.broadcast_to(
+                np.eye(tick.shape[-1])[-1:], (*tick.shape[:-2], 1, tick.shape[-1])
+            )
             whole = np.concatenate((tick, held), axis=-2)
             self._powers[ticks] = np.linalg.matrix_power(whole, ticks)[..., :-1, :]
         return self._powers[ticks]
@@ -257,7 +259,7 @@ def _maps(dynamics: Dynamics, tick_s: float, inner: int, inputs: int) -> _Maps:
     braking = 0
     if not math.isinf(dynamics.acceleration_m_s2):
         braking = math.ceil(_FASTEST_M_S / (dynamics.acceleration_m_s2 * tick_s)) + 1
-    horizon = min(_ticks_to_rest(tick, inner) + braking, _MOST_TICKS)
+    horizon = min(_ticks_to_rest(tick) + braking, _MOST_TICKS)
     # denser at first: an agent is fastest there
     share = (np.arange(1, _WAY_SAMPLES + 1) / _WAY_SAMPLES) ** 1.5
     chosen = np.unique(np.maximum(np.round(share * horizon), 1).astype(np.intp))
@@ -320,7 +322,7 @@ def _sampled(
     return tick, velocity
 
 
-def _ticks_to_rest(tick: FloatArray, inner: int) -> int:
+def _ticks_to_rest(tick: FloatArray) -> int:
     """Return after how many ticks without reference an agent has all but ended its way."""
     freely = tick[:, :-1]
     state = np.zeros(len(tick))
