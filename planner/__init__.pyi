@@ -22,6 +22,8 @@ from planner.report.fleet_exports import write_exports as write_exports
 from planner.selection import Selection as Selection
 from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
+from planner.service.endurance import Endurance as Endurance
+from planner.service.endurance import predict_endurance as predict_endurance
 from planner.service.fleet import FleetResult as FleetResult
 from planner.service.fleet import check_fleet as check_fleet
 from planner.service.fleet_contingency import Contingency as Contingency
@@ -47,6 +49,8 @@ from planner.setup import Reserve as Reserve
 from planner.setup import Setup as Setup
 from planner.site_profile import read_profile as read_profile
 from planner.vehicle.battery import Battery as Battery
+from planner.vehicle.data_sheet import DataSheet as DataSheet
+from planner.vehicle.data_sheet import vehicle_from_data_sheet as vehicle_from_data_sheet
 from planner.vehicle.library import load_vehicle as load_vehicle
 from planner.vehicle.model import VehicleModel as VehicleModel
 

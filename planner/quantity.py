@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
 
 ABSENT = "—"
@@ -190,6 +190,20 @@ def read_number(text: str, *, unit: str = "") -> float:
         msg = f"expected a number{f' of {unit}' if unit else ''}, got {text!r}"
         raise ValueError(msg)
     return float(found[1])
+
+
+def read_in(text: str, units: Mapping[str, float]) -> float:
+    """Return the number of ``500g`` in the unit that counts 1; a bare number is in it already.
+
+    ``units`` are what each unit's 1 is in that unit; case does not matter.
+    """
+    names = "|".join(map(re.escape, sorted(units, key=len, reverse=True)))
+    found = re.fullmatch(rf"{NUMBER}\s*({names})?", text.strip(), re.IGNORECASE)
+    if found is None:
+        msg = f"expected a number of {', '.join(units)}, got {text!r}"
+        raise ValueError(msg)
+    known = {name.lower(): factor for name, factor in units.items()}
+    return float(found[1]) * known.get((found[2] or "").lower(), 1.0)
 
 
 def read_fraction(text: str) -> float:

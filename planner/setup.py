@@ -68,6 +68,8 @@ MOST_NOISE_M = 1.5
 _LIPO_CELL_V = 3.7
 """Nominal voltage of a cell where a battery is labelled by its number of cells, as lithium-polymer is. [V]"""
 _LABELLED_CELLS = range(1, 33)
+_LEAST_BARE_MAH = 100.0
+"""From here on the bare number of 4S5200 is mAh: no pack of a multicopter has 100 Ah in one row."""
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would get a GO."""
 _MOST_ENERGY_WH = 50_000.0
@@ -126,7 +128,8 @@ def _matched(pattern: str, text: str) -> re.Match[str] | None:
 
 
 def read_battery(text: str) -> Battery:
-    """Return the battery of ``5.2Ah@14.8V``, ``5200mAh@4S`` or ``77Wh``."""
+    """Return the battery of ``5.2Ah@14.8V``, ``5200mAh@4S``, ``4S5200`` or ``77Wh``."""
+    text = _as_charge(text)
     if found := _matched(rf"{NUMBER}\s*(m?)Ah\s*@\s*{NUMBER}\s*([VS])", text):
         charge_ah, voltage_v = float(found[1]), float(found[3])
         if found[2]:
@@ -149,6 +152,15 @@ def read_battery(text: str) -> Battery:
     if _matched(r"[\d.,]+\s*(m?Ah\s*@\s*[\d.,]+\s*[VS]|Wh)", text) and "," in text:
         msg = f"write decimals with a point: {text.replace(',', '.')}, not {text}"
     raise ValueError(msg)
+
+
+def _as_charge(text: str) -> str:
+    """Return what stands on packs, ``4S5200`` or ``4S 5.2Ah``, as charge and cells; other text as it is."""
+    found = _matched(rf"(\d+)S\s*{NUMBER}\s*(m?Ah)?", text)
+    if found is None:
+        return text
+    bare = "mAh" if float(found[2]) >= _LEAST_BARE_MAH else "Ah"
+    return f"{found[2]}{found[3] or bare}@{found[1]}S"
 
 
 def _of_cells_v(count: float) -> float:

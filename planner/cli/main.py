@@ -35,6 +35,7 @@ COMMANDS = {
     "diff": "link:diff",
     "upload": "upload",
     "logs": "link:logs",
+    "vehicle": "vehicle",
     "models": "listings:models",
     "rules": "listings:rules",
     "explain": "listings:explain",

@@ -20,7 +20,7 @@ from planner.vehicle.reader import load_chemistry
 ASSUMED_CHEMISTRY, LITHIUM_ION = "lipo", "li-ion"
 """What most multicopters fly with, and bears most; and what those of long endurance fly with."""
 _KINDS = {ASSUMED_CHEMISTRY: "lithium-polymer", LITHIUM_ION: "lithium-ion"}
-_MOST_LITHIUM_ION_V = 3.65
+MOST_LITHIUM_ION_V = 3.65
 """Nominal voltage of a cell up to which its label means lithium-ion: halfway from 3.6 to 3.7 V. [V]"""
 LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
 """Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
@@ -103,7 +103,7 @@ def _like(given: Battery, own: Battery) -> FlownPack:
     cell_v = None if own.cells_in_series is None else volts * (own_v or 0.0) / own.cells_in_series
     cells = own.cells_in_series
     if cell_v is not None and not _OWN_CELL_V[0] <= cell_v <= _OWN_CELL_V[1]:
-        cells = _cells(given.voltage_v)
+        cells = cells_of_voltage(given.voltage_v)
     resistance_ohm = own.new_resistance_ohm
     scaled: dict[str, Any] = {
         "capacity_ah": charge_ah,
@@ -127,10 +127,10 @@ def _like(given: Battery, own: Battery) -> FlownPack:
 
 def _by_voltage(given: Battery) -> FlownPack:
     """Return a labelled battery of the cells that its voltage means, if it means any."""
-    cells = _cells(given.voltage_v)
+    cells = cells_of_voltage(given.voltage_v)
     if cells is None or given.voltage_v is None:
         return FlownPack(battery=given)
-    is_lithium_ion = given.voltage_v / cells <= _MOST_LITHIUM_ION_V
+    is_lithium_ion = given.voltage_v / cells <= MOST_LITHIUM_ION_V
     chemistry = load_chemistry(LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
     curve = Battery(
         capacity_ah=1.0,
@@ -151,7 +151,7 @@ def _by_voltage(given: Battery) -> FlownPack:
     return FlownPack(battery=battery, assumed=assumed)
 
 
-def _cells(voltage_v: float | None) -> int | None:
+def cells_of_voltage(voltage_v: float | None) -> int | None:
     """Return the number of lithium cells in series that a voltage means; ``None``: none."""
     if voltage_v is None:
         return None

@@ -1,0 +1,188 @@
+"""``mavjoule vehicle``: a model of one's own drone, and what is in a model."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from planner import __version__
+from planner.autopilot import Autopilot
+from planner.cli.options import KindType, data_options, kind_option, path_option
+from planner.cli.output import narrate, standard_medium, write_data
+from planner.errors import UsageError
+from planner.setting import Choice, Form, Number
+from planner.setup import battery_text, read_battery, settings
+from planner.vehicle.reader import chemistry_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from planner.setting import Kind
+
+_AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
+
+
+def _later(name: str) -> Callable[[str], Any]:
+    """Return a reader of `planner.vehicle.data_sheet`, imported where it is used."""
+
+    def read(text: str) -> Any:  # noqa: ANN401 - each has its own
+        from planner.vehicle import data_sheet
+
+        return getattr(data_sheet, name)(text)
+
+    return read
+
+
+_KINDS: dict[str, tuple[str, Kind, str, str]] = {
+    "mass_kg": ("--mass", Form(_later("read_mass"), str), "3.5kg", "take-off mass with battery"),
+    "battery": (
+        "--battery",
+        Form(read_battery, battery_text),
+        "4S5200",
+        "battery: 4S5200, 5.2Ah@14.8V",
+    ),
+    "rotors": ("--rotors", Number("", 3.0, 16.0), "4", "propellers; two on one arm are two"),
+    "propeller_m": ("--propeller", Form(_later("read_propeller"), str), "10in", "their diameter"),
+    "hover": (
+        "--hover",
+        Form(_later("read_hover"), str),
+        "18A",
+        "one figure of the hover: current 18A, power 260W, flight time on a full battery 22min, throttle 38%",
+    ),
+    "motor": (
+        "--motor",
+        Form(_later("read_motor"), str),
+        "1250g@310W",
+        "thrust and power of one motor at full throttle, for a hover throttle",
+    ),
+    "autopilot": ("--autopilot", Choice(_AUTOPILOTS), "ardupilot", "that flies it"),
+}
+"""What a data sheet may say: option, how it is written, an example, in words."""
+_ASKED = ("mass_kg", "battery", "rotors", "propeller_m", "hover", "autopilot")
+"""What is asked of whoever gives nothing; each may be skipped."""
+
+
+@click.group("vehicle", short_help="Make a model of one's own drone, and show a model.")
+def command() -> None:
+    """Make a model of one's own drone from its data sheet, and show what is in a model."""
+
+
+def _sheet_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    for key, (option, kind, example, words) in reversed(_KINDS.items()):
+        metavar = example if isinstance(kind, Form) else kind.metavar or "N"
+        function = kind_option(option, kind, words, name=key, metavar=metavar)(function)
+    return function
+
+
+@command.command("new", short_help="Make a model from a data sheet.")
+@path_option("-o", "--output", metavar="MODEL.toml", required=True, help="the model")
+@_sheet_options
+@click.option(
+    "--chemistry",
+    type=click.Choice(chemistry_names()),
+    metavar="NAME",
+    help="kind of cell [default: as the voltage means]",
+)
+@path_option("--params", help="the autopilot's parameters: speeds, cells, hover throttle")
+@click.option("--description", metavar="TEXT", help="of the vehicle, for a pilot")
+@click.option("--source", metavar="TEXT", help="who says so: the data sheet, its address")
+@click.option("--force", is_flag=True, help="write over a model that is there already")
+def new(
+    *,
+    output: Path,
+    params: Path | None,
+    force: bool,
+    **given: Any,  # noqa: ANN401 - as each option is read
+) -> None:
+    """Make a model of a drone that no flight was logged of.
+
+    Without options it asks, where it runs on a terminal.  Every number may be left out: what is
+    assumed instead, and how far that may be off, stands in the model and makes its energies uncertain.
+    A flight log narrows it: mavjoule identify LOG... --base MODEL.toml.
+
+    Exit codes: 0 the model is written, 2 what the sheet says cannot fly, or the file cannot be written.
+    """
+    from planner.report.endurance import endurance_text
+    from planner.service.endurance import predict_endurance
+    from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
+    from planner.vehicle.parameters.files import read_parameters
+    from planner.vehicle.writer import write_vehicle
+
+    if output.suffix != ".toml":
+        msg = f"{output}: a model is a file that ends in .toml"
+        raise UsageError(msg)
+    if output.exists() and not force:
+        msg = f"{output} exists already: give another name, or --force"
+        raise UsageError(msg)
+    sheet = {name: value for name, value in given.items() if value is not None}
+    if not sheet and params is None:
+        sheet = _ask()
+    if (rotors := sheet.pop("rotors", None)) is not None:
+        if rotors != round(rotors):
+            msg = f"a number of rotors is whole, got {rotors:g}"
+            raise UsageError(msg)
+        sheet["rotors"] = round(rotors)
+    parameters = None if params is None else read_parameters(params)
+    vehicle = vehicle_from_data_sheet(DataSheet(name=output.stem, parameters=parameters, **sheet))
+    write_vehicle(output, vehicle, remarks=(f"Written by mavjoule vehicle new {__version__}.",))
+    write_data(endurance_text(predict_endurance(vehicle), medium=standard_medium()))
+    narrate(f"{output} written: mavjoule check MISSION --vehicle {output}")
+
+
+def _ask() -> dict[str, Any]:
+    """Return the answers of whoever sits at the terminal; an empty one skips the question."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        asked = ", ".join(_KINDS[key][0] for key in _ASKED)
+        msg = f"nothing is known of the vehicle: give {asked}, what of it you know"
+        raise UsageError(msg)
+    narrate("What the data sheet says, Enter where it says nothing:")
+    answers: dict[str, Any] = {}
+    for key in _ASKED:
+        _, kind, example, words = _KINDS[key]
+        answer = click.prompt(
+            f"  {words} [{example}]",
+            default="",
+            show_default=False,
+            value_proc=partial(_answer, kind),
+            err=True,
+        )
+        if answer is not None:
+            answers[key] = answer
+    return answers
+
+
+def _answer(kind: Kind, text: str) -> object:
+    """Return what was answered; ``None`` where nothing was."""
+    return KindType(kind).convert(text.strip(), None, None) if text.strip() else None
+
+
+@command.command("show", short_help="Show what is in a model, and what it can do.")
+@click.argument("vehicle", metavar="MODEL")
+@kind_option(
+    "--payload",
+    settings()["payload_kg"].kind,
+    "carried beyond the take-off mass",
+    name="payload_kg",
+    default=0.0,
+)
+@data_options("text", "json")
+def show(*, vehicle: str, payload_kg: float, file_format: str, output: Path | None) -> None:
+    """Show a model: what is in it, what is assumed, how long it hovers, how far it goes at each speed.
+
+    MODEL is the name of a shipped model or the path of a model file.
+    """
+    from planner.report.endurance import endurance_json, endurance_text
+    from planner.service.endurance import predict_endurance
+    from planner.vehicle.library import load_vehicle
+
+    shown = predict_endurance(load_vehicle(vehicle), payload_kg=payload_kg)
+    write_data(
+        endurance_json(shown, version=__version__)
+        if file_format == "json"
+        else endurance_text(shown, medium=standard_medium(output)),
+        output=output,
+    )

@@ -1,0 +1,119 @@
+"""A vehicle model for a pilot: what is in it, what is assumed, what it can do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.report.json import envelope, json_text, value, values
+from planner.report.text import printable, table_lines
+from planner.service.endurance import RESERVE
+from planner.values import field_names
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.report.text import Medium
+    from planner.service.endurance import Endurance, LevelFlight
+
+_HEADS = (("speed", "power", "per km", "endurance", "range"), ("m/s", "W", "Wh", "", ""))
+
+
+def endurance_text(shown: Endurance, *, medium: Medium) -> str:
+    """Return a model as a pilot reads it: what flies, how long, how far, and what is assumed."""
+    vehicle = shown.vehicle
+    lines = [medium.paint(printable(vehicle.name), "bold")]
+    lines += medium.wrapped(printable(vehicle.description))
+    lines += ["", *(line for name, text in _facts(shown) for line in _fact(name, text, medium))]
+    if shown.speeds:
+        lines += ["", *table_lines([*_HEADS, *map(_row, shown.speeds)], alignment=">>>>>")]
+        lines += medium.wrapped(
+            f"Calm standard air at sea level, down to a charge of {quantity.percent(RESERVE)}."
+        )
+    readings = vehicle.provenance.readings
+    if readings:
+        lines += ["", medium.paint("Assumed, or to be known", "bold")]
+        for reading in readings:
+            lines += medium.wrapped(f"- {printable(reading)}", indent=2)
+    return "\n".join(lines) + "\n"
+
+
+def endurance_json(shown: Endurance, *, version: str) -> str:
+    """Return the same as a JSON document."""
+    vehicle = shown.vehicle
+    document = envelope(version) | {
+        "vehicle": {"name": value(vehicle, "name"), "source": value(vehicle, "source")},
+        "mass_kg": shown.mass_kg,
+        "battery_wh": None if vehicle.battery is None else vehicle.battery.energy_wh,
+        "reserve_fraction": RESERVE,
+        "spread": None
+        if vehicle.spread is None
+        else values(vehicle.spread, ("time_fraction", "energy_fraction", "n_flights", "source")),
+        "speeds": [_document(one) for one in shown.speeds],
+        "longest": None if shown.longest is None else _document(shown.longest),
+        "farthest": None if shown.farthest is None else _document(shown.farthest),
+        "provenance": values(vehicle.provenance, ("source", "method", "readings")),
+    }
+    return json_text(document, indent=2)
+
+
+def _document(flight: LevelFlight) -> dict[str, object]:
+    derived = {name: getattr(flight, name) for name in ("energy_wh_per_km", "range_m")}
+    return values(flight, field_names(flight)) | derived
+
+
+def _fact(name: str, text: str, medium: Medium) -> list[str]:
+    return medium.wrapped(f"{name:<13}{text}", indent=13)
+
+
+def _facts(shown: Endurance) -> Iterator[tuple[str, str]]:
+    vehicle = shown.vehicle
+    yield "mass", quantity.mass(shown.mass_kg)
+    battery = vehicle.battery
+    if battery is not None:
+        cells = "" if battery.cells_in_series is None else f"{battery.cells_in_series} cells"
+        parts = [quantity.energy(battery.energy_wh), cells, battery.chemistry or ""]
+        yield "battery", ", ".join(filter(None, parts))
+    else:
+        yield "battery", "none in the model: give --battery with every check"
+    yield "flown by", vehicle.reference.label
+    if shown.hover is None:
+        yield "power", "not identified: no energy is predicted, and no mission is a go"
+    else:
+        yield "hover", _with_time(shown.hover)
+    if shown.longest is not None and shown.longest.speed_m_s > 0.0:
+        at = quantity.speed(shown.longest.speed_m_s)
+        yield "longest", f"{_with_time(shown.longest)} at {at}"
+    if shown.farthest is not None and shown.farthest.range_m is not None:
+        at = quantity.speed(shown.farthest.speed_m_s)
+        yield "farthest", f"{quantity.distance(shown.farthest.range_m)} at {at}"
+    if vehicle.spread is not None:
+        energy, time = vehicle.spread.energy_fraction, vehicle.spread.time_fraction
+        yield (
+            "spread",
+            (
+                f"energy {quantity.percent(energy)}, time {quantity.percent(time)} (standard deviations): "
+                f"{vehicle.spread.source}"
+            ),
+        )
+    limits = vehicle.valid_for.speed_m_s
+    if limits is not None:
+        yield "holds for", f"airspeeds up to {quantity.speed(limits.high)}"
+    yield "made from", vehicle.provenance.source
+
+
+def _with_time(flight: LevelFlight) -> str:
+    power = quantity.power(flight.power_w)
+    return (
+        power if flight.endurance_s is None else f"{quantity.duration(flight.endurance_s)}, {power}"
+    )
+
+
+def _row(flight: LevelFlight) -> tuple[str, ...]:
+    return (
+        quantity.decimals(flight.speed_m_s, 1),
+        quantity.decimals(flight.power_w, 0),
+        quantity.decimals(flight.energy_wh_per_km, 1),
+        quantity.duration(flight.endurance_s),
+        quantity.distance(flight.range_m),
+    )

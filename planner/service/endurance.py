@@ -1,0 +1,128 @@
+"""What a vehicle can do in calm air: how long it hovers, how far it goes at each speed."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
+from planner.flight.power import SteadyPower
+from planner.physics.atmosphere import standard_temperature_c
+from planner.physics.wind import Wind
+from planner.units import JOULES_PER_WATT_HOUR
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.vehicle.model import VehicleModel
+
+RESERVE = 0.2
+"""Charge that stays in the battery. [-]"""
+_HEIGHT_M = 50.0
+"""Above home, at sea level. [m]"""
+_FASTEST_UNKNOWN_M_S = 15.0
+_MOST_ROWS = 20
+
+
+class LevelFlight(Value):
+    """Steady level flight at one airspeed in calm air, until the reserve is reached."""
+
+    speed_m_s: float
+    power_w: float
+    endurance_s: float | None
+    """``None`` where no battery is known, or it does not give the power. [s]"""
+
+    @property
+    def energy_wh_per_km(self) -> float | None:
+        """Energy over distance; ``None`` in hover. [Wh km⁻¹]"""
+        if self.speed_m_s == 0.0:
+            return None
+        return self.power_w / self.speed_m_s * 1000.0 / JOULES_PER_WATT_HOUR
+
+    @property
+    def range_m(self) -> float | None:
+        """Distance flown; ``None`` where the endurance is not known. [m]"""
+        return None if self.endurance_s is None else self.speed_m_s * self.endurance_s
+
+
+class Endurance(Value):
+    """What a vehicle can do in calm standard air, 50 m above sea level, to a reserve of 20 %."""
+
+    vehicle: VehicleModel
+    mass_kg: float | None
+    """Take-off mass with payload. [kg]"""
+    speeds: tuple[LevelFlight, ...]
+    """From hover on, over the speeds the model holds for; hover alone where it does not know how its power
+    changes with the airspeed, and nothing where it knows no power."""
+
+    @property
+    def hover(self) -> LevelFlight | None:
+        """The hover; ``None`` where the model knows no power."""
+        return self.speeds[0] if self.speeds else None
+
+    @property
+    def longest(self) -> LevelFlight | None:
+        """Best endurance; ``None`` where power over speed is not known."""
+        return min(self.speeds, key=lambda one: one.power_w) if self.speeds[1:] else None
+
+    @property
+    def farthest(self) -> LevelFlight | None:
+        """Best range; ``None`` where power over speed is not known."""
+        moving = self.speeds[1:]
+        return min(moving, key=lambda one: one.power_w / one.speed_m_s) if moving else None
+
+
+def predict_endurance(vehicle: VehicleModel, *, payload_kg: float = 0.0) -> Endurance:
+    """Return what a vehicle can do with a payload. [kg]
+
+    The payload counts where the model knows how its power changes with the mass.
+    """
+    mass_kg = None if vehicle.mass_kg is None else vehicle.mass_kg + payload_kg
+    if not vehicle.is_power_known:
+        return Endurance(vehicle=vehicle, mass_kg=mass_kg, speeds=())
+    limits = vehicle.valid_for.speed_m_s
+    fastest_m_s = _FASTEST_UNKNOWN_M_S if limits is None else limits.high
+    if not vehicle.knows_airspeed:
+        fastest_m_s = 0.0
+    step_m_s = math.ceil(max(fastest_m_s, 1.0) / _MOST_ROWS)
+    speeds_m_s = np.unique([*np.arange(0.0, fastest_m_s, step_m_s), fastest_m_s])
+    power = SteadyPower(
+        vehicle=vehicle,
+        mass_kg=mass_kg,
+        home_amsl_m=0.0,
+        home_temperature_c=standard_temperature_c(0.0),
+        wind=Wind(),
+    )
+    flights = map(
+        partial(_flight, vehicle), speeds_m_s.tolist(), _level_w(power, speeds_m_s).tolist()
+    )
+    return Endurance(vehicle=vehicle, mass_kg=mass_kg, speeds=tuple(flights))
+
+
+def _level_w(power: SteadyPower, speed_m_s: FloatArray) -> FloatArray:
+    zero = np.zeros_like(speed_m_s)
+    state = KinematicState.of((zero, zero, zero + _HEIGHT_M), (zero, speed_m_s, zero))
+    cruise, hover = (STATE_INDEX[one] for one in (FlightState.CRUISE, FlightState.HOVER))
+    return power.power_w(state, np.where(speed_m_s > 0.0, cruise, hover), speed_m_s)
+
+
+def _flight(vehicle: VehicleModel, speed_m_s: float, power_w: float) -> LevelFlight:
+    return LevelFlight(
+        speed_m_s=speed_m_s, power_w=power_w, endurance_s=_endurance_s(vehicle, power_w)
+    )
+
+
+def _endurance_s(vehicle: VehicleModel, power_w: float) -> float | None:
+    """Return how long the model's own battery gives a power, down to the reserve. [s]"""
+    battery = vehicle.battery
+    if battery is None:
+        return None
+    circuit = battery.circuit(standard_temperature_c(0.0))
+    if circuit is None:
+        return (1.0 - RESERVE) * battery.energy_wh * JOULES_PER_WATT_HOUR / power_w
+    empty = max(RESERVE, circuit.empty_state_of_charge(power_w, battery.cutoff_voltage_v or 0.0))
+    energy_wh = circuit.delivered_wh(power_w, 1.0, empty)
+    return energy_wh * JOULES_PER_WATT_HOUR / power_w if energy_wh > 0.0 else None

@@ -1,0 +1,599 @@
+"""A model of a vehicle that nobody has flown for it: from its data sheet, or one figure of its hover.
+
+What the sheet gives is taken, what it does not give comes from `planner.vehicle.priors`, and how far
+both may be off makes the spread of the model: a go by such a model needs a margin that holds it.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import re
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.autopilot import Autopilot
+from planner.errors import UsageError
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.rotor import Rotor, hover_induced_velocity_m_s, momentum_power_w
+from planner.quantity import NUMBER, read_in
+from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.values import Value, field
+from planner.vehicle.battery import Battery
+from planner.vehicle.declared import Interval
+from planner.vehicle.model import Loads, ModelSpread, Provenance, ValidFor, VehicleModel
+from planner.vehicle.pack import (
+    ASSUMED_CHEMISTRY,
+    LITHIUM_ION,
+    MOST_LITHIUM_ION_V,
+    cells_of_voltage,
+    chemistry_of,
+)
+from planner.vehicle.parameters.resolve import PARAMETERS_OF
+from planner.vehicle.parameters.table import parameter_table
+from planner.vehicle.power import MomentumLaw
+from planner.vehicle.priors import disk_area_m2, hover_cost, ideal_hover_w, multicopter_priors
+from planner.vehicle.reader import load_chemistry
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.vehicle.parameters.files import ParameterSet
+    from planner.vehicle.priors import Prior
+
+_MASS_UNITS = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
+_LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, '"': 0.0254}
+_DISK_LOADING_N_M2 = (8.0, 500.0)
+"""Weight over disk area of anything that flies: racers have 120, indoor flyers 20 to 40. [N/m²]"""
+_MOST_PACK = 0.7
+"""Battery over take-off mass beyond which nothing is left for motors and frame: records of endurance
+have 0.6 to 0.65. [-]"""
+_COSTLIEST = 3.0
+"""Hover power over that of published multicopters with such propellers, beyond which a figure is in
+another unit, or of another vehicle: the worst of them is 1.25 times the mean. [-]"""
+_THRUST_AGREES = 1.5
+"""How far the thrust by throttle and motor table may be from the weight: batteries, props and curves
+explain a third, not more. [-]"""
+_FASTEST_M_S = 15.0
+"""Up to which momentum theory with an estimated drag is held to say something. [m/s]"""
+_LEAN_DEG = 20.0
+"""Lean in steady flight up to which it is. [°]"""
+_LIPO_CELL_V = 3.7
+_SECONDS_PER_MINUTE = 60.0
+_THRUST_EXPO = 0.65
+"""ArduPilot's default curve of thrust over throttle (MOT_THST_EXPO)."""
+_MASS_RANGE = (0.8, 1.25)
+"""Of the take-off mass: a camera off, a quarter of it on. [-]"""
+_DENSITY_RANGE = Interval(low=0.9, high=1.35)
+_HEIGHT_RANGE = Interval(low=-1.0, high=500.0)
+_STATES = {
+    "takeoff": "climb",
+    "climb": "climb",
+    "accelerate": "cruise",
+    "cruise": "cruise",
+    "brake": "cruise",
+    "descend": "descend",
+    "land": "descend",
+}
+"""Which steady flight says how far the energy of a state may be off, besides that of hover."""
+_CRUISE_M_S, _CLIMB_M_S, _DESCENT_M_S = 8.0, 2.5, -1.5
+"""Where that is looked at: what multicopters fly missions at. [m/s]"""
+
+
+class HoverKind(StrEnum):
+    """What a figure of the hover is."""
+
+    CURRENT = "A"
+    POWER = "W"
+    TIME = "min"
+    THROTTLE = "%"
+
+
+_FIGURE_TEXTS = {
+    HoverKind.CURRENT: "hover current",
+    HoverKind.POWER: "hover power",
+    HoverKind.TIME: "flight time",
+    HoverKind.THROTTLE: "hover throttle",
+}
+
+
+class HoverFigure(Value):
+    """One figure of the hover, in the unit of its kind; a throttle as a fraction."""
+
+    kind: HoverKind
+    value: float
+
+    def __str__(self) -> str:
+        """Return the text it is read from: ``18A``, ``260W``, ``22min``, ``38%``."""
+        shown = 100.0 * self.value if self.kind is HoverKind.THROTTLE else self.value
+        return f"{quantity.exact(shown)}{self.kind}"
+
+
+class MotorTable(Value):
+    """Full throttle of one motor with its propeller, as in the table of its maker."""
+
+    thrust_n: float
+    power_w: float
+
+
+class DataSheet(Value):
+    """What is known of a vehicle without its flights; what is ``None`` is assumed, and said to be."""
+
+    name: str
+    """Of the model; also the stem of its file."""
+    mass_kg: float | None = None
+    """Take-off mass with battery, without payload. [kg]"""
+    battery: Battery | None = None
+    chemistry: str | None = None
+    rotors: int | None = None
+    """Propellers; two on one arm count twice."""
+    propeller_m: float | None = None
+    """Their diameter. [m]"""
+    hover: HoverFigure | None = None
+    motor: MotorTable | None = None
+    autopilot: Autopilot | None = None
+    parameters: ParameterSet | None = None
+    description: str | None = None
+    source: str = ""
+    """Who says so: a data sheet, its address."""
+    date: dt.date = field(default_factory=dt.date.today)
+    """Day the model is made."""
+
+
+def read_mass(text: str) -> float:
+    """Return the mass of ``3.5``, ``3.5kg``, ``3500g`` or ``7.7lb``. [kg]"""
+    return _above_0(read_in(text, _MASS_UNITS), "mass", text)
+
+
+def read_propeller(text: str) -> float:
+    """Return the diameter of ``10in``, ``254mm`` or ``0.254m``; a bare number of 3 and more is inches. [m]"""
+    found = re.fullmatch(NUMBER, text.strip())
+    if found and float(found[1]) >= 3.0:
+        return float(found[1]) * _LENGTH_UNITS["in"]
+    return _above_0(read_in(text, _LENGTH_UNITS), "diameter", text)
+
+
+def read_hover(text: str) -> HoverFigure:
+    """Return the figure of ``18A``, ``260W``, ``22min`` or ``38%``."""
+    found = re.fullmatch(rf"{NUMBER}\s*(A|W|min|%)", text.strip(), re.IGNORECASE)
+    if found is None:
+        msg = f"expected a current, power, flight time or throttle: 18A, 260W, 22min or 38%, got {text!r}"
+        raise ValueError(msg)
+    kind = next(one for one in HoverKind if one.lower() == found[2].lower())
+    value = _above_0(float(found[1]), "figure of the hover", text)
+    if kind is not HoverKind.THROTTLE:
+        return HoverFigure(kind=kind, value=value)
+    if value >= 100.0:
+        msg = f"a hover throttle is below 100 %, got {text!r}"
+        raise ValueError(msg)
+    return HoverFigure(kind=kind, value=value / 100.0)
+
+
+def read_motor(text: str) -> MotorTable:
+    """Return thrust and power of ``1250g@310W``, one motor at full throttle."""
+    thrust, at, power = text.partition("@")
+    if not at:
+        msg = f"expected one motor at full throttle, such as 1250g@310W, got {text!r}"
+        raise ValueError(msg)
+    thrust_kg, power_w = read_mass(thrust), read_in(power, {"W": 1.0})
+    return MotorTable(thrust_n=thrust_kg * GRAVITY_M_S2, power_w=_above_0(power_w, "power", text))
+
+
+def _above_0(value: float, what: str, text: str) -> float:
+    if not 0.0 < value < math.inf:
+        msg = f"a {what} is above 0, got {text!r}"
+        raise ValueError(msg)
+    return value
+
+
+def vehicle_from_data_sheet(sheet: DataSheet) -> VehicleModel:
+    """Return a complete model of a vehicle nobody has logged, with a spread that holds what is assumed.
+
+    Power is that of momentum theory with the rotors of the sheet; hovering takes what its figure of the
+    hover says, else what published multicopters with such propellers take.  Motion is the autopilot's.
+
+    Raises
+    ------
+    UsageError
+        If the sheet lacks what nothing can be assumed for, or what it says cannot fly.
+    """
+    return _Sheet(sheet).model()
+
+
+class _Sheet:
+    """A data sheet with what is assumed beside it: quantities, how far each may be off, and why."""
+
+    def __init__(self, sheet: DataSheet) -> None:
+        self.sheet = sheet
+        self.priors = multicopter_priors()
+        self.fractions: dict[str, float] = {}
+        """Standard deviation of the logarithm of each quantity the power depends on."""
+        self.readings: list[str] = []
+        self.parameters = {} if sheet.parameters is None else sheet.parameters.numbers()
+        self.autopilot = self._autopilot()
+        self.battery = self._battery()
+        self.mass_kg = self._mass_kg()
+        self.rotors = 4 if sheet.rotors is None else sheet.rotors
+        if sheet.rotors is None:
+            self.readings.append("4 rotors: assumed, as most multicopters have")
+        self.propeller_m = self._propeller_m()
+        self._refuse_what_cannot_be()
+        self.quantities = self._quantities()
+
+    def _assume(self, name: str, prior: Prior, unit: str = "", *, of: str = "") -> float:
+        """Take a prior for a quantity, and say so."""
+        self.fractions[name] = prior.fraction
+        self.readings.append(
+            f"{of or name} {prior.value:g}{unit}, between {prior.low:g} and {prior.high:g} in 80 % of "
+            f"multicopters: {prior.source}"
+        )
+        return prior.value
+
+    def _autopilot(self) -> Autopilot:
+        asked, given = self.sheet.autopilot, self.sheet.parameters
+        stack = None if given is None else given.stack
+        if given is not None and stack is not None and asked not in {None, stack}:
+            msg = f"{given.source} holds parameters of {stack.label}: give the vehicle's own"
+            raise UsageError(msg)
+        if asked is Autopilot.STEP:
+            msg = "no data sheet says how a vehicle without PX4 or ArduPilot moves: identify it from a log"
+            raise UsageError(msg)
+        if asked is None and stack is None:
+            self.readings.append("flown by ArduPilot: assumed")
+        return asked or stack or Autopilot.ARDUPILOT
+
+    def _told_cells(self) -> tuple[int, str] | None:
+        """Return the number of cells the parameters tell, and which of them."""
+        for name, cell_v in (("BAT1_N_CELLS", 1.0), ("MOT_BAT_VOLT_MAX", 4.2)):
+            value = self.parameters.get(name, 0.0)
+            if value >= 1.0:
+                return round(value / cell_v), name
+        return None
+
+    def _labelled(self, told: tuple[int, str] | None) -> Battery | None:
+        """Return the battery of the sheet, or the one its parameters tell."""
+        given = self.sheet.parameters
+        if self.sheet.battery is not None:
+            return self.sheet.battery
+        charge_mah = self.parameters.get("BATT_CAPACITY", self.parameters.get("BAT1_CAPACITY", 0.0))
+        if given is None or charge_mah <= 0.0 or told is None:
+            return None
+        charge_ah = charge_mah / MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+        cells, name = told
+        self.readings.append(
+            f"battery of {charge_ah:g} Ah, {cells} cells by {name}: {given.source}"
+        )
+        return Battery(capacity_ah=charge_ah, nominal_voltage_v=_LIPO_CELL_V * cells)
+
+    def _battery(self) -> Battery | None:
+        told = self._told_cells()
+        given = self._labelled(told)
+        if given is None:
+            self.readings.append("no battery given: every check asks for --battery")
+            return None
+        if given.voltage_v is None or given.new_charge_ah is None:
+            msg = "the battery is given by its energy alone: give charge and cells, such as 4S5200"
+            raise UsageError(msg)
+        volts = f"{quantity.decimals(given.voltage_v, 1)} V"
+        cells = cells_of_voltage(given.voltage_v)
+        if cells is None:
+            msg = f"{volts} is no number of lithium cells of 3.6 to 3.85 V: give the battery as 4S5200"
+            raise UsageError(msg)
+        if told is not None and told[0] != cells:
+            msg = f"a battery of {volts} has {cells} cells, {told[1]} says {told[0]}: correct one of them"
+            raise UsageError(msg)
+        is_lithium_ion = given.voltage_v / cells <= MOST_LITHIUM_ION_V
+        chemistry = load_chemistry(
+            self.sheet.chemistry or (LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
+        )
+        if self.sheet.chemistry is None:
+            self.readings.append(f"cells of {chemistry.name}: as {volts} mean")
+        of_1_ah_ohm = self._assume(
+            "resistance", self.priors["cell_resistance"], " ohm", of="a cell of 1 Ah"
+        )
+        return Battery(
+            capacity_ah=given.new_charge_ah,
+            cells_in_series=cells,
+            chemistry=chemistry.name,
+            internal_resistance_ohm=_rounded(cells * of_1_ah_ohm / given.new_charge_ah, 3),
+            ocv_soc=chemistry.ocv_soc,
+            ocv_v=tuple(cells * one for one in chemistry.cell_ocv_v),
+            resistance_temperature_c=chemistry.resistance_temperature_c,
+            resistance_factor=chemistry.resistance_factor,
+        )
+
+    def _mass_kg(self) -> float:
+        if self.sheet.mass_kg is not None:
+            return self.sheet.mass_kg
+        if self.battery is None:
+            msg = "give the take-off mass: without a battery nothing says how heavy the vehicle is"
+            raise UsageError(msg)
+        prior = self.priors["battery_energy_per_mass"]
+        per_kg = self._assume(
+            "mass", prior, " Wh/kg", of="take-off mass not given: battery over mass"
+        )
+        return _rounded(self.battery.energy_wh / per_kg, 3)
+
+    def _propeller_m(self) -> float:
+        if self.sheet.propeller_m is not None:
+            return self.sheet.propeller_m
+        prior = self.priors["disk_loading"]
+        loading = self._assume("disk", prior, " N/m²", of="propellers not given: disk loading")
+        area_m2 = self.mass_kg * GRAVITY_M_S2 / loading
+        return _rounded(math.sqrt(area_m2 / self.rotors * 4.0 / math.pi), 3)
+
+    @property
+    def _rotors_text(self) -> str:
+        return f"{quantity.count(self.rotors, 'rotor')} of {self.propeller_m:.3g} m"
+
+    def _refuse_what_cannot_be(self) -> None:
+        area_m2 = disk_area_m2(self.rotors, self.propeller_m)
+        loading = self.mass_kg * GRAVITY_M_S2 / area_m2
+        low, high = _DISK_LOADING_N_M2
+        if not low <= loading <= high:
+            usual = self.priors["disk_loading"]
+            msg = (
+                f"{self.mass_kg:g} kg on {self._rotors_text} is {loading:,.0f} N for each m² of disk, "
+                f"multicopters have {usual.low:g} to {usual.high:g}: is the mass in kg, the diameter in "
+                "inches?"
+            )
+            raise UsageError(msg)
+        if self.battery is None:
+            return
+        energy, whole = quantity.energy(self.battery.energy_wh), quantity.mass(self.mass_kg)
+        highest_wh_kg = chemistry_of(self.battery).highest_wh_kg
+        assert highest_wh_kg is not None  # a chemistry that is judged by has it
+        least_kg = self.battery.energy_wh / highest_wh_kg
+        if least_kg > _MOST_PACK * self.mass_kg:
+            msg = (
+                f"a battery of {energy} weighs {quantity.mass(least_kg)} at least, the vehicle {whole} in "
+                "all: is the charge in mAh, the mass in kg?"
+            )
+            raise UsageError(msg)
+
+    def _quantities(self) -> dict[str, float]:
+        """Return what the power depends on."""
+        ideal_w = ideal_hover_w(self.mass_kg, self.rotors, self.propeller_m)
+        usual = hover_cost()
+        hover_w = self._hover_w()
+        if hover_w is None:
+            built = self.priors["build"]
+            self.fractions["hover"] = math.hypot(usual.fraction, built.fraction)
+            hover_w = usual.at(self.propeller_m) * ideal_w
+            self.readings.append(
+                f"no figure of the hover: {usual.at(self.propeller_m):.3g} electrical watts for each ideal "
+                f"one (standard deviation {quantity.percent(self.fractions['hover'])}), as {usual.count} "
+                "published multicopters by the size of their propellers, models/priors/published.csv; "
+                f"{built.source}"
+            )
+        self._refuse_hover(hover_w, ideal_w)
+        priors = self.priors
+        return {
+            "mass": self.mass_kg,
+            "disk": disk_area_m2(self.rotors, self.propeller_m),
+            "hover": hover_w,
+            "avionics": min(self._assume("avionics", priors["avionics"], " W"), 0.1 * hover_w),
+            "profile_share": self._assume("profile_share", priors["profile_share"]),
+            "profile_speed_factor": self._assume(
+                "profile_speed_factor", priors["profile_speed_factor"]
+            ),
+            "axial_factor": self._assume("axial_factor", priors["axial_factor"]),
+            "drag": self._assume("drag", priors["drag_per_mass"], of="drag area over mass^(2/3)")
+            * self.mass_kg ** (2.0 / 3.0),
+        }
+
+    def _hover_w(self) -> float | None:
+        """Return the hover power that a figure of the sheet means; ``None`` where there is none. [W]"""
+        figure, motor, battery = self.sheet.hover, self.sheet.motor, self.battery
+        throttle = self.parameters.get("MOT_THST_HOVER") or self.parameters.get("MPC_THR_HOVER")
+        if figure is None and motor is not None and throttle:
+            figure = HoverFigure(kind=HoverKind.THROTTLE, value=throttle)
+        if figure is None:
+            return None
+        if figure.kind is HoverKind.THROTTLE:
+            return self._motor_hover_w(figure, motor)
+        prior = self.priors[f"hover_{figure.kind.name.lower()}"]
+        off = self._assume("hover", prior, of=f"{_FIGURE_TEXTS[figure.kind]} of {figure}: factor")
+        if figure.kind is HoverKind.POWER:
+            return figure.value * off
+        if battery is None or battery.voltage_v is None:
+            msg = f"a {_FIGURE_TEXTS[figure.kind]} of {figure} is no power without the battery: give it"
+            raise UsageError(msg)
+        if figure.kind is HoverKind.CURRENT:
+            loaded_v = battery.voltage_v - figure.value * (battery.new_resistance_ohm or 0.0)
+            return figure.value * off * loaded_v
+        return off * battery.energy_wh * JOULES_PER_WATT_HOUR / (_SECONDS_PER_MINUTE * figure.value)
+
+    def _motor_hover_w(self, figure: HoverFigure, motor: MotorTable | None) -> float:
+        """Return the hover power by the throttle and the motor's table: P goes by T^1.5. [W]"""
+        if motor is None:
+            msg = f"a hover throttle of {figure} needs the motor at full throttle: give it as 1250g@310W"
+            raise UsageError(msg)
+        expo = self.parameters.get("MOT_THST_EXPO", _THRUST_EXPO)
+        most_kg = self.rotors * motor.thrust_n / GRAVITY_M_S2
+        lifted_kg = most_kg * ((1.0 - expo) * figure.value + expo * figure.value**2)
+        if not 1.0 / _THRUST_AGREES <= lifted_kg / self.mass_kg <= _THRUST_AGREES:
+            msg = (
+                f"{self.rotors} motors of {quantity.mass(most_kg)} of thrust in all carry "
+                f"{quantity.mass(lifted_kg)} at {figure} throttle, the vehicle weighs "
+                f"{quantity.mass(self.mass_kg)}: correct one of them"
+            )
+            raise UsageError(msg)
+        off = self._assume(
+            "hover", self.priors["motor_table"], of="power by the motor's table: factor"
+        )
+        return self.rotors * motor.power_w * float((self.mass_kg / most_kg) ** 1.5) * off
+
+    def _refuse_hover(self, hover_w: float, ideal_w: float) -> None:
+        figure = "" if self.sheet.hover is None else f" ({self.sheet.hover})"
+        hovering = f"hovering on {quantity.power(hover_w)}{figure}"
+        carrying = f"{self._rotors_text} to carry {quantity.mass(self.mass_kg)}"
+        correct = "correct the figure, the mass or the propellers"
+        if hover_w < ideal_w:
+            ideal = quantity.power(ideal_w)
+            msg = f"{hovering} is less than the {ideal} of {carrying} without any loss: {correct}"
+            raise UsageError(msg)
+        usual_w = hover_cost().at(self.propeller_m) * ideal_w
+        if hover_w > _COSTLIEST * usual_w:
+            times = f"{hover_w / usual_w:.1f} times the {quantity.power(usual_w)}"
+            msg = (
+                f"{hovering} is {times} that published multicopters take with {carrying}: {correct}"
+            )
+            raise UsageError(msg)
+        if self.battery is None:
+            return
+        lasts_s = JOULES_PER_WATT_HOUR * self.battery.energy_wh / hover_w
+        most_rate = chemistry_of(self.battery).sustained_c_rate
+        if most_rate is not None and lasts_s * most_rate < JOULES_PER_WATT_HOUR:
+            msg = (
+                f"{hovering} empties {quantity.energy(self.battery.energy_wh)} in "
+                f"{quantity.duration(lasts_s)}, faster than any battery bears: is the charge in mAh?"
+            )
+            raise UsageError(msg)
+
+    def _rotor(self, given: Mapping[str, float]) -> Rotor:
+        """Return the rotor of which the hover takes what the quantities say."""
+        thrust_n = given["mass"] * GRAVITY_M_S2
+        ideal_w = thrust_n * float(
+            hover_induced_velocity_m_s(
+                thrust_n, SEA_LEVEL_DENSITY_KG_M3, disk_area_m2=given["disk"]
+            )
+        )
+        cost = (given["hover"] - given["avionics"]) / ideal_w
+        return Rotor(
+            disk_area_m2=given["disk"],
+            drag_area_m2=given["drag"],
+            induced_factor=cost * (1.0 - given["profile_share"]),
+            axial_factor=given["axial_factor"],
+            profile_factor=cost * given["profile_share"],
+            profile_speed_factor=given["profile_speed_factor"],
+        )
+
+    def _steady_w(self, given: Mapping[str, float]) -> dict[str, float]:
+        """Return the power of hover and of each steady flight. [W]"""
+        flights = {
+            "hover": (0.0, 0.0),
+            "cruise": (_CRUISE_M_S, 0.0),
+            "climb": (0.0, _CLIMB_M_S),
+            "descend": (0.0, _DESCENT_M_S),
+        }
+        rotor = self._rotor(given)
+        power = momentum_power_w(
+            np.array([one[0] for one in flights.values()]),
+            np.array([one[1] for one in flights.values()]),
+            rotor,
+            mass_kg=given["mass"],
+            air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
+        )
+        return dict(zip(flights, (power + given["avionics"]).tolist(), strict=True))
+
+    def _spread(self) -> ModelSpread:
+        """Return how far energies may be off: what all states share is that of hover."""
+        at = self._steady_w(self.quantities)
+        shared = 0.0
+        beside = dict.fromkeys(at, 0.0)
+        # without a figure of the hover its power follows the mass^1.5 and the disk^-0.5 assumed
+        follows = {"mass": 1.5, "disk": -0.5} if self.sheet.hover is None else {}
+        for name, fraction in self.fractions.items():
+            if name not in self.quantities:
+                continue  # what motion and battery go by
+            moved = dict(self.quantities)
+            moved[name] *= math.exp(fraction)
+            moved["hover"] *= math.exp(fraction * follows.get(name, 0.0))
+            change = {
+                state: math.log(power / at[state]) for state, power in self._steady_w(moved).items()
+            }
+            shared += change["hover"] ** 2
+            for state, one in change.items():
+                beside[state] += (one - change["hover"]) ** 2
+        cost = hover_cost()
+        return ModelSpread(
+            time_fraction=round(self.priors["time"].fraction, 4),
+            energy_fraction=round(math.sqrt(shared), 4),
+            energy_state_fraction=tuple(
+                (state, round(math.sqrt(beside[steady]), 4)) for state, steady in _STATES.items()
+            ),
+            n_flights=cost.degrees_of_freedom,
+            source="no flight: how far the data sheet and what is assumed beside it may be off, by "
+            f"{cost.count} published multicopters and models/priors",
+        )
+
+    def _kept_parameters(self) -> tuple[tuple[str, float], ...]:
+        """Return the parameters that a prediction depends on."""
+        rows = parameter_table(PARAMETERS_OF[self.autopilot]).values()
+        return tuple(
+            (spelling.name, self.parameters[spelling.name])
+            for row in rows
+            for spelling in row.spellings
+            if spelling.name in self.parameters
+            and row.is_possible(spelling.si(self.parameters[spelling.name]))
+        )
+
+    def model(self) -> VehicleModel:
+        """Return the model."""
+        sheet, given, priors = self.sheet, self.quantities, self.priors
+        spread = self._spread()
+        rotor = self._rotor(given)
+        noise_m = self._assume("position_noise", priors["position_noise"], " m")
+        drag_per_s = None
+        if self.autopilot is Autopilot.PX4:
+            drag_per_s = self._assume("drag_per_s", priors["drag_per_s"], " 1/s")
+        idle = self._assume("ground_idle", priors["ground_idle"], of="idling over hovering")
+        off = quantity.percent(spread.energy_fraction)
+        facts = f"{self.mass_kg:g} kg on {self._rotors_text}, from its data sheet"
+        return VehicleModel(
+            name=sheet.name,
+            source=f"{sheet.name}.toml",
+            kind="multicopter",
+            reference=self.autopilot,
+            description=sheet.description
+            or f"{facts}: nobody logged a flight, energies may be off by {off}.",
+            mass_kg=self.mass_kg,
+            position_noise_m=noise_m,
+            drag_per_s=drag_per_s,
+            hover=None,
+            cruise=MomentumLaw(
+                **{name: _rounded(value, 4) for name, value in rotor._asdict().items()}
+            ),
+            loads=Loads(
+                avionics_w=_rounded(given["avionics"], 3),
+                ground_idle_w=_rounded(idle * given["hover"], 3),
+            ),
+            battery=self.battery,
+            parameters=self._kept_parameters(),
+            valid_for=self._valid_for(),
+            spread=spread,
+            provenance=Provenance(
+                source=sheet.source or "its data sheet",
+                method="momentum theory with the hover of the data sheet; no flight",
+                date=sheet.date,
+                readings=tuple(self.readings),
+            ),
+        )
+
+    def _valid_for(self) -> ValidFor:
+        """Return the box in which theory is held to say something."""
+        weight_n, drag_area_m2 = self.mass_kg * GRAVITY_M_S2, self.quantities["drag"]
+        leaning_n = weight_n * math.tan(math.radians(_LEAN_DEG))
+        leaning_m_s = math.sqrt(leaning_n / (0.5 * SEA_LEVEL_DENSITY_KG_M3 * drag_area_m2))
+        induced_m_s = float(
+            hover_induced_velocity_m_s(
+                weight_n, SEA_LEVEL_DENSITY_KG_M3, disk_area_m2=self.quantities["disk"]
+            )
+        )
+        lightest, heaviest = (_rounded(one * self.mass_kg, 3) for one in _MASS_RANGE)
+        return ValidFor(
+            speed_m_s=Interval(low=0.0, high=round(min(leaning_m_s, _FASTEST_M_S), 1)),
+            height_above_home_m=_HEIGHT_RANGE,
+            climb_rate_m_s=Interval(low=-round(0.5 * induced_m_s, 1), high=round(induced_m_s, 1)),
+            mass_kg=Interval(low=lightest, high=heaviest),
+            air_density_kg_m3=_DENSITY_RANGE,
+        )
+
+
+def _rounded(value: float, digits: int) -> float:
+    """Return a number of so many digits: more is not known of it."""
+    return float(f"{value:.{digits}g}")

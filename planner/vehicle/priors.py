@@ -1,0 +1,168 @@
+r"""What multicopters have in common that nobody has logged: ranges, each with its source.
+
+The numbers are data, in ``models/priors``: a table of ranges, and a list of multicopters with a
+published hover time.  From the list follows what hovering costs,
+
+.. math:: k = \frac{P}{T v_h} = a + b / d, \qquad T v_h = \frac{(m g)^{3/2}}{\sqrt{2 \rho A}},
+
+electrical watts for each watt of the ideal disk, over the diameter d of the propellers: small blades
+fly at low Reynolds numbers, and what the electronics take weighs more.  The fit is by least squares of
+the relative errors.
+"""
+
+import csv
+import math
+import tomllib
+from functools import lru_cache
+from typing import Annotated, Self
+
+import numpy as np
+
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.rotor import hover_induced_velocity_m_s
+from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR
+from planner.values import Value
+from planner.vehicle.declared import Key, Part, Problems
+from planner.vehicle.reader import Reading, models_root
+
+OF_MIDDLE_80_PERCENT = 2.0 * 1.2815515655446004
+"""Width of the middle 80 % of a normal distribution over its standard deviation. [-]"""
+
+
+class Prior(Part):
+    """A quantity nobody measured on this vehicle: its likeliest value, and where 80 % lie."""
+
+    value: Annotated[float, Key("likeliest value")]
+    low: Annotated[float, Key("below it lie 10 % of multicopters")]
+    high: Annotated[float, Key("above it lie 10 %")]
+    source: Annotated[str, Key("who says so")]
+
+    def inconsistencies(self) -> Problems:
+        """Yield the problem of a value outside its own range."""
+        if not 0.0 < self.low <= self.value <= self.high:
+            yield "value", "must lie between low and high, all above 0"
+
+    @property
+    def fraction(self) -> float:
+        """Standard deviation of the logarithm. [-]"""
+        return math.log(self.high / self.low) / OF_MIDDLE_80_PERCENT
+
+
+class PublishedHover(Value):
+    """A multicopter with a published hover time."""
+
+    name: str
+    mass_kg: float
+    rotors: int
+    propeller_m: float
+    battery_wh: float
+    hover_min: float
+    source: str
+
+    @classmethod
+    def of_row(cls, row: dict[str, str]) -> Self:
+        """Return what a row of the list says."""
+        numbers = {name: float(row[name]) for name in ("mass_kg", "propeller_m", "battery_wh")}
+        return cls(
+            name=row["name"],
+            rotors=int(row["rotors"]),
+            hover_min=float(row["hover_min"]),
+            source=row["source"],
+            **numbers,
+        )
+
+    def cost(self, share: float) -> float:
+        """Return its electrical watts for each ideal watt, where a flight takes a share of the label. [-]"""
+        taken_w = share * self.battery_wh * JOULES_PER_WATT_HOUR / self.hover_s
+        return taken_w / ideal_hover_w(self.mass_kg, self.rotors, self.propeller_m)
+
+    @property
+    def hover_s(self) -> float:
+        """Hover time. [s]"""
+        return self.hover_min * 60.0
+
+
+class HoverCost(Value):
+    """Electrical watts for each watt of the ideal disk in hover, over the diameter of the propellers."""
+
+    constant: float
+    per_diameter_m: float
+    fraction: float
+    """Standard deviation of single vehicles, relative. [-]"""
+    degrees_of_freedom: int
+    count: int
+    """Multicopters it was found from."""
+
+    def at(self, propeller_m: float) -> float:
+        """Return the cost with propellers of a diameter. [-]"""
+        return self.constant + self.per_diameter_m / propeller_m
+
+
+def disk_area_m2(rotors: int, propeller_m: float) -> float:
+    """Return the area of all rotor disks; two on one arm count twice. [m²]"""
+    return rotors * math.pi / 4.0 * propeller_m**2
+
+
+def ideal_hover_w(mass_kg: float, rotors: int, propeller_m: float) -> float:
+    """Return the power of an ideal disk that carries a mass at sea level: no rotor takes less. [W]
+
+    Examples
+    --------
+    2 kg on four rotors of 10 inches, T v_h = 19.6 N x 6.28 m/s:
+
+    >>> print(f"{ideal_hover_w(2.0, 4, 0.254):.0f} W")
+    123 W
+    """
+    thrust_n = mass_kg * GRAVITY_M_S2
+    area_m2 = disk_area_m2(rotors, propeller_m)
+    velocity = hover_induced_velocity_m_s(thrust_n, SEA_LEVEL_DENSITY_KG_M3, disk_area_m2=area_m2)
+    return float(thrust_n * velocity)
+
+
+@lru_cache(maxsize=1)
+def multicopter_priors() -> dict[str, Prior]:
+    """Return the ranges by the names of their quantities.
+
+    Raises
+    ------
+    ValueError
+        If their file is not as it must be: a mistake in what is shipped.
+    """
+    path = models_root() / "priors" / "multicopter.toml"
+    document = tomllib.loads(path.read_text(encoding="utf-8"))
+    document.pop("schema", None)
+    reading = Reading()
+    held = {name: reading.part(Prior, raw, f"{name}.") for name, raw in document.items()}
+    if reading.problems:
+        msg = f"{path.name}: {reading.problems}"
+        raise ValueError(msg)
+    return {name: one for name, one in held.items() if isinstance(one, Prior)}
+
+
+@lru_cache(maxsize=1)
+def published_hovers() -> tuple[PublishedHover, ...]:
+    """Return the multicopters with a published hover time."""
+    path = models_root() / "priors" / "published.csv"
+    with path.open(encoding="utf-8", newline="") as rows:
+        return tuple(PublishedHover.of_row(row) for row in csv.DictReader(rows))
+
+
+@lru_cache(maxsize=1)
+def hover_cost() -> HoverCost:
+    """Return what hovering costs, by those multicopters."""
+    hovers = published_hovers()
+    share = multicopter_priors()["hover_time"].value
+    cost = np.array([one.cost(share) for one in hovers])
+    design = np.array([[1.0, 1.0 / one.propeller_m] for one in hovers])
+    (constant, per_diameter), *_ = np.linalg.lstsq(
+        design / cost[:, np.newaxis], np.ones_like(cost), rcond=None
+    )
+    errors = np.log(cost / (design @ (constant, per_diameter)))
+    left = len(hovers) - design.shape[1]
+    return HoverCost(
+        constant=float(constant),
+        per_diameter_m=float(per_diameter),
+        fraction=float(np.sqrt(np.sum(errors**2) / left)),
+        degrees_of_freedom=left,
+        count=len(hovers),
+    )

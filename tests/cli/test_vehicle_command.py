@@ -1,0 +1,60 @@
+"""``mavjoule vehicle``: two commands from a data sheet to a verdict."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from planner.cli.main import main
+from planner.errors import ExitCode
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
+
+_SHEET = ["--mass", "1.6kg", "--battery", "4S5200", "--rotors", "4", "--propeller", "10in"]
+
+
+def test_two_commands_lead_from_a_data_sheet_to_a_verdict(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET, "--hover", "18A"]) == ExitCode.GO
+    shown = capsys.readouterr()
+    assert "hover        1" in shown.out
+    assert "Assumed" in shown.out
+    assert "--vehicle mine.toml" in shown.err
+    assert main(["check", mission, "--vehicle", "mine.toml"]) == ExitCode.GO
+    assert "GO" in capsys.readouterr().out
+
+
+def test_a_model_is_not_written_over(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET]) == ExitCode.GO
+    before = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    assert main(["vehicle", "new", "-o", "mine.toml", "--battery", "6S9000"]) == ExitCode.UNUSABLE
+    assert "exists already" in capsys.readouterr().err
+    assert (tmp_path / "mine.toml").read_text(encoding="utf-8") == before
+
+
+def test_without_a_terminal_nothing_is_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicle", "new", "-o", "mine.toml"]) == ExitCode.UNUSABLE
+    assert "give --mass, --battery" in capsys.readouterr().err
+
+
+def test_a_model_is_shown_with_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicle", "show", "arducopter-sitl-quad", "--format", "json"]) == ExitCode.GO
+    document = json.loads(capsys.readouterr().out)
+    hover, *_ = document["speeds"]
+    # down to 20 % of the charge; the upper part of it has the higher voltage, some is lost as heat
+    taken_wh = hover["endurance_s"] * hover["power_w"] / 3600.0
+    assert 0.75 * document["battery_wh"] < taken_wh < 0.85 * document["battery_wh"]
+    assert document["farthest"]["speed_m_s"] > document["longest"]["speed_m_s"] > 0.0
+
+
+def test_a_payload_shortens_the_hover(capsys: pytest.CaptureFixture[str]) -> None:
+    times = []
+    for payload in ("0", "0.5"):
+        main(["vehicle", "show", "arducopter-sitl-quad", "--payload", payload, "--format", "json"])
+        times.append(json.loads(capsys.readouterr().out)["speeds"][0]["endurance_s"])
+    # more than in proportion to the mass: (4.0 / 3.5) ** 1.5 of the motors' power
+    assert times[1] < times[0] * (3.5 / 4.0)

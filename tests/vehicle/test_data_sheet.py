@@ -1,0 +1,178 @@
+"""Models from data sheets: what they say of hover, how sure they are, and what is refused.
+
+Expected powers come by hand from the actuator disk, P = (m g)^1.5 / sqrt(2 rho A).
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import planner
+from planner.autopilot import Autopilot
+from planner.errors import UsageError
+from planner.service.endurance import predict_endurance
+from planner.setup import read_battery
+from planner.vehicle.data_sheet import (
+    DataSheet,
+    read_hover,
+    read_mass,
+    read_motor,
+    read_propeller,
+    vehicle_from_data_sheet,
+)
+from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.priors import hover_cost, multicopter_priors, published_hovers
+from planner.vehicle.writer import write_vehicle
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.vehicle.model import VehicleModel
+
+_IDEAL_W = (1.6 * 9.80665) ** 1.5 / math.sqrt(2.0 * 1.225 * 4.0 * math.pi * 0.127**2)
+"""Of 1.6 kg on four rotors of 10 inches at sea level: 88.2 W."""
+
+
+def _vehicle(**given: Any) -> VehicleModel:  # noqa: ANN401 - any field of a sheet
+    known: dict[str, Any] = {
+        "name": "mine",
+        "mass_kg": 1.6,
+        "battery": read_battery("4S5200"),
+        "rotors": 4,
+        "propeller_m": 0.254,
+        "date": dt.date(2026, 11, 23),
+    }
+    return vehicle_from_data_sheet(DataSheet(**(known | given)))
+
+
+def _hover_w(vehicle: VehicleModel) -> float:
+    """Return the hover power 50 m above sea level, where the air is 0.5 % thinner."""
+    hover = predict_endurance(vehicle).hover
+    assert hover is not None
+    return hover.power_w
+
+
+def test_the_hover_of_the_sheet_is_the_hover_of_the_model() -> None:
+    # the motors take 0.24 % more at 50 m: 0.995 ** -0.5
+    assert _hover_w(_vehicle(hover=read_hover("260W"))) == pytest.approx(260.0, rel=0.005)
+    # 17.5 A at 14.8 V: the mean of the cells without load, 15.16 V, less 17.5 A x 19.2 milliohm
+    assert _hover_w(_vehicle(hover=read_hover("17.5A"))) == pytest.approx(259.0, rel=0.005)
+
+
+def test_a_flight_time_takes_the_share_of_the_battery_that_is_assumed() -> None:
+    vehicle = _vehicle(hover=read_hover("18min"))
+    assert vehicle.battery is not None
+    share = multicopter_priors()["hover_time"].value
+    by_hand_w = share * vehicle.battery.energy_wh / 0.3
+    assert _hover_w(vehicle) == pytest.approx(by_hand_w, rel=0.005)
+
+
+def test_a_throttle_takes_the_power_of_the_motor_at_the_weight() -> None:
+    vehicle = _vehicle(hover=read_hover("40%"), motor=read_motor("1250g@310W"))
+    off = multicopter_priors()["motor_table"].value
+    assert _hover_w(vehicle) == pytest.approx(off * 4 * 310.0 * (1.6 / 5.0) ** 1.5, rel=0.005)
+
+
+def test_without_a_figure_it_hovers_like_published_multicopters_of_its_size() -> None:
+    cost = hover_cost()
+    assert _hover_w(_vehicle()) == pytest.approx(cost.at(0.254) * _IDEAL_W, rel=0.005)
+    # a Crazyflie 2.1 is in none of the figures: 27 g on four rotors of 45 mm hover 7 min on 0.25 Ah
+    # of 3.7 V (its data sheet), that is 7.9 W for 1.09 ideal ones
+    assert cost.at(0.045) == pytest.approx(7.2, rel=0.2)
+
+
+def test_published_hovers_are_met_within_what_the_fit_says() -> None:
+    cost, share = hover_cost(), multicopter_priors()["hover_time"].value
+    errors = [math.log(one.cost(share) / cost.at(one.propeller_m)) for one in published_hovers()]
+    assert max(map(abs, errors)) < 3.0 * cost.fraction
+    assert cost.fraction < 0.15  # wider, and the size of a propeller would say nothing
+
+
+def test_less_is_known_the_wider_the_spread() -> None:
+    def fraction(**given: Any) -> float:  # noqa: ANN401 - any field of a sheet
+        spread = _vehicle(**given).spread
+        assert spread is not None
+        assert spread.energy_fraction is not None
+        return spread.energy_fraction
+
+    measured, timed = fraction(hover=read_hover("260W")), fraction(hover=read_hover("18min"))
+    no_hover, no_propeller = fraction(), fraction(propeller_m=None)
+    assert measured < timed < no_hover < no_propeller < fraction(propeller_m=None, mass_kg=None)
+
+
+def test_what_is_assumed_is_listed_with_its_source() -> None:
+    readings = " ".join(_vehicle().provenance.readings)
+    for word in ("flown by ArduPilot", "drag area", "avionics", "published", "Leishman"):
+        assert word in readings
+    assert "published" not in " ".join(_vehicle(hover=read_hover("260W")).provenance.readings)
+
+
+def test_the_file_reads_back_as_the_model(tmp_path: Path) -> None:
+    vehicle = _vehicle(autopilot=Autopilot.PX4)
+    write_vehicle(tmp_path / "mine.toml", vehicle)
+    read = planner.load_vehicle(tmp_path / "mine.toml")
+    assert (read.cruise, read.battery, read.spread) == (
+        vehicle.cruise,
+        vehicle.battery,
+        vehicle.spread,
+    )
+
+
+def test_parameters_give_autopilot_battery_speed_and_throttle() -> None:
+    text = b"WPNAV_SPEED,800\nBATT_CAPACITY,5200\nMOT_BAT_VOLT_MAX,16.8\nMOT_THST_HOVER,0.4\n"
+    parameters = parameters_from_text(text, source="my.param")
+    vehicle = _vehicle(battery=None, parameters=parameters, motor=read_motor("1250g@310W"))
+    assert vehicle.reference is Autopilot.ARDUPILOT
+    assert ("WPNAV_SPEED", 800.0) in vehicle.parameters
+    assert vehicle.battery is not None
+    assert (vehicle.battery.capacity_ah, vehicle.battery.cells_in_series) == (5.2, 4)
+    assert "motor's table" in " ".join(vehicle.provenance.readings)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"mass_kg": 1600.0}, "is the mass in kg"),
+        ({"mass_kg": 0.016}, "for each m² of disk"),
+        ({"battery": read_battery("520Ah@14.8V")}, "weighs 20.7 kg at least"),
+        ({"battery": read_battery("0.52Ah@14.8V")}, "faster than any battery bears"),
+        ({"battery": read_battery("5.2Ah@16.8V")}, "no number of lithium cells"),
+        ({"battery": read_battery("77Wh")}, "give charge and cells"),
+        ({"hover": read_hover("80W")}, "less than the 88 W"),
+        ({"hover": read_hover("90min")}, "less than the 88 W"),
+        ({"hover": read_hover("2600W")}, "times the"),
+        ({"hover": read_hover("38%")}, "needs the motor"),
+        ({"hover": read_hover("38%"), "motor": read_motor("4500g@900W")}, "correct one of them"),
+        ({"battery": None, "hover": read_hover("18A")}, "no power without the battery"),
+        ({"battery": None, "mass_kg": None}, "give the take-off mass"),
+        ({"autopilot": Autopilot.STEP}, "identify it from a log"),
+    ],
+)
+def test_what_cannot_fly_is_refused_with_the_physics(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(UsageError, match=sentence):
+        _vehicle(**given)
+
+
+def test_cells_that_parameters_contradict_are_refused() -> None:
+    parameters = parameters_from_text(b"BAT1_N_CELLS,6\nMPC_XY_CRUISE,5\n", source="my.params")
+    with pytest.raises(UsageError, match="has 4 cells, BAT1_N_CELLS says 6"):
+        _vehicle(parameters=parameters)
+
+
+def test_units_that_people_write_are_read() -> None:
+    assert read_mass("3500g") == read_mass("3.5") == read_mass("3.5 kg") == pytest.approx(3.5)
+    assert read_mass("2lb") == pytest.approx(0.90718474)
+    assert read_propeller("10in") == read_propeller("10") == read_propeller("254mm")
+    assert read_battery("4S5200") == read_battery("5200mAh@4S") == read_battery("4S5.2Ah")
+    for text, reader in (
+        ("3 stone", read_mass),
+        ("18", read_hover),
+        ("0W", read_hover),
+        ("120%", read_hover),
+    ):
+        with pytest.raises(ValueError, match=r"expected|above 0|below 100"):
+            reader(text)
