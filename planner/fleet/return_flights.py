@@ -182,46 +182,68 @@ class ReturnConflict(Value):
     approach: ClosestApproach
 
 
-def return_conflict(
-    own: ReturnFlights, fan: FlownFan, meeting: Meeting, within_m: float
-) -> ReturnConflict | None:
+def return_conflict(own: ReturnFlights, fan: FlownFan, meeting: Meeting) -> ReturnConflict | None:
     """Return the first return found that comes nearer to another flight than it may; ``None``: none does.
 
-    ``fan`` is that of the first intervals; ``meeting`` has the other flight as its second.
+    ``fan`` is that of the first intervals; ``meeting`` has the other flight as its second, and a zone.
     """
     for number in range(_MOST_ROUNDS):
-        flagged = _near(fan, fan.whole, meeting, within_m)
+        flagged = _near(fan, fan.whole, meeting)
         if not flagged.any():
             return None
         near = fan.kept(flagged)
-        found = np.flatnonzero(_near(near, near.trajectory, meeting, within_m))
-        is_last = number == _MOST_ROUNDS - 1 or fan.away_m[flagged].max() < _NEAR_ENOUGH_M
-        if len(found) or is_last:
-            row = int(found[0]) if len(found) else int(np.flatnonzero(flagged)[0])
-            one = fan.kept(np.arange(len(flagged)) == row)
-            approach = closest_approach(
-                one.trajectory if len(found) else one.whole,
-                meeting.second,
-                second_later_s=meeting.later_s,
-                shift_s=meeting.shift_s,
-                second_above_m=meeting.above_m,
-                accuracy_m=0.1,
-                within_m=within_m,
-                zone=meeting.zone,
-            )
-            if approach is not None:
-                return ReturnConflict(
-                    begun_s=float(0.5 * (fan.begin_s[row] + fan.end_s[row])),
-                    item=approach.first_item,
-                    approach=approach,
-                )
+        found = _near(near, near.trajectory, meeting)
+        if found.any():
+            first = np.flatnonzero(found)[:1]
+            conflict = _first_conflict(fan, near.trajectory, near.group, first, meeting)
+            if conflict is not None:
+                return conflict
+        elif number == _MOST_ROUNDS - 1 or fan.away_m[flagged].max() < _NEAR_ENOUGH_M:
+            rows = np.flatnonzero(flagged)
+            return _first_conflict(fan, near.whole, near.group, rows, meeting)
         fan = own.fan(*fan.divided(flagged))
     return None
 
 
-def _near(fan: FlownFan, flown: Trajectory, meeting: Meeting, within_m: float) -> BoolArray:
+def _first_conflict(
+    fan: FlownFan, flown: Trajectory, group: IntArray, rows: IntArray, meeting: Meeting
+) -> ReturnConflict | None:
+    """Return the conflict of one of some intervals of a fan; ``None``: none has one."""
+
+    def approach_of(some: IntArray) -> ClosestApproach | None:
+        return closest_approach(
+            flown.parts(np.flatnonzero(np.isin(group, some))),
+            meeting.second,
+            second_later_s=meeting.later_s,
+            shift_s=meeting.shift_s,
+            second_above_m=meeting.above_m,
+            accuracy_m=_NEAR_ENOUGH_M,
+            zone=meeting.zone,
+        )
+
+    approach = approach_of(rows)
+    while approach is not None and len(rows) > 1:
+        half = len(rows) // 2
+        for some in (rows[:half], rows[half:]):
+            nearer = approach_of(some)
+            if nearer is not None:
+                rows, approach = some, nearer
+                break
+        else:
+            break
+    if approach is None:
+        return None
+    return ReturnConflict(
+        begun_s=float(0.5 * (fan.begin_s[rows[0]] + fan.end_s[rows[0]])),
+        item=approach.first_item,
+        approach=approach,
+    )
+
+
+def _near(fan: FlownFan, flown: Trajectory, meeting: Meeting) -> BoolArray:
     """Return which intervals of a fan, flown as it is or as a whole, come too near. (n,)"""
-    found = groups_within(replace(meeting, first=flown), fan.group, within_m)
+    assert meeting.zone is not None
+    found = groups_within(replace(meeting, first=flown), fan.group, meeting.zone.horizontal_m)
     return np.pad(found, (0, len(fan.begin_s) - len(found)))
 
 

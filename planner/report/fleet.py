@@ -50,7 +50,10 @@ _TOTALS = (
 )
 
 
-PLAN_NOTE = "All keep apart in flight, and on every return where a row does not say otherwise."
+PLAN_NOTE = (
+    "Each row is the fastest with so many; least energy is what they take in time where they need not hurry. "
+    "All keep apart in flight, and on every return where a row does not say otherwise."
+)
 HOLDS = {True: "yes", False: "no", None: "not judged"}
 
 
@@ -176,7 +179,16 @@ def fleet_document(result: FleetResult, *, version: str) -> Document:
 
 def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
     """Return the report of a plan: what so many vehicles take, how good it is, then the check of it."""
-    heads = ("vehicles", "sorties", "energy", "makespan", "packs", "largest sortie", "")
+    heads = (
+        "vehicles",
+        "sorties",
+        "energy",
+        "makespan",
+        "packs",
+        "largest sortie",
+        "least energy",
+        "",
+    )
     rows = [
         (
             str(row.vehicles),
@@ -185,6 +197,7 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
             quantity.duration(row.makespan_s),
             str(row.packs),
             quantity.energy(row.largest_sortie_wh),
+            quantity.energy(row.least_energy_wh),
             ", ".join(plan.marks(row)),
         )
         for row in plan.rows
@@ -192,8 +205,8 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
     lines = [
         plan_headline(plan),
         "",
-        *table_lines([heads, *rows], alignment=">>>>>><"),
-        PLAN_NOTE,
+        *table_lines([heads, *rows], alignment=">>>>>>><"),
+        *medium.wrapped(PLAN_NOTE, indent=0),
         *filter(None, [cut_short_text(plan)]),
         "",
     ]

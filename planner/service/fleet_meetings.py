@@ -6,13 +6,11 @@ from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from planner.fleet.approach import Meeting
 from planner.fleet.return_flights import return_conflict
 from planner.fleet.separation import home_above_m
 from planner.fleet.shifts import ClosedShifts
-from planner.service.fleet_separation import fleet_spacing, members, return_flights
+from planner.service.fleet_separation import common_frame, fleet_spacing, members, returns_of
 from planner.service.fleet_times import landing_pads
 from planner.values import replace
 
@@ -20,16 +18,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.fleet.fleet import Fleet, Separation
-    from planner.fleet.return_flights import ReturnFlights
     from planner.fleet.separation import Member
     from planner.service.fleet import FlownSortie
+    from planner.service.fleet_separation import Encounters, ReturnsOfOne
 
     Closed = dict[tuple[tuple[int, int], tuple[int, int]], tuple[tuple[float, float], ...]]
     """Of two flights, each by task and option: open intervals that the start of the second after that of
     the first must not be in. [s]"""
 
-_FINER = 4
-"""Parts of the intervals in which returns are looked at first, where all starts are asked for."""
 _RETURNS_ROUND_S = 1.0
 """To what starts are found that keep the returns of another clear; each try looks at all of them. [s]"""
 
@@ -74,12 +70,17 @@ class Meetings:
     """At which differences of their starts two sorties come too near to each other."""
 
     def __init__(
-        self, fleet: Fleet, separation: Separation, flown: tuple[FlownSortie, FlownSortie]
+        self,
+        fleet: Fleet,
+        separation: Separation,
+        flown: tuple[FlownSortie, FlownSortie],
+        known: Encounters,
     ) -> None:
         self._spacing = fleet_spacing(separation)
-        self._flown = flown
         # Vehicles of one name never meet; packs and starts count for nothing here.
-        self._one, self._two = members(fleet, separation, flown)
+        self._one, self._two = members(fleet, separation, flown, known)
+        frame = common_frame(flown, known)
+        self._backs = [returns_of(fleet, separation, one, frame, known) for one in flown]
 
     def about(self, later_s: float, *, with_returns: bool) -> list[tuple[float, float]]:
         """Return the intervals that a difference is in. [s]"""
@@ -99,27 +100,22 @@ class Meetings:
     @cached_property
     def _returns(self) -> tuple[ClosedShifts | None, ClosedShifts | None]:
         """Of the returns of the first with the second, and the other way round."""
-        first, second = (each.assessment for each in self._flown)
-        assert first is not None  # both fly
-        assert second is not None
-        frame = first.route.frame
+        first, second = self._backs
         return (
-            self._of_returns(return_flights(first, frame), self._one, self._two),
-            self._of_returns(return_flights(second, frame), self._two, self._one),
+            self._of_returns(first, self._one, self._two),
+            self._of_returns(second, self._two, self._one),
         )
 
-    def _of_returns(self, flights: ReturnFlights, one: Member, two: Member) -> ClosedShifts | None:
-        begin_s, end_s = flights.first_intervals()
-        if not len(begin_s):
+    def _of_returns(self, back: ReturnsOfOne, one: Member, two: Member) -> ClosedShifts | None:
+        if back.box_m is None:
             return None
-        cuts = np.linspace(begin_s, end_s, _FINER + 1)
-        fan = flights.fan(cuts[:-1].T.ravel(), cuts[1:].T.ravel())
+        flights, fan = back.flights, back.fine_fan
         meeting = replace(self._meeting(one, two), first=fan.whole)
 
         def is_clear(low_s: float, high_s: float) -> bool:
             between_s = 0.5 * (high_s - low_s)
             at = replace(meeting, later_s=low_s + between_s, shift_s=meeting.shift_s + between_s)
-            return return_conflict(flights, fan, at, self._spacing.separation_m) is None
+            return return_conflict(flights, fan, at) is None
 
         return ClosedShifts(meeting, is_clear=is_clear, round_s=_RETURNS_ROUND_S)
 

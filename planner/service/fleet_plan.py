@@ -22,7 +22,7 @@ from planner.fleet.writer import fleet_file_text
 from planner.mission.formats.exchange import read_bytes
 from planner.service.fleet import check_fleet
 from planner.service.fleet_meetings import Meetings
-from planner.service.fleet_separation import fleet_spacing, members
+from planner.service.fleet_separation import Encounters, fleet_spacing, members
 from planner.service.fleet_ways import Ways, listed
 from planner.values import Value, replace
 
@@ -65,6 +65,9 @@ class PlanRow(Value):
     """Whether the check of the whole fleet finds no two in each other's way, on returns too."""
     gap: float
     """How far the makespan may be above the least there is. [-]"""
+    least_energy_wh: float | None = None
+    """The least that so many vehicles or fewer take where they need not hurry, all landed by the end of the
+    operation; ``None``: not known. [Wh]"""
 
 
 class FleetPlan(Value):
@@ -109,8 +112,12 @@ class FleetPlan(Value):
             return ("returns not clear",)
         in_time = [one for one in self.rows if one.is_in_time and one.is_clear]
         found = ["fewest in time"] if row is in_time[0] else []
-        least = min(in_time, key=lambda one: one.energy_wh)
-        return (*found, "least energy") if row is least else (*found,)
+        known = [one for one in in_time if one.least_energy_wh is not None]
+        least_wh = min((one.least_energy_wh or 0.0 for one in known), default=0.0)
+        first = next(
+            (one for one in known if (one.least_energy_wh or 0.0) <= least_wh + _SAME), None
+        )
+        return (*found, "least energy") if row is first else (*found,)
 
 
 def plan_fleet(
@@ -161,17 +168,9 @@ def plan_fleet(
         raise FleetPlanError(msg)
     patience = patience or Patience()
     planning = _Planning(fleet, Ways(fleet, Path(folder)), effort_s, patience)
-    rows: list[PlanRow] = []
-    candidates: list[Candidate] = []
-    for count in range(1, len(fleet.vehicles) + 1):
-        if rows and patience.cut_short:
-            break
-        row, candidate = planning.row(count)
-        on_step(f"planned with {quantity.count(count, 'vehicle')}")
-        if row is not None and (not rows or row != replace(rows[-1], vehicles=row.vehicles)):
-            rows.append(row)
-        candidates += candidate
-    return planning.whole(objective, candidates, tuple(rows))
+    plan = planning.whole(objective)
+    on_step(f"planned: {plan.amount_text}")
+    return replace(plan, rows=planning.rows(on_step), cut_short=patience.cut_short)
 
 
 def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> Path:
@@ -232,23 +231,72 @@ class _Planning:
         self._patience = patience
         self._is_hurried = False
         """Whether two may still come too near to each other: then the best is not looked for."""
-        self._candidates: dict[tuple[int | None, ...], Candidate] = {}
-        self._in_layers: dict[Candidate, tuple[frozenset[int], Candidate]] = {}
+        self._divisions: dict[tuple[int | None, ...], Candidate] = {}
+        self._in_layers: dict[Candidate, Candidate] = {}
+        self._encounters = Encounters()
         self._meetings: dict[object, Meetings] = {}
+        self._again: dict[object, int] = {}
+        """How often nothing was known of a difference of starts that was found wrong, by flights."""
+        self._schedules: dict[object, tuple[Closed, Schedule | None]] = {}
+        """The last of each candidate, with the differences of starts it has not."""
 
-    def row(self, vehicles: int) -> tuple[PlanRow | None, list[Candidate]]:
-        """Return what takes so many vehicles least time, and the divisions that were tried for it."""
-        candidates = []
-        for counts in self._ways.counts(vehicles):
-            if counts not in self._candidates:
-                self._candidates[counts] = self._ways.candidate(counts)
-            candidates.append(self._candidates[counts])
+    def rows(self, on_step: Callable[[str], None]) -> tuple[PlanRow, ...]:
+        """Return what one vehicle takes, two, and so on, without those that take the same as fewer.
+
+        Of a search that is cut short no more than the first there is.
+        """
+        rows: list[PlanRow] = []
+        for count in range(1, len(self._fleet.vehicles) + 1):
+            if rows and self._patience.cut_short:
+                break
+            row = self._row(count)
+            on_step(f"planned with {quantity.count(count, 'vehicle')}")
+            if row is not None:
+                rows.append(row)
+        least: Schedule | None = None
+        for place, row in reversed([*enumerate(rows)]):
+            if self._patience.cut_short or not row.is_in_time:
+                break
+            if least is None or least.vehicles > row.vehicles:
+                least = self._least_energy(row.vehicles)
+                on_step(f"planned for energy with {quantity.count(row.vehicles, 'vehicle')}")
+            if least is not None:
+                rows[place] = replace(row, least_energy_wh=least.energy_wh)
+        return tuple(
+            row
+            for before, row in zip([None, *rows], rows, strict=False)
+            if before is None or row != replace(before, vehicles=row.vehicles)
+        )
+
+    def _candidates(self, vehicles: int) -> list[Candidate]:
+        """Return the divisions of the jobs that are tried for so many vehicles."""
+        counts = self._ways.counts(vehicles)
+        for one in counts:
+            if one not in self._divisions:
+                self._divisions[one] = self._ways.candidate(one)
+        return [self._divisions[one] for one in counts]
+
+    def _all_candidates(self) -> list[Candidate]:
+        """Return those for every number of vehicles; the first only, where the search is cut short."""
+        found: dict[Candidate, None] = {}
+        for count in range(1, len(self._fleet.vehicles) + 1):
+            if found and self._patience.cut_short:
+                break
+            found |= dict.fromkeys(self._candidates(count))
+        return [*found]
+
+    def _row(self, vehicles: int) -> PlanRow | None:
+        """Return what takes so many vehicles least time."""
         endless = replace(self._ways.means(), latest_s=math.inf)
         found = self._judged(
-            Objective.MAKESPAN, candidates, endless, vehicles=vehicles, repairs=_ROW_REPAIRS
+            Objective.MAKESPAN,
+            self._candidates(vehicles),
+            endless,
+            vehicles=vehicles,
+            repairs=_ROW_REPAIRS,
         )
         if found is None:
-            return None, candidates
+            return None
         schedule, candidate, result = found
         latest_s = self._fleet.operation.latest_s
         largest_wh = max(
@@ -264,13 +312,25 @@ class _Planning:
             is_in_time=latest_s is None or schedule.makespan_s <= latest_s,
             is_clear=not self._at_fault(candidate, result),
             gap=schedule.gap(Objective.MAKESPAN),
-        ), candidates
+        )
 
-    def whole(
-        self, minimize: Objective, candidates: Sequence[Candidate], rows: tuple[PlanRow, ...]
-    ) -> FleetPlan:
+    def _least_energy(self, vehicles: int) -> Schedule | None:
+        """Return what takes so many vehicles or fewer least energy, in time; ``None``: none is known."""
+        found = self._judged(
+            Objective.ENERGY,
+            self._all_candidates(),
+            self._ways.means(),
+            vehicles=vehicles,
+            repairs=_ROW_REPAIRS,
+        )
+        if found is None:
+            return None
+        schedule, candidate, result = found
+        return None if self._at_fault(candidate, result) else schedule
+
+    def whole(self, minimize: Objective) -> FleetPlan:
         """Return the plan with least of something, and nothing wrong with the fleet as a whole."""
-        means = self._ways.means()
+        candidates, means = self._all_candidates(), self._ways.means()
         found = self._judged(minimize, candidates, means, repairs=_MOST_REPAIRS)
         if found is None:
             raise FleetPlanError(self._why_not(candidates, means))
@@ -287,8 +347,7 @@ class _Planning:
             missions={path: self._ways.texts[path] for path in flown if path is not None},
             minimize=minimize,
             schedule=schedule,
-            rows=rows,
-            cut_short=self._patience.cut_short,
+            rows=(),
         )
 
     def _judged(
@@ -308,14 +367,10 @@ class _Planning:
         clear = None
         self._is_hurried = True
         for _ in range(repairs):
-            found = [
-                one
-                for candidate in dict.fromkeys(candidates)
-                if (one := self._cleared(candidate, minimize, means, vehicles)) is not None
-            ]
-            if not found:
+            found = self._best(candidates, minimize, means, vehicles)
+            if found is None:
                 return None
-            schedule, candidate = min(found, key=lambda one: _rank(one[0], minimize))
+            schedule, candidate = found
             planned = self._planned(candidate, schedule)
             if vehicles is not None:  # a row of the table: what it survives is not asked
                 operation = replace(planned.operation, must_survive=())
@@ -329,6 +384,27 @@ class _Planning:
                 self._is_hurried = False
         return clear or last
 
+    def _best(
+        self,
+        candidates: Sequence[Candidate],
+        minimize: Objective,
+        means: Means,
+        vehicles: int | None,
+    ) -> tuple[Schedule, Candidate] | None:
+        """Return the best schedule of several divisions, without those that can have no better one."""
+        flying = len(self._fleet.vehicles) if vehicles is None else vehicles
+        found: tuple[Schedule, Candidate] | None = None
+        by_least = {one: one.least(minimize, flying) for one in candidates}
+        for candidate, least in sorted(by_least.items(), key=lambda one: one[1]):
+            if found is not None and least > found[0].amount(minimize) + _SAME:
+                break
+            other = self._cleared(candidate, minimize, means, vehicles)
+            if other is not None and (
+                found is None or _rank(other[0], minimize) < _rank(found[0], minimize)
+            ):
+                found = other
+        return found
+
     def _cleared(
         self, candidate: Candidate, minimize: Objective, means: Means, vehicles: int | None
     ) -> tuple[Schedule, Candidate] | None:
@@ -336,6 +412,8 @@ class _Planning:
 
         In layers only where something is better then: a wait on the ground costs nothing.
         """
+        if candidate in self._in_layers:
+            candidate.learn(self._in_layers[candidate])
         below = self._apart(candidate, minimize, means, vehicles)
         if self._fleet.layers is None or not candidate.met:
             return None if below is None else (below, candidate)
@@ -351,12 +429,10 @@ class _Planning:
 
     def _layered(self, candidate: Candidate) -> Candidate:
         """Return a candidate in which those that come too near to others may be lifted to layers."""
-        met = frozenset(candidate.met)
-        if candidate not in self._in_layers or self._in_layers[candidate][0] != met:
-            self._in_layers[candidate] = met, self._ways.lifted(candidate)
-        layered = self._in_layers[candidate][1]
-        for at, closed in candidate.conflicts.items():
-            layered.conflicts[at] = tuple(sorted({*closed, *layered.conflicts.get(at, ())}))
+        layered = self._in_layers.get(candidate, candidate)
+        layered.learn(candidate)
+        if not layered.met <= {task for task, _ in layered.lifts}:
+            self._in_layers[candidate] = layered = self._ways.lifted(layered)
         return layered
 
     def _apart(
@@ -380,15 +456,23 @@ class _Planning:
         means: Means,
         vehicles: int | None,
     ) -> Schedule | None:
-        return best_schedule(
-            candidate.tasks,
-            means,
-            conflicts,
-            minimize=minimize,
-            most_vehicles=vehicles,
-            effort_s=self._effort_s * (_HURRIED if self._is_hurried else 1.0),
-            patience=self._patience,
-        )
+        if vehicles is None:
+            vehicles = len(self._fleet.vehicles)
+        at = candidate, minimize, means.latest_s, vehicles, self._is_hurried, bool(conflicts)
+        if at not in self._schedules or self._schedules[at][0] != conflicts:
+            self._schedules[at] = (
+                {**conflicts},
+                best_schedule(
+                    candidate.tasks,
+                    means,
+                    conflicts,
+                    minimize=minimize,
+                    most_vehicles=vehicles,
+                    effort_s=self._effort_s * (_HURRIED if self._is_hurried else 1.0),
+                    patience=self._patience,
+                ),
+            )
+        return self._schedules[at][1]
 
     def _flown(self, candidate: Candidate, schedule: Schedule) -> list[FlownSortie]:
         """Return every sortie as a schedule flies it."""
@@ -415,7 +499,7 @@ class _Planning:
         separation, flown = self._fleet.separation, self._flown(candidate, schedule)
         if separation is None or len({one.sortie.vehicle for one in flown}) < 2:
             return False
-        together = members(self._fleet, separation, flown)
+        together = members(self._fleet, separation, flown, self._encounters)
         near = [*predict_conflicts(together, fleet_spacing(separation))]
         for one in near:
             pair = (schedule.departures[one.first], schedule.departures[one.second])
@@ -450,13 +534,13 @@ class _Planning:
         later_s = two.start_s - one.start_s
         at = (one.task, one.option), (two.task, two.option)
         ways = [candidate.flights[task][option] for task, option in at]
-        before = candidate.conflicts.get(at, ())
         closed = self._closed(ways[0], ways[1], later_s, with_returns=with_returns)
         if not closed:
-            width_s = _FORBIDDEN_S * 2.0 ** min(len(before), _MOST_DOUBLED)
+            twice = self._again[candidate, at] = self._again.get((candidate, at), -1) + 1
+            width_s = _FORBIDDEN_S * 2.0 ** min(twice, _MOST_DOUBLED)
             closed = [(later_s - width_s, later_s + width_s)]
         candidate.met.update((one.task, two.task))
-        candidate.conflicts[at] = tuple(sorted({*before, *closed}))
+        candidate.close(at, closed)
 
     def _closed(
         self, one: FlownSortie, two: FlownSortie, later_s: float, *, with_returns: bool
@@ -470,7 +554,7 @@ class _Planning:
             for each in (one, two)
         )
         if key not in self._meetings:
-            self._meetings[key] = Meetings(self._fleet, separation, (one, two))
+            self._meetings[key] = Meetings(self._fleet, separation, (one, two), self._encounters)
         return self._meetings[key].about(later_s, with_returns=with_returns)
 
     def _why_not(self, candidates: Sequence[Candidate], means: Means) -> str:

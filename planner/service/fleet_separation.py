@@ -56,6 +56,8 @@ _STANDS_M_S = 1e-3
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _MOST_PAIRS = 50
 """Pairs reported one by one; then how many more there are."""
+_FINER = 4
+"""Parts of the intervals in which returns are looked at first, where all starts are asked for."""
 _MOST_DELAYS = 10
 """Pairs of which a clearing delay is looked for: that takes many times as long as the conflict."""
 
@@ -154,7 +156,7 @@ def members(
     for one in flown:
         assessment, vehicle = one.assessment, fleet.vehicles[one.sortie.vehicle]
         assert assessment is not None  # something is flown
-        alone = _alone(fleet, separation, one, _frame(flown, known), known)
+        alone = _alone(fleet, separation, one, common_frame(flown, known), known)
         stand = stand_of[one.name]
         above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
         below_m = above_m if separation.below_m is None else separation.below_m
@@ -172,7 +174,7 @@ def members(
     return found
 
 
-def _frame(flown: Sequence[FlownSortie], known: Encounters) -> LocalFrame:
+def common_frame(flown: Sequence[FlownSortie], known: Encounters) -> LocalFrame:
     """Return the frame of the first home there was."""
     first = flown[0].assessment
     assert first is not None  # something is flown
@@ -461,19 +463,15 @@ class _Pairs:
                 left -= not is_low
                 yield self._crossed(one, two, found, is_low=is_low)
 
-    def _back(self, flown: FlownSortie) -> _Back:
+    def _back(self, flown: FlownSortie) -> ReturnsOfOne:
         """Return the returns of a sortie."""
-        assessment = flown.assessment
-        assert assessment is not None  # something is flown
-        frame = _frame(self._flown, self._known)
-        alone = _alone(self._fleet, self._separation, flown, frame, self._known)
-        return self._known.once(
-            ("returns", alone), lambda: _Back(return_flights(assessment, frame), alone)
-        )
+        frame = common_frame(self._flown, self._known)
+        return returns_of(self._fleet, self._separation, flown, frame, self._known)
 
-    def _return_conflict(self, back: _Back, one: Member, two: Member) -> ReturnConflict | None:
+    def _return_conflict(
+        self, back: ReturnsOfOne, one: Member, two: Member
+    ) -> ReturnConflict | None:
         later_s = two.start_s - one.start_s
-        within_m = max(self._spacing.separation_m - ACCURACY_M, ACCURACY_M)
 
         def find() -> ReturnConflict | None:
             meeting = Meeting(
@@ -484,7 +482,7 @@ class _Pairs:
                 above_m=home_above_m(one, two),
                 zone=self._spacing.zone(one, two),
             )
-            return return_conflict(back.flights, back.fan, meeting, within_m)
+            return return_conflict(back.flights, back.fan, meeting)
 
         return self._known.once((back, two.trajectory, later_s), find)
 
@@ -507,7 +505,7 @@ class _Pairs:
             at_s=one.start_s + approach.first_s,
         )
 
-    def _beside_returns(self, back: _Back, one: Member) -> list[Member]:
+    def _beside_returns(self, back: ReturnsOfOne, one: Member) -> list[Member]:
         """Return the flights of other vehicles that returns of one flight may come near to."""
         box = back.box_m
         if box is None:
@@ -526,7 +524,7 @@ class _Pairs:
         return np.stack((low_m - away_m, high_m + away_m))
 
 
-class _Back:
+class ReturnsOfOne:
     """The returns of one flight."""
 
     def __init__(self, flights: ReturnFlights, flown: Trajectory) -> None:
@@ -542,6 +540,25 @@ class _Back:
     def fan(self) -> FlownFan:
         """Those of the first intervals."""
         return self.flights.fan(*self.flights.first_intervals())
+
+    @cached_property
+    def fine_fan(self) -> FlownFan:
+        """Those of parts of them, for where all starts are asked for."""
+        begin_s, end_s = self.flights.first_intervals()
+        cuts_s = np.linspace(begin_s, end_s, _FINER + 1)
+        return self.flights.fan(cuts_s[:-1].T.ravel(), cuts_s[1:].T.ravel())
+
+
+def returns_of(
+    fleet: Fleet, separation: Separation, one: FlownSortie, frame: LocalFrame, known: Encounters
+) -> ReturnsOfOne:
+    """Return the returns of a sortie, in a common frame; those of flights that are alike once."""
+    assessment = one.assessment
+    assert assessment is not None  # something is flown
+    alone = _alone(fleet, separation, one, frame, known)
+    return known.once(
+        ("returns", alone), lambda: ReturnsOfOne(return_flights(assessment, frame), alone)
+    )
 
 
 def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:

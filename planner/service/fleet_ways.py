@@ -6,13 +6,12 @@ What a way takes is the check of it: only those that are a go are ways.
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import SplitError
 from planner.findings import Severity
 from planner.fleet.fleet import Sortie
-from planner.fleet.schedule import Means, Option, PackGroup, PackUse, Task
+from planner.fleet.schedule import Means, Objective, Option, PackGroup, PackUse, Task
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.formats.plan import read_plan_text
@@ -24,13 +23,15 @@ from planner.service.split import split_under
 from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from planner.fleet.fleet import Fleet, Job, Pack
     from planner.mission.items import Mission
     from planner.service.fleet import FlownSortie
     from planner.service.fleet_meetings import Closed
+
+    _Pair = tuple[tuple[int, int], tuple[int, int]]
 
 _LONGEST_NAME = 28
 """Of a job in the name of a part, which has 40 at most."""
@@ -58,6 +59,46 @@ class Candidate(Value, eq=False):
     """Differences of starts that are known to be wrong; more are added as they are found."""
     met: set[int] = field(default_factory=set)
     """Tasks that come too near to another in flight."""
+    lifts: Mapping[tuple[int, int], Mapping[float, int]] = field(default_factory=dict)
+    """Of each task and option that has layers: itself and the same flight higher, by how far lifted."""
+
+    def least(self, objective: Objective, vehicles: int) -> float:
+        """Return what no schedule on so many vehicles has less of; infinite: there is none."""
+        match objective:
+            case Objective.ENERGY:
+                return math.fsum(
+                    min((0.0 if math.isnan(wh) else wh for wh in each), default=math.inf)
+                    for each in ([way.energy_wh for way in one.options] for one in self.tasks)
+                )
+            case Objective.MAKESPAN:
+                flown_s = [
+                    min((way.duration_s for way in one.options), default=math.inf)
+                    for one in self.tasks
+                ]
+                ends_s = (one.earliest_s + s for one, s in zip(self.tasks, flown_s, strict=True))
+                return max(math.fsum(flown_s) / vehicles, *ends_s)
+            case _:
+                return 1.0
+
+    def close(self, at: _Pair, closed: Iterable[tuple[float, float]]) -> None:
+        """Forbid two flights differences of their starts, and to both as far lifted, or farther.
+
+        These are the same flights; the check of the fleet finds what else is wrong with them.
+        """
+        ladders = [self.lifts.get(one, {}) for one in at]
+        pairs = [at]
+        if ladders[0] and ladders[1] and min(ladders[0]) == min(ladders[1]):
+            by_m = sorted(ladders[0].keys() & ladders[1].keys())
+            pairs = [((at[0][0], ladders[0][one]), (at[1][0], ladders[1][one])) for one in by_m]
+        for pair in pairs:
+            self.conflicts[pair] = _joined([*closed, *self.conflicts.get(pair, ())])
+
+    def learn(self, other: Candidate) -> None:
+        """Take over what is known of the flights that another candidate of the same parts has too."""
+        self.met.update(other.met)
+        for at, closed in other.conflicts.items():
+            if all(option < len(self.flights[task]) for task, option in at):
+                self.close(at, closed)
 
 
 class Ways:
@@ -212,6 +253,7 @@ class Ways:
         parts: tuple[JobPart, ...],
         flights: tuple[tuple[FlownSortie, ...], ...],
         closed: Closed,
+        lifts: Mapping[tuple[int, int], Mapping[float, int]] | None = None,
     ) -> Candidate:
         tasks = tuple(
             Task(
@@ -223,31 +265,31 @@ class Ways:
             )
             for part, ways in zip(parts, flights, strict=True)
         )
-        return Candidate(parts=parts, flights=flights, tasks=tasks, conflicts=closed)
+        return Candidate(
+            parts=parts, flights=flights, tasks=tasks, conflicts=closed, lifts=lifts or {}
+        )
 
     def lifted(self, candidate: Candidate) -> Candidate:
         """Return the same parts, those that come too near to others with ways in layers as well.
 
-        Two that are lifted by the same are taken to meet as they do below: the flights are the same.
+        Those that have them already keep them.
         """
-        places = sorted(candidate.met)
+        places = sorted(candidate.met - {place for place, _ in candidate.lifts})
         flights = [*candidate.flights]
         wide = sum(len(flights[place]) for place in places)
-        most = min(len(places), max(_MOST_LIFTED // max(wide, 1), 1))
-        by: dict[tuple[int, int], dict[float, int]] = defaultdict(dict)
+        most = min(len(candidate.met), max(_MOST_LIFTED // max(wide, 1), 1))
+        lifts = dict(candidate.lifts)
         for place in places:
             for below, way in enumerate(candidate.flights[place]):
+                rungs = {0.0: below}
                 for by_m, lifted_way in self._layers(candidate.parts[place], way, most):
-                    by[place, below][by_m] = len(flights[place])
+                    rungs[by_m] = len(flights[place])
                     flights[place] = (*flights[place], lifted_way)
+                for own_m, option in rungs.items():
+                    lifts[place, option] = {m: at for m, at in rungs.items() if m >= own_m}
         whole = tuple(flights)
-        found = self._of_flights(candidate.parts, whole, pad_shifts(self._fleet, whole))
-        found.met.update(candidate.met)
-        found.conflicts.update(candidate.conflicts)
-        for (one, two), closed in candidate.conflicts.items():
-            for by_m, above in by[one].items():
-                if by_m in by[two]:
-                    found.conflicts[(one[0], above), (two[0], by[two][by_m])] = closed
+        found = self._of_flights(candidate.parts, whole, pad_shifts(self._fleet, whole), lifts)
+        found.learn(candidate)
         return found
 
     def _layers(
@@ -342,6 +384,17 @@ class Ways:
             "" if part.job.may_split else "; may_split = true lets it be flown in several sorties"
         )
         return f"{part.name} cannot be flown: it is a no-go on {one.sortie.vehicle}{why}{more}"
+
+
+def _joined(closed: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Return open intervals without those that overlap, rising."""
+    found: list[tuple[float, float]] = []
+    for low_s, high_s in sorted(closed):
+        if found and low_s < found[-1][1]:
+            found[-1] = found[-1][0], max(found[-1][1], high_s)
+        else:
+            found.append((low_s, high_s))
+    return tuple(found)
 
 
 def listed(names: Sequence[str]) -> str:

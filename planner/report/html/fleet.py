@@ -68,6 +68,10 @@ _CARDS = (
     ("energy_wh", "Energy", quantity.energy),
     ("largest_sortie_wh", "Largest sortie", quantity.energy),
 )
+_NUMBERS = (
+    *(_CARDS[at] for at in (0, 1, 4, 3, 2, 5)),
+    ("least_energy_wh", "Least energy", quantity.energy),
+)
 _DIGITS = 3
 """After the point, of the numbers of a table at most."""
 _SORTIE_FIGURES = (
@@ -366,19 +370,18 @@ def _plan_view(plan: FleetPlan, specs: dict[str, Any]) -> dict[str, Any]:
         "rows": [
             {
                 "marks": ", ".join(plan.marks(row)),
-                "numbers": _figures(
-                    {
-                        key: getattr(row, key)
-                        for key in ("vehicles", "sorties", "energy_wh", "makespan_s", "packs")
-                    }
-                    | {"largest_sortie_wh": row.largest_sortie_wh},
-                    f"rows.{number}",
-                    (_CARDS[0], _CARDS[1], _CARDS[4], _CARDS[3], _CARDS[2], _CARDS[5]),
-                ),
+                "numbers": [
+                    (
+                        ShownFigure(label, text(value), f"rows.{number}.{key}", value)
+                        if (value := getattr(row, key)) is not None
+                        else None
+                    )
+                    for key, label, text in _NUMBERS
+                ],
             }
             for number, row in enumerate(plan.rows)
         ],
-        "heads": [_CARDS[at][1] for at in (0, 1, 4, 3, 2, 5)],
+        "heads": [label for _, label, _ in _NUMBERS],
         "charts": {name: _TITLES[name] for name in specs},
         "stills": {name: still_svg(spec) for name, spec in specs.items()},
         "payload": page_json(specs),

@@ -423,6 +423,7 @@ def numbers_figures(plan: FleetPlan) -> dict[str, Chart]:
             {
                 "vehicles": row.vehicles,
                 "energy_wh": round(row.energy_wh, 2),
+                "least_wh": row.least_energy_wh and round(row.least_energy_wh, 2),
                 "makespan_min": round(row.makespan_s / 60.0, 2),
                 "what": ", ".join(marks),
                 "mark": marks[0] if marks else "",
