@@ -90,11 +90,13 @@ def test_what_follows_a_minute_of_a_piece_of_a_spline_is_flown_as_that_minute_en
     assert abs(found.velocity_m_s - state.velocity_m_s) < 1e-3
 
 
-def test_a_control_without_a_time_constant_pushes_at_once() -> None:
-    lag = TrackLag.of(DEFAULTS, LIMIT_M_S)._replace(start_s=0.0)
-    quick = lag._replace(start_s=1e-6)
-    (at_once, _), (soon, _) = (one.after(5.0, 8j, 9j, one.steady(8j)) for one in (lag, quick))
-    assert at_once.velocity_m_s == pytest.approx(soon.velocity_m_s, rel=1e-6)
+def test_a_vehicle_at_its_greatest_lean_turns_first_and_brakes_with_what_is_left() -> None:
+    lag = TrackLag.of(DEFAULTS, LIMIT_M_S)._replace(lean_m_s2=5.0)
+    # Northwards: limit_accel_xy leaves 4 of 10 along with 3 across, none with more across than 5.
+    assert lag.leant(3.0 + 10.0j, 8.0j) == pytest.approx(3.0 + 4.0j)
+    assert lag.leant(-3.0 - 10.0j, 8.0j) == pytest.approx(-3.0 - 4.0j)
+    assert lag.leant(7.0 - 10.0j, 8.0j) == pytest.approx(5.0)
+    assert lag.leant(6.0 + 8.0j, 0.0j) == pytest.approx(3.0 + 4.0j)
 
 
 def test_splines_are_flown_later_against_drag() -> None:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 ATTITUDE_LAG_FACTOR = 2.0
 """Time lost at a start from rest in time constants of the attitude, see :func:`_start_delay_s`. [-]"""
+_ATTITUDE_LOOP_S = 0.05
+"""Of the attitude behind its shaped target: as recorded on 16 splines, beside ATC_INPUT_TC of 0.15 s. [s]"""
 VELOCITY_GAIN_PER_S = 2.0
 """PSC_NE_VEL_P, its default. [s⁻¹]"""
 VELOCITY_INTEGRAL_PER_S2 = 1.0
@@ -50,7 +52,7 @@ _SETTLING_STEP_S = 0.05
 _FROM_MOTION_S = 12.0
 """So long after a turn a leg is as far behind as it will be: six times `CORRECTED_S`. [s]"""
 _FROM_MOTION_STEP_S = 0.05
-_SPLINE_STEP_S = 0.1
+_SPLINE_STEP_S = 0.05
 _LONGEST_FOLLOWED_S = 60.0
 """Of a piece of a spline so much is followed step by step: thirty times `CORRECTED_S`.  [s]"""
 
@@ -96,8 +98,8 @@ class TrackLag(NamedTuple):
     lean_m_s2: float
     """Acceleration of the greatest lean."""
     filter_s: float
-    start_s: float
-    """What a start from rest loses by the lag of the attitude. [s]"""
+    attitude_s: float
+    """Lag of the lean behind what the controller asks for. [s]"""
 
     @classmethod
     def of(cls, parameters: ArduPilotParameters, airspeed_limit_m_s: float | None) -> TrackLag:
@@ -107,7 +109,7 @@ class TrackLag(NamedTuple):
             drag=0.0 if airspeed_limit_m_s is None else lean / airspeed_limit_m_s**_DRAG_EXPONENT,
             lean_m_s2=lean,
             filter_s=parameters.acceleration_m_s2 / parameters.jerk_m_s3,
-            start_s=ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s,
+            attitude_s=parameters.attitude_time_constant_s + _ATTITUDE_LOOP_S,
         )
 
     def after(
@@ -133,11 +135,13 @@ class TrackLag(NamedTuple):
             asked = pace * change + POSITION_GAIN_PER_S * closing + drag
             asked = VELOCITY_GAIN_PER_S * error + held + VELOCITY_DERIVATIVE * asked
             asked /= 1.0 + VELOCITY_DERIVATIVE
+            grown = held + VELOCITY_INTEGRAL_PER_S2 * error * step
             if abs(asked) > self.lean_m_s2:
-                asked *= self.lean_m_s2 / abs(asked)
-            else:
-                held += VELOCITY_INTEGRAL_PER_S2 * error * step
-            pushed += (asked - pushed) * 2.0 * step / max(self.start_s, 2.0 * step)
+                if (error * asked.conjugate()).real > 0.0 and abs(grown) > abs(held):
+                    grown *= abs(held) / abs(grown)
+                asked = self.leant(asked, target)
+            held = grown
+            pushed += (asked - pushed) * step / (self.attitude_s + 0.5 * step)
             velocity += (pushed - drag) * step
             gap += (pace * target - velocity) * step
             squared = target.real * target.real + target.imag * target.imag
@@ -147,6 +151,17 @@ class TrackLag(NamedTuple):
         if followed < time_s:  # and the rest as it was at the end of that
             return self.steady(track)._replace(gap_m=gap, pace=pace), real + (time_s - done) / pace
         return Behind(gap, velocity, held, pushed, pace), real
+
+    def leant(self, asked_m_s2: complex, along: complex) -> complex:
+        """Return what the greatest lean gives of an acceleration: what is across a direction first.
+
+        ``limit_accel_xy`` with the desired velocity: a vehicle too fast in a bend brakes last.
+        """
+        unit = along / abs(along) if along else asked_m_s2 / abs(asked_m_s2)
+        turned = asked_m_s2 * unit.conjugate()
+        across = min(max(turned.imag, -self.lean_m_s2), self.lean_m_s2)
+        left = math.sqrt(self.lean_m_s2**2 - across**2)
+        return complex(min(max(turned.real, -left), left), across) * unit
 
     def steady(self, track: complex) -> Behind:
         """Return a vehicle that has followed a velocity for long."""
