@@ -57,6 +57,7 @@ class VirtualVehicle:
     landed_state: int = 1
     """MAV_LANDED_STATE: 1 on the ground, 2 in the air."""
     home: tuple[int, int, int] | None = (470_000_000, 80_000_000, 488_000)
+    place: tuple[int, int, int] = (470_000_000, 80_000_000, 488_100)
     unsupported: frozenset[MissionKind] = frozenset()
     refused_command: int | None = None
     """An item with it is refused."""
@@ -134,9 +135,9 @@ class VirtualVehicle:
             ),
             33: message(
                 "GLOBAL_POSITION_INT",
-                lat=470_000_000,
-                lon=80_000_000,
-                alt=488_100,
+                lat=self.place[0],
+                lon=self.place[1],
+                alt=self.place[2],
                 relative_alt=100,
                 hdg=self.heading_cdeg,
             ),

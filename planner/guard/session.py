@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, MavjouleError, bug_text
-from planner.geo.geodesy import distance_m
 from planner.guard.authorisation import (
     ARM_AUTHORISATION_REQUEST,
     UNREAD_SETTINGS,
@@ -44,10 +43,9 @@ from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
 from planner.link.mission import ListIdRequest, MissionKind
 from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot
-from planner.link.telemetry import BatteryState
+from planner.link.telemetry import BatteryState, homes_apart_m
 from planner.link.transfers import REQUEST_MESSAGE, EchoRequest, ParameterHashRequest
 from planner.link.wire import message
-from planner.mission.items import Home
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -63,6 +61,7 @@ if TYPE_CHECKING:
     from planner.link.transfers import LinkSettings
     from planner.link.vehicle import VehicleLink
     from planner.link.wire import Message
+    from planner.mission.items import Home
 
 
 T = TypeVar("T")
@@ -82,8 +81,6 @@ _SAME_VOLTAGE = 0.02
 noise of its measurement come to; a cell of twelve more or fewer is 8 %. [-]"""
 _MOVED_M = 2.0
 """A home that moves by less is the same. [m]"""
-_AWAY_M = 10.0
-"""Farther than this from the home it reports, a vehicle will set a new one when it arms. [m]"""
 
 
 class VehicleWatch:
@@ -131,10 +128,10 @@ class VehicleWatch:
 
     def take_home(self, state: VehicleState) -> tuple[Event, ...]:
         """Keep the home that the vehicle reports now, or will set when it arms."""
-        home = _home_at_arming(state)
+        home = state.home_at_arming
         if home is None:
             return ()
-        if self.home is None or _distance_m(self.home, home) > _MOVED_M:
+        if self.home is None or homes_apart_m(self.home, home) > _MOVED_M:
             self.home = home
         return (self._read(VehiclePart.HOME, repr(self.home)),)
 
@@ -238,26 +235,6 @@ def _list_changed(received: Message, why: str) -> tuple[Event, ...]:
     if kind in set(MissionKind):
         parts = (_PARTS[MissionKind(kind)],)
     return tuple(PartChanged(part=part, why=why) for part in parts)
-
-
-def _home_at_arming(state: VehicleState) -> Home | None:
-    place = state.position
-    if place is None or state.is_armed is not False:
-        return state.home
-    here = Home(
-        latitude_deg=place.latitude_deg,
-        longitude_deg=place.longitude_deg,
-        altitude_amsl_m=place.altitude_amsl_m,
-    )
-    if state.home is None or _distance_m(state.home, here) > _AWAY_M:
-        return here
-    return state.home
-
-
-def _distance_m(one: Home, other: Home) -> float:
-    """Return the distance of two places, heights counted [m]."""
-    way_m = distance_m(one.latitude_deg, one.longitude_deg, other.latitude_deg, other.longitude_deg)
-    return math.hypot(float(way_m), (one.altitude_amsl_m or 0.0) - (other.altitude_amsl_m or 0.0))
 
 
 _RETRIES = 5

@@ -118,7 +118,8 @@ def make_snapshot(
     """Return what was read of a vehicle, put together; `MavjouleError` where it is no mission."""
     state, lists, fetched = reading.state, reading.lists, reading.parameters
     parameters = tuple(one for one in fetched if _NAME.fullmatch(one.name))
-    mission = mission_of_lists(lists, identity, home=state.home, source=address)
+    home = None if state.home is None else state.home_at_arming
+    mission = mission_of_lists(lists, identity, home=home, source=address)
     findings: list[Finding] = [
         LIST_NOT_KEPT.finding(f"the vehicle stores no {kind.label}: its firmware lacks such a list")
         for kind, items in lists.items()
@@ -134,7 +135,7 @@ def make_snapshot(
     return VehicleSnapshot(
         address=address,
         identity=identity,
-        state=replace(state, home=mission.home, battery=battery),
+        state=replace(state, home=state.home or mission.home, battery=battery),
         mission=mission,
         parameters=parameters,
         findings=tuple(findings),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.catalogue import PX4_EVENTS
+from planner.geo.geodesy import distance_m
 from planner.link.transfers import Transfer
 from planner.link.wire import message
 from planner.mission.items import Home
@@ -135,6 +136,19 @@ class VehicleState(Value):
     """``None`` where it is not reported."""
 
     @property
+    def home_at_arming(self) -> Home | None:
+        """The home that it reports, or away from that where it stands: autopilots set theirs as they arm."""
+        place = self.position
+        if place is None or self.is_armed is not False:
+            return self.home
+        here = Home(
+            latitude_deg=place.latitude_deg,
+            longitude_deg=place.longitude_deg,
+            altitude_amsl_m=place.altitude_amsl_m,
+        )
+        return here if self.home is None or homes_apart_m(self.home, here) > _AWAY_M else self.home
+
+    @property
     def hazard(self) -> str:
         """Why nothing on it may be changed now, such as ``it is armed``; empty where it may."""
         if self.is_armed is None:
@@ -143,7 +157,15 @@ class VehicleState(Value):
         return f"it is {' and '.join(found)}" if found else ""
 
 
+def homes_apart_m(one: Home, other: Home) -> float:
+    """Return the distance of two places, heights counted [m]."""
+    way_m = distance_m(one.latitude_deg, one.longitude_deg, other.latitude_deg, other.longitude_deg)
+    return math.hypot(float(way_m), (one.altitude_amsl_m or 0.0) - (other.altitude_amsl_m or 0.0))
+
+
 _NO_HEADING = 0xFFFF
+_AWAY_M = 10.0
+"""So far from its home a vehicle was carried; its position wanders by less. [m]"""
 """As GLOBAL_POSITION_INT says that it has none."""
 _OFFSET_BASIS, _PRIME = 0x811C9DC5, 0x01000193
 _AUTOPILOT = 1 << 24

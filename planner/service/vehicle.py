@@ -11,6 +11,7 @@ from planner.files import write_output_files
 from planner.findings import Rule, Severity
 from planner.link.mission import MissionKind, mission_of_lists
 from planner.link.snapshot import fetch_mark, fetch_snapshot, parameter_set, parameter_text
+from planner.link.telemetry import homes_apart_m
 from planner.link.vehicle import open_link, silent
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.compare import compare_missions
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from planner.link.snapshot import VehicleSnapshot
     from planner.link.vehicle import LinkRequest, OnProgress
     from planner.mission.compare import Difference
-    from planner.mission.items import Mission
+    from planner.mission.items import Home, Mission
     from planner.service.preflight import UnreadableMission
     from planner.setup import Setup
 
@@ -119,7 +120,7 @@ def check_vehicle(
         taken += [] if position.heading_deg is None else [f"heading {position.heading_deg:.0f}°"]
     home = snapshot.mission.home
     if setup.home_amsl_m is None and home is not None and home.altitude_amsl_m is not None:
-        taken.append(f"home {home.altitude_amsl_m:.1f} m AMSL")
+        taken.append(f"home {home.altitude_amsl_m:.1f} m AMSL{_moved(home, state.home)}")
     if setup.parameters is None and snapshot.parameters:
         setup = replace(setup, parameters=parameter_set(snapshot))
         taken.append(quantity.count(len(snapshot.parameters), "parameter"))
@@ -133,6 +134,12 @@ def check_vehicle(
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, setup, file=file)
+
+
+def _moved(home: Home, reported: Home | None) -> str:
+    if reported is None or home == reported:
+        return ""
+    return f" where it stands, {quantity.distance(homes_apart_m(home, reported))} from the home it reports"
 
 
 def go_objection(

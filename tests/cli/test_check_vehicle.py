@@ -16,7 +16,8 @@ _SOMEWHERE = {"x": 500_000_000, "y": 200_000_000}
 @pytest.fixture
 def vehicle(monkeypatch: pytest.MonkeyPatch) -> VirtualVehicle:
     """A PX4 vehicle with a mission of 556 m there and back, as the file ``mission`` has it."""
-    one = VirtualVehicle(autopilot=PX4, home=(500_000_000, 200_000_000, 200_000))
+    there = (500_000_000, 200_000_000, 200_000)
+    one = VirtualVehicle(autopilot=PX4, home=there, place=there)
     one.lists[MissionKind.MISSION] = (
         wire_item(command=22, z=100.0, **_SOMEWHERE, param4=math.nan),
         wire_item(z=100.0, x=500_050_000, y=200_000_000, param4=math.nan),
@@ -55,6 +56,23 @@ def test_the_mission_on_the_vehicle_is_checked_with_its_own_charge_home_and_para
     assert result["conditions"]["heading_deg"] == 90.0  # type: ignore[index] # an object
     assert len(result["items"]) == 3  # type: ignore[arg-type] # a list
     assert ended == (0 if result["verdict"] == "go" else 1)
+
+
+def test_a_vehicle_carried_from_its_home_is_judged_from_where_it_will_arm(
+    vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at_home = _check(capsys)[1]["totals"]
+    vehicle.place = (499_950_000, 200_000_000, 230_000)  # 556 m south of it, 30 m higher
+    result = _check(capsys)[1]
+    messages = {f["code"]: f["message"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
+    # sqrt(556² + 30²) = 556.8
+    assert "home 230.0 m AMSL where it stands, 557 m from the home it reports" in messages["V101"]
+    assert result["conditions"]["home_amsl_m"] == 230.0  # type: ignore[index] # an object
+    # From there to the take-off and on, and back there: two of 556 m more.
+    farther_m = result["totals"]["distance_m"] - at_home["distance_m"]  # type: ignore[index] # objects
+    assert farther_m == pytest.approx(2 * 556.0, rel=0.01)
+    vehicle.is_armed = True
+    assert _check(capsys)[1]["conditions"]["home_amsl_m"] == 200.0  # type: ignore[index] # an object
 
 
 def test_an_empty_battery_on_the_vehicle_is_a_no_go(

@@ -30,7 +30,8 @@ SENT = (*CHECKED, *VEHICLE, "--battery", "77Wh")
 
 
 def _vehicle(autopilot: int = PX4) -> VirtualVehicle:
-    one = VirtualVehicle(autopilot=autopilot, home=(500_000_000, 200_000_000, 200_000))
+    there = (500_000_000, 200_000_000, 200_000)
+    one = VirtualVehicle(autopilot=autopilot, home=there, place=there)
     one.lists[MissionKind.MISSION] = (HOME, *OLD) if autopilot == ARDUPILOT else OLD
     one.parameters = {"BAT1_CAPACITY": (5200.0, 9)}
     return one
