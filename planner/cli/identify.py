@@ -69,6 +69,11 @@ _MASS, _LOAD = Number("kg", 0.0, 1000.0, is_open=True), Number("kg", 0.0, 1000.0
     "who shapes the references [default: as the logs say]",
     name="reference",
 )
+@path_option(
+    "--table",
+    metavar="FILE.csv",
+    help="payload, mass, temperature, battery and its levels of each log, a row each, units in the heads",
+)
 @path_option("--mapping", metavar="FILE.toml", help="columns of a CSV log")
 @kind_option(
     "--method",
@@ -153,10 +158,11 @@ def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSetti
 
     from planner.identify.assembly import IdentificationSettings, Method
     from planner.identify.battery import PackSettings
+    from planner.identify.log_table import read_log_table
     from planner.vehicle.library import load_vehicle
     from planner.vehicle.reader import chemistry_names
 
-    name, base = asked.pop("name"), asked.pop("base")
+    name, base, table = asked.pop("name"), asked.pop("base"), asked.pop("table")
     cells, chemistry = asked.pop("cells"), asked.pop("chemistry")
     if output is not None:
         if output.suffix != ".toml":
@@ -182,5 +188,6 @@ def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSetti
         pack=pack,
         method=Method(asked.pop("method")),
         base=None if base is None else load_vehicle(base),
+        table=None if table is None else read_log_table(table),
         **asked,
     )

@@ -19,6 +19,7 @@ from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters, flown_position_noise_m
 from planner.identify.lag import identify_drag
 from planner.identify.lean import identified_lean
+from planner.identify.log_table import LogConditions
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.identify.battery import BatteryFit
+    from planner.identify.log_table import LogTable
     from planner.identify.power import PowerIdentification
     from planner.identify.power_laws import SteadyMap
     from planner.identify.ramps import RampIdentification
@@ -120,7 +122,8 @@ def flown_box(
         if r.evidence is not None and r.evidence.name == ResponseKind.ALTITUDE.value
         for m in r.evidence.manoeuvres
     ]
-    payload_kg, deviation_kg = settings.payload_kg, settings.payload_deviation_kg
+    masses = [f.mass_kg for f in steady if f.mass_kg is not None]
+    deviation_kg = settings.payload_deviation_kg
     is_stepped = steps and settings.reference is Autopilot.STEP
     return ValidFor(
         speed_m_s=Interval(low=0.0, high=_outward(max(speeds), 0.1)) if speeds else None,
@@ -131,7 +134,10 @@ def flown_box(
         mass_kg=(
             None
             if mass_kg is None
-            else Interval(low=mass_kg - deviation_kg, high=mass_kg + payload_kg + deviation_kg)
+            else Interval(
+                low=min([mass_kg, *masses]) - deviation_kg,
+                high=max([mass_kg, *masses]) + deviation_kg,
+            )
         ),
         air_density_kg_m3=(
             Interval(
@@ -260,6 +266,8 @@ class IdentificationSettings(Value):
     """Standard deviation of a payload that is not known from flight to flight. [kg]"""
     temperature_c: float | None = None
     """Air temperature at home in the flights; ``None``: of the standard atmosphere. [°C]"""
+    table: LogTable | None = None
+    """What is known of each log; it goes before what is said here of all."""
     position_noise_m: float | None = None
     """What the model assumes of the position in a hover; ``None``: as measured in the flights. [m]"""
     pack: PackSettings = field(default_factory=PackSettings)
@@ -269,9 +277,33 @@ class IdentificationSettings(Value):
 
     @property
     def own_mass_kg(self) -> float | None:
-        """Mass without payload, of the base model where none is given. [kg]"""
-        is_given = self.mass_kg is not None or self.base is None
-        return self.mass_kg if is_given or self.base is None else self.base.mass_kg
+        """Mass without payload: as given, else the median of the table, else the base model's. [kg]"""
+        if self.mass_kg is not None:
+            return self.mass_kg
+        rows = () if self.table is None else self.table.rows
+        if masses := [row.mass_kg for row in rows if row.mass_kg is not None]:
+            return float(np.median(masses))
+        return None if self.base is None else self.base.mass_kg
+
+    def conditions_of(self, record: FlightRecord) -> LogConditions:
+        """Return what is known of a flight beside its log.
+
+        Raises UsageError if there is a table without one row for the log.
+        """
+        row = (
+            LogConditions(log=record.source) if self.table is None else self.table.of(record.source)
+        )
+        of_all = {
+            "payload_kg": self.payload_kg,
+            "mass_kg": self.own_mass_kg,
+            "temperature_c": self.temperature_c,
+        }
+        return replace(row, **{n: v for n, v in of_all.items() if getattr(row, n) is None})
+
+    def flown_mass_kg(self, record: FlightRecord) -> float | None:
+        """Return the mass that flew, with payload. [kg]"""
+        own = self.conditions_of(record)
+        return None if own.mass_kg is None else own.mass_kg + (own.payload_kg or 0.0)
 
 
 _LEAST_DAMPING = 0.3
@@ -309,7 +341,7 @@ def assemble_model(
     responses = _responses(parts, power, base, outcomes)
     ramps = _ramps(parts, base, outcomes)
     on_step("fitting the battery")
-    pack = identify_battery(records, settings.pack)
+    pack = identify_battery(records, settings.pack, list(map(settings.conditions_of, records)))
     battery, of_battery = pack.battery, pack.outcome
     if battery is None and base is not None and base.battery is not None:
         battery, of_battery = base.battery, _of_base(of_battery, base)
@@ -479,7 +511,7 @@ def _air_readings(
 ) -> list[str]:
     readings = []
     knows_density = any(f.air_density_kg_m3 is not None for f in parts.steady)
-    if settings.temperature_c is None and knows_density:
+    if knows_density and any(settings.conditions_of(r).temperature_c is None for r in records):
         readings.append("Air density is that of the standard atmosphere at the altitude flown.")
     if parts.steady and any(not np.isfinite(r.airspeed_m_s).any() for r in records):
         readings.append("No wind in the logs: calm air assumed.")

@@ -24,13 +24,14 @@ from planner.identify.uncertainty import (
     rounded,
 )
 from planner.units import SECONDS_PER_HOUR
-from planner.values import Value
+from planner.values import Value, replace
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from planner.arrays import FloatArray
+    from planner.identify.log_table import LogConditions
     from planner.logs.record import FlightRecord
 
 
@@ -149,28 +150,95 @@ def charge_used_ah(record: FlightRecord) -> FloatArray:
     return np.concatenate(([0.0], np.cumsum(between))) / SECONDS_PER_HOUR
 
 
+_LEAST_LEVELS = 5
+"""Flights with levels, under which levels in whole percent say next to nothing of a capacity."""
+
+
+def capacity_of_levels(drops: Sequence[float], charges_ah: Sequence[float]) -> Estimate | None:
+    """Return the charge of the full battery, from what its level fell by and the charge drawn meanwhile.
+
+    The median of the slopes between all pairs of flights whose charges are a quarter of their range apart
+    (Theil 1950, Sen 1968): what each flight draws outside its log lowers all levels alike.  Its error is
+    that of the median of as many slopes as there are flights, by their absolute deviation.
+
+    ``None`` for too few flights, or levels that do not fall with the charge.  [Ah]
+    """
+    if len(drops) < _LEAST_LEVELS:
+        return None
+    one, other = np.triu_indices(len(drops), 1)
+    apart_ah = np.subtract(*np.array(charges_ah)[[other, one]])
+    far = np.abs(apart_ah) > 0.25 * np.ptp(charges_ah)
+    slopes = np.subtract(*np.array(drops)[[other, one]])[far] / apart_ah[far]
+    slope = float(np.median(slopes)) if slopes.size else 0.0
+    if not slope > 0.0:
+        return None
+    # of a normal variable the median errs by 1.2533 σ / √n, and its absolute deviation is 0.6745 σ
+    deviation = float(np.median(np.abs(slopes - slope))) / 0.6745
+    error = 1.2533 * deviation / np.sqrt(len(drops)) / slope**2
+    return Estimate(name="capacity_ah", value=1.0 / slope, error=float(error))
+
+
+def _of_each_battery(noted: Sequence[tuple[float, float, str | None]]) -> Iterator[Estimate]:
+    """Yield the capacity of each battery that has a name and flights enough."""
+    for name in sorted({name for *_, name in noted if name is not None}):
+        drops, charges_ah = zip(*((d, ah) for d, ah, own in noted if own == name), strict=True)
+        if (found := capacity_of_levels(drops, charges_ah)) is not None:
+            yield replace(found, name=f"capacity_ah of {name}")
+
+
+def _levels(conditions: Sequence[LogConditions]) -> list[tuple[float, float] | None]:
+    """Return the levels of the battery before and after each flight, where they were noted. [-]"""
+    return [
+        None
+        if own.level_start_percent is None or own.level_end_percent is None
+        else (0.01 * own.level_start_percent, 0.01 * own.level_end_percent)
+        for own in conditions
+    ]
+
+
 def identify_battery(
-    records: Sequence[FlightRecord], settings: PackSettings
+    records: Sequence[FlightRecord],
+    settings: PackSettings,
+    conditions: Sequence[LogConditions] = (),
 ) -> BatteryIdentification:
-    """Identify capacity, open-circuit curve and resistance, as far as the flights show them."""
+    """Identify capacity, open-circuit curve and resistance, as far as the flights show them.
+
+    Where the levels of the battery before and after the flights are known, they give the capacity; with
+    that of the new battery in the settings, what is left of it.
+    """
     from planner.vehicle.reader import load_chemistry
 
-    segments = _discharges(records)
-    used = [r for r, s in zip(records, segments, strict=True) if s.is_used]
-    capacity_ah = settings.capacity_ah or _parameter(records, CAPACITY_PARAMETERS, 1e-3)
+    levels = _levels(conditions) if conditions else [None] * len(records)
+    segments = _discharges(records, levels)
+    names = [own.battery for own in conditions] or [None] * len(records)
+    used = [
+        (record, level, name)
+        for record, level, name, segment in zip(records, levels, names, segments, strict=True)
+        if segment.is_used
+    ]
     if not used:
         return _nothing("no flight has voltage and current", segments)
+    noted = [
+        (lv[0] - lv[1], float(charge_used_ah(r)[-1]), name)
+        for r, lv, name in used
+        if lv is not None
+    ]
+    measured = capacity_of_levels([drop for drop, *_ in noted], [ah for _, ah, _ in noted])
+    of_levels = () if measured is None else (measured, *_of_each_battery(noted))
+    new_ah = settings.capacity_ah or _parameter(records, CAPACITY_PARAMETERS, 1e-3)
+    capacity_ah = new_ah if measured is None else rounded(measured.value, 3)
     if capacity_ah is None:
         return _nothing("battery capacity unknown: give --capacity", segments)
     cells = (
         settings.cells_in_series or round(_parameter(records, _CELL_PARAMETERS, 1.0) or 0) or None
     )
     thin = [
-        slice(None, None, max(1, round(_THINNED_S / (r.time_s[1] - r.time_s[0])))) for r in used
+        slice(None, None, max(1, round(_THINNED_S / (r.time_s[1] - r.time_s[0])))) for r, *_ in used
     ]
+    before_ah = [0.0 if lv is None else (1.0 - lv[0]) * capacity_ah for _, lv, _ in used]
     columns = [
-        np.stack([r.voltage_v, r.current_a, charge_used_ah(r)])[:, t]
-        for r, t in zip(used, thin, strict=True)
+        np.stack([r.voltage_v, r.current_a, charge_used_ah(r) + before])[:, t]
+        for (r, *_), t, before in zip(used, thin, before_ah, strict=True)
     ]
     voltage, current, charge = (
         np.concatenate([c[i, np.isfinite(c).all(axis=0)] for c in columns]) for i in range(3)
@@ -180,6 +248,7 @@ def identify_battery(
     except IdentificationError as error:
         return _nothing(str(error), segments)
     of_voltage: dict[str, Any]
+    capacity = [] if measured is None else [_capacity_reading(measured, new_ah, len(noted))]
     full = "Every flight that began within 2 % of the highest voltage began with a full battery."
     if settings.chemistry is not None and cells is not None:
         # V = k E(s) - R I with the curve E of the kind of cell, by linear least squares
@@ -230,7 +299,8 @@ def identify_battery(
         )
     return BatteryIdentification(
         battery=Battery(
-            capacity_ah=rounded(capacity_ah),
+            capacity_ah=rounded(new_ah or capacity_ah),
+            health=None if new_ah is None or measured is None else _health(measured, new_ah),
             cells_in_series=cells,
             internal_resistance_ohm=rounded(resistance_ohm, 4),
             **of_voltage,
@@ -239,26 +309,40 @@ def identify_battery(
             name="battery",
             summary=f"{capacity_ah:g} Ah, {summary}",
             unit="V",
-            estimates=estimates,
+            estimates=(*estimates, *of_levels),
             segments=segments,
             rms=rms,
         ),
         fit=fit,
-        readings=readings,
+        readings=(*capacity, *readings),
     )
 
 
-def _discharges(records: Sequence[FlightRecord]) -> tuple[SegmentUse, ...]:
+def _capacity_reading(measured: Estimate, new_ah: float | None, flights: int) -> str:
+    what = "the capacity is that" if new_ah is None else "what is left of the new battery is"
+    return (
+        f"{what[0].upper()}{what[1:]} by the levels noted before and after {flights} flights: "
+        f"{measured.value:.3g} ± {measured.error:.2g} Ah."
+    )
+
+
+def _health(measured: Estimate, new_ah: float) -> float:
+    return min(round(measured.value / new_ah, 3), 1.0)
+
+
+def _discharges(
+    records: Sequence[FlightRecord], levels: Sequence[tuple[float, float] | None]
+) -> tuple[SegmentUse, ...]:
     first_v = [_first_known(r.voltage_v) for r in records]
     highest = max((v for v in first_v if v is not None), default=0.0)
     rows = []
-    for record, volts in zip(records, first_v, strict=True):
+    for record, volts, level in zip(records, first_v, levels, strict=True):
         refusal = ""
         if volts is None:
             refusal = "no voltage"
         elif not np.isfinite(record.current_a).any():
             refusal = "no current"
-        elif volts < _NOT_FULL * highest:
+        elif level is None and volts < _NOT_FULL * highest:
             refusal = f"began with less than {_NOT_FULL:.0%} of the highest voltage: not full"
         rows.append(SegmentUse.within(record, what="discharge", refusal=refusal))
     return tuple(rows)

@@ -19,13 +19,12 @@ from planner.identify.assembly import Method, Parts, assemble_model
 from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
 from planner.identify.power import (
     PowerIdentification,
-    at_mean_load,
     hover_powers_w,
     identify_cruise,
     identify_hover,
-    identify_manoeuvre_power,
     identify_power,
     manoeuvre_powers,
+    power_of_manoeuvres,
 )
 from planner.identify.ramps import has_references, identify_ramps
 from planner.identify.responses import identify_response
@@ -45,6 +44,7 @@ from planner.vehicle.power import AltitudeLaw, hover_power_w
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from planner.arrays import FloatArray
     from planner.identify.assembly import Identification, IdentificationSettings
     from planner.identify.manoeuvres import ManoeuvreCut
     from planner.identify.responses import ResponseIdentification
@@ -110,17 +110,16 @@ def _identify_shaped(
     settings: IdentificationSettings,
     on_step: Callable[[str], None],
 ) -> Parts:
-    mass_kg = _flown_mass_kg(settings)
     steady: list[MeasuredPower] = []
     refusals: list[SegmentUse] = []
     cuts: list[ManoeuvreCut] = []
     for record in records:
         on_step(_flight_step(record))
-        density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+        density, mass_kg = _flown_density_and_mass(record, settings)
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
         refusals += _power_refusals(record)
         cuts += cut_manoeuvres(record)
-    _refuse_impossible_mass(steady, mass_kg)
+    _refuse_impossible_mass(steady)
     power = identify_power(
         steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
     )
@@ -174,27 +173,30 @@ def _identify_unreferenced(
     on_step: Callable[[str], None],
 ) -> Parts:
     """Identify a vehicle that logs no references: ramps by durations, power by manoeuvres."""
-    mass_kg = _flown_mass_kg(settings)
     powers: list[tuple[MeasuredPower, ...]] = []
     refusals: list[SegmentUse] = []
     for record in records:
         on_step(_flight_step(record))
-        density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+        density, mass_kg = _flown_density_and_mass(record, settings)
         powers.append(manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg))
         refusals += _power_refusals(record)
-    means = at_mean_load(powers)
-    _refuse_impossible_mass(means, mass_kg)
-    if mass_kg is None:
-        power = identify_manoeuvre_power(means, tuple(refusals))
-    else:
-        power = identify_power(means, refusals=refusals)
-    reading = "Loads are unknown: each flight is brought to the mean power of all flights."
+    power, means = power_of_manoeuvres(powers, settings.payload_deviation_kg, tuple(refusals))
+    _refuse_impossible_mass(means)
     return Parts(
-        power=replace(power, readings=(*power.readings, reading), loads=_loads(records)),
+        power=replace(power, loads=_loads(records)),
         responses=(),
         ramps=identify_ramps(records),
         steady=means,
     )
+
+
+def _flown_density_and_mass(
+    record: FlightRecord, settings: IdentificationSettings
+) -> tuple[FloatArray, float | None]:
+    """Return the density of the air along a flight, and the mass that flew. (n,) [kg m⁻³], [kg]"""
+    temperature_c = settings.conditions_of(record).temperature_c
+    density = record_air_density_kg_m3(record, home_temperature_c=temperature_c)
+    return density, settings.flown_mass_kg(record)
 
 
 def _flight_step(record: FlightRecord) -> str:
@@ -287,16 +289,18 @@ def _loads(records: Sequence[FlightRecord]) -> Loads | None:
     return Loads(avionics_w=0.0, ground_idle_w=round(max(float(samples.mean()), 0.0), 3))
 
 
-def _refuse_impossible_mass(steady: Sequence[MeasuredPower], mass_kg: float | None) -> None:
+def _refuse_impossible_mass(steady: Sequence[MeasuredPower]) -> None:
     """Raise IdentificationError for a mass that nothing lifts on the power of the hovers."""
-    hovers_w = [
-        one.power_w
+    hovers = [
+        (one.power_w, one.mass_kg)
         for one in steady
-        if one.airspeed_m_s < _HOVERS_M_S and abs(one.climb_rate_m_s) < _LEVEL_M_S
+        if one.airspeed_m_s < _HOVERS_M_S
+        and abs(one.climb_rate_m_s) < _LEVEL_M_S
+        and one.mass_kg is not None
     ]
-    if mass_kg is None or not hovers_w:
+    if not hovers:
         return
-    hover_w = float(np.median(hovers_w))
+    hover_w, mass_kg = (float(np.median(column)) for column in zip(*hovers, strict=True))
     if hover_w < _LEAST_W_KG * mass_kg:
         msg = (
             f"{quantity.mass(mass_kg)} cannot hover on {quantity.power(hover_w)}, "
@@ -304,11 +308,6 @@ def _refuse_impossible_mass(steady: Sequence[MeasuredPower], mass_kg: float | No
             f"than {quantity.power(_LEAST_W_KG)}; correct --mass or --payload"
         )
         raise IdentificationError(msg)
-
-
-def _flown_mass_kg(settings: IdentificationSettings) -> float | None:
-    mass_kg = settings.own_mass_kg
-    return None if mass_kg is None else mass_kg + settings.payload_kg
 
 
 def verify_left_out(

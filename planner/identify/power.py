@@ -421,6 +421,25 @@ def at_mean_load(flights: Sequence[Sequence[MeasuredPower]]) -> tuple[MeasuredPo
     )
 
 
+def power_of_manoeuvres(
+    flights: Sequence[Sequence[MeasuredPower]],
+    mass_deviation_kg: float,
+    refusals: tuple[SegmentUse, ...] = (),
+) -> tuple[PowerIdentification, tuple[MeasuredPower, ...]]:
+    """Identify the power from the manoeuvres of flights: by their masses, else at the mean load.
+
+    Returns it with the powers it was identified from.
+    """
+    means = tuple(power for flight in flights for power in flight)
+    if all(power.mass_kg is not None for power in means):
+        power = identify_power(means, refusals=refusals, mass_deviation_kg=mass_deviation_kg)
+        return power, means
+    means = at_mean_load(flights)
+    power = identify_manoeuvre_power(means, refusals)
+    reading = "Loads are unknown: each flight is brought to the mean power of all flights."
+    return replace(power, readings=(*power.readings, reading)), means
+
+
 def identify_manoeuvre_power(
     means: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...] = ()
 ) -> PowerIdentification:

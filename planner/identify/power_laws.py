@@ -8,6 +8,8 @@ The density form, :math:`P = P_0 (m/m_0)^a (\rho/\rho_0)^b`, takes the exponents
 from __future__ import annotations
 
 import math
+from collections import Counter
+from functools import cached_property
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -339,7 +341,7 @@ class SteadyMap(Value, eq=False):
         values = np.array([getattr(self.law, name) for name in Rotor._fields])
         measured: FloatArray = np.array([f.power_w for f in flights])
         beyond_kg = np.array([self.beyond_kg.get(f.source, 0.0) for f in flights])
-        return _powers_w(values, flights, beyond_kg) - measured
+        return _powers_w(values, _conditions(flights), beyond_kg) - measured
 
 
 def cell_of(flight: MeasuredPower) -> tuple[int, int]:
@@ -423,7 +425,7 @@ class _MapFit(NamedTuple):
     information: FloatArray
 
 
-class _MapData(Value, eq=False):
+class _MapData(Value, eq=False, dict=True):
     """Steady flights, and what is taken of the law before they are seen."""
 
     flights: Sequence[MeasuredPower]
@@ -433,15 +435,21 @@ class _MapData(Value, eq=False):
     flight_of: Sequence[int]
     mass_deviation_kg: float
 
-    @property
+    @cached_property
     def powers_w(self) -> FloatArray:
+        """Measured power. [W]"""
         return np.array([f.power_w for f in self.flights])
+
+    @cached_property
+    def conditions(self) -> FloatArray:
+        """Mass, airspeed, climb rate and density. (4, n)"""
+        return _conditions(self.flights)
 
     def errors_w(self, x: FloatArray, ring: float) -> FloatArray:
         """Return predicted less measured power. [W]"""
         own, beyond = x[: len(_FITTED)], x[len(_FITTED) :]
         beyond_kg = self.mass_deviation_kg * beyond[self.flight_of] if beyond.size else 0.0
-        return _powers_w(np.append(np.exp(own), ring), self.flights, beyond_kg) - self.powers_w
+        return _powers_w(np.append(np.exp(own), ring), self.conditions, beyond_kg) - self.powers_w
 
     def scatter_in_cells(self, fit: _MapFit) -> float:
         """Return by what the power of like spans differs, beside what the law explains. [-]
@@ -465,7 +473,8 @@ class _MapData(Value, eq=False):
         from scipy.optimize import least_squares
 
         powers = self.powers_w
-        counts = np.array([self.cells.count(cell) for cell in self.cells])
+        times = Counter(self.cells)
+        counts = np.array([times[cell] for cell in self.cells])
         own = np.square([f.error_w for f in self.flights])
         of_law, of_span = np.square(_MODEL_FRACTION * powers) + own, np.square(scatter * powers)
         scale = np.sqrt(counts * of_law + of_span)
@@ -485,15 +494,18 @@ class _MapData(Value, eq=False):
         return _MapFit(x=found.x, ring=ring, cost=float(found.cost), information=information)
 
 
+def _conditions(flights: Sequence[MeasuredPower]) -> FloatArray:
+    names = ("mass_kg", "airspeed_m_s", "climb_rate_m_s", "air_density_kg_m3")
+    return np.array([[getattr(f, name) or 0.0 for f in flights] for name in names])
+
+
 def _powers_w(
-    values: FloatArray, flights: Sequence[MeasuredPower], beyond_kg: FloatArray | float = 0.0
+    values: FloatArray, conditions: FloatArray, beyond_kg: FloatArray | float = 0.0
 ) -> FloatArray:
     """Return the power of steady flights by the numbers of a rotor, (n,) [W]."""
-    powers = np.empty(len(flights))
-    masses = np.array([f.mass_kg or 0.0 for f in flights]) + beyond_kg
-    speed = np.array([f.airspeed_m_s for f in flights])
-    climb = np.array([f.climb_rate_m_s for f in flights])
-    density = np.array([f.air_density_kg_m3 or 0.0 for f in flights])
+    masses, speed, climb, density = conditions
+    powers = np.empty(masses.size)
+    masses = masses + beyond_kg
     for mass_kg in np.unique(masses):
         own = masses == mass_kg
         powers[own] = momentum_power_w(

@@ -19,12 +19,7 @@ import numpy as np
 
 from planner.errors import IdentificationError, MavjouleError
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.power import (
-    at_mean_load,
-    identify_manoeuvre_power,
-    identify_power,
-    manoeuvre_powers,
-)
+from planner.identify.power import identify_power, manoeuvre_powers, power_of_manoeuvres
 from planner.identify.ramps import durations_s, fit_ramps, timed_flight
 from planner.identify.segments import (
     climb_rate_m_s,
@@ -190,9 +185,10 @@ def _model_without(
 def _whole_flight(
     record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
 ) -> FlownAndPredicted | None:
+    own = settings.conditions_of(record)
     known = KnownConditions(
-        payload_kg=settings.payload_kg,
-        temperature_c=settings.temperature_c,
+        payload_kg=own.payload_kg or 0.0,
+        temperature_c=own.temperature_c,
         position_noise_m=model.position_noise_m,  # whoever plans a flight knows no other
     )
     try:
@@ -221,11 +217,12 @@ def _energy_alone(
     record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
 ) -> FlownAndPredicted | None:
     """Return the energy of each state along the motion flown."""
-    law = model.cruise
-    if not isinstance(law, WholeLaw) or model.mass_kg is None:
+    law, mass_kg = model.cruise, settings.flown_mass_kg(record)
+    if not isinstance(law, WholeLaw) or mass_kg is None:
         return None
     speed = speed_through_air_m_s(record)
-    density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+    temperature_c = settings.conditions_of(record).temperature_c
+    density = record_air_density_kg_m3(record, home_temperature_c=temperature_c)
     climb = climb_rate_m_s(record)
     columns = np.stack([speed, climb, record.power_w, density])
     known = np.isfinite(columns).all(axis=0)
@@ -234,7 +231,7 @@ def _energy_alone(
         law,
         airspeed_m_s=speed[known],
         climb_rate_m_s=climb[known],
-        mass_kg=model.mass_kg + settings.payload_kg,
+        mass_kg=mass_kg,
         air_density_kg_m3=density[known],
     )
     flown: dict[str, float] = defaultdict(float)
@@ -264,8 +261,10 @@ def ramp_spread(
     for record in records:
         with contextlib.suppress(IdentificationError):
             flight = timed_flight(record)
-            density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
-            powers = manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=None)
+            temperature_c = settings.conditions_of(record).temperature_c
+            density = record_air_density_kg_m3(record, home_temperature_c=temperature_c)
+            mass_kg = settings.flown_mass_kg(record)
+            powers = manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg)
             usable.append((flight, powers))
     compared = []
     for number, (flight, powers) in enumerate(usable):
@@ -274,15 +273,17 @@ def ramp_spread(
             ramps = fit_ramps([other for other, _ in others])
         except IdentificationError:
             return None
-        power = identify_manoeuvre_power(at_mean_load([own for _, own in others]))
+        deviation_kg = settings.payload_deviation_kg
+        power, _ = power_of_manoeuvres([own for _, own in others], deviation_kg)
         compared.append(_compared(flight, powers, ramps, power))
     if not compared:
         return None
+    has_masses = all(settings.flown_mass_kg(record) is not None for record in records)
     found = fit_spread(
         compared,
         source=(
-            f"{len(compared)} flights, each predicted from its legs by a model made without it; "
-            "with unknown loads"
+            f"{len(compared)} flights, each predicted from its legs by a model made without it"
+            f"{'' if has_masses else '; with unknown loads'}"
         ),
     )
     # A manoeuvre holds several states: what they share is all that is known.  Where a stop was commanded
@@ -295,7 +296,7 @@ def _compared(
 ) -> FlownAndPredicted:
     durations = list(zip(flight.manoeuvres, durations_s(flight, ramps), strict=True))
     flown_j, predicted_j = 0.0, 0.0
-    for mean in powers if isinstance(power.hover, AltitudeLaw) else ():
+    for mean in powers if power.is_known else ():
         # a manoeuvre that takes longer than predicted takes its power for longer
         middle_s = mean.start_s + 0.5 * mean.duration_s
         own, duration_s = next(
@@ -313,6 +314,16 @@ def _compared(
 
 def _power_w(power: PowerIdentification, mean: MeasuredPower) -> float:
     """Return what the other flights predict for a manoeuvre, by its airspeed and climb rate. [W]"""
+    if isinstance(power.cruise, WholeLaw):
+        return float(
+            whole_power_w(
+                power.cruise,
+                airspeed_m_s=mean.airspeed_m_s,
+                climb_rate_m_s=mean.climb_rate_m_s,
+                mass_kg=mean.mass_kg,
+                air_density_kg_m3=mean.air_density_kg_m3 or 0.0,
+            )
+        )
     assert isinstance(power.hover, AltitudeLaw)
     total = power.hover.coefficient_w
     if isinstance(power.cruise, CruisePower):
