@@ -1,112 +1,140 @@
-"""Figures of a model on missions reconstructed from real flights: a folder for each mission.
+"""Figures of the Matrice 100 on missions reconstructed from its flights, each left out of its model.
 
-Run as::
+Run as (``make matrice FLIGHTS=folder``)::
 
-    python tests/matrice_figures.py MODEL FOLDER MEAN_POWER_W
+    python tests/matrice_figures.py LOGS TABLE MISSIONS
 
-``FOLDER`` holds a folder for each mission, with ``mission.plan`` and ``flown.json`` (time, energy, wind,
-home, commanded speed).  Each is predicted from mission, wind and model alone.  ``MEAN_POWER_W`` is the
-mean power of the flights the model was identified on: what that power says for the predicted time
-stands beside the model's energy.
+``LOGS`` is the folder of the flight logs, ``TABLE`` that of `mavjoule identify --table`, ``MISSIONS`` holds a
+folder for each mission, called like its log, with ``mission.plan`` and ``flown.json`` (time, energy, wind,
+home, payload).  Each is predicted from mission, wind, payload and a model whose power and ramps are those
+of all other flights; what is written stands in ``models/README.md``.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
-from itertools import pairwise
 from pathlib import Path
-from statistics import median
+
+import numpy as np
 
 import planner
-from planner.geo.geodesy import distance_m
-from planner.mission.commands import Command
-from planner.units import wh_from_j
-from planner.values import Value
+from planner.errors import IdentificationError, LogFileError
+from planner.identify.log_table import read_log_table
+from planner.identify.power import manoeuvre_powers
+from planner.identify.power_laws import fit_steady_map
+from planner.identify.ramps import TimedFlight, fit_ramps, timed_flight
+from planner.identify.segments import MeasuredPower, record_air_density_kg_m3
+from planner.logs.files import read_log
+from planner.values import Value, replace
+
+README = Path(__file__).parents[1] / "models" / "README.md"
+BEGIN, END = "<!-- matrice begins -->\n\n", "\n<!-- matrice ends -->"
 
 
-class Row(Value, kw_only=False, dict=True):
-    """Relative errors of one mission."""
+class Flight(Value):
+    """What a log shows of power and ramps."""
 
-    speed_m_s: float
+    powers: tuple[MeasuredPower, ...]
+    timed: TimedFlight | None
+
+
+class Row(Value):
+    """Relative errors of one mission, and what tells it apart."""
+
+    name: str
+    payload_g: int
+    height_m: int
+    speed_m_s: int
     time: float
     energy: float
-    mean_power: float
-    by_distance: float
-    is_time_inside: bool | None
-    """Whether the time flown lies between p10 and p90; ``None`` where the model tells no spread."""
-    is_energy_inside: bool | None
 
 
-def row_of(folder: Path, vehicle: planner.VehicleModel, mean_power_w: float) -> Row:
-    """Return the errors of a mission."""
+def read_flights(logs: Path, table: Path, mass_kg: float) -> dict[str, Flight]:
+    """Return the flights of a folder by the stems of their logs; what holds none is left out."""
+    known = read_log_table(table)
+    flights = {}
+    for path in sorted(logs.glob("*.csv.gz")):
+        with contextlib.suppress(LogFileError):
+            [record] = read_log(path)
+            timed = None
+            with contextlib.suppress(IdentificationError):
+                timed = timed_flight(record)
+            powers = manoeuvre_powers(
+                record,
+                air_density_kg_m3=record_air_density_kg_m3(record),
+                mass_kg=mass_kg + (known.of(str(path)).payload_kg or 0.0),
+            )
+            flights[path.name.split(".")[0]] = Flight(powers=powers, timed=timed)
+    return flights
+
+
+def row_of(folder: Path, vehicle: planner.VehicleModel, flights: dict[str, Flight]) -> Row:
+    """Return the errors of a mission predicted by the other flights."""
+    others = [flight for name, flight in flights.items() if name != folder.name]
+    without = replace(
+        vehicle,
+        cruise=fit_steady_map([power for flight in others for power in flight.powers]).law,
+        ramps=fit_ramps([flight.timed for flight in others if flight.timed is not None]),
+    )
     flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
-    mission = planner.read_mission(folder / "mission.plan")
     wind = flown["wind"]
     totals = planner.check(
-        mission,
-        vehicle,
+        planner.read_mission(folder / "mission.plan"),
+        without,
         wind=planner.Wind(speed_m_s=wind["speed_m_s"], from_deg=wind["from_deg"]),
         home_amsl_m=flown["home"]["amsl_m"],
+        payload_kg=flown["payload_kg"],
     ).totals
-    places = [
-        (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
-        for item in mission.items
-        if item.command in {Command.NAV_TAKEOFF, Command.NAV_WAYPOINT, Command.NAV_LAND}
-    ]
-    way_m = sum(float(distance_m(*one, *other)) for one, other in pairwise(places))
-    speed_m_s = flown["commanded_speed_m_s"]
     return Row(
-        speed_m_s=speed_m_s,
+        name=folder.name,
+        payload_g=round(1000.0 * flown["payload_kg"]),
+        height_m=25 * round(flown["altitude_m"] / 25.0),
+        speed_m_s=round(flown["commanded_speed_m_s"]),
         time=totals.time_s / flown["time_s"] - 1.0,
         energy=totals.energy_wh / flown["energy_wh"] - 1.0,
-        mean_power=wh_from_j(mean_power_w * totals.time_s) / flown["energy_wh"] - 1.0,
-        by_distance=way_m / speed_m_s / flown["time_s"] - 1.0,
-        is_time_inside=_is_inside(flown["time_s"], totals.time_s_p10, totals.time_s_p90),
-        is_energy_inside=_is_inside(flown["energy_wh"], totals.energy_wh_p10, totals.energy_wh_p90),
     )
 
 
-def _is_inside(flown: float, low: float | None, high: float | None) -> bool | None:
-    return None if low is None or high is None else low <= flown <= high
-
-
-def main(model: str, folder: str, mean_power_w: float) -> None:
-    """Write the figures to standard output."""
-    sys.stdout.write("\n".join(figure_lines(model, folder, mean_power_w)) + "\n")
-
-
-def figure_lines(model: str, folder: str, mean_power_w: float) -> list[str]:
-    """Return the figures, a line for each speed and one for all."""
-    vehicle = planner.load_vehicle(model)
-    folders = sorted(path.parent for path in Path(folder).glob("*/flown.json"))
-    rows = [row_of(path, vehicle, mean_power_w) for path in folders]
-    lines = ["speed      n    time (median)    energy (median)  mean power x time  distance/speed"]
-    for speed_m_s in [*sorted({row.speed_m_s for row in rows}), None]:
-        chosen = [row for row in rows if speed_m_s is None or row.speed_m_s == speed_m_s]
-        errors = [
-            100.0 * median(abs(getattr(row, name)) for row in chosen)
-            for name in ("time", "energy", "mean_power", "by_distance")
-        ]
-        energy_bias = 100.0 * median(row.energy for row in chosen)
-        bias = 100.0 * median(row.time for row in chosen)
-        label = "all" if speed_m_s is None else f"{speed_m_s:g} m/s"
-        lines.append(
-            f"{label:7} {len(chosen):4} {errors[0]:6.2f} % {bias:+6.2f} % {errors[1]:7.2f} % "
-            f"{energy_bias:+6.2f} % "
-            f"{errors[2]:16.2f} % {errors[3]:13.1f} %"
-        )
-    time, energy = (100.0 * max(abs(getattr(r, n)) for r in rows) for n in ("time", "energy"))
-    return [
-        *lines,
-        f"largest errors: time {time:.1f} %, energy {energy:.1f} %",
-        *(
-            f"{name} between p10 and p90: {sum(inside)} of {len(inside)} (8 of 10 expected)"
-            for name in ("time", "energy")
-            if (inside := [i for r in rows if (i := getattr(r, f"is_{name}_inside")) is not None])
-        ),
+def table_lines(rows: list[Row]) -> list[str]:
+    """Return the table: all missions, then each payload, speed and height."""
+    groups = [("all", rows)]
+    for name, unit in (("payload_g", "g"), ("speed_m_s", "m/s"), ("height_m", "m")):
+        for value in sorted({getattr(row, name) for row in rows}):
+            chosen = [row for row in rows if getattr(row, name) == value]
+            groups.append((f"{value} {unit}", chosen))
+    lines = [
+        "| missions | number | energy: median error | p90 | bias | time: median error | bias |",
+        "|---|---|---|---|---|---|---|",
     ]
+    for label, chosen in groups:
+        energy, time = (
+            100.0 * np.array([getattr(r, n) for r in chosen]) for n in ("energy", "time")
+        )
+        lines.append(
+            f"| {label} | {len(chosen)} | {np.median(np.abs(energy)):.1f} % | "
+            f"{np.percentile(np.abs(energy), 90):.1f} % | {energy.mean():+.1f} % | "
+            f"{np.median(np.abs(time)):.1f} % | {time.mean():+.1f} % |"
+        )
+    return lines
+
+
+def main(logs: str, table: str, missions: str) -> None:
+    """Write the table into the README of the models, and the worst missions to standard output."""
+    vehicle = planner.load_vehicle("dji-matrice-100")
+    assert vehicle.mass_kg is not None
+    flights = read_flights(Path(logs), Path(table), vehicle.mass_kg)
+    folders = sorted(path.parent for path in Path(missions).glob("*/flown.json"))
+    rows = [row_of(folder, vehicle, flights) for folder in folders]
+    text = README.read_text(encoding="utf-8")
+    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
+    lines = table_lines(rows)
+    README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
+    worst = sorted(rows, key=lambda row: -abs(row.energy))[:5]
+    lines += [f"{r.name}: energy {r.energy:+.1%}, time {r.time:+.1%}" for r in worst]
+    sys.stdout.write("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], float(sys.argv[3]))
+    main(*sys.argv[1:])

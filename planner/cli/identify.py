@@ -22,6 +22,7 @@ from planner.setting import Choice, Number
 from planner.setup import MOST_NOISE_M
 
 if TYPE_CHECKING:
+    import datetime as dt
     from pathlib import Path
 
     from planner.identify.assembly import IdentificationSettings
@@ -154,8 +155,6 @@ def _list_logs(logs: tuple[str, ...], mapping: CsvMapping | None, file_format: s
 
 
 def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSettings:
-    import datetime as dt
-
     from planner.identify.assembly import IdentificationSettings, Method
     from planner.identify.battery import PackSettings
     from planner.identify.log_table import read_log_table
@@ -183,7 +182,7 @@ def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSetti
     )
     return IdentificationSettings(
         name=name or "unnamed",
-        date=dt.datetime.now(dt.UTC).date(),
+        date=_today(),
         version=__version__,
         pack=pack,
         method=Method(asked.pop("method")),
@@ -191,3 +190,20 @@ def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSetti
         table=None if table is None else read_log_table(table),
         **asked,
     )
+
+
+def _today() -> dt.date:
+    """Return the day a model is made; SOURCE_DATE_EPOCH names another, for files that can be made again.
+
+    Raises UsageError for one that is no number of seconds (reproducible-builds.org).
+    """
+    import datetime as dt
+    import os
+
+    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
+    try:
+        moment = dt.datetime.fromtimestamp(int(seconds), dt.UTC) if seconds else None
+    except (ValueError, OverflowError, OSError) as error:
+        msg = f"SOURCE_DATE_EPOCH must be seconds since 1970, got {seconds!r}"
+        raise UsageError(msg) from error
+    return (moment or dt.datetime.now(dt.UTC)).date()

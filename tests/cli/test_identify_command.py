@@ -145,3 +145,24 @@ def test_several_flights_of_one_log_are_all_used(
     document = json.loads(capsys.readouterr().out)
     assert [flight["number"] for flight in document["flights"]] == [1, 2]
     assert len(read_vehicle(tmp_path / "two.toml").provenance.logs) == 1
+
+
+def test_a_table_says_what_flew_and_a_made_file_can_be_made_again(
+    copter: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "logs.csv").write_text("log,payload_g,mass_kg\ncopter.BIN,500,2\n")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")  # 14 November 2023
+    asked = ["identify", copter, "--table", "logs.csv", "-o", "quad.toml"]
+    assert main(asked) == 0
+    first = (tmp_path / "quad.toml").read_bytes()
+    model = read_vehicle(tmp_path / "quad.toml")
+    assert model.mass_kg == 2.0
+    assert model.valid_for.mass_kg is not None
+    assert (model.valid_for.mass_kg.low, model.valid_for.mass_kg.high) == (2.0, 2.5)
+    assert model.provenance.date.isoformat() == "2023-11-14"
+    assert main(asked) == 0
+    assert (tmp_path / "quad.toml").read_bytes() == first
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "soon")
+    capsys.readouterr()
+    assert main(asked) == 2
+    assert "SOURCE_DATE_EPOCH must be seconds since 1970" in capsys.readouterr().err

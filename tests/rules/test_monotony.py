@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")
 SURVEYOR = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
-MATRICE = load_vehicle("dji-matrice-100")
+MATRICE = replace(load_vehicle("dji-matrice-100"), battery=None)
 FLOWN = (
     (ARTICLE, Autopilot.STEP),
     (SURVEYOR, Autopilot.ARDUPILOT),
