@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.fleet.swarm.zones import Capsules, distances_m
-from planner.flight.motion.kinematics import Columns
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -119,24 +118,30 @@ class Contact(NamedTuple):
     """How much later either would have to be for the other to have left what is too near. [s]"""
 
 
-class Crossing(Columns, eq=False):
+class Crossing(Value, eq=False):
     """The parts of two tracks that are too near to each other, one pair of parts a row."""
 
     first: IndexArray
     second: IndexArray
-    first_entry_m: FloatArray
-    """Where along the first the region begins that the pair is of: parts next to each other. (n,) [m]"""
-    second_entry_m: FloatArray
+    region: IndexArray
+    """Pairs of parts next to each other are of one region. (n,)"""
+    entries_m: dict[int, tuple[float, float]]
+    """Where along either track a region begins, of those that were asked for. [m]"""
 
 
-def find_crossing(one: ZoneTrack, two: ZoneTrack, keeps: Cylinder) -> Crossing | None:
-    """Return where two tracks are nearer to each other than they may; ``None``: nowhere."""
+def find_crossing(
+    one: ZoneTrack, two: ZoneTrack, keeps: Cylinder, after_s: float
+) -> Crossing | None:
+    """Return where two tracks are nearer to each other than they may; ``None``: nowhere.
+
+    What either has left behind by a time is not looked at: nobody comes there again.
+    """
     from scipy.spatial import cKDTree
 
     reach_m = keeps.horizontal_m
     low = np.maximum(one.place_m[:, :2].min(axis=0), two.place_m[:, :2].min(axis=0)) - reach_m
     high = np.minimum(one.place_m[:, :2].max(axis=0), two.place_m[:, :2].max(axis=0)) + reach_m
-    kept = [_within(each, low, high) for each in (one, two)]
+    kept = [_within(each, low, high, after_s) for each in (one, two)]
     if not len(kept[0]) or not len(kept[1]):
         return None
     middles, sizes = zip(
@@ -162,24 +167,29 @@ def find_crossing(one: ZoneTrack, two: ZoneTrack, keeps: Cylinder) -> Crossing |
         return None
     order = np.lexsort((second, first))
     first, second = first[order], second[order]
-    region = _regions(first, second)
-    entries = []
-    for own, other, mine, its in ((one, two, first, second), (two, one, second, first)):
-        entry_m = np.full(int(region.max()) + 1, np.inf)
-        for number in range(len(entry_m)):
-            rows = np.flatnonzero(region == number)
-            at = int(mine[rows].min())
-            entry_m[number] = _entry_m(own, at, other, its[rows][mine[rows] == at], reach_m)
-        entries.append(entry_m[region])
-    return Crossing(first=first, second=second, first_entry_m=entries[0], second_entry_m=entries[1])
+    return Crossing(first=first, second=second, region=_regions(first, second), entries_m={})
 
 
-def _within(track: ZoneTrack, low_m: FloatArray, high_m: FloatArray) -> IndexArray:
-    """Return the parts of a track that are in a box."""
+def _entries_m(
+    one: ZoneTrack, two: ZoneTrack, crossing: Crossing, region: int, reach_m: float
+) -> tuple[float, float]:
+    """Return where along either track a region begins."""
+    if region not in crossing.entries_m:
+        rows = crossing.region == region
+        first, second = crossing.first[rows], crossing.second[rows]
+        begins = first == first.min(), second == second.min()
+        crossing.entries_m[region] = (
+            _entry_m(one, int(first.min()), two, second[begins[0]], reach_m),
+            _entry_m(two, int(second.min()), one, first[begins[1]], reach_m),
+        )
+    return crossing.entries_m[region]
+
+
+def _within(track: ZoneTrack, low_m: FloatArray, high_m: FloatArray, after_s: float) -> IndexArray:
+    """Return the parts of a track that are in a box, and not left before a time."""
     begin, end = track.place_m[:-1, :2], track.place_m[1:, :2]
-    return np.flatnonzero(
-        ((np.maximum(begin, end) >= low_m) & (np.minimum(begin, end) <= high_m)).all(axis=1)
-    )
+    is_in = ((np.maximum(begin, end) >= low_m) & (np.minimum(begin, end) <= high_m)).all(axis=1)
+    return np.flatnonzero(is_in & (track.time_s[1:] >= after_s))
 
 
 def _middles(track: ZoneTrack, rows: IndexArray) -> tuple[FloatArray, FloatArray]:
@@ -261,7 +271,7 @@ def first_contact(
         return None
     return Contact(
         time_s=best_s,
-        entries_m=(float(crossing.first_entry_m[best]), float(crossing.second_entry_m[best])),
+        entries_m=_entries_m(one, two, crossing, int(crossing.region[best]), reach_m),
         clears_s=(
             float(left_s[1][best] - one.entered_s[first[best]]),
             float(left_s[0][best] - two.entered_s[second[best]]),

@@ -194,8 +194,12 @@ class Yielding:
         if keeps is None:
             return None
         if pair not in self._crossings:
-            one, two = (self.agents[row].whole for row in pair)
-            self._crossings[pair] = find_crossing(one, two, keeps)
+            agents = [self.agents[row] for row in pair]
+            # Who is on the ground has times of its own yet.
+            waits = any(one.passage is Passage.WAITS for one in agents)
+            after_s = -math.inf if waits else self.time_s - _EPSILON_S
+            one, two = (each.track for each in agents)
+            self._crossings[pair] = find_crossing(one, two, keeps, after_s)
         crossing = self._crossings[pair]
         return None if crossing is None else (crossing, keeps.horizontal_m)
 
