@@ -3,12 +3,15 @@ r"""The uncertainty of a prediction: many flights of one mission, as samples of 
 Sampled are the conditions (wind, payload, temperature, charge) and the errors of the model as the
 ``[spread]`` of its file has them.  With the energy :math:`E_s` of each state,
 
-.. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad t = (1 + \tau)\, t_0 + \delta,
+.. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad
+          t = (1 + \tau)\, t_0 + \sum_{legs} \lambda + \sum_{landings} \delta,
 
-ε common to a flight, η of each state, τ of the time, δ of how long the end of a landing takes.  The
-first three come from n flights, so each is its standard deviation times a sample of Student's t with n
-degrees of freedom: with few flights the standard deviation is itself little known (Student, Biometrika
-6 (1908) 1).
+ε common to a flight, η to all its states of one kind (climbing, level, descending), τ to its time, λ of
+each leg with its turn or stop, δ of each landing until the motors stop.  All but λ come from n flights, so
+each is its standard deviation times a sample of Student's t with n degrees of freedom: with few flights
+the standard deviation is itself little known (Student, Biometrika 6 (1908) 1).  Legs are many: λ is
+normal.  Where PX4's position is noisy its time waits for the vehicle, and what a flight takes is spread
+in proportion to that noise, down to what flights without noise show.
 
 Approximations:
 
@@ -26,6 +29,7 @@ The samples are always the same: what differs between two predictions is never c
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -33,6 +37,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
+from planner.autopilot import Autopilot
 from planner.flight.budget import battery_temperature_c, predict_discharge
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.flight.prediction import segment_energies_j
@@ -41,6 +46,7 @@ from planner.quantity import mean_of, sd_of
 from planner.units import j_from_wh, wh_from_j
 from planner.values import Value, replace
 from planner.vehicle.power import CruisePower
+from planner.vehicle.repeatability import REPEATABILITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -53,7 +59,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
-    from planner.vehicle.model import ModelSpread
+    from planner.vehicle.model import ModelSpread, VehicleModel
 
 
 SAMPLES = 10_000
@@ -70,6 +76,92 @@ _TIGHTEST = 8
 """Points whose return is looked at besides those tightest at the corners of the conditions."""
 _LOW, _HIGH = 0.1, 0.9
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
+_CLIMBS = {FlightState.TAKEOFF, FlightState.CLIMB}
+_DESCENDS = {FlightState.DESCEND, FlightState.LAND}
+
+
+def kind_of(state: FlightState) -> FlightState:
+    """Return the state that stands for all whose power errs alike: climb, cruise or descend."""
+    if state in _CLIMBS:
+        return FlightState.CLIMB
+    return FlightState.DESCEND if state in _DESCENDS else FlightState.CRUISE
+
+
+_LANDING, _FIRST_STATE = 3, 4
+"""Rows of the samples of Student's distribution, after those of time, energy and stops."""
+_KINDS = [_FIRST_STATE + STATE_INDEX[kind_of(state)] for state in STATES]
+
+
+class ModelErrors(Value, eq=False):
+    """Errors of a model in each scenario; all (samples,), but those of the states."""
+
+    time: FloatArray
+    """Relative, of a whole flight. [-]"""
+    leg_s: FloatArray
+    """Of one leg; of n legs √n times as much. [s]"""
+    landing_s: FloatArray | None
+    """``None`` where no landing of the vehicle was compared. [s]"""
+    energy: FloatArray
+    state: FloatArray
+    """(samples, states)"""
+    stopping: FloatArray
+
+    def times_s(self, time_s: float, *, legs: int, landings: int) -> FloatArray:
+        """Return what flights of a predicted time take, without what the autopilot adds. [s]"""
+        sampled_s = time_s * (1.0 + self.time) + math.sqrt(legs) * self.leg_s
+        if self.landing_s is not None:
+            sampled_s += math.sqrt(landings) * self.landing_s
+        return sampled_s
+
+    def energies_j(self, by_state_j: FloatArray) -> FloatArray:
+        """Return what flights of predicted energies take, not negative. (samples, ...) [J]
+
+        ``by_state_j`` is (..., states).
+        """
+        sampled_j = by_state_j.sum(axis=-1) + self.state @ by_state_j.T
+        return np.asarray(np.maximum((sampled_j.T * (1.0 + self.energy)).T, 0.0))
+
+
+def sample_errors(spread: ModelSpread) -> ModelErrors:
+    """Return samples of the errors of a model, always the same ones."""
+    normal, student, _ = _standard_samples(spread.n_flights)
+    of_states = dict(spread.energy_state_fraction)
+    landing_s = spread.landing_time_s
+    return ModelErrors(
+        time=(spread.time_fraction or 0.0) * student[0],
+        leg_s=(spread.leg_time_s or 0.0) * normal[_LEG],
+        landing_s=None if landing_s is None else landing_s * student[_LANDING],
+        energy=(spread.energy_fraction or 0.0) * student[1],
+        state=np.array([of_states.get(state, 0.0) for state in STATES]) * student[_KINDS].T,
+        stopping=(spread.stopping_distance_fraction or 0.0) * student[2],
+    )
+
+
+def spread_at_noise(
+    spread: ModelSpread, vehicle: VehicleModel, noise_m: float | None
+) -> ModelSpread:
+    """Return the spread of times with another noise of the position than that of the model's flights.
+
+    PX4's time waits for the vehicle in proportion to how far it seems from its trajectory.
+    """
+    known_m = vehicle.position_noise_m
+    if vehicle.reference is not Autopilot.PX4 or not known_m or noise_m in {None, known_m}:
+        return spread
+    ratio = (noise_m or 0.0) / known_m
+    still = REPEATABILITY[Autopilot.PX4]
+    left = max(1.0 - ratio**2, 0.0)
+    return replace(
+        spread,
+        **{
+            name: math.sqrt((ratio * noisy) ** 2 + left * (without or 0.0) ** 2)
+            for name, without in (
+                ("time_fraction", still.time_fraction),
+                ("leg_time_s", still.leg_s),
+                ("landing_time_s", still.landing_s),
+            )
+            if (noisy := getattr(spread, name)) is not None
+        },
+    )
 
 
 class UnknownSamples(Value, eq=False):
@@ -81,11 +173,7 @@ class UnknownSamples(Value, eq=False):
     """Beyond the model's own mass: payload, and what the battery weighs more."""
     temperature_c: FloatArray
     charge: FloatArray
-    time_error: FloatArray
-    energy_error: FloatArray
-    state_error: FloatArray
-    """(samples, states)"""
-    stopping_error: FloatArray
+    errors: ModelErrors
     landing_rank: FloatArray
     """Fraction of landings that are sooner found over."""
 
@@ -110,11 +198,10 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     payload is not below zero, a charge not above all.  The samples of one quantity do not depend on the
     spread of another.
     """
-    normal, student, uniform = _standard_samples(spread.n_flights)
+    normal, _, uniform = _standard_samples(spread.n_flights)
     wind = setup.wind
     speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
     from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
-    of_states = dict(spread.energy_state_fraction)
     return UnknownSamples(
         wind_east_m_s=-speed_m_s * np.sin(from_rad),
         wind_north_m_s=-speed_m_s * np.cos(from_rad),
@@ -122,20 +209,21 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
         + setup.flown_pack.added_kg,
         temperature_c=power.home_temperature_c + sd_of(setup.temperature_c) * normal[3],
         charge=np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0),
-        time_error=(spread.time_fraction or 0.0) * student[0],
-        energy_error=(spread.energy_fraction or 0.0) * student[1],
-        stopping_error=(spread.stopping_distance_fraction or 0.0) * student[2],
+        errors=sample_errors(spread),
         landing_rank=uniform,
-        state_error=np.array([of_states.get(state, 0.0) for state in STATES]) * student[3:].T,
     )
+
+
+_LEG = 5
+"""Row of the samples of the normal distribution, after those of the conditions."""
 
 
 @lru_cache(maxsize=2)
 def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return samples of the normal, of Student's and of the uniform distribution, made once."""
     random = np.random.default_rng(_SEED)
-    normal = random.standard_normal((5, SAMPLES))
-    student = random.standard_t(n_flights, (3 + len(STATES), SAMPLES))
+    normal = random.standard_normal((6, SAMPLES))
+    student = random.standard_t(n_flights, (4 + len(STATES), SAMPLES))
     uniform = random.random(SAMPLES)
     for samples in (normal, student, uniform):
         samples.setflags(write=False)
@@ -182,19 +270,18 @@ class Weather:
         ``at_points_j`` are energies by state of k flights at the points of the interpolation.
         (points, k, states) [J]
         """
+        errors = samples.errors
         if len(at_points_j) == 1:  # all samples have the conditions of the prediction
-            mean_j = at_points_j[0]
-            sampled_j = mean_j.sum(axis=1) + samples.state_error @ mean_j.T
-            return np.asarray(np.maximum(sampled_j * (1.0 + samples.energy_error[:, None]), 0.0))
+            return errors.energies_j(at_points_j[0])
         count, states = at_points_j.shape[1:]
         flat_j = at_points_j.reshape(len(at_points_j), -1)
         energy_j = np.empty((SAMPLES, count))
         for first in range(0, SAMPLES, _ROWS_AT_ONCE):
             rows = slice(first, first + _ROWS_AT_ONCE)
-            factor = 1.0 + samples.state_error[rows]
+            factor = 1.0 + errors.state[rows]
             by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
             energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
-            energy_j[rows] *= 1.0 + samples.energy_error[rows, None]
+            energy_j[rows] *= 1.0 + errors.energy[rows, None]
         return np.maximum(energy_j, 0.0)
 
     def _weights(self, rows: slice) -> FloatArray:
@@ -314,13 +401,19 @@ def predict_scenarios(
     """
     flight = returns.flight
     power = flight.power
+    spread = spread_at_noise(spread, power.vehicle, setup.position_noise_m)
     samples = sample_unknowns(spread, setup, power)
+    errors = samples.errors
     time_s = stopping_factor = None
     if spread.time_fraction is not None:
-        landed_s = samples.landing_delay_s(*flight.motion.landing_spread_s)
-        time_s = np.maximum(flight.time_s * (1.0 + samples.time_error) + landed_s, 0.0)
+        motion = flight.motion
+        legs, landings = motion.leg_count, motion.landing_count
+        time_s = errors.times_s(flight.time_s, legs=legs, landings=landings)
+        if errors.landing_s is None:
+            time_s += samples.landing_delay_s(*motion.landing_spread_s)
+        time_s = np.maximum(time_s, 0.0)
     if spread.stopping_distance_fraction is not None:
-        stopping_factor = np.maximum(1.0 + samples.stopping_error, 0.0)
+        stopping_factor = np.maximum(1.0 + errors.stopping, 0.0)
     timed = Scenarios(time_s=time_s, stopping_factor=stopping_factor)
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed

@@ -1,37 +1,56 @@
 r"""How far whole flights were from predictions.
 
-For flights f the model was not fitted to, with the relative error of the energy of state s
+Times.  A leg i of flight f takes longer than predicted by
 
-.. math:: r_{fs} = \varepsilon_f + \eta_{fs},
+.. math:: d_{fi} = \tau_f p_{fi} + \lambda_{fi},
 
-the part common to a flight and that of each state are separated by moments: the deviation of a state
-from its whole flight holds no common part.  Errors count from zero, so that a bias is part of the
-spread: the next flight meets it as well.
+p its predicted time, τ common to the flight, λ of each leg with its turn or stop; a landing by
+:math:`\tau_f p + \delta_f`.  Legs of one flight tell τ and λ apart by least absolute errors.
+
+Energies.  With the relative error of the energy of all states of one kind k (climbing, level, descending)
+
+.. math:: r_{fk} = \varepsilon_f + \eta_{fk},
+
+the part common to a flight and that of each kind are separated by moments: the deviation of a kind from its
+whole flight holds no common part.  Flights are cut where both the flown and the predicted one begin an item
+of the mission, and the energy of an item is divided as the prediction divides it: where a flight is
+cut otherwise, what one state loses another gains.
+
+Errors count from zero, so that a bias is part of the spread: the next flight meets it as well.  They are
+those of the whole model, fitted to the same flights, and are raised as residuals of p parameters are:
+the next flight is off by :math:`\sqrt{(1 + p/n) \sum e^2 / (n - p)}`; p, the sum of the leverages, follows
+from how much larger the errors become when each flight is left out: :math:`e_{(f)} = e_f / (1 - h_f)`.
+What is known of all flights beforehand counts as one more (`planner.vehicle.repeatability`).
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 from collections import defaultdict
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
+from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, MavjouleError
-from planner.flight.motion.kinematics import FlightState
+from planner.flight.motion.kinematics import STATES, FlightState
+from planner.flight.uncertainty import kind_of
+from planner.identify.flown_mission import BEGUN_IN_AIR, MISSION_LEFT
 from planner.identify.power import identify_power, manoeuvre_powers, power_of_manoeuvres
-from planner.identify.ramps import durations_s, fit_ramps, timed_flight
+from planner.identify.ramps import durations_s, fit_ramps, lifting_s, timed_flight
 from planner.identify.segments import (
     climb_rate_m_s,
     find_states,
     record_air_density_kg_m3,
     speed_through_air_m_s,
 )
-from planner.identify.verification import KnownConditions, verify_flight
-from planner.units import SECONDS_PER_HOUR
-from planner.values import Value, replace
-from planner.vehicle.model import STATE_NAMES, ModelSpread
+from planner.identify.verification import KnownConditions, items_begun, verify_flight
+from planner.values import Value, field, replace
+from planner.vehicle.model import ModelSpread
 from planner.vehicle.power import AltitudeLaw, CruisePower, WholeLaw, whole_power_w
+from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -41,42 +60,91 @@ if TYPE_CHECKING:
     from planner.identify.power import PowerIdentification
     from planner.identify.ramps import TimedFlight
     from planner.identify.segments import MeasuredPower
+    from planner.identify.verification import Verification
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import Ramps, VehicleModel
+    from planner.vehicle.repeatability import Repeatability
 
 
 class FlownAndPredicted(Value):
-    """One flight and its prediction by a model that was not fitted to it."""
+    """One flight and its prediction, from lift-off on."""
 
-    flown_time_s: float
-    predicted_time_s: float
-    flown_energy_j: Mapping[str, float]
-    """By the name of the state; empty where the power was not recorded. [J]"""
-    predicted_energy_j: Mapping[str, float]
-    """Of the same states. [J]"""
+    legs_s: Sequence[tuple[float, float]] = ()
+    """How long each leg took, and was predicted to take. [s]"""
+    landing_s: tuple[float, float] | None = None
+    """The same of what follows, with the landing. [s]"""
+    flown_energy_j: Mapping[FlightState, float] = field(default_factory=dict)
+    """By the kind of the state; empty where the power was not recorded. [J]"""
+    predicted_energy_j: Mapping[FlightState, float] = field(default_factory=dict)
+    """Of the same kinds. [J]"""
     flown_stops_m: Sequence[float] = ()
     """Stopping distances, one by one. [m]"""
     predicted_stops_m: Sequence[float] = ()
 
+    @property
+    def time_s(self) -> tuple[float, float] | None:
+        """How long all of it took, and was predicted to take; ``None``: nothing was compared. [s]"""
+        parts = [*self.legs_s, *([] if self.landing_s is None else [self.landing_s])]
+        return (sum(f for f, _ in parts), sum(p for _, p in parts)) if parts else None
 
-def fit_spread(flights: Sequence[FlownAndPredicted], *, source: str) -> ModelSpread:
+    @property
+    def energy_error(self) -> float | None:
+        """Flown energy over predicted energy, less one. [-]"""
+        predicted_j = sum(self.predicted_energy_j.values())
+        return sum(self.flown_energy_j.values()) / predicted_j - 1.0 if predicted_j > 0.0 else None
+
+    @property
+    def time_error(self) -> float | None:
+        """Flown time over predicted time, less one. [-]"""
+        whole = self.time_s
+        return None if whole is None or not whole[1] > 0.0 else whole[0] / whole[1] - 1.0
+
+
+_KINDS = tuple(dict.fromkeys(kind_of(state) for state in STATES))
+
+
+def fit_spread(
+    flights: Sequence[FlownAndPredicted],
+    *,
+    source: str,
+    known: Repeatability | None = None,
+    time_parameters: float = 0.0,
+    energy_parameters: float = 0.0,
+) -> ModelSpread:
     """Return how far flights were from their predictions.
 
-    Standard deviations are about zero, rounded up to four decimals, and ``None`` for what no flight
-    shows. ``source`` is which flights, and how they were compared, for the model file.
+    Parameters
+    ----------
+    flights : sequence of FlownAndPredicted
+    source : str
+        Which flights, and how they were compared, for the model file.
+    known : Repeatability, optional
+        What is known of all flights beforehand; counts as one flight.
+    time_parameters, energy_parameters : float
+        How many numbers of the model the same flights were fitted with.
 
-    Raises IdentificationError if there is no flight, or nothing is predicted of one.
+    Returns
+    -------
+    ModelSpread
+        Standard deviations about zero, rounded up to four decimals, and ``None`` for what no flight shows.
+
+    Raises
+    ------
+    IdentificationError
+        If there is no flight, or nothing is predicted of one.
     """
-    if not flights or any(flight.predicted_time_s <= 0.0 for flight in flights):
+    timed = [flight for flight in flights if flight.time_error is not None]
+    powered = [flight for flight in flights if flight.energy_error is not None]
+    if not flights or any(f.time_error is None and f.energy_error is None for f in flights):
         msg = "the spread of a model needs flights and their predictions"
         raise IdentificationError(msg)
-    common, states = _energy_fractions([flight for flight in flights if flight.flown_energy_j])
+    common, states = _energy_fractions(
+        powered, energy_parameters, None if known is None else ENERGY_FRACTION
+    )
     return ModelSpread(
         n_flights=len(flights),
         source=source,
-        time_fraction=_root_mean_square(
-            flight.flown_time_s / flight.predicted_time_s - 1.0 for flight in flights
-        ),
+        **_times(timed, time_parameters, known),
         energy_fraction=common,
         energy_state_fraction=states,
         stopping_distance_fraction=_root_mean_square(
@@ -88,46 +156,160 @@ def fit_spread(flights: Sequence[FlownAndPredicted], *, source: str) -> ModelSpr
     )
 
 
+def _times(
+    flights: Sequence[FlownAndPredicted], parameters: float, known: Repeatability | None
+) -> dict[str, float | None]:
+    """Return the spread of times: of flights, of their legs, and of their landings."""
+    if not flights:
+        return dict.fromkeys(("time_fraction", "leg_time_s", "landing_time_s"))
+    late: list[float] = []
+    squares: list[float] = []
+    of_legs: list[FloatArray] = []
+    for flight in flights:
+        flown, predicted = np.array(flight.legs_s).reshape(-1, 2).T
+        square = float(predicted @ predicted)
+        if square > 0.0:
+            fraction = _weighted_median(flown / predicted - 1.0, predicted)
+            late.append(fraction)
+            squares.append(square)
+            of_legs.append(flown - predicted - fraction * predicted)
+    legs = _without_outliers(np.concatenate([np.zeros(0), *of_legs]))
+    leg = _pooled(float(legs @ legs), len(legs) - len(late), None if known is None else known.leg_s)
+    # a median scatters as much as a mean of π/2 times the variance
+    shown = np.square(late) - 0.5 * math.pi * (leg or 0.0) ** 2 / np.array(squares)
+    if not late:  # whole flights only: what landings add cannot be told apart
+        shown = np.square([flight.time_error or 0.0 for flight in flights])
+    common = _of_next_flight(
+        float(shown.sum()), len(shown), parameters, None if known is None else known.time_fraction
+    )
+    landings = np.array([f.landing_s for f in flights if f.landing_s is not None and late])
+    landing = None
+    if landings.size:
+        flown, predicted = landings.T
+        of_fraction = float(np.sum(np.square((common or 0.0) * predicted)))
+        ends = _without_outliers(flown - predicted)
+        of_ends = max(float(ends @ ends) - of_fraction, 0.0)
+        landing = _pooled(of_ends, len(ends), None if known is None else known.landing_s)
+    return {
+        "time_fraction": _rounded_up(common),
+        "leg_time_s": _rounded_up(leg),
+        "landing_time_s": _rounded_up(landing),
+    }
+
+
+def _of_next_flight(
+    sum_of_squares: float, count: int, parameters: float, known: float | None
+) -> float | None:
+    """Return the standard deviation of a flight that the model was not fitted to."""
+    weight = count - min(parameters, count)
+    found = _pooled(max(sum_of_squares, 0.0), weight, known)
+    return None if found is None else found * math.sqrt(1.0 + min(parameters / count, 1.0))
+
+
+def _raised(count: int, parameters: float) -> float:
+    """Return by how much variances of errors are larger in a flight the model was not fitted to."""
+    used = min(parameters, count)
+    return (1.0 + used / count) * count / max(count - used, 1.0)
+
+
+def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    """Return the slope through the origin of least absolute errors, of slopes by their lengths."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(below, 0.5 * below[-1])])
+
+
+_LEAST_ERRORS = 8
+"""Of fewer none is told to be an outlier: the median of n is good to 1.2 / √n. [-]"""
+_OUTLYING = 2.5
+"""Standard deviations, by the median of the errors, beyond which one counts as so far out: a pilot who
+waits once does not make every leg uncertain (Huber, Robust Statistics, 1981). [-]"""
+
+
+def _without_outliers(errors: FloatArray) -> FloatArray:
+    if errors.size < _LEAST_ERRORS:
+        return errors
+    most = _OUTLYING * _DEVIATION_OF_MEDIAN * float(np.median(np.abs(errors)))
+    return np.clip(errors, -most, most)
+
+
+_DEVIATION_OF_MEDIAN = 1.4826
+"""Standard deviation of a normal distribution over the median of its errors. [-]"""
+
+
+def _pooled(sum_of_squares: float, count: float, known: float | None) -> float | None:
+    """Return the standard deviation of some errors with what is known of them, as one more.
+
+    ``None`` where neither says anything.
+    """
+    total = sum_of_squares + (known or 0.0) ** 2
+    weight = count + (known is not None)
+    return None if weight <= 0.0 else math.sqrt(total / weight)
+
+
 def _energy_fractions(
-    flights: Sequence[FlownAndPredicted],
+    flights: Sequence[FlownAndPredicted], parameters: float, known: float | None
 ) -> tuple[float | None, tuple[tuple[str, float], ...]]:
     """Return the deviation common to the states of a flight, and that of each state by itself."""
     from scipy.optimize import nnls
 
     if not flights:
         return None, ()
-    predicted = _by_state(flight.predicted_energy_j for flight in flights)
-    flown = _by_state(flight.flown_energy_j for flight in flights)
+    predicted = _by_kind(flight.predicted_energy_j for flight in flights)
+    flown = _by_kind(flight.flown_energy_j for flight in flights)
     fraction = predicted / predicted.sum(axis=1, keepdims=True)
     whole = flown.sum(axis=1) / predicted.sum(axis=1) - 1.0
-    # (r_s - r)² = (1 - w_s)² σ_s² + Σ_k≠s w_k² σ_k², for each state of each flight that has it
-    flight, state = np.nonzero(fraction > 0.0)
-    deviation = flown[flight, state] / predicted[flight, state] - 1.0 - whole[flight]
+    # (r_k - r)² = (1 - w_k)² σ_k² + Σ_j≠k w_j² σ_j², for each kind of each flight that has it
+    flight, kind = np.nonzero(fraction > 0.0)
+    deviation = flown[flight, kind] / predicted[flight, kind] - 1.0 - whole[flight]
     coefficients = np.square(fraction[flight])
-    coefficients[np.arange(state.size), state] = np.square(1.0 - fraction[flight, state])
-    # a state of little energy is little known and matters little: weighed by what it is of a flight
-    weight = fraction[flight, state]
+    coefficients[np.arange(kind.size), kind] = np.square(1.0 - fraction[flight, kind])
+    # a kind of little energy is little known and matters little: weighed by what it is of a flight
+    weight = fraction[flight, kind]
     variances, _ = nnls(weight[:, None] * coefficients, weight * np.square(deviation))
-    of_states = np.square(fraction) @ variances
-    common = float(np.mean(np.square(whole) - of_states))
-    return _rounded_up(np.sqrt(max(common, 0.0))), tuple(
-        (name, _rounded_up(np.sqrt(variance)))
-        for name, variance, seen in zip(STATE_NAMES, variances, fraction.any(axis=0), strict=True)
-        if seen
+    of_kinds = float(np.sum(np.square(fraction) @ variances))
+    common = _of_next_flight(float(whole @ whole) - of_kinds, len(flights), parameters, known)
+    raised = _raised(len(flights), parameters)
+    deviations = dict(zip(_KINDS, np.sqrt(raised * variances), strict=True))
+    seen = dict(zip(_KINDS, fraction.any(axis=0), strict=True))
+    return _rounded_up(common), tuple(
+        (state.value, _rounded_up(deviations[kind_of(state)]))
+        for state in STATES
+        if seen[kind_of(state)]
     )
 
 
-def _by_state(energies_j: Iterable[Mapping[str, float]]) -> FloatArray:
-    return np.array([[one.get(name, 0.0) for name in STATE_NAMES] for one in energies_j])
+def _by_kind(energies_j: Iterable[Mapping[FlightState, float]]) -> FloatArray:
+    return np.array([[one.get(kind, 0.0) for kind in _KINDS] for one in energies_j])
 
 
 def _root_mean_square(fractions: Iterable[float]) -> float | None:
     values = np.array(list(fractions))
-    return _rounded_up(np.sqrt(np.mean(np.square(values)))) if values.size else None
+    return _rounded_up(float(np.sqrt(np.mean(np.square(values))))) if values.size else None
 
 
-def _rounded_up(fraction: float) -> float:
-    return float(np.ceil(1e4 * fraction - 1e-6) / 1e4)
+@overload
+def _rounded_up(deviation: float) -> float: ...
+@overload
+def _rounded_up(deviation: float | None) -> float | None: ...
+def _rounded_up(deviation: float | None) -> float | None:
+    return None if deviation is None else float(np.ceil(1e4 * deviation - 1e-6) / 1e4)
+
+
+def fitted_parameters(errors: Sequence[float], left_out: Sequence[float | None]) -> float:
+    """Return how many parameters a model has from flights, by their errors with it and without each.
+
+    The leverage of a flight is 1 - e / e_(f) of linear least squares, between none and one; one where
+    there is no model without it.
+    """
+    return sum(
+        1.0
+        if without is None
+        else float(np.clip(1.0 - own / without, 0.0, 1.0))
+        if without
+        else 0.0
+        for own, without in zip(errors, left_out, strict=True)
+    )
 
 
 _LEAST_FLIGHTS = 2
@@ -139,30 +321,40 @@ def left_out_spread(
     steady: Sequence[MeasuredPower],
     settings: IdentificationSettings,
 ) -> ModelSpread | None:
-    """Compare each flight with its prediction by the power of the others.
+    """Compare each flight with its prediction, and with that by the power of the others.
 
     ``None`` where there are fewer than two flights, or none can be compared.
     """
     if len(records) < _LEAST_FLIGHTS:
         return None
     compared: list[FlownAndPredicted] = []
-    is_whole = True
+    without: list[FlownAndPredicted | None] = []
     for record in records:
-        without = _model_without(model, record, steady, settings)
-        if without is not None:
-            whole = _whole_flight(record, without, settings) if record.mission_items else None
-            is_whole &= whole is not None
-            one = whole or _energy_alone(record, without, settings)
-            compared += [] if one is None else [one]
+        one = _compare(record, model, settings)
+        if one is None:
+            continue
+        compared.append(one)
+        if model.is_power_known and one.energy_error is not None:
+            other = _model_without(model, record, steady, settings)
+            without.append(None if other is None else _compare(record, other, settings))
     if not compared:
         return None
-    how = "from its mission alone" if is_whole else "along the motion flown"
-    found = fit_spread(
-        compared, source=f"{len(compared)} flights, each predicted {how} by a model made without it"
+    how = "from their missions alone"
+    if any(one.time_s is None for one in compared):
+        how = "from their missions alone, or along the motion flown"
+    return fit_spread(
+        compared,
+        source=f"{len(compared)} flights, predicted {how}; each left out tells how far to trust that",
+        known=REPEATABILITY[model.reference],
+        energy_parameters=_energy_parameters(compared, without),
     )
-    if not is_whole:
-        found = replace(found, time_fraction=None, stopping_distance_fraction=None)
-    return None if found.time_fraction is None and found.energy_fraction is None else found
+
+
+def _energy_parameters(
+    compared: Sequence[FlownAndPredicted], without: Sequence[FlownAndPredicted | None]
+) -> float:
+    errors = [e for one in compared if (e := one.energy_error) is not None]
+    return fitted_parameters(errors, [None if o is None else o.energy_error for o in without])
 
 
 def _model_without(
@@ -171,8 +363,6 @@ def _model_without(
     steady: Sequence[MeasuredPower],
     settings: IdentificationSettings,
 ) -> VehicleModel | None:
-    if not model.is_power_known:
-        return model
     own = f"{record.source}#{record.number}"
     power = identify_power(
         [f for f in steady if f.source != own], mass_deviation_kg=settings.payload_deviation_kg
@@ -182,41 +372,106 @@ def _model_without(
     return replace(model, hover=power.hover, cruise=power.cruise, vertical=power.vertical)
 
 
-def _whole_flight(
+def _compare(
     record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
 ) -> FlownAndPredicted | None:
+    """Return a flight and its prediction: from its mission, else along the motion flown."""
     own = settings.conditions_of(record)
     known = KnownConditions(
         payload_kg=own.payload_kg or 0.0,
         temperature_c=own.temperature_c,
         position_noise_m=model.position_noise_m,  # whoever plans a flight knows no other
     )
-    try:
-        found = verify_flight(record, model, known)
-    except MavjouleError:  # what cannot be predicted shows nothing of predictions
+    if record.mission_items:
+        # what cannot be predicted shows nothing of predictions
+        with contextlib.suppress(MavjouleError):
+            found = compared_flight(verify_flight(record, model, known))
+            if found is not None:
+                return found
+    return _energy_alone(record, model, settings)
+
+
+_NOT_FLOWN = frozenset((MISSION_LEFT.code, BEGUN_IN_AIR.code))
+
+
+def compared_flight(one: Verification) -> FlownAndPredicted | None:
+    """Return a flight with its prediction, cut where both begin an item of the mission.
+
+    ``None`` where it was not flown by its mission.
+    """
+    if any(finding.code in _NOT_FLOWN for finding in one.findings):
         return None
-    joules = SECONDS_PER_HOUR
-    has_energy = found.measured.energy_wh is not None and found.predicted.energy_wh is not None
-    of_states = [
-        s for s in found.states if has_energy and s.energy_wh is not None and s.predicted_energy_wh
-    ]
-    stops = [(s.measured_m, s.predicted_m) for s in found.stops if s.predicted_m]
+    flown, foreseen = one.flown, one.foreseen
+    begun, expected = items_begun(flown), items_begun(foreseen)
+    cuts = [(_lift_off_s(flown), _lift_off_s(foreseen))]
+    for key, at_s in begun.items():
+        if key in expected and at_s > cuts[-1][0] and expected[key] > cuts[-1][1]:
+            cuts.append((at_s, expected[key]))
+    cuts.append((flown.duration_s, foreseen.duration_s))
+    parts = [(end[0] - start[0], end[1] - start[1]) for start, end in pairwise(cuts)]
+    flown_j: dict[FlightState, float] = defaultdict(float)
+    predicted_j: dict[FlightState, float] = defaultdict(float)
+    for start, end in pairwise(cuts):
+        whole_j = _known_energy_j(flown, start[0], end[0])
+        by_kind = _energies_by_kind_j(foreseen, start[1], end[1])
+        sum_j = sum(by_kind.values())
+        if whole_j is not None and sum_j > 0.0:
+            for kind, energy_j in by_kind.items():
+                flown_j[kind] += energy_j * whole_j / sum_j
+                predicted_j[kind] += energy_j
+    stops = [(s.measured_m, s.predicted_m) for s in one.stops if s.predicted_m]
     return FlownAndPredicted(
-        flown_time_s=found.measured.time_s,
-        predicted_time_s=found.predicted.time_s,
-        flown_energy_j={s.state.value: joules * (s.energy_wh or 0.0) for s in of_states},
-        predicted_energy_j={
-            s.state.value: joules * (s.predicted_energy_wh or 0.0) for s in of_states
-        },
+        legs_s=parts[:-1],
+        landing_s=parts[-1],
+        flown_energy_j=flown_j,
+        predicted_energy_j=predicted_j,
         flown_stops_m=tuple(measured_m for measured_m, _ in stops),
         predicted_stops_m=tuple(predicted_m for _, predicted_m in stops),
     )
 
 
+_KNOWN = 0.95
+"""Fraction of an item that power must be known for. [-]"""
+_OFF_GROUND_M = 1.0
+"""Height above home at which flights are seen to have taken off, whatever lands a log reports. [m]"""
+_CLIMBING_M_S = 0.3
+"""Slower it is level. [m s⁻¹]"""
+
+
+def _lift_off_s(record: FlightRecord) -> float:
+    """Return when a flight is off the ground: how long it waited there armed is no part of it. [s]"""
+    return float(record.time_s[np.argmax(record.height_above_home_m > _OFF_GROUND_M)])
+
+
+def _known_energy_j(record: FlightRecord, begin_s: float, end_s: float) -> float | None:
+    within = (record.time_s >= begin_s) & (record.time_s < end_s)
+    power_w = record.power_w[within]
+    known = np.isfinite(power_w)
+    if not within.any() or known.mean() < _KNOWN:
+        return None
+    return (end_s - begin_s) * float(power_w[known].mean())
+
+
+def _energies_by_kind_j(
+    record: FlightRecord, begin_s: float, end_s: float
+) -> dict[FlightState, float]:
+    within = (record.time_s >= begin_s) & (record.time_s < end_s)
+    climb, power_w = record.climb_m_s[within], record.power_w[within]
+    if not within.any() or not np.isfinite(power_w).all():
+        return {}
+    each_j = (end_s - begin_s) / power_w.size * power_w
+    is_of = {
+        FlightState.CLIMB: climb > _CLIMBING_M_S,
+        FlightState.CRUISE: np.abs(climb) <= _CLIMBING_M_S,
+        FlightState.DESCEND: climb < -_CLIMBING_M_S,
+    }
+    return {kind: float(each_j[where].sum()) for kind, where in is_of.items() if where.any()}
+
+
 def _energy_alone(
     record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
 ) -> FlownAndPredicted | None:
-    """Return the energy of each state along the motion flown."""
+    """Return the energy of each kind of state along the motion flown."""
     law, mass_kg = model.cruise, settings.flown_mass_kg(record)
     if not isinstance(law, WholeLaw) or mass_kg is None:
         return None
@@ -234,20 +489,16 @@ def _energy_alone(
         mass_kg=mass_kg,
         air_density_kg_m3=density[known],
     )
-    flown: dict[str, float] = defaultdict(float)
-    predicted: dict[str, float] = defaultdict(float)
+    flown: dict[FlightState, float] = defaultdict(float)
+    predicted: dict[FlightState, float] = defaultdict(float)
     power_w = np.where(known, record.power_w, 0.0)
     for segment in find_states(record):
-        flown[segment.state.value] += record.step_s * float(power_w[segment.samples].sum())
-        predicted[segment.state.value] += record.step_s * float(predicted_w[segment.samples].sum())
+        kind = kind_of(segment.state)
+        flown[kind] += record.step_s * float(power_w[segment.samples].sum())
+        predicted[kind] += record.step_s * float(predicted_w[segment.samples].sum())
     if not sum(predicted.values()) > 0.0:
         return None
-    return FlownAndPredicted(
-        flown_time_s=record.duration_s,
-        predicted_time_s=record.duration_s,
-        flown_energy_j=flown,
-        predicted_energy_j=predicted,
-    )
+    return FlownAndPredicted(flown_energy_j=flown, predicted_energy_j=predicted)
 
 
 def ramp_spread(
@@ -266,24 +517,32 @@ def ramp_spread(
             mass_kg = settings.flown_mass_kg(record)
             powers = manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg)
             usable.append((flight, powers))
-    compared = []
-    for number, (flight, powers) in enumerate(usable):
-        others = usable[:number] + usable[number + 1 :]
-        try:
-            ramps = fit_ramps([other for other, _ in others])
-        except IdentificationError:
-            return None
-        deviation_kg = settings.payload_deviation_kg
-        power, _ = power_of_manoeuvres([own for _, own in others], deviation_kg)
-        compared.append(_compared(flight, powers, ramps, power))
-    if not compared:
+    flights, means = [flight for flight, _ in usable], [powers for _, powers in usable]
+    try:
+        ramps = fit_ramps(flights)
+        others = [fit_ramps([f for f in flights if f is not flight]) for flight in flights]
+    except IdentificationError:
         return None
+    deviation_kg = settings.payload_deviation_kg
+    power, _ = power_of_manoeuvres(means, deviation_kg)
+    compared = [_compared(flight, own, ramps, power) for flight, own in usable]
+    without = []
+    for (flight, own), left in zip(usable, others, strict=True):
+        of_others, _ = power_of_manoeuvres([one for one in means if one is not own], deviation_kg)
+        without.append(_compared(flight, own, left, of_others))
     has_masses = all(settings.flown_mass_kg(record) is not None for record in records)
     found = fit_spread(
         compared,
         source=(
-            f"{len(compared)} flights, each predicted from its legs by a model made without it"
-            f"{'' if has_masses else '; with unknown loads'}"
+            f"{len(compared)} flights, predicted from their legs; each left out tells how far to trust "
+            f"that{'' if has_masses else '; with unknown loads'}"
+        ),
+        known=REPEATABILITY[Autopilot.STEP],
+        time_parameters=fitted_parameters(
+            [one.time_error or 0.0 for one in compared], [one.time_error for one in without]
+        ),
+        energy_parameters=_energy_parameters(
+            compared, [one for one in without if one.energy_error is not None]
         ),
     )
     # A manoeuvre holds several states: what they share is all that is known.  Where a stop was commanded
@@ -304,11 +563,16 @@ def _compared(
         )
         flown_j += mean.power_w * mean.duration_s
         predicted_j += _power_w(power, mean) * mean.duration_s * duration_s / own.duration_s
+    of_manoeuvres = [(m.duration_s, s) for m, s in durations]
+    # how long it waits for its pilot on the ground is no part of a take-off
+    waited_s, waits_s = flight.takeoff.ground_s, ramps.start_s + lifting_s(ramps)
+    of_manoeuvres[0] = of_manoeuvres[0][0] - waited_s, of_manoeuvres[0][1] - waits_s
+    has_power = predicted_j > 0.0
     return FlownAndPredicted(
-        flown_time_s=sum(m.duration_s for m, _ in durations),
-        predicted_time_s=sum(s for _, s in durations),
-        flown_energy_j={FlightState.CRUISE.value: flown_j} if predicted_j > 0.0 else {},
-        predicted_energy_j={FlightState.CRUISE.value: predicted_j} if predicted_j > 0.0 else {},
+        legs_s=of_manoeuvres[:-1],
+        landing_s=of_manoeuvres[-1],
+        flown_energy_j={FlightState.CRUISE: flown_j} if has_power else {},
+        predicted_energy_j={FlightState.CRUISE: predicted_j} if has_power else {},
     )
 
 

@@ -224,7 +224,7 @@ def predicted_times_s(flown: FlightRecord, predicted: FlightRecord) -> FloatArra
 
     (n,), not falling within an item. [s]
     """
-    begun, foreseen = _items_begun(flown), _items_begun(predicted)
+    begun, foreseen = items_begun(flown), items_begun(predicted)
     anchors = [(0.0, 0.0)]
     for key, at_s in begun.items():
         if key in foreseen and at_s > anchors[-1][0] and foreseen[key] > anchors[-1][1]:
@@ -236,7 +236,7 @@ def predicted_times_s(flown: FlightRecord, predicted: FlightRecord) -> FloatArra
     return own_s
 
 
-def _items_begun(record: FlightRecord) -> dict[tuple[int, int], float]:
+def items_begun(record: FlightRecord) -> dict[tuple[int, int], float]:
     """Return when each item was begun, by its number and how often it had been."""
     items = record.mission_item
     changes = np.flatnonzero(np.diff(items, prepend=0))

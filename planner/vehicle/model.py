@@ -283,37 +283,49 @@ class ValidFor(Part):
 class ModelSpread(Part):
     """How far whole flights were from their predictions by this model; optional.
 
-    Each is one standard deviation of (flown - predicted) / predicted.  Without this table nothing is
-    known about the spread of a prediction.  After few flights the spread of a prediction is that of
-    Student's t with n_flights degrees of freedom.
+    Each is one standard deviation of flown less predicted, fractions over what was predicted.  Without
+    this table nothing is known about the spread of a prediction.  After few flights the spread of a
+    prediction is that of Student's t with n_flights degrees of freedom.
     """
 
-    time_fraction: Annotated[float | None, Key("of the time of a flight", range=_FRACTION)] = None
+    time_fraction: Annotated[
+        float | None, Key("of the time of a flight, what all its legs share", range=_FRACTION)
+    ] = None
+    leg_time_s: Annotated[
+        float | None,
+        Key("of the time of each leg besides, with its turn or stop", "s", NOT_NEGATIVE),
+    ] = None
+    landing_time_s: Annotated[
+        float | None,
+        Key("of the time of a landing besides, until the motors stop", "s", NOT_NEGATIVE),
+    ] = None
     energy_fraction: Annotated[
         float | None, Key("of its energy, what all states of one flight share", range=_FRACTION)
     ] = None
     stopping_distance_fraction: Annotated[
         float | None, Key("of stopping distances", range=_FRACTION)
     ] = None
-    n_flights: Annotated[
-        int, Key("flights compared, none of which the model was fitted to", range=Range(1))
-    ]
+    n_flights: Annotated[int, Key("flights compared", range=Range(1))]
     source: Annotated[str, Key("which flights, and how they were compared")]
     energy_state_fraction: Annotated[
         Named,
         Key(
-            "Of the energy of each state, besides what all states of one flight share: independent "
-            "from state to state; optional.",
+            "Of the energy of each state, besides what all states of one flight share: the same error "
+            "for all that climb, all that are level and all that descend, independent between the "
+            "three; optional.",
             range=_FRACTION,
             choices=STATE_NAMES,
         ),
     ] = ()
 
     def inconsistencies(self) -> Problems:
-        """Yield the problem of a spread of nothing."""
+        """Yield the problem of a spread of nothing, and of legs without flights."""
         names = ("time_fraction", "energy_fraction", "stopping_distance_fraction")
         if all(getattr(self, name) is None for name in names):
             yield names[0], f"is missing: give one of {', '.join(names)} at least"
+        for name in ("leg_time_s", "landing_time_s"):
+            if self.time_fraction is None and getattr(self, name) is not None:
+                yield name, "has no meaning without time_fraction"
 
 
 class Provenance(Part):

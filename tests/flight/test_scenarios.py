@@ -21,9 +21,11 @@ from planner.flight.returns.tightest import sweep_returns
 from planner.flight.uncertainty import (
     SAMPLES,
     UnknownSamples,
+    kind_of,
     predict_energy_band,
     predict_scenarios,
     sample_unknowns,
+    spread_at_noise,
 )
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
@@ -36,6 +38,7 @@ from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import ModelSpread
 from planner.vehicle.parameters.resolve import resolve_parameters
 from planner.vehicle.power import CruisePower
+from planner.vehicle.repeatability import REPEATABILITY
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
@@ -194,8 +197,8 @@ def test_without_any_spread_of_the_energy_every_draw_is_the_prediction() -> None
 def test_a_px4_is_on_the_ground_for_longer_or_shorter_until_it_knows() -> None:
     """From 2 s sooner, without a range sensor, to 8 s later, most often as predicted: a triangle."""
     spread = ModelSpread(n_flights=MANY, source="made", time_fraction=1e-9)
-    vehicle = replace(load_vehicle("px4-sih-quad"), spread=spread)
-    totals = check(ROWS, vehicle, position_noise_m=0.0).totals
+    vehicle = replace(load_vehicle("px4-sih-quad"), spread=spread, position_noise_m=0.0)
+    totals = check(ROWS, vehicle).totals
     # F = (x + 2)²/(2 · 10) up to 0, 1 − (8 − x)²/(8 · 10) beyond; within three standard deviations of 10 000.
     assert totals.time_s_p10 is not None
     assert totals.time_s_p90 is not None
@@ -234,19 +237,54 @@ def test_time_energy_charge_and_stops_spread_as_the_model_says() -> None:
         assert segment.stopping_distance_m_p90 == at(NORMAL_P90, segment.stopping_distance_m, 0.1)
 
 
-def test_errors_of_states_add_up_as_independent_ones() -> None:
+def test_errors_of_states_of_one_kind_are_the_same_and_of_three_kinds_independent() -> None:
     first = checked(SURVEYOR, spread=EXACT)
-    by_state = {
-        state: sum(s.energy_wh for s in first.segments if s.state is state) for state in STATES
+    by_kind = {
+        kind: sum(s.energy_wh for s in first.segments if kind_of(s.state) is kind)
+        for kind in {kind_of(state) for state in STATES}
     }
+    assert len(by_kind) == 3
     spread = replace(
         EXACT, n_flights=MANY, energy_state_fraction=tuple((str(state), 0.1) for state in STATES)
     )
     totals = checked(SURVEYOR, spread=spread).totals
-    sd_wh = 0.1 * math.sqrt(sum(wh * wh for wh in by_state.values()))
+    sd_wh = 0.1 * math.sqrt(sum(wh * wh for wh in by_kind.values()))
     assert totals.energy_wh_p90 == pytest.approx(
         totals.energy_wh + NORMAL_P90 * sd_wh, abs=0.07 * sd_wh
     )
+
+
+def test_legs_and_landings_add_their_own_times() -> None:
+    """13 legs of 0.5 s each, and one landing of 2 s: one standard deviation is √(13 · 0.25 + 4) s."""
+    spread = ModelSpread(
+        n_flights=MANY, source="made", time_fraction=0.0, leg_time_s=0.5, landing_time_s=2.0
+    )
+    totals = check(ROWS, replace(SURVEYOR, spread=spread)).totals
+    sd_s = math.sqrt(13 * 0.5**2 + 2.0**2)
+    assert totals.time_s_p90 == pytest.approx(totals.time_s + NORMAL_P90 * sd_s, abs=0.07 * sd_s)
+    assert totals.time_s_p10 == pytest.approx(totals.time_s - NORMAL_P90 * sd_s, abs=0.07 * sd_s)
+
+
+def test_times_are_spread_as_the_noise_of_the_position_that_a_px4_waits_for() -> None:
+    """In proportion to it, down to what flights without noise show."""
+    spread = ModelSpread(
+        n_flights=MANY, source="made", time_fraction=0.02, leg_time_s=0.4, landing_time_s=2.4
+    )
+    vehicle = replace(load_vehicle("px4-sih-quad"), position_noise_m=0.4)
+    still = REPEATABILITY[Autopilot.PX4]
+    assert spread_at_noise(spread, vehicle, None) == spread
+    assert spread_at_noise(spread, vehicle, 0.4) == spread
+    assert spread_at_noise(spread, vehicle, 0.8).landing_time_s == pytest.approx(4.8, rel=1e-12)
+    quiet = spread_at_noise(spread, vehicle, 0.0)
+    assert quiet.time_fraction == pytest.approx(still.time_fraction, rel=1e-12)
+    assert quiet.leg_time_s == pytest.approx(still.leg_s, rel=1e-12)
+    assert quiet.landing_time_s == pytest.approx(still.landing_s, rel=1e-12)
+    half = spread_at_noise(spread, vehicle, 0.2).time_fraction
+    assert half == pytest.approx(math.sqrt(0.01**2 + 0.75 * 0.005**2), rel=1e-12)
+    none = replace(spread, landing_time_s=None)
+    assert spread_at_noise(none, vehicle, 0.0).landing_time_s is None
+    # nobody else's time waits
+    assert spread_at_noise(spread, SURVEYOR, 0.8) == spread
 
 
 def test_few_flights_make_a_wider_spread_by_students_t() -> None:

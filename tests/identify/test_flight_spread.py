@@ -2,30 +2,46 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
-from planner.identify.spread import FlownAndPredicted, fit_spread
+from planner.flight.motion.kinematics import FlightState
+from planner.identify.spread import FlownAndPredicted, fit_spread, fitted_parameters
+from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY
 
-PREDICTED_J = {"climb": 10e3, "cruise": 60e3, "hover": 20e3, "land": 10e3}
+PREDICTED_J = {FlightState.CLIMB: 20e3, FlightState.CRUISE: 60e3, FlightState.DESCEND: 20e3}
+LEGS_S = (20.0, 40.0, 60.0, 30.0, 50.0)
+LANDING_S = 40.0
 
 
 def flights(
-    count: int, *, common: float, states: dict[str, float], time: float = 0.0, seed: int = 1
+    count: int,
+    *,
+    common: float = 0.0,
+    kinds: dict[FlightState, float] | None = None,
+    time: float = 0.0,
+    leg_s: float = 0.0,
+    landing_s: float = 0.0,
 ) -> list[FlownAndPredicted]:
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(1)
     found = []
     for _ in range(count):
         shared = common * random.standard_normal()
-        own = {name: states.get(name, 0.0) * random.standard_normal() for name in PREDICTED_J}
+        own = {
+            kind: (kinds or {}).get(kind, 0.0) * random.standard_normal() for kind in PREDICTED_J
+        }
+        slow = 1.0 + time * random.standard_normal()
         found.append(
             FlownAndPredicted(
-                flown_time_s=300.0 * (1.0 + time * random.standard_normal()),
-                predicted_time_s=300.0,
+                legs_s=[(slow * s + leg_s * random.standard_normal(), s) for s in LEGS_S],
+                landing_s=(slow * LANDING_S + landing_s * random.standard_normal(), LANDING_S),
                 flown_energy_j={
-                    name: energy_j * (1.0 + shared + own[name])
-                    for name, energy_j in PREDICTED_J.items()
+                    kind: energy_j * (1.0 + shared + own[kind])
+                    for kind, energy_j in PREDICTED_J.items()
                 },
                 predicted_energy_j=PREDICTED_J,
             )
@@ -33,41 +49,97 @@ def flights(
     return found
 
 
-def test_what_flights_share_and_what_each_state_has_are_separated() -> None:
-    states = {"climb": 0.08, "cruise": 0.03, "hover": 0.05, "land": 0.1}
-    spread = fit_spread(flights(2000, common=0.04, states=states, time=0.02), source="made")
+def test_what_flights_share_and_what_each_kind_of_state_has_are_separated() -> None:
+    kinds = {FlightState.CLIMB: 0.08, FlightState.CRUISE: 0.06, FlightState.DESCEND: 0.1}
+    spread = fit_spread(flights(2000, common=0.04, kinds=kinds), source="made")
     assert spread.n_flights == 2000
     # a standard deviation from 2000 flights is good to 1/sqrt(4000) = 1.6 %; four times that, and
     # twice it for the parts, which are differences of such
-    assert spread.time_fraction == pytest.approx(0.02, rel=0.065)
     assert spread.energy_fraction == pytest.approx(0.04, rel=0.13)
-    assert dict(spread.energy_state_fraction) == {
-        name: pytest.approx(fraction, rel=0.13) for name, fraction in states.items()
-    }
+    found = dict(spread.energy_state_fraction)
+    for states, kind in (
+        (("takeoff", "climb"), FlightState.CLIMB),
+        (("accelerate", "cruise", "brake", "hover"), FlightState.CRUISE),
+        (("descend", "land"), FlightState.DESCEND),
+    ):
+        for state in states:
+            assert found[state] == pytest.approx(kinds[kind], rel=0.13)
+
+
+def test_times_of_flights_of_legs_and_of_landings_are_separated() -> None:
+    spread = fit_spread(flights(2000, time=0.02, leg_s=0.5, landing_s=3.0), source="made")
+    # as above; the slope of five legs by least absolute errors takes some of theirs with it, and what
+    # scatters more than 2.5 standard deviations is cut, 2 % of the variance of a normal distribution
+    assert spread.time_fraction == pytest.approx(0.02, rel=0.13)
+    assert spread.leg_time_s == pytest.approx(0.5, rel=0.13)
+    assert spread.landing_time_s == pytest.approx(3.0, rel=0.13)
+
+
+def test_a_pilot_who_waits_once_does_not_make_every_leg_uncertain() -> None:
+    made = flights(20, leg_s=0.5)
+    (flown_s, predicted_s), *rest = made[0].legs_s
+    waited = FlownAndPredicted(
+        legs_s=[(flown_s + 60.0, predicted_s), *rest], landing_s=made[0].landing_s
+    )
+    spread = fit_spread([waited, *made[1:]], source="made")
+    # one of a hundred legs counts as 2.5 standard deviations instead of 120
+    assert spread.leg_time_s == pytest.approx(0.5, rel=0.3)
+
+
+def test_few_flights_that_agree_by_chance_leave_what_is_known_of_all() -> None:
+    """One observation more: of three flights without any error the prior stays with a weight of 1/4."""
+    known = REPEATABILITY[Autopilot.ARDUPILOT]
+    spread = fit_spread(flights(3), source="made", known=known)
+    assert known.landing_s is not None
+    assert known.leg_s is not None
+    assert spread.time_fraction == pytest.approx(known.time_fraction / 2.0, abs=1e-4)
+    assert spread.landing_time_s == pytest.approx(known.landing_s / 2.0, abs=2e-3)
+    # fifteen legs less a slope for each flight, and one more
+    assert spread.leg_time_s == pytest.approx(known.leg_s / math.sqrt(13.0), abs=1e-4)
+    assert spread.energy_fraction == pytest.approx(ENERGY_FRACTION / 2.0, abs=1e-4)
+
+
+def test_a_model_fitted_to_the_same_flights_is_off_by_more_on_others() -> None:
+    """Of a line fitted to points the sum of the leverages is its parameters, and so is the spread's raise."""
+    random = np.random.default_rng(5)
+    design = np.stack([np.ones(12), random.uniform(0.0, 1.0, 12)], axis=1)
+    values = random.standard_normal(12)
+
+    def errors(rows: np.ndarray) -> np.ndarray:
+        return np.asarray(values - design @ np.linalg.lstsq(design[rows], values[rows])[0])
+
+    own = errors(np.arange(12))
+    without = [errors(np.delete(np.arange(12), one))[one] for one in range(12)]
+    assert fitted_parameters(own.tolist(), without) == pytest.approx(2.0, abs=1e-9)
+    assert fitted_parameters([0.01], [None]) == 1.0
+    made = flights(50, common=0.04)
+    plain = fit_spread(made, source="made").energy_fraction
+    raised = fit_spread(made, source="made", energy_parameters=10.0).energy_fraction
+    assert plain is not None
+    # residual variance over n - p instead of n, and the parameters' own share on the next flight
+    assert raised == pytest.approx(plain * math.sqrt(50.0 / 40.0 * (1.0 + 10.0 / 50.0)), abs=1e-4)
 
 
 def test_a_bias_is_part_of_the_spread() -> None:
     always = FlownAndPredicted(
-        flown_time_s=103.0,
-        predicted_time_s=100.0,
-        flown_energy_j={"cruise": 950.0},
-        predicted_energy_j={"cruise": 1000.0},
+        legs_s=[(51.5, 50.0), (51.5, 50.0)],
+        flown_energy_j={FlightState.CRUISE: 950.0},
+        predicted_energy_j={FlightState.CRUISE: 1000.0},
         flown_stops_m=(11.0, 9.0),
         predicted_stops_m=(10.0, 10.0),
     )
     spread = fit_spread([always, always], source="made")
     assert spread.time_fraction == pytest.approx(0.03, abs=1e-9)
     assert spread.energy_fraction == pytest.approx(0.05, abs=1e-9)
-    assert spread.energy_state_fraction == (("cruise", 0.0),)
+    assert dict(spread.energy_state_fraction)["cruise"] == 0.0
     assert spread.stopping_distance_fraction == pytest.approx(0.1, abs=1e-9)
 
 
 def test_what_was_not_recorded_is_absent() -> None:
-    timed = FlownAndPredicted(
-        flown_time_s=90.0, predicted_time_s=100.0, flown_energy_j={}, predicted_energy_j={}
-    )
+    timed = FlownAndPredicted(landing_s=(90.0, 100.0))
     spread = fit_spread([timed], source="made")
     assert spread.time_fraction == pytest.approx(0.1, abs=1e-9)
+    assert spread.landing_time_s is None  # a whole flight in one piece tells nothing of its end
     assert spread.energy_fraction is None
     assert spread.stopping_distance_fraction is None
 
@@ -75,3 +147,5 @@ def test_what_was_not_recorded_is_absent() -> None:
 def test_no_flight_tells_nothing() -> None:
     with pytest.raises(IdentificationError, match="needs flights"):
         fit_spread([], source="made")
+    with pytest.raises(IdentificationError, match="needs flights"):
+        fit_spread([FlownAndPredicted()], source="made")

@@ -173,6 +173,18 @@ class Motion(Value, eq=False):
         count = len(self.segments.item)
         return np.searchsorted(np.maximum.accumulate(self.done_segment), np.arange(count))
 
+    @property
+    def landing_count(self) -> int:
+        """How often it lands."""
+        lands = self.segments.state == STATE_INDEX[FlightState.LAND]
+        return int(np.count_nonzero(lands & ~np.append(False, lands[:-1])))
+
+    @property
+    def leg_count(self) -> int:
+        """How many stages it serves before that of its last landing, or of its end."""
+        served = np.unique(self.done_segment[self.done_segment >= 0])
+        return max(len(served) - 1, 0)
+
     def piece_start_s(self) -> FloatArray:
         """Return when each piece begins. (p,) [s]"""
         return np.concatenate(([0.0], np.cumsum(self.piece_duration_s)[:-1]))
