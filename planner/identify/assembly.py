@@ -22,7 +22,7 @@ from planner.identify.lean import identified_lean
 from planner.identify.log_table import LogConditions
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.segments import FitStatus
-from planner.identify.spread import left_out_spread, ramp_spread
+from planner.identify.spread import left_out_spread, ramp_spread, squared_time_errors
 from planner.identify.uncertainty import rounded
 from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from planner.identify.ramps import RampIdentification
     from planner.identify.responses import ResponseEvidence, ResponseIdentification
     from planner.identify.segments import MeasuredPower, StateOutcome
+    from planner.identify.uncertainty import Estimate
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import ManoeuvreResponse, ModelSpread, Ramps
 
@@ -364,11 +365,6 @@ def assemble_model(
         *pack.readings,
         *_air_readings(records, settings, parts),
     ]
-    if drag is not None:
-        readings.append(
-            f"drag_per_s is {drag.value:.3f} ± {drag.error:.3f} 1/s, from how far the vehicle lags "
-            "behind its trajectory"
-        )
     noise_m = settings.position_noise_m
     if noise_m is None:
         measured_m = [flown_position_noise_m(record) for record in records]
@@ -402,6 +398,8 @@ def assemble_model(
     )
     spread: ModelSpread | None = None
     on_step("predicting each flight by the others")
+    if drag is not None:
+        model = _with_drag_that_shows(model, drag, records, settings)
     if reference is not Autopilot.STEP:
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
@@ -421,6 +419,29 @@ def assemble_model(
         ),
         remarks=made_remarks(records, settings, outcomes),
     )
+
+
+def _with_drag_that_shows(
+    model: VehicleModel,
+    drag: Estimate,
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+) -> VehicleModel:
+    """Return the model with its drag where that predicts the times flown better, else without.
+
+    Noise of the position looks like drag: what lags behind it is the estimate, not the vehicle.
+    """
+    without = replace(model, drag_per_s=None)
+    if squared_time_errors(without, records, settings) <= squared_time_errors(
+        model, records, settings
+    ):
+        return without
+    reading = (
+        f"drag_per_s is {drag.value:.3f} ± {drag.error:.3f} 1/s, from how far the vehicle lags "
+        "behind its trajectory"
+    )
+    provenance = replace(model.provenance, readings=(*model.provenance.readings, reading))
+    return replace(model, provenance=provenance)
 
 
 def _power(found: PowerIdentification, base: VehicleModel | None) -> PowerIdentification:

@@ -350,6 +350,14 @@ def left_out_spread(
     )
 
 
+def squared_time_errors(
+    model: VehicleModel, records: Sequence[FlightRecord], settings: IdentificationSettings
+) -> float:
+    """Return the sum of the squares of relative errors of the times that a model predicts. [-]"""
+    compared = (_compare(record, model, settings) for record in records)
+    return sum((one.time_error or 0.0) ** 2 for one in compared if one is not None)
+
+
 def _energy_parameters(
     compared: Sequence[FlownAndPredicted], without: Sequence[FlownAndPredicted | None]
 ) -> float:
