@@ -53,7 +53,7 @@ WOULD_NOT_ARM = Rule(
     "(GPS1_TYPE, FLOW_TYPE, VISO_TYPE, BCN_TYPE, WENC_TYPE 0, no rangefinder that looks down), "
     "EK3_SRC1_POSXY 0, EK3_MAG_CAL 5 or 6 with EK3_SRC1_YAW 1 (compass), EK3_SRC1_YAW 0, or 1 with "
     "COMPASS_ENABLE 0 or each COMPASS_USE 0, MOT_PWM_MIN below 1 or not below MOT_PWM_MAX, a motor of "
-    "FRAME_CLASS 1 to 5 on none of eight SERVOx_FUNCTION or more, RCx_OPTION 32 with 31 or 165, "
+    "FRAME_CLASS 1 to 5, 7, 12 or 14 on none of eight SERVOx_FUNCTION or more, RCx_OPTION 32 with 31 or 165, "
     "SERIALn_PROTOCOL 23 twice; an output in use with SERVOx_TRIM not between its MIN and MAX.  Receiver: "
     "of channels 1 to 8 RCx_TRIM not between RCx_MIN and RCx_MAX, of the sticks RCx_MIN above 1300 or "
     "RCx_MAX below 1700.  INS_ACCOFFS_ all 0, or those of a second or third accelerometer with an ID.  "

@@ -110,10 +110,16 @@ _OPTIONS = 256
 """Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
 _OUTPUTS, _OUTPUTS_OF_A_FILE = re.compile(r"SERVO\d+_FUNCTION"), 8
 """The outputs of a vehicle, and the least number of them: a file with fewer does not list them all."""
-_FIRST_MOTOR = 33
-"""SERVOx_FUNCTION of the first motor; the others follow."""
-_MOTORS = {1: 4, 2: 6, 3: 8, 4: 8, 5: 6}
-"""Motors by FRAME_CLASS: quad, hexa, octa, octa-quad, Y6."""
+_MOTOR_OUTPUTS = (*range(33, 41), *range(82, 86))
+"""SERVOx_FUNCTION of the twelve motors."""
+_MOTORS: Mapping[int, tuple[int, ...]] = {
+    **{kind: _MOTOR_OUTPUTS[:count] for kind, count in {1: 4, 2: 6, 3: 8, 4: 8, 5: 6}.items()},
+    7: (33, 34, 36, 39),
+    12: _MOTOR_OUTPUTS,
+    14: _MOTOR_OUTPUTS[:10],
+}
+"""Those that each FRAME_CLASS of `_FRAME_TYPES` asks for, a Y6 and a tricopter with its servo: each tried in
+ArduPilot's simulation, where classes 8 to 10 ask for none."""
 
 
 _DOWN = 25
@@ -225,10 +231,10 @@ class ArduPilotGiven(NamedTuple):
     @property
     def motors_without_output(self) -> bool:
         """Whether a motor of the frame is on no output; not known where the file leaves outputs out."""
-        motors = _MOTORS.get(int(self.value("FRAME_CLASS", default=0)), 0)
+        motors = _MOTORS.get(int(self.value("FRAME_CLASS", default=0)), ())
         given = self.counted(_OUTPUTS)
-        return given.total() >= _OUTPUTS_OF_A_FILE and any(
-            not given[number] for number in range(_FIRST_MOTOR, _FIRST_MOTOR + motors)
+        return given.total() >= max(_OUTPUTS_OF_A_FILE, len(motors)) and any(
+            not given[number] for number in motors
         )
 
 

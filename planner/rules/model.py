@@ -413,9 +413,11 @@ LIFT_UNKNOWN = Rule(
     summary="The flight takes far more thrust than the flights the model was identified on.",
     why="A model's power keeps growing where the vehicle no longer leaves the ground: it has no limit "
     "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
-    how="Mass with payload over the heaviest of [valid_for] (else the model's own), times the "
-    "thinnest air of [valid_for] (else 1.225 kg/m³) over the air at the highest point of the flight: "
-    "more than 1.5.  Thrust falls with air density as weight grows.",
+    how="Mass over air density, at the highest point of the flight with payload, over that of a flight the "
+    "model knows: more than 1.5 (thrust falls with air density as weight grows).  Of the ranges of "
+    "[valid_for] nobody knows which of both were flown together: it flew the heaviest in its densest air, "
+    "1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a range the model's "
+    "own mass, in 1.225 kg/m³.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
     instead="--payload",
 )
@@ -425,9 +427,12 @@ LIFT_UNKNOWN = Rule(
 def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Finding]:
     vehicle, limit = a.vehicle, a.vehicle.valid_for.air_density_kg_m3
     thin = float(power.air_density_kg_m3(extremes.highest_m))
-    thinner = (SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.low) / thin
+    sea_level = SEA_LEVEL_DENSITY_KG_M3
+    thinnest, densest = (sea_level, sea_level) if limit is None else (limit.low, limit.high)
+    thinner = thinnest / thin
     air = f"air of {quantity.decimals(thin, 2)} kg/m³"
-    lifted = thinner * _times_heavier(a)
+    times_heaviest, times_lightest = _times_heavier(a)
+    lifted = min(times_heaviest * min(sea_level, densest) / thin, times_lightest * thinner)
     if lifted > _MOST_LIFT:
         load = "the flight" if power.mass_kg is None else quantity.mass(power.mass_kg)
         yield a.finding(
@@ -467,14 +472,14 @@ def _uncounted(a: Assessment) -> tuple[str, bool]:
     return f"{text} than the {quantity.energy(max(margin_wh, 0.0))} above the reserve allow", True
 
 
-def _times_heavier(a: Assessment) -> float:
-    """Return the mass that flies over the heaviest the model was identified with."""
+def _times_heavier(a: Assessment) -> tuple[float, float]:
+    """Return the mass that flies over the heaviest and the lightest the model was identified with."""
     vehicle, mass_kg = a.vehicle, a.flight.power.mass_kg
-    limit = vehicle.valid_for.mass_kg
-    known_kg = vehicle.mass_kg if limit is None else limit.high
-    if not vehicle.knows_mass or mass_kg is None or known_kg is None:
-        return 1.0  # a payload that is not counted is E108's
-    return mass_kg / known_kg
+    limit, own_kg = vehicle.valid_for.mass_kg, vehicle.mass_kg
+    lightest_kg, heaviest_kg = (own_kg, own_kg) if limit is None else (limit.low, limit.high)
+    if not vehicle.knows_mass or mass_kg is None or lightest_kg is None or heaviest_kg is None:
+        return 1.0, 1.0  # a payload that is not counted is E108's
+    return mass_kg / heaviest_kg, mass_kg / lightest_kg
 
 
 def _times(ratio: float) -> str:

@@ -21,6 +21,7 @@ from planner.mission.commands import (
     frame_name,
     support,
 )
+from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
 from planner.rules.arming import numbers
@@ -103,6 +104,34 @@ def _never_turns(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fin
             "CIRCLE_RATE is 0: ArduPilot does not turn, and waits here for turns that never end",
             item=circles[0],
             fix="set CIRCLE_RATE to the rate the circles are meant to be flown at",
+        )
+
+
+FIRST_ROW_LOST = Rule(
+    "M129 first-row-lost",
+    Severity.ERROR,
+    summary="The first item of the text file is not flown: its place is that of home.",
+    why="ArduPilot's item 0 is home whatever is sent for it, and QGroundControl takes the first row for "
+    "home: of a mission whose take-off stands there the rest is left, and the vehicle does not start "
+    "(ModeAuto::init: 'Missing Takeoff Cmd').",
+    how="A WPL text for ArduPilot whose first row is no home (L152): what was predicted is not what the "
+    "vehicle will hold.",
+    fix="put a home row before it: sequence 0, frame 0, command 16, altitude AMSL",
+    instead="a home row in the file",
+)
+
+
+@judges(FIRST_ROW_LOST, needs=(ARDUPILOT_TARGET,))
+def _first_row_lost(a: Assessment, _target: Target) -> Iterator[Finding]:
+    if a.mission.file_format is not MissionFormat.WPL:
+        return
+    from planner.mission.formats.wpl import TEXT_NO_HOME_ROW
+
+    if any(one.code == TEXT_NO_HOME_ROW.code for one in a.mission.findings):
+        yield a.finding(
+            FIRST_ROW_LOST,
+            f"{command_name(a.mission.items[0].command)} is in the place of home: ArduPilot does not fly it",
+            item=1,
         )
 
 

@@ -9,6 +9,7 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
 from planner.geo.geodesy import distance_m
+from planner.mission.formats.wpl import TEXT_NO_HOME_ROW
 from planner.mission.items import Home, MissionFormat
 from planner.mission.vehicle_kind import vehicle_evidence
 from planner.selection import Selection
@@ -111,6 +112,7 @@ FARTHEST_M = float(
     distance_m(HOME.latitude_deg, HOME.longitude_deg, north(100), HOME.longitude_deg)
 )
 TEXT = replace(PLAIN, file_format=MissionFormat.WPL)
+HOMELESS = replace(TEXT, findings=(TEXT_NO_HOME_ROW.finding("the first row is not home", item=1),))
 
 
 def with_jumps(count: int) -> tuple[Finding, ...]:
@@ -146,6 +148,11 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: found(
             mission(takeoff(2.9), waypoint(100, 20), rtl()), PX4, "NAV_ACC_RAD,1\n"
         ),
+    ),
+    "M129": RuleCases(
+        fires=lambda: found(HOMELESS, ARDUPILOT),
+        boundary=lambda: found(TEXT, ARDUPILOT),
+        silent=lambda: found(HOMELESS, PX4),
     ),
     "M130": RuleCases(
         fires=lambda: found(PLAIN, PX4, "MPC_XY_VEL_P_ACC,0\n"),

@@ -9,6 +9,7 @@ from planner.findings import Severity
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.declared import Interval
 from planner.vehicle.library import load_vehicle
 
 QUAD = load_vehicle("arducopter-sitl-quad")
@@ -47,6 +48,37 @@ def test_far_more_thrust_than_was_ever_seen_is_no_go(
     found = reported("E120", **given)
     assert [severity for severity, _ in found] == [Severity.ERROR] * (said is not None)
     assert said is None or said in found[0][1]
+
+
+@pytest.mark.parametrize(
+    ("mass_kg", "home_amsl_m", "refused"),
+    [
+        # Flown with 19.2 to 31.2 kg in air of 0.9 to 1.35 kg/m³, nobody knows which with which.
+        (54.0, 430.0, True),  # 1.73 times the heaviest, in 1.175 kg/m³: 1.80 times with 1.225
+        (44.0, 430.0, False),  # 1.41 times: 1.47
+        (24.0, 4000.0, False),  # 0.819 kg/m³: 0.77 · 1.225 / 0.819 = 1.15
+        (
+            31.2,
+            5500.0,
+            True,
+        ),  # 0.698 kg/m³ (standard): 1.225 / 0.698 = 1.76; 1.625 · 0.9 / 0.698 = 2.1
+        (24.0, 5500.0, False),  # 0.77 · 1.76 = 1.35
+    ],
+)
+def test_the_heaviest_was_not_flown_in_the_thinnest_air(
+    mass_kg: float, home_amsl_m: float, *, refused: bool
+) -> None:
+    heavy = replace(
+        QUAD,
+        mass_kg=24.0,
+        valid_for=replace(
+            QUAD.valid_for,
+            mass_kg=Interval(low=19.2, high=31.2),
+            air_density_kg_m3=Interval(low=0.9, high=1.35),
+        ),
+    )
+    found = reported("E120", heavy, payload_kg=mass_kg - 24.0, home_amsl_m=home_amsl_m)
+    assert bool(found) is refused
 
 
 @pytest.mark.parametrize(
