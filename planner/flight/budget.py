@@ -48,7 +48,8 @@ class Totals(Value):
     charge_mah_p10: float | None = None
     charge_mah_p90: float | None = None
     wander_m: float = 0.0
-    """Part of the distance that no segment has: PX4 wanders with a noisy position. [m]"""
+    """Part of the distance that no segment has: PX4 wanders with a noisy position, drag carries ArduPilot
+    past its stops and wide of splines. [m]"""
 
 
 class BatteryBudget(Value):

@@ -72,7 +72,7 @@ _TABLES: dict[tuple[str, str], tuple[_Row, ...]] = {
         ("time_s_p10", "8 of 10 flights: from", quantity.duration),
         ("time_s_p90", "8 of 10 flights: to", quantity.duration),
         ("distance_m", "Distance", quantity.distance),
-        ("wander_m", "Extra path from position noise", quantity.distance),
+        ("wander_m", "Extra path beside the legs", quantity.distance),
         ("climb_m", "Climb", quantity.height),
         ("descent_m", "Descent", quantity.height),
     ),

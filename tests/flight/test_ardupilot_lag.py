@@ -17,8 +17,8 @@ LIMIT_M_S = 10.25
 """Airspeed at 30° of the simulated vehicle that the figures are of."""
 
 
-def beyond_m(speed: float, step_s: float = 0.005) -> float:
-    """Stopping point beyond a stop: ``AC_PosControl`` with its default gains, thrust without a lag."""
+def beyond_m(speed: float, step_s: float = 0.005) -> tuple[float, float]:
+    """Stopping point and place beyond a stop: ``AC_PosControl`` with its gains, thrust without a lag."""
     reached = min(2.5, math.sqrt(speed))
     jerk_s, steady_s = reached, max(speed / reached - reached, 0.0)
     ends = np.cumsum([0.0, 0.15, jerk_s, steady_s, jerk_s, 0.15])
@@ -40,16 +40,18 @@ def beyond_m(speed: float, step_s: float = 0.005) -> float:
         last = error
         vehicle += pushed * step_s
         behind += (target - vehicle) * step_s
-    return abs(error)
+    return abs(error), abs(behind)
 
 
 @pytest.mark.parametrize("speed", [10.0, 7.0, 4.0])
 def test_a_vehicle_comes_to_rest_beyond_its_target(speed: float) -> None:
     limits = SpeedLimits(np.array([2.5]), np.array([1.0]), np.array([0.3]))
     ramps = speed_ramps(np.array([speed]), limits)
-    [found] = TrackLag.of(DEFAULTS, LIMIT_M_S).beyond_stops_m(ramps)
+    lag = TrackLag.of(DEFAULTS, LIMIT_M_S)
+    point_m, place_m = beyond_m(speed)
     # In flight 0.42 m from 9.9 m/s; here a vehicle faster than its target has no more drag than that.
-    assert found == pytest.approx(beyond_m(speed), rel=0.2)
+    assert lag.beyond_stops_m(ramps) == pytest.approx(point_m, rel=0.2)
+    assert lag.past_stops_m(ramps) == pytest.approx(2.0 * place_m, rel=0.2)
 
 
 def test_a_turn_back_is_flown_later_and_a_slight_bend_is_not() -> None:
@@ -99,8 +101,14 @@ def test_a_vehicle_at_its_greatest_lean_turns_first_and_brakes_with_what_is_left
     assert lag.leant(6.0 + 8.0j, 0.0j) == pytest.approx(3.0 + 4.0j)
 
 
-def test_splines_are_flown_later_against_drag() -> None:
+def test_drag_delays_splines_and_lengthens_the_way() -> None:
     legs = takeoff(), *(stage(StageKind.SPLINE, 100.0 * k, 30.0 * (k % 2)) for k in (1, 2, 3))
     slow = fly_ardupilot(legs, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
     free = fly_ardupilot(legs, DEFAULTS)
     assert slow.segments.duration_s.sum() > free.segments.duration_s.sum() + 0.3
+    # Four legs of 40 m flown in simulation were 4.7 m longer by their log.
+    stops = takeoff(), *(stage(StageKind.GO, 40.0 * k, 0.0, hold_s=5.0) for k in (1, 2, 3, 4))
+    past = fly_ardupilot(stops, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+    assert past.wander_m == pytest.approx(4.7, rel=0.1)
+    assert slow.wander_m > free.wander_m
+    assert fly_ardupilot(stops, DEFAULTS).wander_m == pytest.approx(0.0, abs=1e-9)

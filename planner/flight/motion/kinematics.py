@@ -162,7 +162,7 @@ class Motion(Value, eq=False):
     piece_fall_m_s: FloatArray | None = None
     """Rate of descending along ground that is followed, which saves no power; ``None``: none does. (p,)"""
     wander_m: float = 0.0
-    """Way beyond that of the segments, which a vehicle wanders about them. [m]"""
+    """Way beyond that of the segments: wandered about them, past their stops, wide of their bends. [m]"""
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
     findings: tuple[Finding, ...] = ()

@@ -236,8 +236,7 @@ def settling_waits_s(
     within the radius.
     """
     waits = np.zeros(len(legs.key))
-    stops = (legs.half_overlap_s == 0.0) & (legs.corner_speed_m_s == 0.0)
-    steep = np.abs(legs.direction[:, 2]) > horizontal(legs.direction)
+    stops, steep = _stops(legs)
     level = np.flatnonzero(stops & ~steep)
     waits[level] = lag.settling_s(legs.curves.down.select(level), parameters.waypoint_radius_m)
     if responses is None:
@@ -250,6 +249,18 @@ def settling_waits_s(
             )
             waits[rows] = np.maximum(waits[rows], followed_s)
     return waits
+
+
+def past_stops_m(legs: ArduPilotLegs, lag: TrackLag) -> float:
+    """Return the way that the vehicle flies past the ends of level legs, and back, in all [m]."""
+    stops, steep = _stops(legs)
+    return float(lag.past_stops_m(legs.curves.down.select(np.flatnonzero(stops & ~steep))).sum())
+
+
+def _stops(legs: ArduPilotLegs) -> tuple[BoolArray, BoolArray]:
+    """Return which legs end at rest, and which are more up or down than level. (n,) each"""
+    stops = (legs.half_overlap_s == 0.0) & (legs.corner_speed_m_s == 0.0)
+    return stops, np.abs(legs.direction[:, 2]) > horizontal(legs.direction)
 
 
 def _waits_s(

@@ -14,6 +14,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.circles import circle_findings, leave_circles, plan_circles
 from planner.flight.motion.ardupilot.legs import (
     SLOTS,
+    past_stops_m,
     plan_legs,
     settling_waits_s,
     stopping_distance_m,
@@ -32,6 +33,7 @@ from planner.flight.motion.ardupilot.track_lag import TrackLag
 from planner.flight.motion.ardupilot.vertical import change_of_height, landing, set_down, takeoff
 from planner.flight.motion.kinematics import FlightState, hold
 from planner.mission.route.stage import StageKind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -129,6 +131,7 @@ def _flown(
     lag = TrackLag.of(parameters, airspeed_limit_m_s)
     legs, leaving = leave_circles(stages, circles, legs, parameters, lag)
     speed_response = None if responses is None else responses.speed
+    flown_splines, wide_m = _flown_splines(stages, splines, legs)
     lean = circle_findings(
         stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
     )
@@ -140,10 +143,10 @@ def _flown(
         *_set_down(stages, parameters),
         circles.entries,
         *leaving,
-        *_flown_splines(stages, splines, legs),
+        *flown_splines,
         *_settling(legs, responses, parameters, lag),
     ]
-    return make_motion(
+    motion = make_motion(
         legs,
         manoeuvres,
         circles,
@@ -152,6 +155,7 @@ def _flown(
         stopping_distance_m=lambda speed: stopping_distance_m(speed, parameters, speed_response),
         findings=(*legs.findings, *splines.findings, *lean, *return_findings(stages, parameters)),
     )
+    return replace(motion, wander_m=wide_m + past_stops_m(legs, lag))
 
 
 def _settling(
@@ -276,10 +280,10 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
 
 def _flown_splines(
     stages: StageColumns, splines: Splines, legs: ArduPilotLegs
-) -> tuple[Manoeuvres, ...]:
-    """Return the splines, as fast at their ends as the legs they join."""
+) -> tuple[tuple[Manoeuvres, ...], float]:
+    """Return the splines, as fast at their ends as the legs they join, and how wide they are flown [m]."""
     if not len(splines.stage):
-        return ()
+        return (), 0.0
     count, stage = len(stages.kind), splines.stage
     left, met = np.zeros(count), np.zeros(count)
     leg_stage, slot = np.divmod(legs.key, SLOTS)
@@ -290,4 +294,6 @@ def _flown_splines(
     start = np.where(is_spline[before], splines.speed_at_end_m_s[before], left[before])
     start = np.where((stage > 0) & stages.is_passed[before], start, 0.0)
     end = np.where(is_spline[after], splines.speed_at_start_m_s[after], met[after])
-    return (splines.flown(stage * SLOTS, start, np.where(stages.is_passed[stage], end, 0.0)),)
+    end = np.where(stages.is_passed[stage], end, 0.0)
+    manoeuvres, wide_m = splines.flown(stage * SLOTS, start, end)
+    return (manoeuvres,), wide_m

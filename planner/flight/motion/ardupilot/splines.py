@@ -64,22 +64,26 @@ class Splines(Value, eq=False):
     """For each stage of the route the highest speed its spline can end with. (stages,) [m s⁻¹]"""
     findings: tuple[Finding, ...]
 
-    def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
-        """Return the splines flown from speeds at their beginnings to speeds at their ends."""
+    def flown(
+        self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray
+    ) -> tuple[Manoeuvres, float]:
+        """Return the splines flown between speeds at their ends, and the vehicle's way beyond theirs [m]."""
         destination = np.minimum(self.destination_m_s, end_m_s)
         speed = _target_speeds_m_s(self, start_m_s, destination)
-        pace, duration = _followed(self, speed)
+        pace, duration, flown_m = _followed(self, speed)
         # The leg behind a spline is flown at its whole speed: what its time still lags is counted here.
         ends = np.append(~self.joins_before[1:], True) if len(self.stage) else self.joins_before
         duration[ends, -1] += (1.0 - pace[ends, -1]) * self.lag.filter_s * (speed[ends, -1] > 0.0)
         pace[ends, -1] = 1.0
-        return make_manoeuvres(
+        level_m = (self.piece_m * lengths(self.tangent[:, :-1, :2])).sum()
+        manoeuvres = make_manoeuvres(
             key,
             FlightState.CRUISE,
             position_m=self.position_m,
             velocity_m_s=(speed * pace)[..., None] * self.tangent,
             duration_s=duration,
         )
+        return manoeuvres, max(flown_m - float(level_m), 0.0)
 
 
 def _target_speeds_m_s(
@@ -112,8 +116,12 @@ def _target_speeds_m_s(
     return np.sqrt(squares)
 
 
-def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the paces of the target's time at the nodes (n, k + 1), and the times between (n, k) [s]."""
+def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return how vehicles follow splines.
+
+    The paces of the target's time at the nodes (n, k + 1), the times between (n, k) [s], and the vehicle's
+    way, from above [m].
+    """
     tangent = splines.tangent[..., 0] + 1j * splines.tangent[..., 1]
     mean = 0.5 * (speed_m_s[:, 1:] + speed_m_s[:, :-1])
     time_s = quotient(splines.piece_m, mean)
@@ -122,9 +130,10 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, Floa
         (speed_m_s * tangent).tolist(), time_s.tolist(), splines.joins_before.tolist(), strict=True
     )
     behind = Behind()
+    flown_m = 0.0
     followed = {}  # what a jump repeats is followed in the same way again
     for row, (velocities, times, joins) in enumerate(rows):
-        behind = behind if joins else splines.lag.steady(velocities[0])
+        behind = behind._replace(flown_m=0.0) if joins else splines.lag.steady(velocities[0])
         begun = (behind, *velocities, *times)
         if begun not in followed:
             pace[row, 0] = behind.pace
@@ -137,7 +146,8 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, Floa
             followed[begun] = row, behind
         same, behind = followed[begun]
         pace[row], real_s[row] = pace[same], real_s[same]
-    return pace, real_s
+        flown_m += behind.flown_m
+    return pace, real_s, flown_m
 
 
 def plan_splines(

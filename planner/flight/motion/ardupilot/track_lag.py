@@ -75,6 +75,8 @@ class Behind(NamedTuple):
     """What its lean pushes with, which follows what the controller asks for."""
     pace: float = 1.0
     """Time along the track over time."""
+    flown_m: float = 0.0
+    """Way of the vehicle so far."""
 
 
 class TrackLag(NamedTuple):
@@ -120,7 +122,7 @@ class TrackLag(NamedTuple):
         ``before`` and ``track`` are the target's velocities.  Splines tell the controller no acceleration
         (``SplineCurve`` has none): its gains and its integral alone push the vehicle.
         """
-        gap, velocity, held, pushed, pace = behind
+        gap, velocity, held, pushed, pace, flown = behind
         change = (track - before) / time_s
         done, real = 0.0, 0.0
         followed = min(time_s, _LONGEST_FOLLOWED_S)
@@ -143,14 +145,17 @@ class TrackLag(NamedTuple):
             held = grown
             pushed += (asked - pushed) * step / (self.attitude_s + 0.5 * step)
             velocity += (pushed - drag) * step
+            flown += abs(velocity) * step
             gap += (pace * target - velocity) * step
             squared = target.real * target.real + target.imag * target.imag
             along = (error * target.conjugate()).real / squared if squared > 0.0 else 0.0
             wanted = min(max(1.0 + _TIME_BUFFER - along, 0.0), 1.0)
             pace = max(pace + (wanted - pace) * min(step / self.filter_s, 1.0), _SLOWEST_PACE)
         if followed < time_s:  # and the rest as it was at the end of that
-            return self.steady(track)._replace(gap_m=gap, pace=pace), real + (time_s - done) / pace
-        return Behind(gap, velocity, held, pushed, pace), real
+            flown += abs(track) * (time_s - done)
+            settled = self.steady(track)._replace(gap_m=gap, pace=pace, flown_m=flown)
+            return settled, real + (time_s - done) / pace
+        return Behind(gap, velocity, held, pushed, pace, flown), real
 
     def leant(self, asked_m_s2: complex, along: complex) -> complex:
         """Return what the greatest lean gives of an acceleration: what is across a direction first.
@@ -265,6 +270,10 @@ class TrackLag(NamedTuple):
         of its target as its controller's input E is.
         """
         return np.asarray(np.abs(self._stopped(ramps).error_m_s[:, 0]))
+
+    def past_stops_m(self, ramps: SpeedRamps) -> FloatArray:
+        """Return the way that vehicles fly past their stops, and back. (n,) [m]"""
+        return np.asarray(2.0 * lengths(self._stopped(ramps).behind_m))
 
     def settling_s(self, ramps: SpeedRamps, radius_m: float) -> FloatArray:
         """Return how long after the end of braking a vehicle is within a radius of its target. (n,) [s]
