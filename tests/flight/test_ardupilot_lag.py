@@ -107,7 +107,7 @@ def test_drag_delays_splines_and_lengthens_the_way() -> None:
     free = fly_ardupilot(legs, DEFAULTS)
     assert slow.segments.duration_s.sum() > free.segments.duration_s.sum() + 0.3
     # Four legs of 40 m flown in simulation were 4.7 m longer by their log.
-    stops = takeoff(), *(stage(StageKind.GO, 40.0 * k, 0.0, hold_s=5.0) for k in (1, 2, 3, 4))
+    stops = takeoff(), *(go(40.0 * k, hold=5.0) for k in (1, 2, 3, 4))
     past = fly_ardupilot(stops, DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
     assert past.wander_m == pytest.approx(4.7, rel=0.1)
     assert slow.wander_m > free.wander_m
