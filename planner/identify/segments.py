@@ -165,12 +165,17 @@ class StateSegment(Value):
         return slice(self.first, self.end)
 
 
-def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
+def find_states(
+    record: FlightRecord, *, as_of: FlightRecord | None = None
+) -> tuple[StateSegment, ...]:
     """Find the flight states of a record.
+
+    With ``as_of`` a flight and its prediction are cut alike: by the motion alone, climbs by the limits
+    that the wobble of that flight asks for.
 
     Time on the ground, and time at which neither height nor speed is known, belongs to none.
     """
-    climb, speed, acceleration = _motion(record)
+    climb, speed, acceleration = _motion(record, has_reference=as_of is None)
     flying = ~record.is_landed & np.isfinite(climb) & np.isfinite(speed)
     states = np.full(flying.size, -1, dtype=np.int64)
     states[flying] = STATE_INDEX[FlightState.HOVER]
@@ -182,6 +187,9 @@ def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
     states[moving & gaining] = STATE_INDEX[FlightState.ACCELERATE]
     states[moving & losing] = STATE_INDEX[FlightState.BRAKE]
     limits = _vertical_limits_m_s(climb[flying])
+    if as_of is not None:
+        wobbling, _, _ = _motion(as_of, has_reference=False)
+        limits = _vertical_limits_m_s(wobbling[~as_of.is_landed & np.isfinite(wobbling)])
     states[flying & _with_hysteresis(climb, limits)] = STATE_INDEX[FlightState.CLIMB]
     states[flying & _with_hysteresis(-climb, limits)] = STATE_INDEX[FlightState.DESCEND]
     states = _without_short_runs(states, round(_SHORTEST_S / record.step_s))
@@ -198,13 +206,15 @@ def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
     return scale * _VERTICAL_M_S[0], scale * _VERTICAL_M_S[1]
 
 
-def _motion(record: FlightRecord) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _motion(
+    record: FlightRecord, *, has_reference: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     window = round(_SLOPE_S / record.step_s)
     if _known_fraction(record.climb_m_s, record.is_landed) >= _KNOWN:
         climb = _mean(record.climb_m_s, window)
     else:
         climb = slope_per_s(record.height_above_home_m, window, record.step_s)
-    if _is_shaped(record.reference_speed_m_s, record.is_landed):
+    if has_reference and _is_shaped(record.reference_speed_m_s, record.is_landed):
         speed = record.reference_speed_m_s
         acceleration = np.gradient(speed, record.step_s)
     else:

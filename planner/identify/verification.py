@@ -54,8 +54,7 @@ _STILL_M_S = 0.1
 def predicted_record(flight: Flight, flown: FlightRecord) -> FlightRecord:
     """Return a predicted flight as the record a logger would make of it.
 
-    Sampled every 0.1 s; what is not predicted is NaN. References are known where they are known of
-    the flight.
+    Sampled every 0.1 s; what is not predicted is NaN.
     """
     motion = flight.motion
     time_s = np.arange(0.0, flight.time_s, STEP_S)
@@ -85,8 +84,6 @@ def predicted_record(flight: Flight, flown: FlightRecord) -> FlightRecord:
         "is_landed": is_landed,
         "mission_item": motion.segments.item[segment],
     }
-    if np.isfinite(flown.reference_speed_m_s).any():
-        known["reference_speed_m_s"] = speed
     unknown = dict.fromkeys(flown.columns(), np.full(time_s.size, np.nan))
     return replace(
         flown, **{**unknown, **known}, duration_s=flight.time_s, quantities=(), findings=()
@@ -102,6 +99,8 @@ _KNEE = 0.9
 """Braking is well under way at this fraction of the speed; noise is not. [-]"""
 _SMOOTHING_S = 0.5
 """Noise of a speed counts for little in the mean over so long. [s]"""
+_SETTLED_S = 10.0
+"""After which a vehicle that stopped swings no more. [s]"""
 _STEADY_S = 3.0
 """A speed that has not risen for so long, looking back, is the one braked from. [s]"""
 
@@ -116,8 +115,12 @@ class Stop(Value):
     """Speed braked from. [m s⁻¹]"""
     measured_m: float
     """Flown from 98 % of that speed to 0.5 m/s. [m]"""
+    measured_farthest_m: float | None = None
+    """How far it got the way it flew at the beginning, coming back counted: of a vehicle that swings more
+    than where it comes to rest. [m]"""
     predicted_m: float | None = None
     """``None`` where none is predicted at this item."""
+    predicted_farthest_m: float | None = None
     predicted_speed_m_s: float | None = None
 
 
@@ -164,7 +167,22 @@ def _stop(record: FlightRecord, speed: FloatArray, first: int, end: int, window:
         start_s=float(record.time_s[start]),
         speed_m_s=top,
         measured_m=float(np.trapezoid(braked, record.time_s[start : end + 1])),
+        measured_farthest_m=_farthest_m(record, speed, start, end),
     )
+
+
+def _farthest_m(record: FlightRecord, speed: FloatArray, start: int, end: int) -> float | None:
+    """Return how far a stop gets along the velocity it begins with, until the vehicle leaves again."""
+    leaves = np.flatnonzero(speed[end:] >= _LEAST_SPEED_M_S)
+    until = end + min(
+        int(leaves[0]) if leaves.size else speed.size, round(_SETTLED_S / record.step_s)
+    )
+    north, east = (
+        column[start : until + 1] - column[start] for column in (record.north_m, record.east_m)
+    )
+    ahead = np.array([record.velocity_north_m_s[start], record.velocity_east_m_s[start]])
+    along = (ahead[0] * north + ahead[1] * east) / np.hypot(*ahead)
+    return float(np.nanmax(along)) if np.isfinite(along).any() else None
 
 
 _VERTICAL = frozenset(
@@ -252,7 +270,7 @@ def items_begun(record: FlightRecord) -> dict[tuple[int, int], float]:
 
 def compare_states(flown: FlightRecord, predicted: FlightRecord) -> tuple[StateComparison, ...]:
     """Return a row for every state that was flown or predicted, in the order of the states."""
-    segments, foreseen = find_states(flown), find_states(predicted)
+    segments, foreseen = (find_states(record, as_of=flown) for record in (flown, predicted))
     at_s = predicted_times_s(flown, predicted)
     rows = []
     for state in STATES:
@@ -329,8 +347,14 @@ def compare_stops(flown: FlightRecord, predicted: FlightRecord) -> tuple[Stop, .
             rows.append(stop)
             continue
         foreseen.remove(expected)
-        predicted_m, speed_m_s = expected.measured_m, expected.speed_m_s
-        rows.append(replace(stop, predicted_m=predicted_m, predicted_speed_m_s=speed_m_s))
+        rows.append(
+            replace(
+                stop,
+                predicted_m=expected.measured_m,
+                predicted_farthest_m=expected.measured_farthest_m,
+                predicted_speed_m_s=expected.speed_m_s,
+            )
+        )
     return tuple(rows)
 
 

@@ -270,15 +270,22 @@ def _stop_lines(stops: Sequence[Stop]) -> list[str]:
         (
             f"at {quantity.duration(stop.start_s)}",
             quantity.speed(stop.speed_m_s),
-            quantity.distance(stop.measured_m),
-            quantity.distance(stop.predicted_m),
-            error_text(
-                None if stop.predicted_m is None else stop.predicted_m / stop.measured_m - 1
-            ),
+            *_flown_and_predicted(stop.measured_m, stop.predicted_m),
+            *_flown_and_predicted(stop.measured_farthest_m, stop.predicted_farthest_m),
         )
         for stop in stops
     ]
-    return table_lines([("Stop", "from", "flown", "predicted", "error"), *rows], alignment="<>>>>")
+    heads = ("flown", "predicted", "error")
+    return table_lines(
+        [("Stop", "from", *heads, "reached", *heads[1:]), *rows], alignment="<>>>>>>>"
+    )
+
+
+def _flown_and_predicted(
+    measured_m: float | None, predicted_m: float | None
+) -> tuple[str, str, str]:
+    error = predicted_m / measured_m - 1.0 if measured_m and predicted_m is not None else None
+    return quantity.distance(measured_m), quantity.distance(predicted_m), error_text(error)
 
 
 def _summary_lines(verifications: Sequence[Verification]) -> list[str]:

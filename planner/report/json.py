@@ -371,7 +371,10 @@ _COMPARED_KEYS = (
     "energy_wh",
     "predicted_energy_wh",
 )
-_STOP_KEYS = ("start_s", "speed_m_s", "measured_m", "predicted_m", "item", "predicted_speed_m_s")
+_STOP_KEYS = (
+    *("start_s", "speed_m_s", "measured_m", "predicted_m", "item", "predicted_speed_m_s"),
+    *("measured_farthest_m", "predicted_farthest_m"),
+)
 _RMS_KEYS = ("height_rms_m", "speed_rms_m_s", "power_rms_w")
 _CUT_KEYS = ("cut_before_s", "cut_after_s")
 

@@ -130,6 +130,28 @@ def test_stops_are_those_of_the_article(verified: Verification) -> None:
     for stop in verified.stops:
         assert stop.speed_m_s == pytest.approx(9.95, abs=0.05)
         assert 20.0 < stop.measured_m < 31.889
+        # It swings past, 32.654 m from the command, of which 6.0 m are the delay and 3.3 m the
+        # 0.334 s to 98 % of the speed (1 - wn² t²/2): a sample at 10 m/s is one metre.
+        assert stop.measured_farthest_m == pytest.approx(23.4, abs=1.0)
+        assert stop.predicted_farthest_m == pytest.approx(stop.measured_farthest_m, abs=0.1)
+
+
+@pytest.mark.parametrize("form", ["stepped", "shaped"])
+def test_a_perfect_model_has_no_error_in_any_state_whatever_was_logged(form: str) -> None:
+    record = verify_flight(_blank(), ARTICLE, CALM).foreseen
+    speed = record.ground_speed_m_s
+    # the references that a step model and an autopilot log: ahead of the vehicle
+    stepped = np.where(speed > 5.0, 9.947, 0.0)
+    shaped = np.interp(record.time_s + 0.5, record.time_s, speed)
+    flown = replace(
+        record,
+        mode=np.full(speed.size, "AUTO_MISSION"),
+        reference_speed_m_s=stepped if form == "stepped" else shaped,
+    )
+    verified = verify_flight(flown, ARTICLE, CALM)
+    for row in verified.states:
+        assert row.count == row.predicted_count
+        assert row.energy_fraction == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_gap_in_the_power_is_reported_and_bridged(flown: FlightRecord) -> None:
