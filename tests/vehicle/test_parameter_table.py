@@ -155,7 +155,41 @@ def test_every_rename_of_the_table_is_tested() -> None:
         for row in parameter_table(ArduPilotParameters).values()
         if row.formerly is not None
     }
-    assert renamed == {(row[0], row[2]) for row in RENAMED_IN_4_7}
+    assert renamed == {(row[0], row[2]) for row in RENAMED_IN_4_7} | {
+        (old, new) for old, new, _ in RENAMED_BEFORE_4
+    }
+
+
+RENAMED_BEFORE_4 = [
+    # Copter's conversion_table of 3.6, and BATT_ARM_VOLT of 4.0: no unit changed.
+    ("FS_BATT_ENABLE", "BATT_FS_LOW_ACT", "battery_low_action"),
+    ("FS_BATT_VOLTAGE", "BATT_LOW_VOLT", "battery_low_v"),
+    ("FS_BATT_MAH", "BATT_LOW_MAH", "battery_low_ah"),
+    ("ARMING_VOLT_MIN", "BATT_ARM_VOLT", "arm_battery_min_v"),
+]
+RENAMED_IN_1_11 = [
+    # Battery::migrateParam
+    ("BAT_SOURCE", "BAT1_SOURCE", "battery_source"),
+    ("BAT_CAPACITY", "BAT1_CAPACITY", "battery_capacity_ah"),
+    ("BAT_N_CELLS", "BAT1_N_CELLS", "battery_cells"),
+    ("BAT_V_EMPTY", "BAT1_V_EMPTY", "battery_empty_cell_v"),
+    ("BAT_V_CHARGED", "BAT1_V_CHARGED", "battery_full_cell_v"),
+]
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "old", "new", "quantity"),
+    [
+        *((Autopilot.ARDUPILOT, *row) for row in RENAMED_BEFORE_4),
+        *((Autopilot.PX4, *row) for row in RENAMED_IN_1_11),
+    ],
+)
+def test_the_battery_of_an_older_firmware_is_read_as_its_successor_reads_it(
+    autopilot: Autopilot, old: str, new: str, quantity: str
+) -> None:
+    before, after = (flown(f"{name},2\n", autopilot) for name in (old, new))
+    assert getattr(before, quantity) == getattr(after, quantity)
+    assert before.origins[quantity].name == old
 
 
 def test_the_older_name_of_px4_s_required_items_is_known() -> None:

@@ -137,16 +137,24 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     battery_monitor: int = parameter("BATT_MONITOR", 4, NOT_NEGATIVE)
     # of capacity, charges left, voltages and times 0: not known, not watched
     battery_capacity_ah: float = parameter("BATT_CAPACITY mAh", 3300.0, NOT_NEGATIVE)
-    battery_low_v: float = parameter("BATT_LOW_VOLT V", 10.5, NOT_NEGATIVE)
+    battery_low_v: float = parameter(
+        "BATT_LOW_VOLT V", 10.5, NOT_NEGATIVE, formerly="FS_BATT_VOLTAGE V"
+    )
     battery_low_timer_s: float = parameter("BATT_LOW_TIMER s", 10.0, NOT_NEGATIVE)
-    battery_low_ah: float = parameter("BATT_LOW_MAH mAh", 0.0, NOT_NEGATIVE)
+    battery_low_ah: float = parameter(
+        "BATT_LOW_MAH mAh", 0.0, NOT_NEGATIVE, formerly="FS_BATT_MAH mAh"
+    )
     battery_critical_v: float = parameter("BATT_CRT_VOLT V", 0.0, NOT_NEGATIVE)
     battery_critical_ah: float = parameter("BATT_CRT_MAH mAh", 0.0, NOT_NEGATIVE)
     # of these two 0 none, 1 land, 2 return, …
-    battery_low_action: int = parameter("BATT_FS_LOW_ACT", 0, NOT_NEGATIVE)
+    battery_low_action: int = parameter(
+        "BATT_FS_LOW_ACT", 0, NOT_NEGATIVE, formerly="FS_BATT_ENABLE"
+    )
     battery_critical_action: int = parameter("BATT_FS_CRT_ACT", 0, NOT_NEGATIVE)
     battery_voltage_source: int = parameter("BATT_FS_VOLTSRC", 0, NOT_NEGATIVE)
-    arm_battery_min_v: float = parameter("BATT_ARM_VOLT V", 0.0, NOT_NEGATIVE)
+    arm_battery_min_v: float = parameter(
+        "BATT_ARM_VOLT V", 0.0, NOT_NEGATIVE, formerly="ARMING_VOLT_MIN V"
+    )
     arm_battery_min_ah: float = parameter("BATT_ARM_MAH mAh", 0.0, NOT_NEGATIVE)
 
     fence_enable: int = parameter("FENCE_ENABLE", 0, NOT_NEGATIVE)

@@ -98,12 +98,17 @@ class Px4Parameters(AutopilotParameters, eq=False):
     return_time_margin_s: float = parameter("RTL_TIME_MARGIN s", 100.0, NOT_NEGATIVE)
 
     # -1 nothing measures the battery: no failsafe; 0 power module, 1 external, 2 speed controllers
-    battery_source: int = parameter("BAT1_SOURCE", 0, Range(-1.0, 10.0))
+    battery_source: int = parameter("BAT1_SOURCE", 0, Range(-1.0, 10.0), formerly="BAT_SOURCE")
     # charge of the battery; negative: not known
-    battery_capacity_ah: float = parameter("BAT1_CAPACITY mAh", -1.0)
-    battery_cells: int = parameter("BAT1_N_CELLS", 0, NOT_NEGATIVE)  # cells in series; 0: not known
-    battery_empty_cell_v: float = parameter("BAT1_V_EMPTY V", 3.6, POSITIVE)
-    battery_full_cell_v: float = parameter("BAT1_V_CHARGED V", 4.05, POSITIVE)
+    battery_capacity_ah: float = parameter("BAT1_CAPACITY mAh", -1.0, formerly="BAT_CAPACITY mAh")
+    # cells in series; 0: not known
+    battery_cells: int = parameter("BAT1_N_CELLS", 0, NOT_NEGATIVE, formerly="BAT_N_CELLS")
+    battery_empty_cell_v: float = parameter(
+        "BAT1_V_EMPTY V", 3.6, POSITIVE, formerly="BAT_V_EMPTY V"
+    )
+    battery_full_cell_v: float = parameter(
+        "BAT1_V_CHARGED V", 4.05, POSITIVE, formerly="BAT_V_CHARGED V"
+    )
     battery_mean_current_a: float = parameter("BAT_AVRG_CURRENT A", 15.0, POSITIVE)
     battery_low_fraction: float = parameter("BAT_LOW_THR", 0.15, _FRACTION)
     battery_critical_fraction: float = parameter("BAT_CRIT_THR", 0.07, _FRACTION)
