@@ -19,6 +19,8 @@ _PARTS = (0.5, 0.25, 0.0)
 """Of a velocity from which no stop is free, what is tried next. [-]"""
 _ROUND_RAD = 0.5 * np.pi
 """How far who waits goes round at most. [rad]"""
+_ASIDE_RAD = (0.5 * np.pi, -0.5 * np.pi, np.pi, 0.75 * np.pi, -0.75 * np.pi)
+"""Where who has stood for long goes, clockwise from its way: the first that is free. [rad]"""
 _TREE_FROM = 150
 """From so many agents on the nearest are found by a tree. [-]"""
 
@@ -66,7 +68,7 @@ class StopInTime(Value):
     """``stop``: who goes later by its rank brakes in time, stands, and flies on when its way is free.
 
     It flies on when the way is free for a while, so that nobody creeps.  Who has stood for long gets out of
-    the way to its right, one after the other by rank, until its own way is free.
+    the way, to its right if that is free, one after the other by rank, until its own way is free.
     """
 
     needs_ticks: bool = False
@@ -86,9 +88,26 @@ class StopInTime(Value):
             ticks = max(round(self.resumes_s / situation.tick_s), 1)
             stays = held & ~situation.may(wanted, ticks)
             aside = stays & (goes_aside | (situation.waited_s >= self.patience_s))
-            right = _turned_right(wanted, np.full(len(wanted), 0.5 * np.pi))
-            wanted = np.where(aside[:, None], right, np.where(stays[:, None], 0.0, wanted))
+            tried = np.where(stays[:, None], np.where(goes_aside[:, None], before, 0.0), wanted)
+            if aside.any():
+                tried = self._aside_m_s(situation, tried, aside, ticks)
+            wanted = tried
         return np.where(situation.may(wanted)[:, None], wanted, 0.0)
+
+
+    def _aside_m_s(
+        self, situation: SwarmSituation, command_m_s: FloatArray, aside: BoolArray, ticks: int
+    ) -> FloatArray:
+        """Return commands by which agents go aside: on as before, else where it is free, the right first."""
+        wanted, found = situation.wanted_m_s, command_m_s
+        lacks = aside & ~(situation.may(found, ticks) & (found != 0.0).any(axis=1))
+        for angle_rad in _ASIDE_RAD:
+            if not lacks.any():
+                break
+            turned = _turned_right(wanted, np.full(len(wanted), angle_rad))
+            found = np.where(lacks[:, None], turned, found)
+            lacks &= ~situation.may(found, ticks)
+        return np.where(lacks[:, None], 0.0, found)
 
 
 class OrcaStop(Value):
