@@ -87,7 +87,7 @@ SWARM_DEADLOCK = Rule(
     Severity.ERROR,
     summary="Agents of a simulated swarm wait for each other for ever.",
     why="Who yields to one that yields to it hovers until its battery is empty.",
-    how="Nobody who wants to fly on has come on for four minutes, after each had its turn to go first.",
+    how="Nobody who wants to fly on has come nearer to its goal for four minutes, after each had its turn.",
     fix="use --policy orca-stop, which goes round, or give the agents other ways",
 )
 

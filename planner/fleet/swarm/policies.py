@@ -94,20 +94,28 @@ class StopInTime(Value):
             wanted = tried
         return np.where(situation.may(wanted)[:, None], wanted, 0.0)
 
-
     def _aside_m_s(
         self, situation: SwarmSituation, command_m_s: FloatArray, aside: BoolArray, ticks: int
     ) -> FloatArray:
-        """Return commands by which agents go aside: on as before, else where it is free, the right first."""
+        """Return commands by which agents go aside: on as before, else to their right.
+
+        Where that is not free, the last of them by rank goes to wherever it is: if all did, those that stand
+        symmetrically would all come back.
+        """
         wanted, found = situation.wanted_m_s, command_m_s
-        lacks = aside & ~(situation.may(found, ticks) & (found != 0.0).any(axis=1))
-        for angle_rad in _ASIDE_RAD:
+        lacks = aside & ~(situation.may(found) & (found != 0.0).any(axis=1))
+        is_found = np.zeros(len(lacks), np.bool_)
+        for number, angle_rad in enumerate(_ASIDE_RAD):
             if not lacks.any():
                 break
             turned = _turned_right(wanted, np.full(len(wanted), angle_rad))
-            found = np.where(lacks[:, None], turned, found)
-            lacks &= ~situation.may(found, ticks)
-        return np.where(lacks[:, None], 0.0, found)
+            tried = np.where(lacks[:, None], turned, found)
+            free = lacks & situation.may(tried, ticks if number else 1)
+            found = np.where(free[:, None], turned, found)
+            is_found |= free & (number > 0)
+            lacks &= ~free
+        stays = is_found & (situation.rank < np.max(situation.rank, where=is_found, initial=-1))
+        return np.where((lacks | stays)[:, None], 0.0, found)
 
 
 class OrcaStop(Value):

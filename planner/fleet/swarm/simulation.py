@@ -30,6 +30,8 @@ _TURN_S = 20.0
 """Agents that wait for each other for so long let another of them go first. [s]"""
 _STUCK_S = 240.0
 """Agents none of which has come on for so long, each having had its turn, are in a deadlock. [s]"""
+_COMES_ON_M = 1.0
+"""Who comes nearer to its goal than ever by so much has come on: legs of a mission end within it. [m]"""
 _MOST_SKIPPED = 32
 """Ticks passed over at once where nothing can change. [-]"""
 _SKIPPED_WAITING = 4
@@ -155,6 +157,8 @@ class Swarm:
         self._goal_m = np.full((count, 2), np.nan)
         self._command = np.zeros((count, 2))
         self._waited_s = np.zeros(count)
+        self._left_m = np.full(count, np.inf)
+        """The least that was left of the way to its goal."""
         self._returns = np.zeros(count, np.bool_)
         self._turned_s = self._moved_s = 0.0
         self.deadlock: tuple[str, ...] = ()
@@ -253,7 +257,7 @@ class Swarm:
             self._faults.go_on(self.time_s)
         self._command = command
         self._waited_s = np.where(waits, self._waited_s + ticks * self._tick_s, 0.0)
-        self._take_turns(wants, waits)
+        self._take_turns(wants)
         return step
 
     def _renewed(self, situation: SwarmSituation, command: FloatArray) -> Capsules:
@@ -367,7 +371,9 @@ class Swarm:
         self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
         self._ready_s[done] = (self.lands_s + self._landing_s)[done]
         # who is held back where it stands has not arrived at the goal after
-        self._has_reached &= (goal == self._goal_m).all(axis=1)
+        is_same = (goal == self._goal_m).all(axis=1)
+        self._has_reached &= is_same
+        self._left_m[~is_same] = np.inf
         self._goal_m = goal
         goes = situation.is_led & ~done & ~np.isnan(goal[:, 0])
         way = np.where(goes[:, None], goal - situation.rest_m, 0.0)
@@ -414,9 +420,13 @@ class Swarm:
             ticks = min(ticks, float(np.min(room, initial=np.inf)))
         return max(1 << int(math.log2(max(ticks, 1.0))), 1)
 
-    def _take_turns(self, wants: BoolArray, waits: BoolArray) -> None:
+    def _take_turns(self, wants: BoolArray) -> None:
         """Let another go first where agents wait for each other; see who cannot go on at all."""
-        if (wants & ~waits).any():
+        with np.errstate(invalid="ignore"):  # who lands has no goal
+            left_m = np.hypot(*(self._goal_m - self._dynamics.rest_m(self._motions)).T)
+            comes_on = wants & (left_m < self._left_m - _COMES_ON_M)
+        self._left_m[comes_on] = left_m[comes_on]
+        if comes_on.any():
             self._moved_s = self.time_s
         stuck = self._waited_s >= _TURN_S
         if stuck.any() and self.time_s >= self._turned_s + _TURN_S:
@@ -427,4 +437,4 @@ class Swarm:
             self._rank = self._rank.copy()
             self._rank[rows[order]] = np.roll(ranks, 1)
         if wants.any() and self.time_s >= self._moved_s + _STUCK_S:
-            self.deadlock = tuple(self.agents[row].name for row in np.flatnonzero(waits).tolist())
+            self.deadlock = tuple(self.agents[row].name for row in np.flatnonzero(wants).tolist())

@@ -1,0 +1,122 @@
+"""Agents that wait for each other: resolved by turns, by going aside, or reported with their members."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_fleet import pad, place, sortie, up, vehicles
+from made_missions import mission, rtl
+from made_swarm import MODEL, SEPARATION_M, agent, on_circle, simulated, with_faults
+from swarm_judge import JUDGED_TO_M, least_distance_m, least_of_flights_m
+
+from planner.fleet.swarm.flights import Record
+from planner.fleet.swarm.policies import OrcaStop, StopInTime
+from planner.fleet.swarm.simulation import Swarm
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.fleet.swarm.policies import Policy
+    from planner.fleet.swarm.situation import SwarmSituation
+    from planner.mission.items import Mission
+    from planner.service.swarm import SwarmResult
+
+POLICIES = [StopInTime(), OrcaStop()]
+
+
+def judged(swarm: Swarm) -> Swarm:
+    record = Record.of([*swarm.run()], swarm)
+    assert least_distance_m(record) >= SEPARATION_M - JUDGED_TO_M
+    return swarm
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_three_that_each_want_the_place_of_the_next_get_there(policy: Policy) -> None:
+    agents, _ = on_circle(3, radius_m=15.0)
+    places = [np.array([(one.east_m, one.north_m)]) for one in agents]
+    swarm = judged(with_faults(agents, [places[1], places[2], places[0]], policy))
+    assert swarm.has_landed.all()
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+@pytest.mark.parametrize("count", [2, 4])
+def test_exact_symmetry_is_broken_by_rank(policy: Policy, count: int) -> None:
+    agents, ways = on_circle(count, radius_m=60.0)
+    assert judged(with_faults(agents, ways, policy)).has_landed.all()
+
+
+class Stays:
+    """An algorithm: the first flies far away, the others stay for ever."""
+
+    def __init__(self, goals_m: FloatArray) -> None:
+        self._goals_m = goals_m
+
+    def goals_m(self, situation: SwarmSituation) -> FloatArray:  # noqa: ARG002 - as every algorithm
+        return self._goals_m.copy()
+
+
+def boxed_in(policy: Policy) -> Swarm:
+    """One between six that stay, 13 m from it and from each other: no gap of 20 m."""
+    around, _ = on_circle(6, radius_m=13.0)
+    agents = [agent("in", 0.0, 0.0), *around]
+    goals_m = np.array([(100.0, 0.0), *((one.east_m, one.north_m) for one in around)])
+    return judged(Swarm(agents, Stays(goals_m), policy, separation_m=SEPARATION_M, until_s=300.0))
+
+
+def test_an_agent_boxed_in_is_reported_by_name() -> None:
+    assert boxed_in(StopInTime()).deadlock == ("in",)
+
+
+def test_an_agent_boxed_in_is_let_out_by_reciprocal_velocities() -> None:
+    assert boxed_in(OrcaStop()).places()[0][0] == pytest.approx((100.0, 0.0), abs=1.0)
+
+
+SEPARATION = "[separation]\nhorizontal_m = 10\n"
+
+
+def filed(routes: dict[str, list[tuple[float, float]]], *, model: str = MODEL) -> SwarmResult:
+    """One vehicle a route, from a pad at its first place along the others and home again, all at once."""
+    tables, missions = SEPARATION, {}
+    for name, (first, *others) in routes.items():
+        tables += pad(name, *first) + vehicles(name, model=model)
+        tables += sortie(f"s-{name}", name, 0.0, job=f"m{name}")
+        missions[f"m{name}"] = flown(others)
+    return simulated(tables, policy="stop", **missions)
+
+
+def flown(places: list[tuple[float, float]]) -> Mission:
+    return mission(up(30), *(place(north, east, 30) for north, east in places), rtl())
+
+
+def is_told(result: SwarmResult) -> bool:
+    """Whether all keep apart, and land or are named."""
+    assert "S128" not in {one.code for one in result.findings}
+    assert least_of_flights_m(result, above_m=10.0) >= 15.0 - JUDGED_TO_M
+    named = " ".join(one.message for one in result.findings if one.code == "S129")
+    return all(one.has_landed or one.name in named for one in result.agents)
+
+
+def test_filed_tracks_in_a_ring_each_into_the_next_are_flown_by_turns_or_named() -> None:
+    # A triangle of 60 m, each from the middle of a side round the next corner to the next middle.
+    corner = [(0.0, 0.0), (0.0, 60.0), (52.0, 30.0)]
+    middle = [(0.0, 30.0), (26.0, 45.0), (26.0, 15.0)]
+    assert is_told(
+        filed({f"v{k}": [middle[k], corner[(k + 1) % 3], middle[(k + 1) % 3]] for k in range(3)})
+    )
+
+
+def test_of_equal_priorities_the_first_in_the_file_goes_first() -> None:
+    result = filed({"a": [(0, 0), (200, 0)], "b": [(100, -100), (100, 100)]})
+    assert [one.stops > 0 for one in result.agents] == [False, True]
+    assert is_told(result)
+    assert all(one.has_landed for one in result.agents)
+
+
+@pytest.mark.parametrize("model", [MODEL, "px4-sih-quad", "arducopter-sitl-quad"])
+def test_a_stop_longer_than_the_leg_is_free(model: str) -> None:
+    # Legs of 8 m along the way; a stop from full speed takes four times as much.
+    steps = [(8.0 * k, 2.0 * (-1) ** k) for k in range(1, 16)]
+    result = filed({"a": [(60, -100), (60, 100)], "b": [(0, 0), *steps]}, model=model)
+    assert is_told(result)
+    assert all(one.has_landed for one in result.agents)
