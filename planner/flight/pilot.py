@@ -111,8 +111,9 @@ CONDITION_NOT_MODELLED = Rule(
     "as a recorded survey quadrotor's (298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with "
     "the cube beyond, or the time of flying no faster than that), and with 1/√density.  A step-response "
     "model uses only the fence of a parameter "
-    "file; speeds of it that are more than 3 % slower than predicted cost the longer time at hover "
-    "power, an error where that takes the flight or the tightest return below the reserve.  A file of "
+    "file; speeds of it that are more than 3 % slower than predicted, and the heights below which "
+    "landings are slow, cost the longer time at hover power, an error where that takes the flight or the "
+    "tightest return below the reserve.  A file of "
     "an unknown autopilot is an error where it holds a fence.",
     fix="use a vehicle model that has the missing quantity",
     instead="a model that counts it with --vehicle",

@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
+from planner.flight.slow_landing import SlowLanding
 from planner.flight.uncounted import uncounted_wh
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
     from planner.fetched import FetchMark
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import SegmentColumns
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.mission.route.stage import Stage
@@ -537,10 +538,11 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     given, sample = a.own_parameters, a.returns.sample
     if a.autopilot is not Autopilot.STEP or given is None:
         return
-    columns, stages = a.flight.motion.segments, a.route.stages
-    commanded = np.isin(columns.item, [s.item for s in stages if s.speed_m_s is not None])
-    returning = np.isin(columns.item, [s.item for s in stages if s.kind is StageKind.RETURN])
-    longer_s, slowest = _longer(a, given, columns, commanded & ~returning, returning)
+    motion, stages = a.flight.motion, a.route.stages
+    item = motion.segments.item
+    commanded = np.isin(item, [s.item for s in stages if s.speed_m_s is not None])
+    returning = np.isin(item, [s.item for s in stages if s.kind is StageKind.RETURN])
+    longer_s, slowest = _longer(a, given, motion, commanded & ~returning, returning)
     circling_s = _circling_longer_s(a, given)
     longer_s += circling_s
     hover_w, in_all_s = hover_near_home_w(a.flight.power), float(np.sum(longer_s))
@@ -553,7 +555,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     if sample is not None and a.battery is not None:
         back, points = sample.flight.motion.segments, sample.points
         always = np.ones(len(back.item), np.bool_)
-        back_s, slowest_back = _longer(a, given, back, ~always, always)
+        back_s, slowest_back = _longer(a, given, sample.flight.motion, ~always, always)
         home_s = np.bincount(back.item, back_s, len(points.segment))
         before_s = np.concatenate(([0.0], np.cumsum(longer_s)))[points.segment]
         added_wh = wh_from_j(hover_w * np.asarray(before_s + home_s, np.float64))
@@ -596,23 +598,27 @@ class _Slower(NamedTuple):
 def _longer(
     a: Assessment,
     given: FlightParameters,
-    columns: SegmentColumns,
+    motion: Motion,
     commanded: BoolArray,
     returning: BoolArray,
 ) -> tuple[FloatArray, _Slower | None]:
     """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most."""
-    longer_s = np.zeros(len(columns.duration_s))
+    longer_s = np.zeros(len(motion.segments.duration_s))
     slowest: _Slower | None = None
-    for name, way_m, spent_s in _speed_limits(a, given, columns, commanded, returning):
-        limit_m_s = float(getattr(given, name))
+    limits = _speed_limits(a, given, motion, commanded, returning)
+    for name, limit_m_s, way_m, spent_s in limits:
         flown_m_s = way_m / np.maximum(spent_s, 1e-9)
         is_slower = limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s
         added_s = np.where(is_slower, way_m / limit_m_s - spent_s, 0.0)
         longer_s += added_s
         total_s = float(np.sum(added_s))
         if total_s > 0.0 and (slowest is None or total_s > slowest.added_s):
+            most = int(np.argmax(added_s))
             slowest = _Slower(
-                total_s, str(given.origins[name]), limit_m_s, float(np.max(flown_m_s))
+                total_s,
+                str(given.origins[name]),
+                float(np.broadcast_to(limit_m_s, way_m.shape)[most]),
+                float(flown_m_s[most]),
             )
     return longer_s, slowest
 
@@ -647,42 +653,98 @@ def _level_limit(given: FlightParameters, *, returning: bool) -> str:
 def _speed_limits(
     a: Assessment,
     given: FlightParameters,
-    columns: SegmentColumns,
+    motion: Motion,
     commanded: BoolArray,
     returning: BoolArray,
-) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Yield what limits a speed, with the way it limits in each segment and the time spent on it.
+) -> Iterator[tuple[str, FloatArray | float, FloatArray, FloatArray]]:
+    """Yield what limits a speed, to what, the way it limits in each segment and the time spent on it.
 
     A default counts only where the model says nothing: in climbs and descents of returns longer than the
     step it was identified on.
     """
+    columns = motion.segments
     own = ~commanded & ~returning
     level_m, level_s = columns.distance_m, columns.duration_s
     levels = [
         (_level_limit(given, returning=False), own),
         (_level_limit(given, returning=True), returning),
     ]
-    slow_up, slow_down = "climb_speed_m_s", "land_speed_m_s"
+    slow_up = "climb_speed_m_s"
     if isinstance(given, Px4Parameters):
         levels.append(("speed_max_m_s", commanded))
         slow_up = "takeoff_speed_m_s"
     for name, counts in levels:
         if _is_stated(given, name):
-            yield name, np.where(counts, level_m, 0.0), level_s
+            yield name, float(getattr(given, name)), np.where(counts, level_m, 0.0), level_s
     altitude = a.vehicle.responses.altitude
     longest_m = math.inf if altitude is None else altitude.identified_step_m + _HEIGHT_SLACK_M
     unknown = returning & (np.abs(columns.climb_m) > longest_m)
-    for way_m, state, slow, fast in (
-        (columns.climb_m, FlightState.TAKEOFF, slow_up, "climb_speed_m_s"),
-        (-columns.climb_m, FlightState.LAND, slow_down, "descent_speed_m_s"),
+    up_m, down_m = np.maximum(columns.climb_m, 0.0), np.maximum(-columns.climb_m, 0.0)
+    s_per_m = columns.duration_s / np.maximum(np.abs(columns.climb_m), 1e-9)
+    takes_off = columns.state == STATE_INDEX[FlightState.TAKEOFF]
+    low_m = np.where(takes_off, np.minimum(up_m, _LOW_M), 0.0)
+    slow_m, slow_m_s, name = _slow_landing(given, motion, unknown)
+    yield name, slow_m_s, slow_m, slow_m * s_per_m
+    lands = columns.state == STATE_INDEX[FlightState.LAND]
+    fast = "descent_speed_m_s"
+    for name, way_m in (
+        (slow_up, low_m),
+        ("climb_speed_m_s", up_m - low_m),
+        (fast, np.where(lands, 0.0, down_m)),
+        (_fast_landing(given) or fast, np.where(lands, down_m - slow_m, 0.0)),
     ):
-        moved_m = np.maximum(way_m, 0.0)
-        is_low = columns.state == STATE_INDEX[state]
-        low_m = np.where(is_low, np.minimum(moved_m, _LOW_M), 0.0)
-        per_m_s = columns.duration_s / np.maximum(moved_m, 1e-9)
-        for name, part_m in ((slow, low_m), (fast, moved_m - low_m)):
-            counted_m = part_m if _is_stated(given, name) else np.where(unknown, part_m, 0.0)
-            yield name, counted_m, counted_m * per_m_s
+        limit_m_s = float(getattr(given, name))
+        if name == _FAST_LANDING:  # "Don't speed up for landing": no slower than its last part
+            limit_m_s = max(limit_m_s, given.land_speed_m_s)
+        counted_m = way_m if _is_stated(given, name) else np.where(unknown, way_m, 0.0)
+        yield name, limit_m_s, counted_m, counted_m * s_per_m
+
+
+_FAST_LANDING = "land_high_speed_m_s"
+_SLOW_LANDING = (
+    "land_speed_m_s",
+    "land_crawl_speed_m_s",
+    "land_slow_height_m",
+    "land_slowest_height_m",
+)
+"""What makes the last part of a landing slow: two speeds, then the heights they begin at."""
+
+
+def _fast_landing(given: FlightParameters) -> str:
+    """Return what limits the first part of a landing; empty: what limits any descent."""
+    own = getattr(given, _FAST_LANDING, given.descent_speed_m_s)
+    return "" if own == given.descent_speed_m_s else _FAST_LANDING
+
+
+def _slow_landing(
+    given: FlightParameters, motion: Motion, unknown: BoolArray
+) -> tuple[FloatArray, FloatArray, str]:
+    """Return how far each segment is the slow part of a landing, how fast that is flown, and by what.
+
+    With a height stated and no speed, only what lies above the 10 m of the defaults counts.
+    ArduPilot without a rangefinder takes the level of its home for the ground, where that is lower.
+    """
+    columns = motion.segments
+    slow = SlowLanding.of(given)
+    stated = [
+        name
+        for name in _SLOW_LANDING
+        if _is_stated(given, name) and (name.endswith("speed_m_s") or getattr(given, name) > _LOW_M)
+    ]
+    moved_m = np.where(
+        columns.state == STATE_INDEX[FlightState.LAND], np.maximum(-columns.climb_m, 0.0), 0.0
+    )
+    counts = unknown | bool(stated)
+    bottom_m = np.zeros(len(moved_m))
+    if not isinstance(given, Px4Parameters) and not given.rangefinder_type:
+        bottom_m = np.minimum(motion.state_at_time(columns.end_s).height_m, 0.0)
+    top_m = np.minimum(bottom_m + moved_m, slow.highest_m)
+    if not any(name.endswith("speed_m_s") for name in stated):
+        bottom_m = np.where(unknown, bottom_m, np.maximum(bottom_m, _LOW_M))
+    way_m = np.where(counts, np.maximum(top_m - bottom_m, 0.0), 0.0)
+    took_s = slow.down_s(bottom_m + way_m) - slow.down_s(bottom_m)
+    slow_m_s = np.where(way_m > 0.0, way_m / np.maximum(took_s, 1e-9), math.inf)
+    return way_m, slow_m_s, (stated or _SLOW_LANDING)[0]
 
 
 @judges(SETTING_NOT_FOLLOWED, needs=(PX4,))

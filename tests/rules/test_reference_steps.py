@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -141,6 +142,38 @@ def test_a_speed_that_the_mission_commands_is_slower_only_where_px4_limits_it() 
 
     assert slower("WPNAV_SPEED,100\n") != []  # a return from item 3 is flown at it
     assert slower("MPC_XY_VEL_MAX,2\n") == [Severity.ERROR]
+
+
+# 100 m of landing take the model 27 s.  By hand: 100 m at 0.5 m/s, LAND_SPEED, which LAND_SPEED_HIGH cannot
+# go below ("Don't speed up for landing"), take 200 s, at 0.6 m/s 167 s; 100 m at 0.3 m/s 333 s; 90 m
+# at 0.5 m/s, beyond the 10 m of the default, 180 s; at 0.7 m/s 142 s; from 100 m at 1.5 to 0.7 m/s at 5 m
+# 95/0.8 ln(1.5/0.7) = 91 s.
+@pytest.mark.parametrize(
+    ("parameters", "longer_s"),
+    [
+        ("LAND_SPEED_HIGH,30\n", 200.0 - 27.0),
+        ("LAND_SPEED_HIGH,60\n", 167.0 - 27.0),
+        ("LAND_SPEED,30\nLAND_ALT_LOW,10000\n", 333.0 - 27.0),
+        ("LAND_ALT_LOW,10000\n", 180.0 - 0.9 * 27.0),
+        ("LAND_ALT_LOW,1000\n", 0.0),
+        ("LAND_SPEED_HIGH,0\n", 0.0),
+        ("MPC_LAND_ALT2,100\nMPC_LAND_ALT1,100\nMPC_LAND_CRWL,0.7\n", 142.0 - 27.0),
+        ("MPC_LAND_ALT1,100\n", 91.0 - 5.0 / 1.5 - 0.9 * 27.0),
+    ],
+)
+def test_a_landing_that_is_slow_from_high_up_costs_its_time(
+    parameters: str, longer_s: float
+) -> None:
+    reported = [
+        one.message
+        for one in of("E108", found(FAR, STEP, parameters, battery=Battery(capacity_wh=60.0)))
+        if "flies at most" in one.message
+    ]
+    assert bool(reported) is (longer_s > 0.0)
+    for message in reported:
+        minutes, seconds = re.findall(r": (?:(\d+) min )?(\d+) s and", message)[0]
+        # Of the model's 27 s those in which it creeps to its height are spread over all of it.
+        assert 60.0 * int(minutes or 0) + int(seconds) == pytest.approx(longer_s, abs=8.0)
 
 
 HOME = mission(takeoff(30), waypoint(300, 30), rtl())
