@@ -66,7 +66,11 @@ def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
     # the pad 300 m farther east is good to a centimetre
     assert made.result.totals.makespan_s == pytest.approx(alone.time_s, rel=1e-3)
     assert [row.vehicles for row in made.rows] == [1, 2]
-    assert made.rows[0].makespan_s > 2.0 * made.rows[1].makespan_s  # it has to get there
+    one, two = made.rows
+    assert one.makespan_s > 2.0 * two.makespan_s  # it has to get there
+    assert made.marks(one) == ("fewest in time",)
+    assert (two.least_energy_wh, made.marks(two)) == (two.energy_wh, ("least energy",))
+    assert one.least_energy_wh == one.energy_wh > two.energy_wh
     assert all(row.is_clear for row in made.rows)
     file = write_plan(made, tmp_path / "out")
     assert file == tmp_path / "out" / PLAN_FILE
@@ -126,6 +130,22 @@ def test_a_job_that_may_be_split_is_shared_out(tmp_path: Path) -> None:
     }
     file = write_plan(made, tmp_path / "out")
     assert check_fleet(read_fleet(file)).verdict == "go"
+
+
+def test_the_least_energy_is_of_plans_for_energy_not_of_the_fastest(tmp_path: Path) -> None:
+    long = mission(
+        up(30), *(place(200.0 + 300.0 * (row % 2), 20.0 * row, 30.0) for row in range(6)), rtl()
+    )
+    tables = SEPARATION + SWAP + pad("a", 0, 0) + pad("b", 0, 100) + vehicles("a", "b")
+    tables += '[pack.P]\nbattery = "170Wh"\ncount = 2\n'
+    tables += '[job.long]\nmission = "long.plan"\nmay_split = true\n'
+    made = planned(tmp_path, tables, jobs={"long": long})
+    one, two = made.rows
+    # shared out, the second takes off, comes home and lands as well
+    assert two.makespan_s < one.makespan_s
+    assert two.energy_wh > one.energy_wh == one.least_energy_wh == two.least_energy_wh
+    assert (made.marks(one), made.marks(two)) == (("fewest in time", "least energy"), ())
+    assert "least energy" in plan_text(made, medium=Medium(width=200))
 
 
 FACING = (

@@ -54,6 +54,14 @@ async def test_a_fleet_is_listed_opened_moved_in_time_and_left(fleet: Path) -> N
         [terne, _] = rows_of(screen, "#vehicles")
         assert terne[:4] == ("1", "terne", "clinic", "item 1")
         assert drawn(screen, "#timeline").splitlines()[0].count("✖") == 3
+        # wherever the line of the moment is, names are whole
+        plot = screen.query_one("#timeline", FleetPlot)
+        whole = set()
+        for percent in range(0, 100, 4):
+            plot.point_at(percent / 100.0 * plot.end_s)
+            whole.add(drawn(screen, "#timeline").count("clinic"))
+        assert len(whole) == 1
+        plot.point_at(0.0)
         await pilot.press("n", "n", "n")
         [near] = [one for one in result.findings if one.finding.code == "S101"]
         assert screen.time_s == near.at_s

@@ -453,6 +453,11 @@ def _numbers_panel(rows: Sequence[Row], column: str, title: str, latest: float |
             y=alt.value(HEIGHT), text="what:N"
         ),
     ]
+    if column == "energy_wh":
+        bars = bars.transform_filter("isValid(datum.least_wh)")
+        layers.append(
+            bars.mark_tick(thickness=2, width={"band": 0.8}).encode(y=alt.Y("least_wh:Q"))
+        )
     if latest is not None:
         limit = alt.Chart(alt.InlineData(values=[{column: round(latest, 2)}])).encode(y=y)
         layers += [

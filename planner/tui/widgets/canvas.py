@@ -184,6 +184,11 @@ class Canvas:
                 self._characters[row, at] = character
                 self._inks[row, at] = ink
 
+    def strike(self, column: int, row: int, character: str, ink: str) -> None:
+        """Write a character of a line through everything: of a letter it takes the ink alone."""
+        there = self._characters.get((row, column), "")
+        self.write(column, row, there if there.isalnum() else character, ink)
+
     def runs(self, row: int) -> list[tuple[str, str]]:
         """Return one row as runs of text, each with its ink; blank where nothing was drawn."""
         cells = self._dots[row * DOTS_DOWN : (row + 1) * DOTS_DOWN]

@@ -193,7 +193,7 @@ class FleetPlot(Drawing):
             return
         column = self._column(self.cursor_s, canvas.columns)
         for line in range(min(len(self._timeline.rows), canvas.rows - _BELOW)):
-            canvas.write(column, line, "│", "cursor")
+            canvas.strike(column, line, "│", "cursor")
 
     def _column(self, time_s: float, columns: int) -> int:
         """Return the column of a time."""
