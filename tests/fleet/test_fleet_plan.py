@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from judged_plans import faults, planned_fleet
 from made_fleet import OUT, SEPARATION, pad, place, up, vehicles
 from made_missions import mission, rtl
 
@@ -14,13 +15,14 @@ import planner
 from planner.cli.fleet import interrupting
 from planner.errors import FleetPlanError, UsageError
 from planner.fleet.reader import read_fleet
-from planner.fleet.schedule import Patience
+from planner.fleet.schedule import Objective, Patience
 from planner.mission.files import write_mission
 from planner.mission.formats.plan import read_plan_text
 from planner.report.fleet import plan_text
 from planner.report.text import Medium
 from planner.service.fleet import check_fleet
 from planner.service.fleet_plan import PLAN_FILE, FleetPlan, plan_fleet, write_plan
+from planner.service.fleet_ways import Candidate
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -66,11 +68,11 @@ def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
     # the pad 300 m farther east is good to a centimetre
     assert made.result.totals.makespan_s == pytest.approx(alone.time_s, rel=1e-3)
     assert [row.vehicles for row in made.rows] == [1, 2]
-    one, two = made.rows
-    assert one.makespan_s > 2.0 * two.makespan_s  # it has to get there
-    assert made.marks(one) == ("fewest in time",)
-    assert (two.least_energy_wh, made.marks(two)) == (two.energy_wh, ("least energy",))
-    assert one.least_energy_wh == one.energy_wh > two.energy_wh
+    single, both = made.rows
+    assert single.makespan_s > 2.0 * both.makespan_s  # it has to get there
+    assert made.marks(single) == ("fewest in time",)
+    assert (both.least_energy_wh, made.marks(both)) == (both.energy_wh, ("least energy",))
+    assert single.least_energy_wh == single.energy_wh > both.energy_wh
     assert all(row.is_clear for row in made.rows)
     file = write_plan(made, tmp_path / "out")
     assert file == tmp_path / "out" / PLAN_FILE
@@ -182,6 +184,20 @@ def test_what_only_a_late_start_clears_is_lifted_to_a_layer(tmp_path: Path) -> N
     assert told == [f"{lifted} is flown 10 m above the heights of job {lifted}"]
 
 
+def test_what_is_found_of_two_flights_holds_for_both_lifted_as_far_or_farther() -> None:
+    lifts = {(task, 0): {0.0: 0, 10.0: 1} for task in (0, 1)}
+    lifts |= {(task, 1): {10.0: 1} for task in (0, 1)}
+    made = Candidate(parts=(), flights=(), tasks=(), conflicts={}, lifts=lifts)
+    made.close(((0, 0), (1, 0)), [(-1.0, 1.0), (0.5, 2.0)])
+    low, high = ((0, 0), (1, 0)), ((0, 1), (1, 1))
+    assert made.conflicts == {low: ((-1.0, 2.0),), high: ((-1.0, 2.0),)}
+    made.close(high, [(2.0, 4.0)])  # intervals are open: a start 2 s later is none of both
+    made.close(((0, 0), (1, 1)), [(-5.0, 5.0)])
+    assert made.conflicts[low] == ((-1.0, 2.0),)
+    assert made.conflicts[high] == ((-1.0, 2.0), (2.0, 4.0))
+    assert made.conflicts[(0, 0), (1, 1)] == ((-5.0, 5.0),)
+
+
 def test_a_wait_on_the_ground_comes_before_a_layer_where_it_takes_no_longer(tmp_path: Path) -> None:
     made = planned(tmp_path, FACING + LAYERS, jobs=ALONG, minimize="energy")
     assert not made.missions
@@ -229,6 +245,13 @@ def test_the_first_interrupt_stops_the_search_and_the_second_the_program() -> No
         assert patience.cut_short == "it was interrupted"
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_judge_of_its_own_finds_nothing_wrong_with_plans_of_drawn_fleets(seed: int) -> None:
+    result = planned_fleet(seed, Objective.MAKESPAN)
+    assert not isinstance(result, str), result
+    assert faults(result) == []
 
 
 @pytest.mark.parametrize(

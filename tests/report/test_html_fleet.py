@@ -72,6 +72,7 @@ def plan(result: FleetResult) -> FleetPlan:
             is_in_time=count > 1,
             is_clear=True,
             gap=0.0,
+            least_energy_wh=62.5 if count > 1 else None,
         )
         for count in (1, 2, 3)
     ]
@@ -112,7 +113,12 @@ def test_the_page_has_the_numbers_of_the_json_and_moves_every_vehicle_in_time(
     for path, value, _ in shown(browser):
         assert float(value) == at(document, path), path
         told.add(path)
-    assert {"totals.energy_wh", "rows.2.makespan_s", "sorties.1.mission.totals.time_s"} <= told
+    assert {
+        "totals.energy_wh",
+        "rows.2.makespan_s",
+        "rows.2.least_energy_wh",
+        "sorties.1.mission.totals.time_s",
+    } <= told
 
     def text(selector: str) -> str:
         return browser.find_element("css selector", selector).text

@@ -453,7 +453,7 @@ def _numbers_panel(rows: Sequence[Row], column: str, title: str, latest: float |
             y=alt.value(HEIGHT), text="what:N"
         ),
     ]
-    if column == "energy_wh":
+    if column == "energy_wh" and any(row["least_wh"] for row in rows):
         bars = bars.transform_filter("isValid(datum.least_wh)")
         layers.append(
             bars.mark_tick(thickness=2, width={"band": 0.8}).encode(y=alt.Y("least_wh:Q"))
