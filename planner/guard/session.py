@@ -42,7 +42,7 @@ from planner.guard.decision import (
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
 from planner.link.mission import ListIdRequest, MissionKind
-from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot
+from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot, storage_for
 from planner.link.telemetry import BatteryState, homes_apart_m
 from planner.link.transfers import REQUEST_MESSAGE, EchoRequest, ParameterHashRequest
 from planner.link.wire import message
@@ -554,6 +554,8 @@ class GuardSession:
                 state=_with_charge(state, watch), lists=watch.lists, parameters=watch.parameters
             )
             snapshot = make_snapshot(self._link.identity, reading, address=self._connection.name)
+            storage_b = storage_for(snapshot.mission.items, self._link)
+            snapshot = replace(snapshot, storage_b=storage_b)
         except MavjouleError as error:
             self._take_judgement(checked, unknown_judgement(str(error)), None)
             return

@@ -15,7 +15,7 @@ from planner.values import Value, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sized
 
     from planner.findings import Finding
     from planner.link.mission import WireItem
@@ -77,10 +77,16 @@ def fetch_snapshot(link: VehicleLink, mission: Mission | None = None) -> Vehicle
     items = (snapshot.mission if mission is None else mission).items
     if not link.identity.has_home_slot:
         return snapshot
-    storage_b = link.fetch_storage_b() if len(items) >= _LONG_MISSION else None
+    storage_b = storage_for(items, link)
     is_over_terrain = any(item.frame in TERRAIN_FRAMES for item in items)
     terrain_pending = link.fetch_terrain_pending() if is_over_terrain else None
     return replace(snapshot, storage_b=storage_b, terrain_pending=terrain_pending)
+
+
+def storage_for(items: Sized, link: VehicleLink) -> int | None:
+    """Return ArduPilot's storage where it matters to so many items; ``None`` where not, or unknown. [B]"""
+    is_long = link.identity.has_home_slot and len(items) >= _LONG_MISSION
+    return link.fetch_storage_b() if is_long else None
 
 
 HOME_NOT_TOLD = Rule(

@@ -101,6 +101,7 @@ class VehicleLink:
         self._stray = 0
         self._stray_until_s = 0.0
         self._unpacked: set[str] = set()
+        self._storage_b: int | None = None
         """Files that the vehicle does not make up."""
         self.file_numbers = FileNumbers(random.randrange(1 << 16))
         """Of the requests of its file protocol."""
@@ -167,8 +168,10 @@ class VehicleLink:
 
     def fetch_storage_b(self) -> int | None:
         """Return the size of ArduPilot's storage for parameters and lists; ``None`` where unknown. [B]"""
-        storage = self._fetch_packed(STORAGE_FILE, "storage", self.settings)
-        return len(storage) if storage else None
+        if self._storage_b is None:
+            storage = self._fetch_packed(STORAGE_FILE, "storage", self.settings)
+            self._storage_b = len(storage) if storage else None
+        return self._storage_b
 
     def fetch_terrain_pending(self) -> int | None:
         """Return how many blocks of terrain ArduPilot waits for; ``None`` where it uses no terrain."""

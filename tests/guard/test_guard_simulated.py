@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import pytest
+from made_missions import mission, rtl, takeoff, waypoint
 from simulated_vehicles import BATTERY, WIND, memory_line
 
 from planner.autopilot import Autopilot
@@ -13,7 +14,7 @@ from planner.errors import LinkError
 from planner.guard.decision import Decision, GuardSettings
 from planner.guard.session import GuardSession, GuardStatus
 from planner.link.connection import Purpose
-from planner.link.mission import MissionKind
+from planner.link.mission import MissionKind, lists_of_mission
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import VehicleLink
 from planner.report.vehicle import energy_text
@@ -251,3 +252,20 @@ def test_a_flight_that_is_joined_is_held_against_the_model_from_there_on(
     assert "joined in flight" in energy_text(followed[0])
     ratios = [one.ratio for one in followed if one.ratio is not None]
     assert ratios[-1] == pytest.approx(1.0, abs=0.15)  # whole percents of a part of the flight
+
+
+@pytest.mark.parametrize(("storage_b", "is_too_long"), [(4_096, True), (16_384, False)])
+def test_a_long_mission_is_judged_by_the_storage_of_the_guarded_vehicle(
+    monkeypatch: pytest.MonkeyPatch, storage_b: int, *, is_too_long: bool
+) -> None:
+    monkeypatch.setattr("planner.simulator.vehicle._STORAGE_B", storage_b)
+    near = [waypoint(float(n % 10), 30.0) for n in range(170)]  # 4 kB hold 161, 16 kB 650
+
+    def lengthen(vehicle: SimulatedVehicle, _: float) -> None:
+        if len(vehicle.missions.lists[MissionKind.MISSION]) < len(near):
+            long = lists_of_mission(mission(takeoff(30.0), *near, rtl()), vehicle.setup.identity)
+            vehicle.missions._replace(MissionKind.MISSION, list(long[MissionKind.MISSION]))
+
+    run = guard(Autopilot.ARDUPILOT, until_s=30.0, before=lengthen)
+    *_, last = run.decided("verdict")
+    assert ("172 items; ArduPilot holds" in str(last)) == is_too_long, last
