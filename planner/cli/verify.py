@@ -19,14 +19,15 @@ from planner.cli.options import (
 from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
-from planner.service.verification import verify_logs
+from planner.service.verification import calibrate_verified, verify_logs
 from planner.setting import Fraction
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.identify.assembly import IdentificationSettings
+    from planner.identify.calibration import Calibration
     from planner.identify.verification import KnownConditions, Verification
     from planner.vehicle.model import VehicleModel
 
@@ -51,6 +52,11 @@ if TYPE_CHECKING:
     "--leave-one-out",
     is_flag=True,
     help="predict each log by a model identified from the others; MODEL gives what they do not show",
+)
+@click.option(
+    "--calibration",
+    is_flag=True,
+    help="how often flights lie in the intervals predicted for them, and how narrow these are",
 )
 @path_option("--plots", metavar="FOLDER", help="draw power, height and speed of every flight")
 @data_options("text", "json")
@@ -93,16 +99,27 @@ def command(
                 left_out=_settings(vehicle) if options["leave_one_out"] else None,
             )
         )
-    if plots is not None:
-        _draw(done, plots)
-    from planner.report.identification import verification_text
-    from planner.report.json import verification_json
+    from planner.report.identification import calibration_text, verification_text
+    from planner.report.json import calibration_json, verification_json
 
-    text = (
-        verification_json(done, model=model, version=__version__)
-        if file_format == "json"
-        else verification_text(done, medium=standard_medium(output))
-    )
+    is_json, medium = file_format == "json", standard_medium(output)
+    if options["calibration"]:
+        sources = calibrate_verified(vehicle, done)
+        if plots is not None:
+            _draw_intervals(sources, done, plots)
+        text = (
+            calibration_json(sources, done, model=model, version=__version__)
+            if is_json
+            else calibration_text(sources, medium=medium)
+        )
+    else:
+        if plots is not None:
+            _draw(done, plots)
+        text = (
+            verification_json(done, model=model, version=__version__)
+            if is_json
+            else verification_text(done, medium=medium)
+        )
     write_data(text, output=output)
     return _exit_code(done, options["fail_on_time"], options["fail_on_energy"])
 
@@ -146,6 +163,21 @@ def _draw(done: Sequence[Verification], folder: Path) -> None:
     }
     write_figures(figures, folder, file_formats=("svg",))
     narrate(f"{len(done)} drawn in {folder}")
+
+
+def _draw_intervals(
+    sources: Mapping[str, Sequence[Calibration]], done: Sequence[Verification], folder: Path
+) -> None:
+    from planner.report.identification import flight_label
+    from planner.report.plots import calibration_figure, write_figures
+
+    labels = [flight_label(one) for one in done]
+    figures = {
+        f"calibration-{name.replace(' ', '-')}": calibration_figure(rows, labels, title=name)
+        for name, rows in sources.items()
+    }
+    write_figures(figures, folder, file_formats=("svg",))
+    narrate(f"{len(figures)} drawn in {folder}")
 
 
 def _exit_code(

@@ -74,7 +74,7 @@ _ROWS_AT_ONCE = 1000
 _CHARGE_POINTS = 5
 _TIGHTEST = 8
 """Points whose return is looked at besides those tightest at the corners of the conditions."""
-_LOW, _HIGH = 0.1, 0.9
+LOW, HIGH = 0.1, 0.9
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _CLIMBS = {FlightState.TAKEOFF, FlightState.CLIMB}
 _DESCENDS = {FlightState.DESCEND, FlightState.LAND}
@@ -450,7 +450,7 @@ def predict_energy_band(
     powers = tuple(weather.powers())
     used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
     energy_wh = wh_from_j(weather.with_errors(used_j, samples))
-    low_wh, high_wh = np.quantile(energy_wh, (_LOW, _HIGH), axis=0)
+    low_wh, high_wh = np.quantile(energy_wh, (LOW, HIGH), axis=0)
     return low_wh, high_wh
 
 
@@ -526,7 +526,7 @@ def _usable_wh(
 
 
 def _p10_p90(values: FloatArray) -> tuple[float, float]:
-    low, high = np.quantile(values, (_LOW, _HIGH))
+    low, high = np.quantile(values, (LOW, HIGH))
     return float(low), float(high)
 
 

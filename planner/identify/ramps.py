@@ -15,7 +15,6 @@ dawdles once counts for one.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -310,8 +309,8 @@ def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
     inverse = 0.5 * (1.0 / acceleration + 1.0 / braking)
     landing = min(_median(change.low_speed_m_s for change in downs), descent)
     # Both are seen half a metre above the ground.
-    lifted_s = math.sqrt(2.0 * OFF_GROUND_M / acceleration)
-    start_s = max(_median(change.ground_s for change in ups) - lifted_s, 0.0)
+    lifting_s = float(np.sqrt(2.0 * OFF_GROUND_M / acceleration))
+    start_s = max(_median(change.ground_s for change in ups) - lifting_s, 0.0)
     stop_s = max(_median(change.ground_s for change in downs) - OFF_GROUND_M / landing, 0.0)
     slow_s = beyond_down_s - stop_s - descent * inverse - 0.5 * landing / acceleration
     slower = 1.0 / landing - 1.0 / descent
@@ -374,11 +373,6 @@ def durations_s(flight: TimedFlight, ramps: Ramps) -> list[float]:
         + MOVING_M_S / ramps.braking_m_s2
     )
     return [takeoff, *legs, landing]
-
-
-def lifting_s(ramps: Ramps) -> float:
-    """Return how long a take-off rises before it is seen. [s]"""
-    return math.sqrt(2.0 * OFF_GROUND_M / ramps.acceleration_m_s2)
 
 
 def _median(values: Iterable[float]) -> float:

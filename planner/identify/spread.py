@@ -39,7 +39,7 @@ from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.uncertainty import kind_of
 from planner.identify.flown_mission import BEGUN_IN_AIR, MISSION_LEFT
 from planner.identify.power import identify_power, manoeuvre_powers, power_of_manoeuvres
-from planner.identify.ramps import durations_s, fit_ramps, lifting_s, timed_flight
+from planner.identify.ramps import durations_s, fit_ramps, timed_flight
 from planner.identify.segments import (
     climb_rate_m_s,
     find_states,
@@ -572,13 +572,12 @@ def _compared(
         flown_j += mean.power_w * mean.duration_s
         predicted_j += _power_w(power, mean) * mean.duration_s * duration_s / own.duration_s
     of_manoeuvres = [(m.duration_s, s) for m, s in durations]
-    # how long it waits for its pilot on the ground is no part of a take-off
-    waited_s, waits_s = flight.takeoff.ground_s, ramps.start_s + lifting_s(ramps)
-    of_manoeuvres[0] = of_manoeuvres[0][0] - waited_s, of_manoeuvres[0][1] - waits_s
+    takeoff, *legs, landing = of_manoeuvres
     has_power = predicted_j > 0.0
     return FlownAndPredicted(
-        legs_s=of_manoeuvres[:-1],
-        landing_s=of_manoeuvres[-1],
+        legs_s=legs,
+        # from power on to power off: what it waits before the take-off varies as what it waits at the end
+        landing_s=(takeoff[0] + landing[0], takeoff[1] + landing[1]),
         flown_energy_j={FlightState.CRUISE: flown_j} if has_power else {},
         predicted_energy_j={FlightState.CRUISE: predicted_j} if has_power else {},
     )

@@ -11,9 +11,10 @@ from planner.identify.segments import FitStatus
 from planner.report.text import by_weight, finding_lines, note_lines, printable, table_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.identify.assembly import Identification
+    from planner.identify.calibration import Calibration
     from planner.identify.segments import SegmentUse, StateOutcome
     from planner.identify.verification import StateComparison, Stop, Verification
     from planner.logs.record import FlightRecord
@@ -309,6 +310,38 @@ def _summary_lines(verifications: Sequence[Verification]) -> list[str]:
                 f"largest {quantity.percent(max(sizes))} of {quantity.count(len(sizes), 'flight')}"
             )
     return lines
+
+
+def calibration_text(sources: Mapping[str, Sequence[Calibration]], *, medium: Medium) -> str:
+    """Return how often flights lay in their intervals, a table for each source of these."""
+    blocks = []
+    for name, rows in sources.items():
+        table = [("", "inside", "of", "fraction", "half width", "error", "width / error")]
+        table += [
+            (
+                row.of,
+                f"{row.inside}",
+                f"{row.count}",
+                quantity.percent(row.coverage),
+                quantity.percent(row.half_width),
+                quantity.percent(row.median_error),
+                quantity.ABSENT if row.sharpness is None else f"{row.sharpness:.1f}",
+            )
+            for row in rows
+        ]
+        blocks.append(
+            [
+                medium.paint(f"Intervals from {name}", "bold"),
+                *table_lines(table, alignment="<>>>>>>"),
+            ]
+        )
+    blocks.append(
+        medium.wrapped(
+            "80 % of many lie between p10 and p90.  Half width and error are medians; their ratio is "
+            "1.9 where errors are normal and known, more where an interval is wider than they ask for."
+        )
+    )
+    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 
 def models_text(vehicles: Sequence[VehicleModel], *, medium: Medium) -> str:

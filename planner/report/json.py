@@ -19,12 +19,13 @@ from planner.setup import conditions
 from planner.values import field_names, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from datetime import datetime
 
     from planner.findings import Finding, Rule
     from planner.guard.decision import Decision
     from planner.identify.assembly import Identification
+    from planner.identify.calibration import Calibration
     from planner.identify.segments import StateOutcome
     from planner.identify.verification import Verification
     from planner.link.snapshot import VehicleSnapshot
@@ -382,6 +383,41 @@ _CUT_KEYS = ("cut_before_s", "cut_after_s")
 def verification_json(verifications: Sequence[Verification], *, model: str, version: str) -> str:
     """Return all flights of a call as one JSON document."""
     document: Document = {"model": model, "flights": [_flight(one) for one in verifications]}
+    return json_text(envelope(version) | document, indent=2)
+
+
+_CALIBRATION_KEYS = ("of", "count", "inside", "coverage", "half_width", "median_error", "sharpness")
+_INTERVAL_KEYS = ("error", "low", "high", "is_inside")
+
+
+def calibration_json(
+    sources: Mapping[str, Sequence[Calibration]],
+    verifications: Sequence[Verification],
+    *,
+    model: str,
+    version: str,
+) -> str:
+    """Return how often flights lay in their intervals as one JSON document."""
+    calibrations = [
+        {
+            "intervals_from": name,
+            "quantities": [
+                {
+                    **values(row, _CALIBRATION_KEYS),
+                    "intervals": [
+                        {
+                            **values(verifications[one.flight], ("log", "flight")),
+                            **values(one, _INTERVAL_KEYS),
+                        }
+                        for one in row.intervals
+                    ],
+                }
+                for row in rows
+            ],
+        }
+        for name, rows in sources.items()
+    ]
+    document: Document = {"model": model, "calibrations": calibrations}
     return json_text(envelope(version) | document, indent=2)
 
 

@@ -4,14 +4,46 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.errors import UsageError
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from planner.identify.assembly import IdentificationSettings
+    from planner.identify.calibration import Calibration
     from planner.identify.verification import KnownConditions, Verification
     from planner.logs.csv import CsvMapping
     from planner.vehicle.model import VehicleModel
+
+
+OWN_SPREAD, OTHER_FLIGHTS = "the model's own spread", "the other flights"
+
+
+def calibrate_verified(
+    vehicle: VehicleModel, done: Sequence[Verification]
+) -> dict[str, tuple[Calibration, ...]]:
+    """Return how often flights lie in intervals, by what the intervals come from.
+
+    From the spread of the model as it stands, where it has one: a fair test where the model was not
+    identified from these flights.  And from the errors of the other flights, each left out in turn.
+
+    Raises UsageError if there are fewer than two flights to compare.
+    """
+    from planner.identify.calibration import calibrate
+    from planner.identify.spread import compared_flight
+    from planner.vehicle.repeatability import REPEATABILITY
+
+    flights = [compared_flight(one) for one in done]
+    if any(flight is None for flight in flights):
+        lost = [one.log for one, flight in zip(done, flights, strict=True) if flight is None]
+        msg = f"{', '.join(lost)}: not flown by the mission, nothing to compare: leave it out"
+        raise UsageError(msg)
+    kept = [flight for flight in flights if flight is not None]
+    sources = {OTHER_FLIGHTS: calibrate(kept, known=REPEATABILITY[vehicle.reference])}
+    if vehicle.spread is not None:
+        sources = {OWN_SPREAD: calibrate(kept, spread=vehicle.spread), **sources}
+    return sources
 
 
 def verify_logs(

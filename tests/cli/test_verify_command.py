@@ -113,3 +113,23 @@ def test_each_log_is_predicted_by_a_model_of_the_others(
     # The same flight twice: the model of either predicts the other alike.
     assert first["predicted"] == second["predicted"]
     assert any(finding["code"].startswith("I") for finding in first["findings"])
+
+
+def test_the_calibration_tells_how_often_flights_lie_in_their_intervals(
+    log: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["verify", MODEL, log, "--calibration"]) == 2
+    assert "two logs" in capsys.readouterr().err
+    assert main(["verify", MODEL, log, log, "--calibration", "--plots", "drawn"]) == 0
+    out = capsys.readouterr().out
+    assert "Intervals from the model's own spread" in out
+    assert "Intervals from the other flights" in out
+    assert len(list(Path("drawn").iterdir())) == 2
+    assert main(["verify", MODEL, log, log, "--calibration", "--format", "json"]) == 0
+    _, others = json.loads(capsys.readouterr().out)["calibrations"]
+    time = next(row for row in others["quantities"] if row["of"] == "time")
+    assert time["count"] == 2
+    assert time["inside"] == sum(one["is_inside"] for one in time["intervals"])
+    assert all(
+        (one["low"] <= one["error"] <= one["high"]) is one["is_inside"] for one in time["intervals"]
+    )

@@ -12,12 +12,17 @@ from planner.report.plots.flight import (
     power_figure,
     profile_figure,
 )
-from planner.report.plots.identification import identification_figures, verification_figure
+from planner.report.plots.identification import (
+    calibration_figure,
+    identification_figures,
+    verification_figure,
+)
 from planner.report.plots.picture_files import write_figure, write_figures
 from planner.report.plots.speed import speed_figure
 from planner.report.plots.split import split_energy_figure, split_map_figure
 
 __all__ = [
+    "calibration_figure",
     "energy_figure",
     "identification_figures",
     "map_figure",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.identify.calibration import OF_FLIGHTS
 from planner.identify.manoeuvres import simulated_answers
 from planner.report.plots.picture_files import BLUE, GREY, Chart, inline_rows, load_altair, styled
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.identify.assembly import Identification
     from planner.identify.battery import BatteryFit
+    from planner.identify.calibration import Calibration
     from planner.identify.responses import ResponseEvidence
     from planner.identify.segments import MeasuredPower
     from planner.identify.verification import Verification
@@ -238,6 +240,38 @@ def verification_figure(one: Verification, *, title: str = "") -> Chart:
     named = {"title": title} if title else {}
     return alt.vconcat(*panels, **named).properties(
         description="Power, height and ground speed over time, flown and predicted"
+    )
+
+
+def calibration_figure(
+    rows: Sequence[Calibration], labels: Sequence[str], *, title: str = ""
+) -> Chart:
+    """Return what each flight took over what was predicted, with the interval it was predicted in."""
+    alt = load_altair()
+    panels = []
+    for row in rows:
+        if row.of not in OF_FLIGHTS:
+            continue
+        values = [
+            {
+                "flight": labels[one.flight],
+                "error": 100.0 * one.error,
+                "low": 100.0 * one.low,
+                "high": 100.0 * one.high,
+            }
+            for one in row.intervals
+        ]
+        of = alt.Chart(inline_rows(values, name=row.of)).encode(
+            y=alt.Y("flight:N").title(None).sort(None)
+        )
+        intervals = of.mark_rule(strokeWidth=3, opacity=0.5).encode(
+            x=alt.X("low:Q").title(f"{row.of}: flown over predicted, less one [%]"), x2="high:Q"
+        )
+        points = of.mark_point(filled=True, size=40).encode(x="error:Q")
+        panels.append((intervals + points).properties(width=VERIFICATION_WIDTH))
+    named = {"title": title} if title else {}
+    return alt.vconcat(*panels, **named).properties(
+        description="Errors of flights, and the intervals from p10 to p90 predicted for them"
     )
 
 

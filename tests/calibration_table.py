@@ -1,0 +1,146 @@
+"""How often recorded flights lie between p10 and p90, family by family; not in the gate.
+
+Run as ``make calibration FLIGHTS=folder``: writes the table in ``models/README.md``.  Each flight is
+predicted from its mission, parameters and wind alone.  Its intervals come once from the spread of the
+model as it stands, and once from the errors of the other flights of its family, each left out in turn.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import defaultdict
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import planner
+from planner.cli.main import main as command_line
+from planner.flight.uncertainty import kind_of, spread_at_noise
+from planner.identify.calibration import OF_FLIGHTS, calibrate
+from planner.identify.spread import FlownAndPredicted
+from planner.vehicle.parameters.files import read_parameters
+from planner.vehicle.repeatability import REPEATABILITY
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import FlightState
+    from planner.identify.calibration import Calibration
+    from planner.vehicle.model import VehicleModel
+
+README = Path(__file__).parents[1] / "models" / "README.md"
+BEGIN, END = "<!-- calibration begins -->\n\n", "\n<!-- calibration ends -->"
+NO_NOISE = "PX4, no noise"
+MIXED = ("px4-[A-FN]*", "px4-N_*")
+"""Folders of flights with and without noise; those without end in _quiet."""
+_DRAG_LOGS = ("c1_rtl_alt60", "f1_vertical_fast", "g3_uturns", "h1_survey8")
+FAMILIES = (
+    # what, folders, model or the logs it is identified from, and how
+    ("ArduPilot, survey quad", "ardupilot-S_*", "arducopter-sitl-quad", ()),
+    (
+        "ArduPilot, stock quad",
+        "ardupilot-[NQR]_*",
+        ("ardupilot-Q_B_horizontal", "ardupilot-N_ident_horizontal", "ardupilot-N_ident_vertical"),
+        ("--mass", "3"),
+    ),
+    ("PX4, noisy position", "px4-[A-FN]*", "px4-sih-quad", ()),
+    (NO_NOISE, "px4-N_*", "px4-sih-quad", ()),
+    (
+        "PX4, drag",
+        "px4-drag_*",
+        tuple(f"px4-drag_{name}_quiet" for name in _DRAG_LOGS),
+        ("--mass", "1", "--position-noise", "0"),
+    ),
+    ("DJI Matrice 100", "real/matrice-100-missions/*", "dji-matrice-100", ()),
+)
+
+
+def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
+    """Return a recorded flight and its prediction, cut where its items were done."""
+    flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
+    wind = flown["wind"]
+    file = next(folder.glob("vehicle.param*"), None)
+    result = planner.check(
+        planner.read_mission(folder / "mission.plan"),
+        vehicle,
+        parameters=None if file is None else read_parameters(file),
+        wind=planner.Wind(speed_m_s=wind["speed_m_s"], from_deg=wind["from_deg"]),
+        home_amsl_m=flown["home"]["amsl_m"],
+        position_noise_m=0.0 if folder.name.endswith("_quiet") else None,
+        payload_kg=flown.get("payload_kg") or 0.0,
+    )
+    arrivals = {one.item: one.arrival_s for one in result.items if one.arrival_s is not None}
+    cuts = [(0.0, 0.0)]
+    for item in flown.get("items", ())[:-1]:
+        at_s, expected_s = item["done_s"], arrivals.get(item["item"], 0.0)
+        if at_s > cuts[-1][0] and expected_s > cuts[-1][1]:
+            cuts.append((at_s, expected_s))
+    cuts.append((flown["time_s"], result.totals.time_s))
+    parts = [(end[0] - start[0], end[1] - start[1]) for start, end in pairwise(cuts)]
+    predicted_j: dict[FlightState, float] = defaultdict(float)
+    if flown["energy_wh"] and vehicle.is_power_known:
+        for segment in result.segments:
+            predicted_j[kind_of(segment.state)] += 3600.0 * segment.energy_wh
+    whole = flown["energy_wh"] / result.totals.energy_wh if predicted_j else 1.0
+    return FlownAndPredicted(
+        legs_s=parts[:-1],
+        landing_s=parts[-1],
+        flown_energy_j={kind: whole * energy_j for kind, energy_j in predicted_j.items()},
+        predicted_energy_j=predicted_j,
+    )
+
+
+def vehicle_of(model: str | tuple[str, ...], how: tuple[str, ...], flights: Path) -> VehicleModel:
+    """Return a shipped model, or one identified from logs."""
+    if isinstance(model, str):
+        return planner.load_vehicle(model)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "identified.toml"
+        logs = [next((flights / name).glob("flight.*")) for name in model]
+        if command_line(["identify", *map(str, logs), "-o", str(path), *how]):
+            sys.exit(f"no model of {', '.join(model)}")
+        return planner.load_vehicle(path)
+
+
+def cells(rows: tuple[Calibration, ...]) -> list[str]:
+    """Return coverage and sharpness of time and energy."""
+    of = {row.of: row for row in rows}
+    return [
+        "—"
+        if name not in of
+        else f"{of[name].inside} of {of[name].count}, {100.0 * of[name].half_width:.1f} % for "
+        f"{100.0 * of[name].median_error:.1f} %"
+        for name in OF_FLIGHTS
+    ]
+
+
+def main(folder: str) -> None:
+    """Write the table into the README of the models, and to standard output."""
+    flights = Path(folder)
+    lines = [
+        "| family | time, its own spread | energy, its own spread | time, the others | energy, the others |",
+        "|---|---|---|---|---|",
+    ]
+    for label, pattern, model, how in FAMILIES:
+        vehicle = vehicle_of(model, how, flights)
+        is_quiet = label == NO_NOISE
+        folders = [
+            path.parent
+            for path in sorted(flights.glob(f"{pattern}/flown.json"))
+            if pattern not in MIXED or path.parent.name.endswith("_quiet") is is_quiet
+        ]
+        made = [flight_of(one, vehicle) for one in folders]
+        spread = vehicle.spread
+        assert spread is not None
+        noise_m = 0.0 if folders[0].name.endswith("_quiet") else None
+        own = calibrate(made, spread=spread_at_noise(spread, vehicle, noise_m))
+        others = calibrate(made, known=REPEATABILITY[vehicle.reference])
+        lines.append(f"| {label} | {' | '.join([*cells(own), *cells(others)])} |")
+    text = README.read_text(encoding="utf-8")
+    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
+    README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
+    sys.stdout.write("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
