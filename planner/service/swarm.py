@@ -19,9 +19,10 @@ from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
 from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.faults import SwarmFaults
-from planner.fleet.swarm.flights import Record, agent_flight, first_landing
+from planner.fleet.swarm.flights import BRAKE, Record, agent_flight, first_landing, flight_states
 from planner.fleet.swarm.policies import POLICIES
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
+from planner.fleet.swarm.zones import Capsules, near_pairs
 from planner.flight.budget import flight_battery
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.steps import SPEED_TOLERANCE
@@ -260,6 +261,8 @@ class _Body(Value, eq=False):
     vertical: Flight
     height_m: float
     """Of the plane above its home. [m]"""
+    stop_m: float
+    """Farthest it gets when told to stop at its speed. [m]"""
 
 
 def simulate_fleet(
@@ -334,7 +337,7 @@ def simulate_fleet(
     steps: list[Step] = []
     is_cut_short = False
     try:
-        for step in swarm.run(_Batteries(bodies, drops)):
+        for step in swarm.run(_Batteries(bodies, drops, separation_m)):
             steps.append(step)
             if on_step is not None:
                 on_step(f"{quantity.duration(step.end_s)} simulated")
@@ -577,6 +580,7 @@ def _body(
         setup=setup,
         vertical=vertical,
         height_m=height_m,
+        stop_m=float(pilot.farthest_stop_m(np.array([speed_m_s]))[0]),
     )
 
 
@@ -695,11 +699,15 @@ def _late(flown: Sequence[SwarmAgent], latest_s: float | None) -> list[Finding]:
 class _Batteries:
     """What agents know of their batteries: who has to fly home now.
 
-    Each counts its own energy as it goes, by the more of hovering and flying level, and every braking at
-    what it takes from full speed; the energy of its flight is predicted from the whole of it afterwards.
+    Each counts its own energy as it goes, by the more of hovering and flying level, and every braking from
+    the speed commanded before; the energy of its flight is predicted from the whole of it afterwards.  Its
+    way home is as long as it would be alone, and as others in the air take to land beside it before: those
+    whose pads are as near to its own as their stop zones reach.
     """
 
-    def __init__(self, bodies: Sequence[_Body], drops: Sequence[Fault | None]) -> None:
+    def __init__(
+        self, bodies: Sequence[_Body], drops: Sequence[Fault | None], separation_m: float
+    ) -> None:
         self._home_m = np.array([(one.agent.east_m, one.agent.north_m) for one in bodies])
         self._speed = np.array([one.agent.speed_m_s for one in bodies])
         figures = [_figures(one) for one in bodies]
@@ -712,31 +720,52 @@ class _Batteries:
             for row, (drop, one) in enumerate(zip(drops, figures, strict=True))
             if drop is not None
         ]
+        self._landing_s = np.array([one.agent.landing_s for one in bodies])
+        stops_m = np.array([one.stop_m for one in bodies])
+        pads = Capsules(begin_m=self._home_m, end_m=self._home_m, radius_m=stops_m)
+        self._beside = near_pairs(pads, separation_m)
         self._asked_s = 0.0
         self._was_braking = np.zeros(len(bodies), np.bool_)
+        self._asked_m_s = np.zeros((2, len(bodies)))
+        """Speeds commanded in the last two steps: the last of a leg is commanded in part."""
         self._returns = np.zeros(len(bodies), np.bool_)
 
     def take(self, step: Step) -> BoolArray:
         """Take a step; return who has to fly home now. (n,)"""
         flies = step.phase == AgentPhase.FLIES
-        brakes = flies & (np.hypot(*step.command_m_s.T) < 0.5 * np.hypot(*step.velocity_m_s.T))
+        state = flight_states(step.velocity_m_s, step.command_m_s, self._speed)
+        brakes = flies & (state == BRAKE)
+        begins = brakes & ~self._was_braking
         self._left_wh = self._left_wh - np.where(
             flies, self._power_w * (step.end_s - step.begin_s) / JOULES_PER_WATT_HOUR, 0.0
         )
-        self._left_wh = self._left_wh - np.where(brakes & ~self._was_braking, self._brake_wh, 0.0)
+        before = self._asked_m_s.max(axis=0) / self._speed
+        self._left_wh = self._left_wh - np.where(begins, before * self._brake_wh, 0.0)
         self._was_braking = brakes
+        self._asked_m_s = np.stack((self._asked_m_s[1], np.hypot(*step.command_m_s.T)))
         for row, at_s, most_wh in self._drops:
             if step.begin_s <= at_s < step.end_s:
                 self._left_wh[row] = min(self._left_wh[row], most_wh)
         if step.end_s >= self._asked_s + _BATTERY_S:
             self._asked_s = step.end_s
             way_m = np.hypot(*(step.place_m - self._home_m).T)
-            home_s = way_m / self._speed + 2.0 * _BATTERY_S
+            home_s = way_m / self._speed + 2.0 * _BATTERY_S + self._others_land_s(step)
             needed_wh = (
                 self._landing_wh + self._brake_wh + self._power_w * home_s / JOULES_PER_WATT_HOUR
             )
             self._returns = self._returns | (flies & (self._left_wh < needed_wh))
         return self._returns
+
+    def _others_land_s(self, step: Step) -> FloatArray:
+        """Return how long those take that may land beside each, one after the other. (n,) [s]"""
+        is_up = (step.phase > AgentPhase.WAITS) & (step.phase < AgentPhase.LANDED)
+        landing_s = np.where(is_up, self._landing_s, 0.0)
+        first, second = self._beside
+        count = len(landing_s)
+        return np.asarray(
+            np.bincount(first, landing_s[second], count)
+            + np.bincount(second, landing_s[first], count)
+        )
 
 
 class _Figures(NamedTuple):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Flight
     from planner.vehicle.model import VehicleModel
 
-_ACCELERATE, _CRUISE, _BRAKE, _HOVER, _LAND = (
+_ACCELERATE, _CRUISE, BRAKE, _HOVER, _LAND = (
     STATE_INDEX[FlightState(name)] for name in ("accelerate", "cruise", "brake", "hover", "land")
 )
 _REACHED, _LOST = 0.98, 0.02
@@ -172,7 +172,7 @@ def _level(
     own_m = record.place_m - record.carried_m
     place, after = own_m[flown, row], own_m[flown + 1, row]
     velocity, then = record.velocity_m_s[flown, row], record.velocity_m_s[flown + 1, row]
-    state = _states(velocity, record.command_m_s[flown, row], speed_m_s)
+    state = flight_states(velocity, record.command_m_s[flown, row], speed_m_s)
     width = duration_s[:, None]
     duration_s = duration_s - offset_s
     late_s = float(record.begin_s[flown[-1] + 1]) - float(record.lands_s[row])
@@ -212,7 +212,7 @@ def _level(
         arrival_segment=none,
         done_segment=none,
     )
-    brakes = np.flatnonzero(kind == _BRAKE)
+    brakes = np.flatnonzero(kind == BRAKE)
     first = np.flatnonzero(begins)[brakes]
     # the last tick of a leg is commanded in part
     asked = np.hypot(*record.command_m_s[flown, row].T)
@@ -222,14 +222,16 @@ def _level(
     )
 
 
-def _states(velocity: FloatArray, command: FloatArray, speed_m_s: float) -> IntArray:
+def flight_states(
+    velocity: FloatArray, command: FloatArray, speed_m_s: FloatArray | float
+) -> IntArray:
     """Return the flight states of steps: by what is commanded, and how much of it is flown yet."""
     speed, asked = np.hypot(*velocity.T), np.hypot(*command.T)
     going = asked > _LOST * speed_m_s
     slower = going & (asked < _REACHED * speed)
     return np.select(
         [~going & (speed > _LOST * speed_m_s), ~going, slower, speed < _REACHED * asked],
-        [_BRAKE, _HOVER, _BRAKE, _ACCELERATE],
+        [BRAKE, _HOVER, BRAKE, _ACCELERATE],
         _CRUISE,
     )
 
