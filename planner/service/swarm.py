@@ -65,6 +65,9 @@ _UNSEEN = 1e-3
 _HOUR_S = 3600.0
 _BATTERY_S = 10.0
 """How often an agent asks whether its battery still brings it home. [s]"""
+_TURNS = 5.0
+"""Ways of a stop that turning home and coming to rest there take the time of: each of the two stops lasts as
+long as twice its way, evenly braked, and the first leads away from home. [-]"""
 
 _OF_MISSIONS = {FaultKind.BATTERY_DROPS}
 """What can go wrong with missions as filed, which are flown along their tracks."""
@@ -721,8 +724,8 @@ class _Batteries:
             if drop is not None
         ]
         self._landing_s = np.array([one.agent.landing_s for one in bodies])
-        stops_m = np.array([one.stop_m for one in bodies])
-        pads = Capsules(begin_m=self._home_m, end_m=self._home_m, radius_m=stops_m)
+        self._stop_m = np.array([one.stop_m for one in bodies])
+        pads = Capsules(begin_m=self._home_m, end_m=self._home_m, radius_m=self._stop_m)
         self._beside = near_pairs(pads, separation_m)
         self._asked_s = 0.0
         self._was_braking = np.zeros(len(bodies), np.bool_)
@@ -749,9 +752,12 @@ class _Batteries:
         if step.end_s >= self._asked_s + _BATTERY_S:
             self._asked_s = step.end_s
             way_m = np.hypot(*(step.place_m - self._home_m).T)
-            home_s = way_m / self._speed + 2.0 * _BATTERY_S + self._others_land_s(step)
+            home_s = (way_m + _TURNS * self._stop_m) / self._speed + _BATTERY_S
+            home_s = home_s + self._others_land_s(step)
             needed_wh = (
-                self._landing_wh + self._brake_wh + self._power_w * home_s / JOULES_PER_WATT_HOUR
+                self._landing_wh
+                + 2.0 * self._brake_wh
+                + self._power_w * home_s / JOULES_PER_WATT_HOUR
             )
             self._returns = self._returns | (flies & (self._left_wh < needed_wh))
         return self._returns

@@ -10,7 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_fleet import pad, place, up, vehicles
 from made_missions import item, mission, north
-from made_swarm import MODEL, SEPARATION_M, agent, drawn_swarm, least_m, on_circle, simulated
+from made_swarm import (
+    MODEL,
+    SEPARATION_M,
+    agent,
+    drawn_swarm,
+    least_m,
+    on_circle,
+    search,
+    simulated,
+)
 
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
@@ -37,6 +46,23 @@ def test_agents_on_a_circle_reach_the_other_side_apart(count: int) -> None:
     assert swarm.deadlock == ()
     end_m = swarm.places()[0]
     assert np.allclose(end_m, np.array(ways)[:, 0], atol=1.0)  # a leg of a mission ends within 1 m
+
+
+@pytest.mark.parametrize("count", [2, 3, 8])
+def test_agents_on_a_circle_fly_the_same_until_their_order_decides(count: int) -> None:
+    """Each as the first, turned: nobody is preferred but by the rank of who is told to wait."""
+    agents, ways = on_circle(count)
+    swarm = Swarm(agents, Waypoints(ways), OrcaStop(), separation_m=SEPARATION_M, until_s=600.0)
+    turns = np.exp(-2j * np.pi * np.arange(count) / count)
+    compared = 0
+    for step in swarm.run():
+        if step.waits.any() != step.waits.all():
+            break
+        places = (step.place_m[:, 0] + 1j * step.place_m[:, 1]) * turns
+        assert np.abs(places - places[0]).max() <= 1e-6
+        compared += 1
+    # past the middle, where they meet: 200 m at 5 m/s are 40 s; eight cannot all go first there
+    assert compared * 0.5 > (40.0 if count < 8 else 10.0)
 
 
 def test_without_avoidance_they_meet() -> None:
@@ -249,6 +275,19 @@ def test_who_is_sent_to_where_it_stands_is_there_and_lands() -> None:
     ).agents[0]
     assert alone.has_landed
     assert alone.distance_m == 0.0
+
+
+@pytest.mark.parametrize("amp_hours", np.random.default_rng(19).uniform(0.22, 0.42, 3).tolist())
+def test_agents_fly_home_while_their_batteries_bring_them_there(amp_hours: float) -> None:
+    """What remains is the reserve at least, though two of them want to land 30 m apart."""
+    packs = f'[swap]\ntime_s = 60\n[pack.P]\nbattery = "{amp_hours:.3f}Ah@14.8V"\ncount = 2\n'
+    flown = simulated(search(packs=packs), policy="stop")
+    for one in flown.agents:
+        assert one.has_landed
+        assert one.battery is not None
+        assert one.battery.margin_wh >= 0.0
+    # they did not see it all
+    assert "S137" in {one.code for one in flown.findings}
 
 
 class HeldAtFirst:

@@ -89,6 +89,31 @@ def test_without_avoidance_they_meet_where_the_check_of_the_fleet_says() -> None
     assert [one.code for one in flown.findings if one.code == "S128"] == ["S128"]
 
 
+def test_without_avoidance_drawn_missions_meet_when_the_check_of_the_fleet_says() -> None:
+    """And come as near as places every millisecond say, to the centimetre an approach is found to."""
+    tables, missions = drawn_missions(7, models=(STEP,))
+    tables += "[conditions]\nposition_error_m = 0\n"
+    flown = simulated(tables, policy="none", **missions)
+    check = checked(tables, **missions)
+    separation = check.fleet.separation
+    assert separation is not None
+    members_of = {one.file: one for one in members(check.fleet, separation, check.sorties)}
+    said = {
+        frozenset(one.sorties): one.at_s for one in check.findings if one.finding.code == "S101"
+    }
+    near = [one for one in flown.distances.nearest if one.distance_m < 9.99]
+    assert {frozenset((one.first, one.second)) for one in near} == set(said)
+    for one in near:
+        assert one.time_s == pytest.approx(said[frozenset((one.first, one.second))], abs=0.01)
+        sampled_s = one.time_s + np.linspace(-3.0, 3.0, 6001)
+        first_m, second_m = (
+            members_of[name].trajectory.place_m(sampled_s - members_of[name].start_s)
+            for name in (one.first, one.second)
+        )
+        apart_m = np.linalg.norm(first_m - second_m, axis=1)
+        assert one.distance_m == pytest.approx(apart_m.min(), abs=0.01)
+
+
 def test_the_trace_of_missions_has_their_heights() -> None:
     record = simulated(*crossing(), policy="none", **MISSIONS).record
     assert record.height_m is not None
