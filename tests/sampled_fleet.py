@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -45,7 +46,8 @@ def drawn_fleet(seed: int) -> FleetResult:
 def misjudged(result: FleetResult) -> list[tuple[str, str, float]]:
     """Return pairs of sorties judged otherwise than by samples, with how much too near they come. [m]
 
-    Both count while one of them flies, higher than ``LOW_M`` over where it takes off.  What is not reported
+    Both count while one of them flies, higher than ``LOW_M`` over where it takes off, either as early or late
+    as the spread of its model has it.  What is not reported
     is never too near by a centimetre; what is, is so in a sample, or by half a metre, flown between two, not.
     """
     reported = {
@@ -53,17 +55,43 @@ def misjudged(result: FleetResult) -> list[tuple[str, str, float]]:
     }
     wrong = []
     for first, second in combinations(result.sorties, 2):
-        time_s = np.arange(0.0, max(first.end_s, second.end_s), 1.0 / RATE_HZ)
-        one, two = (_places_m(flown, result, time_s) for flown in (first, second))
-        apart = one - two
-        beside = HORIZONTAL_M - np.hypot(apart[:, 0], apart[:, 1])
-        above = VERTICAL_M - np.abs(apart[:, 2])
-        flies = np.maximum(one[:, 2], two[:, 2]) > LOW_M + 0.1
-        lack_m = float(np.where(flies, np.minimum(beside, above), -np.inf).max())
+        lack_m = _lack_m(first, second, result)
         is_reported = frozenset((first.name, second.name)) in reported
         if (lack_m < -0.5) if is_reported else (lack_m > 0.01):
             wrong.append((first.name, second.name, lack_m))
     return wrong
+
+
+def _lack_m(first: FlownSortie, second: FlownSortie, result: FleetResult) -> float:
+    """Return how much too near two come, either of them as early or late as its model has it. [m]"""
+    most = math.ceil(RATE_HZ * sum(_fraction(one) * one.time_s for one in (first, second)))
+    count = math.ceil(RATE_HZ * max(first.end_s, second.end_s))
+    time_s = np.arange(-most, count + most) / RATE_HZ
+    one, two = (_places_m(flown, result, time_s) for flown in (first, second))
+    inner = slice(most, most + count)
+    least_m = -np.inf
+    for shift in range(-most, most + 1):
+        apart = one[inner] - two[most + shift : most + shift + count]
+        beside = HORIZONTAL_M - np.hypot(apart[:, 0], apart[:, 1])
+        above = VERTICAL_M - np.abs(apart[:, 2])
+        heights_m = np.maximum(one[inner, 2], two[most + shift : most + shift + count, 2])
+        late_s = sum(
+            _fraction(flown) * np.clip(at_s - flown.start_s, 0.0, flown.time_s)
+            for flown, at_s in ((first, time_s[inner]), (second, time_s[inner] + shift / RATE_HZ))
+        )
+        counts = (heights_m > LOW_M + 0.1) & (abs(shift) / RATE_HZ <= late_s)
+        lack_m = np.where(counts, np.minimum(beside, above), -np.inf)
+        least_m = max(least_m, float(lack_m.max()))
+    return least_m
+
+
+def _fraction(flown: FlownSortie) -> float:
+    """Return how much of its time a flight may be sooner or later, by the spread of its model. [-]"""
+    assert flown.assessment is not None
+    totals = flown.assessment.totals
+    if totals.time_s_p10 is None or totals.time_s_p90 is None:
+        return 0.0
+    return max(totals.time_s - totals.time_s_p10, totals.time_s_p90 - totals.time_s) / totals.time_s
 
 
 def _places_m(flown: FlownSortie, result: FleetResult, time_s: FloatArray) -> FloatArray:
