@@ -8,6 +8,8 @@ from planner.findings import Place as Place
 from planner.findings import Severity as Severity
 from planner.fleet.fleet import Fleet as Fleet
 from planner.fleet.reader import read_fleet as read_fleet
+from planner.identify.refinement import Refinement as Refinement
+from planner.identify.refinement import refine_vehicle as refine_vehicle
 from planner.logs.csv import CsvMapping as CsvMapping
 from planner.logs.csv import read_csv_mapping as read_csv_mapping
 from planner.logs.files import read_log as read_log

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,11 +16,11 @@ from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
 from planner.setting import Choice, Form, Number
 from planner.setup import battery_text, read_battery, settings
+from planner.values import replace
 from planner.vehicle.reader import chemistry_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from planner.setting import Kind
 
@@ -102,7 +103,7 @@ def new(
 
     Without options it asks, where it runs on a terminal.  Every number may be left out: what is
     assumed instead, and how far that may be off, stands in the model and makes its energies uncertain.
-    A flight log narrows it: mavjoule identify LOG... --base MODEL.toml.
+    Flight logs narrow it: mavjoule vehicle refine MODEL.toml LOG...
 
     Exit codes: 0 the model is written, 2 what the sheet says cannot fly, or the file cannot be written.
     """
@@ -158,6 +159,63 @@ def _ask() -> dict[str, Any]:
 def _answer(kind: Kind, text: str) -> object:
     """Return what was answered; ``None`` where nothing was."""
     return KindType(kind).convert(text.strip(), None, None) if text.strip() else None
+
+
+def _read_load(text: str) -> tuple[str, float]:
+    """Return the log and payload of ``flight.bin=0.25``; an empty log means all of them."""
+    from planner.vehicle.data_sheet import read_mass
+
+    log, _, load = text.rpartition("=")
+    return log, 0.0 if load.strip() in {"0", "0kg", "0g"} else read_mass(load)
+
+
+@command.command("refine", short_help="Narrow a model by the logs of ordinary flights.")
+@click.argument("model", metavar="MODEL.toml", type=click.Path(path_type=Path))
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
+@path_option(
+    "-o", "--output", metavar="MODEL.toml", help="the narrowed model [default: MODEL.toml]"
+)
+@click.option(
+    "--payload",
+    "loads",
+    type=KindType(Form(_read_load, str)),
+    metavar="[LOG=]KG",
+    multiple=True,
+    help="carried in the flights of one log, or of all",
+)
+@kind_option(
+    "--temperature", Number("C", -90.0, 60.0), "air at home in the flights", name="temperature_c"
+)
+def refine(
+    model: Path,
+    logs: tuple[str, ...],
+    *,
+    output: Path | None,
+    loads: tuple[tuple[str, float], ...],
+    temperature_c: float | None,
+) -> None:
+    """Narrow a model from a data sheet by the logs of ordinary flights.
+
+    What the flights tell replaces what was assumed, as far as they tell it; the rest stays as it was,
+    and nothing gets less certain.  Hover, forward flight, a landing will do.
+
+    Exit codes: 0 the model is written, 2 the model or the logs are unusable.
+    """
+    from planner.identify.refinement import refine_logs
+    from planner.report.endurance import refinement_text
+    from planner.vehicle.reader import read_vehicle
+    from planner.vehicle.writer import write_vehicle
+
+    output = output or model
+    vehicle = replace(read_vehicle(model), name=output.stem)
+    refined = refine_logs(
+        vehicle, logs, payload_kg=dict(loads), temperature_c=temperature_c, on_log=narrate
+    )
+    write_vehicle(
+        output, refined.model, remarks=(f"Written by mavjoule vehicle refine {__version__}.",)
+    )
+    write_data(refinement_text(refined, medium=standard_medium()))
+    narrate(f"the narrowed model is in {output}")
 
 
 @command.command("show", short_help="Show what is in a model, and what it can do.")

@@ -13,6 +13,7 @@ from planner.values import field_names
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.identify.refinement import Refinement
     from planner.report.text import Medium
     from planner.service.endurance import Endurance, LevelFlight
 
@@ -36,6 +37,49 @@ def endurance_text(shown: Endurance, *, medium: Medium) -> str:
         for reading in readings:
             lines += medium.wrapped(f"- {printable(reading)}", indent=2)
     return "\n".join(lines) + "\n"
+
+
+def refinement_text(refined: Refinement, *, medium: Medium) -> str:
+    """Return what flights told of a model: each factor before and after, and the hover it has now."""
+    rows = [("", "before", "after", "changed by")] + [
+        (
+            one.name,
+            f"± {quantity.percent(one.before)}",
+            f"± {quantity.percent(one.after)}",
+            quantity.signed(one.value - 1.0, quantity.percent),
+        )
+        for one in refined.factors
+    ]
+    flights = quantity.count(refined.flights, "flight")
+    lines = [
+        medium.paint(printable(refined.model.name), "bold"),
+        *medium.wrapped(
+            f"{flights}, {quantity.count(len(refined.steady), 'steady part')}: {_steady(refined)}"
+        ),
+        "",
+        *table_lines(rows, alignment="<>>>"),
+        "",
+    ]
+    for finding in refined.findings:
+        lines += medium.wrapped(
+            f"{finding.severity} {finding.code} {finding.name}: {printable(finding.message)}",
+            indent=2,
+        )
+    spread = refined.model.spread
+    if spread is not None:
+        lines.append(
+            f"Energy of a flight: standard deviation {quantity.percent(spread.energy_fraction)} now."
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _steady(refined: Refinement) -> str:
+    speeds = [one.airspeed_m_s for one in refined.steady]
+    climbs = [one.climb_rate_m_s for one in refined.steady]
+    return (
+        f"airspeeds {quantity.decimals(min(speeds), 1)} to {quantity.speed(max(speeds))}, "
+        f"climb rates {quantity.decimals(min(climbs), 1)} to {quantity.speed(max(climbs))}"
+    )
 
 
 def endurance_json(shown: Endurance, *, version: str) -> str:

@@ -69,7 +69,7 @@ _MASS_RANGE = (0.8, 1.25)
 """Of the take-off mass: a camera off, a quarter of it on. [-]"""
 _DENSITY_RANGE = Interval(low=0.9, high=1.35)
 _HEIGHT_RANGE = Interval(low=-1.0, high=500.0)
-_STATES = {
+STATE_FLIGHTS = {
     "takeoff": "climb",
     "climb": "climb",
     "accelerate": "cruise",
@@ -79,8 +79,13 @@ _STATES = {
     "land": "descend",
 }
 """Which steady flight says how far the energy of a state may be off, besides that of hover."""
-_CRUISE_M_S, _CLIMB_M_S, _DESCENT_M_S = 8.0, 2.5, -1.5
-"""Where that is looked at: what multicopters fly missions at. [m/s]"""
+STEADY_FLIGHTS = {
+    "hover": (0.0, 0.0),
+    "cruise": (8.0, 0.0),
+    "climb": (0.0, 2.5),
+    "descend": (0.0, -1.5),
+}
+"""Airspeed and climb rate at which that is looked at: what multicopters fly missions at. [m/s]"""
 
 
 class HoverKind(StrEnum):
@@ -474,21 +479,16 @@ class _Sheet:
 
     def _steady_w(self, given: Mapping[str, float]) -> dict[str, float]:
         """Return the power of hover and of each steady flight. [W]"""
-        flights = {
-            "hover": (0.0, 0.0),
-            "cruise": (_CRUISE_M_S, 0.0),
-            "climb": (0.0, _CLIMB_M_S),
-            "descend": (0.0, _DESCENT_M_S),
-        }
         rotor = self._rotor(given)
+        speed_m_s, climb_m_s = np.array(list(STEADY_FLIGHTS.values())).T
         power = momentum_power_w(
-            np.array([one[0] for one in flights.values()]),
-            np.array([one[1] for one in flights.values()]),
+            speed_m_s,
+            climb_m_s,
             rotor,
             mass_kg=given["mass"],
             air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
         )
-        return dict(zip(flights, (power + given["avionics"]).tolist(), strict=True))
+        return dict(zip(STEADY_FLIGHTS, (power + given["avionics"]).tolist(), strict=True))
 
     def _spread(self) -> ModelSpread:
         """Return how far energies may be off: what all states share is that of hover."""
@@ -514,7 +514,14 @@ class _Sheet:
             time_fraction=round(self.priors["time"].fraction, 4),
             energy_fraction=round(math.sqrt(shared), 4),
             energy_state_fraction=tuple(
-                (state, round(math.sqrt(beside[steady]), 4)) for state, steady in _STATES.items()
+                (state, round(math.sqrt(beside[steady]), 4))
+                for state, steady in STATE_FLIGHTS.items()
+            ),
+            law_fraction=(
+                ("hover", round(math.sqrt(shared), 4)),
+                ("profile_speed_factor", round(self.fractions["profile_speed_factor"], 4)),
+                ("axial_factor", round(self.fractions["axial_factor"], 4)),
+                ("drag_area_m2", round(self.fractions["drag"], 4)),
             ),
             n_flights=cost.degrees_of_freedom,
             source="no flight: how far the data sheet and what is assumed beside it may be off, by "

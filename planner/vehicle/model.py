@@ -42,6 +42,9 @@ HOVER_WITHOUT_LAW = (
 )
 STATE_NAMES = ("takeoff", "climb", "accelerate", "cruise", "brake", "hover", "descend", "land")
 """The flight states, in the order of flights."""
+LAW_FACTORS = ("hover", "profile_speed_factor", "axial_factor", "drag_area_m2")
+"""What of the power by momentum theory is uncertain before any flight: that of hover as a whole, and its
+coefficients."""
 TABLE = Key("")
 """Of a table that the text of its class describes."""
 
@@ -315,6 +318,16 @@ class ModelSpread(Part):
             "three; optional.",
             range=_FRACTION,
             choices=STATE_NAMES,
+        ),
+    ] = ()
+
+    law_fraction: Annotated[
+        Named,
+        Key(
+            "Of what the [cruise] law by momentum theory was taken from where no flight told it, as "
+            "standard deviations of logarithms: what mavjoule vehicle refine narrows; optional.",
+            range=_FRACTION,
+            choices=LAW_FACTORS,
         ),
     ] = ()
 

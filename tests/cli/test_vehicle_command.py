@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+from dataflash_writer import copter_log
+
 from planner.cli.main import main
 from planner.errors import ExitCode
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,3 +61,27 @@ def test_a_payload_shortens_the_hover(capsys: pytest.CaptureFixture[str]) -> Non
         times.append(json.loads(capsys.readouterr().out)["speeds"][0]["endurance_s"])
     # more than in proportion to the mass: (4.0 / 3.5) ** 1.5 of the motors' power
     assert times[1] < times[0] * (3.5 / 4.0)
+
+
+def test_a_log_narrows_the_model_in_place(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    main(["vehicle", "new", "-o", "mine.toml", *_SHEET, "--mass", "2kg"])
+    before = load_vehicle("mine.toml").spread
+    assert main(["vehicle", "refine", "mine.toml", "flight.bin"]) == ExitCode.GO
+    assert "changed by" in capsys.readouterr().out
+    after = load_vehicle("mine.toml").spread
+    assert before is not None
+    assert after is not None
+    assert (after.energy_fraction or 1.0) < 0.5 * (before.energy_fraction or 0.0)
+
+
+def test_a_payload_of_a_log_that_is_not_given_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    main(["vehicle", "new", "-o", "mine.toml", *_SHEET])
+    asked = ["vehicle", "refine", "mine.toml", "flight.bin", "--payload", "fligth.bin=0.25kg"]
+    assert main(asked) == ExitCode.UNUSABLE
+    assert "did you mean flight.bin" in capsys.readouterr().err

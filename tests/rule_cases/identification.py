@@ -16,7 +16,10 @@ from simulated_experiment import fly_horizontally, fly_vertically
 from planner.identify.assembly import IdentificationSettings, Method
 from planner.identify.battery import PackSettings
 from planner.identify.identification import identify_vehicle
+from planner.identify.refinement import refine_vehicle
 from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.data_sheet import DataSheet, HoverFigure, HoverKind, vehicle_from_data_sheet
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -41,6 +44,21 @@ def article() -> tuple[FlightRecord, FlightRecord]:
         record_of(fly_vertically(noise), is_vertical=True),
         record_of(fly_horizontally(noise), is_vertical=False),
     )
+
+
+def refined(*, hover_w: float) -> Iterable[Finding]:
+    """Return what is reported of the hover where a data sheet says what it takes."""
+    sheet = DataSheet(
+        name="quad",
+        mass_kg=2.0,
+        battery=Battery(capacity_ah=5.2, nominal_voltage_v=14.8),
+        rotors=4,
+        propeller_m=0.254,
+        hover=HoverFigure(kind=HoverKind.POWER, value=hover_w),
+        date=dt.date(2026, 11, 23),
+    )
+    found = refine_vehicle(vehicle_from_data_sheet(sheet), [copter()]).findings
+    return [one for one in found if one.message.startswith("hover")]
 
 
 def reported(
@@ -98,5 +116,10 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported(copter(), again(vehicle="OCTAQUAD/X")),
         boundary=lambda: reported(copter(), again(vehicle="")),  # it does not say
         silent=lambda: reported(copter(), again()),
+    ),
+    "I110": RuleCases(  # the made log draws 160 W
+        fires=lambda: refined(hover_w=200.0),
+        boundary=lambda: refined(hover_w=180.0),  # 1.8 of its standard deviations
+        silent=lambda: refined(hover_w=160.0),
     ),
 }
