@@ -29,7 +29,7 @@ import contextlib
 import math
 from collections import defaultdict
 from itertools import pairwise
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -158,7 +158,7 @@ def fit_spread(
 
 def _times(
     flights: Sequence[FlownAndPredicted], parameters: float, known: Repeatability | None
-) -> dict[str, float | None]:
+) -> dict[str, Any]:
     """Return the spread of times: of flights, of their legs, and of their landings."""
     if not flights:
         return dict.fromkeys(("time_fraction", "leg_time_s", "landing_time_s"))
