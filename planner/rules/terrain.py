@@ -63,6 +63,8 @@ _STEEP_DEG, _TOO_STEEP_DEG = 7.0, 15.0
 on wheels with an advisory on up to 15°, none beyond (FM 3-21.38, landing sites). [°]"""
 _FASTER, _TOO_FAST_M_S = 1.1, 2.0
 """Over the speed of landing, and in all: LAND_SPEED is documented from 0.3 m/s to 2 m/s. [-], [m s⁻¹]"""
+_SLOWED_WITHIN_M, _HEIGHTS = 50.0, 501
+"""What it takes to slow down from 20 m/s by 4 m/s², and at how many heights speeds are looked up. [m], [-]"""
 _RISE = math.tan(math.radians(_TOO_STEEP_DEG))
 """Of the ground around where a vehicle can stand: 5 m in 19 m. [-]"""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
@@ -822,7 +824,8 @@ LANDS_HARD = Rule(
     why="It breaks its landing gear, or falls over with its rotors turning: at the end of the mission, and "
     "on each return.",
     how="The speed at which it comes down to the height of home, by LAND_SPEED (LAND_SPD_MS from 4.7 on), or "
-    "MPC_LAND_SPEED and the limits above it, without what a range sensor would take off: an error above "
+    "MPC_LAND_SPEED and the limits above it, without what a range sensor would take off; on PX4 no slower "
+    "than MPC_ACC_UP_MAX can make it between MPC_LAND_ALT1, MPC_LAND_ALT2 and the ground: an error above "
     "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.  A vehicle that does not land is not judged.",
     fix="set LAND_SPEED to 0.5 m/s, MPC_LAND_SPEED to 0.7 m/s, as delivered",
     instead="the parameters of --params",
@@ -851,4 +854,8 @@ def _touch_down_m_s(parameters: FlightParameters, above_m: float) -> tuple[float
         return float(landing_speed_m_s(height_m, parameters)[0]), slow_m_s
     from planner.flight.motion.px4.landing import DescentProfile
 
-    return float(DescentProfile.of(parameters).speed_m_s(height_m)[0]), slow_m_s
+    before_m = np.linspace(0.0, _SLOWED_WITHIN_M, _HEIGHTS)
+    speed_m_s = DescentProfile.of(parameters).speed_m_s(above_m + before_m)
+    # From each height it is no slower at the ground than the acceleration upwards allows.
+    squared = speed_m_s**2 - 2.0 * parameters.acceleration_up_m_s2 * before_m
+    return math.sqrt(max(float(squared.max()), 0.0)), slow_m_s

@@ -678,3 +678,22 @@ def test_a_load_is_lowered_to_the_ground_that_is_there(
     assert of("A102", list(result.findings)) == []
     lowered = [s for s in result.segments if s.item == 2 and s.state == "descend"]
     assert sum(s.climb_m for s in lowered) == pytest.approx(level_m - 80.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("alt1_m", "alt2_m", "upwards_m_s2", "hard"),
+    [
+        (10.0, 5.0, 4.0, False),
+        (4.0, 3.0, 4.0, False),  # 4² = 16 m²/s² are gone within 2 m
+        (1.2, 1.0, 4.0, True),  # √(16 − 2 · 4 · 1.2) = 2.5 m/s at the ground, no less
+        (4.0, 3.0, 1.0, True),  # √(16 − 2 · 1 · 4) = 2.8 m/s
+    ],
+)
+def test_a_landing_that_slows_down_too_late_is_hard(
+    alt1_m: float, alt2_m: float, upwards_m_s2: float, *, hard: bool
+) -> None:
+    text = (
+        f"MPC_Z_V_AUTO_DN,4\nMPC_Z_VEL_MAX_DN,4\nMPC_LAND_ALT1,{alt1_m}\nMPC_LAND_ALT2,{alt2_m}\n"
+        f"MPC_ACC_UP_MAX,{upwards_m_s2}\n"
+    )
+    assert bool(of("T120", findings(LOW, None, Autopilot.PX4, text))) is hard
