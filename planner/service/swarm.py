@@ -69,7 +69,7 @@ _TURNS = 5.0
 """Ways of a stop that turning home and coming to rest there take the time of: each of the two stops lasts as
 long as twice its way, evenly braked, and the first leads away from home. [-]"""
 
-_OF_MISSIONS = {FaultKind.BATTERY_DROPS}
+_OF_MISSIONS = {FaultKind.BATTERY_DROPS, FaultKind.KEEPS_COMMAND}
 """What can go wrong with missions as filed, which are flown along their tracks."""
 _LEAVES_TRACKS = (
     "missions are flown along their tracks, which orca-stop leaves: choose the policy stop or none"
@@ -454,8 +454,8 @@ def _refuse_faults(fleet: Fleet) -> None:
     for name, one in fleet.faults.items():
         if one.kind not in _OF_MISSIONS:
             msg = (
-                f"{fleet.source}: fault.{name}: {one.kind} leads off the tracks that missions as filed are "
-                "simulated along: simulate an algorithm of [swarm], or leave it out with --faults"
+                f"{fleet.source}: fault.{name}: {one.kind} leads off the tracks that missions as "
+                "filed are simulated along: simulate an algorithm of [swarm], or leave it out with --faults"
             )
             raise UsageError(msg)
 

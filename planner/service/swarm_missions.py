@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import UsageError
 from planner.fleet.approach import closest_approach
-from planner.fleet.fleet import LATEST_S, Separation
+from planner.fleet.fleet import LATEST_S, FaultKind, Separation
 from planner.fleet.separation import (
     are_heights_known,
     home_above_m,
@@ -106,6 +107,7 @@ def fly_giving_way(
                 order.index(row),
                 after=last.get(one.sortie.vehicle),
                 after_s=fleet.swap_s,
+                deaf_s=_deaf_s(fleet, one.sortie.vehicle),
             )
         )
         last[one.sortie.vehicle] = row
@@ -163,6 +165,14 @@ def fly_giving_way(
         ),
         is_cut_short=is_cut_short,
     )
+
+
+def _deaf_s(fleet: Fleet, vehicle: str) -> tuple[float, float]:
+    """Return from when until when a vehicle hears no command."""
+    for one in fleet.faults.values():
+        if one.kind is FaultKind.KEEPS_COMMAND and one.vehicle == vehicle:
+            return one.at_s, one.at_s + (math.inf if one.lasts_s is None else one.lasts_s)
+    return math.inf, math.inf
 
 
 def planned_sorties(fleet: Fleet) -> tuple[FlownSortie, ...]:

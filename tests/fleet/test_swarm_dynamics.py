@@ -121,3 +121,13 @@ def test_even_flight_is_passed_over_exactly() -> None:
     for _ in range(16):
         motions = stack.advanced(motions, command)
     assert np.allclose(far.state, motions.state, rtol=0.0, atol=1e-10)
+
+
+def test_a_shaped_reference_that_leads_away_is_turned_round_to_its_goal() -> None:
+    """At a third of what it can change in a tick it once went to and fro about its goal for ever."""
+    stack, motions = flown(Dynamics(response=AT_ONCE, acceleration_m_s2=2.0), [1.0 / 3.0], 0.5)
+    goal_m = stack.rest_m(motions) - np.array([[0.2, 0.0]])
+    for _ in range(3):
+        way_m = goal_m - stack.rest_m(motions)
+        motions = stack.advanced(motions, stack.leading_m_s(motions, way_m, np.array([5.0])))
+    assert stack.rest_m(motions) == pytest.approx(goal_m, abs=1e-9)

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.fleet.swarm.policies import Policy
     from planner.fleet.swarm.situation import SwarmSituation
+    from planner.service.swarm import SwarmResult
 FLIES_AWAY = Fault(kind=FaultKind.KEEPS_COMMAND, vehicle="a", at_s=20.0)
 
 
@@ -279,3 +280,44 @@ def test_what_leads_off_the_tracks_of_missions_is_refused() -> None:
     there = mission(up(50), place(200, 0, 50), rtl())
     with pytest.raises(UsageError, match="leads off the tracks"):
         simulated(*FILED, '[fault.f]\nkind = "gusts"\nwind_m_s = 5\n', there=there)
+
+
+def across(fault: str = "") -> SwarmResult:
+    """Two missions that cross, started at the same time: the second gives way to the first."""
+    one = mission(up(30), place(200, 0, 30), rtl())
+    other = mission(up(30), place(100, 100, 30), rtl())
+    pads = pad("a", 0, 0) + pad("b", 100, -100) + vehicles("a", "b", model=MODEL)
+    packs = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = 2\n'
+    sorties = packs + "".join(
+        sortie(f"s{number}", vehicle, 0.0, job=job, more=f'pack = "P-{number}"')
+        for number, vehicle, job in ((1, "a", "one"), (2, "b", "other"))
+    )
+    tables = ("[separation]\nhorizontal_m = 10\n" + pads, sorties, fault)
+    return simulated(*tables, policy="stop", one=one, other=other)
+
+
+def deaf(vehicle: str, at_s: float, more: str = "") -> str:
+    keys = f'kind = "keeps-command"\nvehicle = "{vehicle}"\nat_s = {at_s}\n{more}'
+    return f"[fault.f]\n{keys}"
+
+
+def test_who_flies_its_mission_and_hears_no_stop_is_given_way_to() -> None:
+    assert [one.stops > 0 for one in across().agents] == [False, True]
+    flown = across(deaf("b", 5.0))
+    assert [one.stops > 0 for one in flown.agents] == [True, False]
+    assert all(one.has_landed for one in flown.agents)
+    assert not {"S128", "S134", "S135"} & {one.code for one in flown.findings}
+    assert flown.faults is not None
+    assert flown.faults.are_others_safe
+
+
+def test_who_stands_and_hears_nothing_stands_until_it_hears_again() -> None:
+    stood_s = 62.0
+    waits = across().record.waits[:, 1]
+    assert waits[int(2.0 * stood_s)]  # every half second
+    ends = across(deaf("b", stood_s, "lasts_s = 100\n"))
+    assert ends.agents[1].waited_s > 90.0
+    assert all(one.has_landed for one in ends.agents)
+    never = across(deaf("b", stood_s))
+    assert [one.has_landed for one in never.agents] == [True, False]
+    assert "S135" in {one.code for one in never.findings}

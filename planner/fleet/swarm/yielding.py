@@ -58,6 +58,8 @@ class Traveller:
         Who has to have landed before: the same vehicle's flight before this one.
     after_s : float
         So long before. [s]
+    deaf_s : tuple of float
+        From when until when it hears no command. [s]
     """
 
     def __init__(
@@ -68,13 +70,14 @@ class Traveller:
         *,
         after: int | None = None,
         after_s: float = 0.0,
+        deaf_s: tuple[float, float] = (math.inf, math.inf),
     ) -> None:
         self.whole = track
         """With times as if it got on at once."""
         self.track = track
         """With times as far as they are known."""
         self.ready_s, self.rank = ready_s, rank
-        self.after, self.after_s = after, after_s
+        self.after, self.after_s, self.deaf_s = after, after_s, deaf_s
         self.passage = Passage.WAITS
         self.start_s = math.inf
         self.stood_s = ready_s
@@ -147,6 +150,7 @@ class Yielding:
 
     def run(self, until_s: float, on_event: Callable[[float], None] | None = None) -> None:
         """Go from event to event, until nothing happens any more."""
+        changes_s = {at_s for one in self.agents for at_s in one.deaf_s if math.isfinite(at_s)}
         while True:
             event = self._next_event()
             try_s, asks = min(
@@ -157,16 +161,25 @@ class Yielding:
                 ),
                 default=(math.inf, -1),
             )
-            at_s = min(try_s, math.inf if event is None else event.time_s)
+            deaf_s = min((one for one in changes_s if one > self.time_s), default=math.inf)
+            at_s = min(try_s, math.inf if event is None else event.time_s, deaf_s)
             if at_s >= until_s or math.isinf(at_s):
                 return
             self.time_s = at_s
             if on_event is not None:
                 on_event(at_s)
-            if event is None or try_s <= event.time_s:
+            if at_s == deaf_s:
+                for row, one in enumerate(self.agents):
+                    if at_s in one.deaf_s:
+                        self._changed(row)
+            elif event is None or try_s <= event.time_s:
                 self._try(asks)
             else:
                 self._stop(event.agent)
+
+    def _is_deaf(self, agent: int) -> bool:
+        begins_s, ends_s = self.agents[agent].deaf_s
+        return begins_s <= self.time_s < ends_s
 
     @property
     def stuck(self) -> list[int]:
@@ -235,6 +248,8 @@ class Yielding:
         yields = later if is_in[0] == is_in[1] else is_in.index(False)
         for row in (yields, 1 - yields):
             agent = pair[row]
+            if self._is_deaf(agent):
+                continue
             if agent == flying or self.agents[agent].passage is Passage.FLIES:
                 at_s = contact.time_s if is_in[row] else max(entered_s[row], self.time_s)
                 return Event(at_s, agent, all(is_in))
@@ -243,7 +258,7 @@ class Yielding:
     def _try(self, agent: int) -> None:
         """Let an agent get on, if its way is free."""
         one = self.agents[agent]
-        if self._waits_for_own(one):
+        if self._has_to_wait(agent):
             return
         track = one.whole.moved(one.holds_knot, self.time_s)
         for other, two in enumerate(self.agents):
@@ -278,8 +293,12 @@ class Yielding:
         one.passage = Passage.FLIES
         self._changed(agent)
 
-    def _waits_for_own(self, one: Traveller) -> bool:
-        """Return whether the flight before it of the same vehicle is not over yet; note when it is."""
+    def _has_to_wait(self, agent: int) -> bool:
+        """Return whether an agent hears nothing, or its vehicle still flies; note until when."""
+        one = self.agents[agent]
+        if self._is_deaf(agent):
+            one.next_s = one.deaf_s[1]
+            return True
         if one.after is None:
             return False
         before = self.agents[one.after]
