@@ -37,6 +37,7 @@ from planner.mission.items import MissionFormat
 from planner.service.guard import GuardRequest, guard_vehicle
 from planner.service.vehicle import check_vehicle, fetch_logs
 from planner.setup import Setup
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -154,9 +155,12 @@ class Tour:
         self.build = build
         self.folder = folder
         self.request = LinkRequest(address=read_address(build.url, baud=None))
-        model = "arducopter-sitl-quad" if build.autopilot is ARDUPILOT else "px4-sih-quad"
-        self.setup = Setup(load_vehicle(model), position_noise_m=0.0)
-        self.model = model
+        is_copter = build.autopilot is ARDUPILOT
+        self.model = "arducopter-sitl-quad" if is_copter else "px4-sih-quad"
+        vehicle = load_vehicle(self.model)
+        if is_copter:  # the drag of the stock frame, by flights of its own: the model is of another
+            vehicle = replace(vehicle, airspeed_limit_m_s=10.24, airspeed_limit_lean_deg=30.0)
+        self.setup = Setup(vehicle, position_noise_m=0.0)
         self.failed: list[str] = []
 
     def step(self, name: str, does: Callable[[], str]) -> None:
