@@ -69,6 +69,20 @@ def test_without_avoidance_each_flies_as_its_check_says(models: tuple[str, str])
         assert agent.has_landed
 
 
+@pytest.mark.parametrize("model", [STEP, ARDUPILOT, PX4])
+def test_one_that_is_alone_flies_as_its_check_says_though_it_would_stop(model: str) -> None:
+    tables = (
+        SEPARATION + pad("a", 0, 0) + vehicles("a", model=model),
+        sortie("s1", "a", 2.0, job="to_north"),
+    )
+    (agent,) = simulated(*tables, policy="stop", to_north=TO_NORTH).agents
+    (one,) = checked(*tables, to_north=TO_NORTH).sorties
+    assert agent.time_s == pytest.approx(one.time_s, abs=1e-6)
+    # the model of the PX4 has no power
+    assert (agent.energy_wh or 0.0) == pytest.approx(one.energy_wh or 0.0, rel=1e-9)
+    assert (agent.stops, agent.waited_s) == (0, 0.0)
+
+
 def test_without_avoidance_they_meet_where_the_check_of_the_fleet_says() -> None:
     tables = crossing()
     flown = simulated(*tables, policy="none", **MISSIONS)
