@@ -10,7 +10,9 @@ import numpy as np
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
 from planner.values import Value
+from planner.vehicle.pack import ASSUMED_CHEMISTRY
 from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +30,10 @@ _MEAN_CURRENT_S = 50.0
 _ESTIMATE_STEP_S = 2.0
 """PX4 estimates the time of a return this often. [s]"""
 _MOST_ESTIMATES = 20_000
+_NOMINAL_CELL_V = 3.7
+"""As labels of lithium-polymer cells have it. [V]"""
+_COUNTS_ITSELF = 1
+"""BAT1_SOURCE: an external battery, which reports its own charge (``module.yaml`` of lib/battery)."""
 WARNS, RETURNS, LANDS, TERMINATES = "warns", "returns", "lands where it is", "cuts its motors"
 _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
 """COM_FLTT_LOW_ACT (PX4, ``commander_params.c``: 0 none, 1 warning, 3 return)."""
@@ -104,7 +110,7 @@ def px4_events(
     the voltage says between BAT1_V_EMPTY and BAT1_V_CHARGED; one that neither knows is taken as it is.
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
-    seen = _px4_charge(profile, battery, parameters)
+    seen = px4_charge(profile, battery, parameters)
     if parameters.flight_time_max_s > 0.0:
         limit = quantity.duration(parameters.flight_time_max_s)
         reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
@@ -112,6 +118,12 @@ def px4_events(
         yield from _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
     if not parameters.measures_battery:
         return
+    yield from px4_charge_events(seen, parameters)
+    yield from _px4_time_events(returns, seen, profile, battery, parameters)
+
+
+def px4_charge_events(seen: FloatArray, parameters: Px4Parameters) -> Iterator[FailsafeEvent]:
+    """Yield what PX4 decides by the fraction of the charge that it sees. (s + 1,) [-]"""
     acts = {2: LANDS, 3: RETURNS}
     critical = acts.get(parameters.battery_action, WARNS)
     emergency = LANDS if parameters.battery_action in acts else WARNS
@@ -123,10 +135,9 @@ def px4_events(
         percent = quantity.percent(threshold)
         reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
         yield from _event(name, action, reading, _first_below(seen, threshold))
-    yield from _px4_time_events(returns, seen, profile, battery, parameters)
 
 
-def _px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Parameters) -> FloatArray:
+def px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Parameters) -> FloatArray:
     """Return the fraction of the charge that PX4 sees. (s + 1,) [-]"""
     seen = profile.fraction
     if parameters.battery_capacity_ah > 0.0 and profile.used_ah is not None:
@@ -134,9 +145,38 @@ def _px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Parame
     cells = parameters.battery_cells or battery.cells_in_series
     if profile.rest_v is None or profile.loaded_v is None or not cells:
         return seen  # a curve that is assumed says little of what PX4 sees
+    return np.minimum(seen, _by_voltage(profile.rest_v / cells, parameters))
+
+
+def px4_charge_assumed(
+    profile: BatteryProfile, battery: Battery, parameters: Px4Parameters
+) -> FloatArray | None:
+    """Return what PX4 sees by the voltage of a battery whose curve or resistance has to be assumed.
+
+    That is the curve of its kind of cell, not scaled to what its label says, or a curve of its own; ``None``
+    where nothing has to be assumed, or PX4 does not go by the voltage: it does not know the cells, or the
+    battery counts itself.
+    """
+    cells = parameters.battery_cells or battery.cells_in_series
+    is_known = profile.rest_v is not None and profile.loaded_v is not None
+    if is_known or not cells or parameters.battery_source == _COUNTS_ITSELF:
+        return None
+    if profile.rest_v is not None and battery.chemistry is None:
+        cell_v = profile.rest_v / cells
+    else:
+        kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)
+        own = (
+            battery.cells_in_series
+            or (battery.voltage_v or _NOMINAL_CELL_V * cells) / _NOMINAL_CELL_V
+        )
+        cell_v = np.interp(profile.fraction, kind.ocv_soc, kind.cell_ocv_v) * (own / cells)
+    return np.minimum(profile.fraction, _by_voltage(cell_v, parameters))
+
+
+def _by_voltage(cell_v: FloatArray, parameters: Px4Parameters) -> FloatArray:
+    """Return the charge that the open-circuit voltage of a cell means to PX4. [-]"""
     empty_v, full_v = parameters.battery_empty_cell_v, parameters.battery_full_cell_v
-    by_voltage = np.clip((profile.rest_v / cells - empty_v) / (full_v - empty_v), 0.0, 1.0)
-    return np.minimum(seen, by_voltage)
+    return np.clip((cell_v - empty_v) / (full_v - empty_v), 0.0, 1.0)
 
 
 def _px4_time_events(

@@ -9,7 +9,16 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.failsafe import RETURNS, WARNS, ardupilot_events, battery_profile, px4_events
+from planner.flight.failsafe import (
+    RETURNS,
+    WARNS,
+    ardupilot_events,
+    battery_profile,
+    px4_charge,
+    px4_charge_assumed,
+    px4_charge_events,
+    px4_events,
+)
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.items import MissionFormat
@@ -67,6 +76,10 @@ _THRESHOLDS: Mapping[str, str] = {
     "battery_critical_ah": "battery_critical_action",
 }
 """Thresholds of ArduPilot's monitors, and which action each has."""
+_VOLTAGE_NEEDED = (
+    "the battery's open-circuit voltage and resistance, in the vehicle model: PX4 estimates the charge by "
+    "voltage"
+)
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -84,13 +97,14 @@ FAILSAFE_BEFORE_END = Rule(
     how="The charge, voltage and time of the predicted flight against the parameters.  PX4: charge "
     "below BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR with COM_LOW_BAT_ACT, counted from BAT1_CAPACITY "
     "and estimated from the open-circuit voltage between BAT1_V_EMPTY and BAT1_V_CHARGED, whichever is "
-    "less; RTL_TIME_FACTOR × time to return + RTL_TIME_MARGIN against charge over mean current (50 s, "
-    "from BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own estimate: no wind, no braking; "
-    "COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and "
-    "BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and "
-    "BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the "
-    "vehicle returns or lands, information where it only warns; not checked in the last landing, nor "
-    "where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1).",
+    "less; where the curve or the resistance has to be assumed and PX4 "
+    "would act by that voltage, it is not checked (X904); RTL_TIME_FACTOR × time to return + RTL_TIME_MARGIN "
+    "against charge over mean current (50 s, from BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own "
+    "estimate: no wind, no braking; COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below "
+    "BATT_LOW_MAH and BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below "
+    "BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and "
+    "BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it only warns; not "
+    "checked in the last landing, nor where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -106,8 +120,47 @@ def _failsafe_before_end(
         events = list(px4_events(a.returns, profile, pack, parameters))
     else:
         events = list(ardupilot_events(profile, parameters))
+    found = list(_first_reported(a, events))
+    yield from found
     yield from _unwatched(profile, parameters)
-    yield from _first_reported(a, events)
+    if isinstance(parameters, Px4Parameters) and not any(
+        f.severity is Severity.ERROR for f in found
+    ):
+        yield from _unwatched_by_px4(a, profile, pack, parameters)
+
+
+def _unwatched_by_px4(
+    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: Px4Parameters
+) -> Iterator[NotEvaluated]:
+    """Yield the threshold that acts by a voltage which the battery says too little for."""
+    seen = px4_charge_assumed(profile, pack, parameters)
+    if seen is None or not parameters.measures_battery:
+        return
+    refused, name = _least_to_arm(parameters)
+    acting = [
+        event.parameter
+        for event in px4_charge_events(seen, parameters)
+        if event.action != WARNS and not _comes_too_late(a, event)
+    ]
+    if seen[0] < refused <= profile.fraction[0]:
+        yield NotEvaluated(
+            rule=ARMING_REFUSED,
+            asked_by=f"{name} of {quantity.percent(refused)}",
+            needs=_VOLTAGE_NEEDED,
+        )
+    elif acting:
+        yield NotEvaluated(
+            rule=FAILSAFE_BEFORE_END,
+            asked_by=f"{acting[0]}, with COM_LOW_BAT_ACT {parameters.battery_action}",
+            needs=_VOLTAGE_NEEDED,
+        )
+
+
+def _least_to_arm(parameters: Px4Parameters) -> tuple[float, str]:
+    """Return the charge PX4 arms with at least, and what says so. [-]"""
+    if parameters.arm_battery_min_fraction < 0.0:
+        return parameters.battery_critical_fraction, "BAT_CRIT_THR"
+    return parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
 
 
 def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
@@ -212,10 +265,8 @@ def _arming_refused(
         return
     profile = _profile(a, pack)
     if isinstance(parameters, Px4Parameters):
-        least, name = parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
-        if least < 0.0:
-            least, name = parameters.battery_critical_fraction, "BAT_CRIT_THR"
-        charge = float(profile.fraction[0])
+        least, name = _least_to_arm(parameters)
+        charge = float(px4_charge(profile, pack, parameters)[0])
         if charge < least:
             yield a.finding(
                 ARMING_REFUSED,

@@ -308,9 +308,9 @@ CASES: Mapping[str, RuleCases] = {
         ),
     ),
     "E114": RuleCases(
-        fires=lambda: charged(0.5, COM_ARM_BAT_MIN=0.501),
-        boundary=lambda: charged(0.5, COM_ARM_BAT_MIN=0.5),
-        silent=lambda: charged(0.5, COM_ARM_BAT_MIN=0.499),
+        fires=lambda: charged(0.5, COM_ARM_BAT_MIN=0.501, BAT1_V_EMPTY=3.0),
+        boundary=lambda: charged(0.5, COM_ARM_BAT_MIN=0.5, BAT1_V_EMPTY=3.0),
+        silent=lambda: charged(0.5, COM_ARM_BAT_MIN=0.499, BAT1_V_EMPTY=3.0),
     ),
     "E116": RuleCases(
         fires=lambda: hover_throttle(0.701),

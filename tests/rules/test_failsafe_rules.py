@@ -524,3 +524,41 @@ def test_a_further_battery_of_px4s_counts_or_is_not_checked() -> None:
         errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
         assert errors & {"E103", "X904"} == codes
         assert told(result, "E128")
+
+
+# A lithium-polymer cell without a resistance: 4.19 V full, 3.63 V at a quarter (models/chemistries).  PX4
+# takes it for (V - 3.6)/0.45: 7 % are 3.6315 V, a little above that quarter.  Six cells taken for nine are
+# 2.8 V each, below empty: it does not arm; 5 cells for 6 are 5.0 V, full.
+@pytest.mark.parametrize(
+    ("values", "charge", "codes"),
+    [
+        ({"COM_LOW_BAT_ACT": 3}, 1.0, set()),
+        ({"COM_LOW_BAT_ACT": 3}, 0.30, {"X904"}),
+        ({"COM_LOW_BAT_ACT": 2}, 0.30, {"X904"}),
+        ({"COM_LOW_BAT_ACT": 0}, 0.30, set()),
+        ({"COM_LOW_BAT_ACT": 3}, 0.70, set()),
+        ({"COM_LOW_BAT_ACT": 3, "BAT1_SOURCE": 1}, 0.30, set()),
+        ({"COM_LOW_BAT_ACT": 3, "BAT1_SOURCE": -1}, 0.30, set()),
+        ({"COM_LOW_BAT_ACT": 3, "BAT1_V_EMPTY": 3.3}, 0.30, set()),
+        ({"BAT1_N_CELLS": 9}, 1.0, {"X904"}),
+        ({"BAT1_N_CELLS": 9, "BAT1_SOURCE": 1}, 1.0, set()),
+        ({"BAT1_N_CELLS": 5, "COM_LOW_BAT_ACT": 3}, 1.0, set()),
+    ],
+)
+def test_a_charge_that_px4_estimates_by_an_assumed_voltage_is_not_checked_where_it_acts(
+    values: dict[str, Any], charge: float, codes: set[str]
+) -> None:
+    result = checked(autopilot=Autopilot.PX4, charge=charge, **values)
+    assert result.battery is not None
+    assert result.battery.margin_wh > 0.0
+    errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert errors & {"E103", "E114", "X904"} == codes
+
+
+def test_cells_that_px4_counts_wrong_keep_it_from_arming_with_a_known_curve() -> None:
+    assert OWN is not None
+    cells = 3 * (OWN.cells_in_series or 0)
+    assert OWN.cells_in_series
+    result = checked(autopilot=Autopilot.PX4, battery=OWN, BAT1_N_CELLS=cells)
+    [finding] = told(result, "E114")
+    assert "0 % charge" in finding.message
