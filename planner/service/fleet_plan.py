@@ -249,6 +249,8 @@ class _Planning:
         for count in range(1, len(self._fleet.vehicles) + 1):
             if rows and self._patience.cut_short:
                 break
+            if count > max(len(one.tasks) for one in self._candidates(count)):
+                continue  # no division has a sortie for each: it is what fewer take
             row = self._row(count)
             on_step(f"planned with {quantity.count(count, 'vehicle')}")
             if row is not None:
