@@ -57,8 +57,8 @@ class Stays:
 
 
 def boxed_in(policy: Policy) -> Swarm:
-    """One between six that stay, 13 m from it and from each other: no gap of 20 m."""
-    around, _ = on_circle(6, radius_m=13.0)
+    """One between three that stay, 11.4 m from it and 19.7 m from each other: no gap of 20 m."""
+    around, _ = on_circle(3, radius_m=11.4)
     agents = [agent("in", 0.0, 0.0), *around]
     goals_m = np.array([(100.0, 0.0), *((one.east_m, one.north_m) for one in around)])
     return judged(Swarm(agents, Stays(goals_m), policy, separation_m=SEPARATION_M, until_s=300.0))

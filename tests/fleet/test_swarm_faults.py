@@ -137,7 +137,7 @@ def carried(dynamics: Dynamics, agents: int, ticks: int) -> tuple[SwarmFaults, n
 
 def test_gusts_carry_an_agent_by_what_it_has_not_answered() -> None:
     assert np.allclose(carried(Dynamics(response=AT_ONCE), 2, 20)[1], 0.0)
-    late = carried(Dynamics(response=G4), 200, 160)
+    late = carried(Dynamics(response=G4), 200, 80)
     # Likely gusts of three standard deviations: 3 × 1.7158 m/s for the 3.2059 s a stop takes.
     assert late[0].gust_error_m == pytest.approx(3.0 * 1.7158 * 3.20591, rel=1e-3)
     # The gusts last 154 m / 10 m/s = 15.4 s, longer than the answer: all but a third of that at most, and of
