@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from planner.identify.assembly import IdentificationSettings
     from planner.identify.calibration import Calibration
     from planner.identify.verification import KnownConditions, Verification
+    from planner.report.text import Medium
     from planner.vehicle.model import VehicleModel
 
 
@@ -99,27 +101,9 @@ def command(
                 left_out=_settings(vehicle) if options["leave_one_out"] else None,
             )
         )
-    from planner.report.identification import calibration_text, verification_text
-    from planner.report.json import calibration_json, verification_json
-
-    is_json, medium = file_format == "json", standard_medium(output)
-    if options["calibration"]:
-        sources = calibrate_verified(vehicle, done)
-        if plots is not None:
-            _draw_intervals(sources, done, plots)
-        text = (
-            calibration_json(sources, done, model=model, version=__version__)
-            if is_json
-            else calibration_text(sources, medium=medium)
-        )
-    else:
-        if plots is not None:
-            _draw(done, plots)
-        text = (
-            verification_json(done, model=model, version=__version__)
-            if is_json
-            else verification_text(done, medium=medium)
-        )
+    report = partial(_calibration, vehicle) if options["calibration"] else _comparison
+    medium = None if file_format == "json" else standard_medium(output)
+    text = report(done, plots, model=model, medium=medium)
     write_data(text, output=output)
     return _exit_code(done, options["fail_on_time"], options["fail_on_energy"])
 
@@ -163,6 +147,40 @@ def _draw(done: Sequence[Verification], folder: Path) -> None:
     }
     write_figures(figures, folder, file_formats=("svg",))
     narrate(f"{len(done)} drawn in {folder}")
+
+
+def _comparison(
+    done: Sequence[Verification], plots: Path | None, *, model: str, medium: Medium | None
+) -> str:
+    """Return each flight and its prediction, as JSON where there is no medium; drawn, if asked."""
+    from planner.report.identification import verification_text
+    from planner.report.json import verification_json
+
+    if plots is not None:
+        _draw(done, plots)
+    if medium is None:
+        return verification_json(done, model=model, version=__version__)
+    return verification_text(done, medium=medium)
+
+
+def _calibration(
+    vehicle: VehicleModel,
+    done: Sequence[Verification],
+    plots: Path | None,
+    *,
+    model: str,
+    medium: Medium | None,
+) -> str:
+    """Return how often flights lie in their intervals, as JSON where there is no medium."""
+    from planner.report.identification import calibration_text
+    from planner.report.json import calibration_json
+
+    sources = calibrate_verified(vehicle, done)
+    if plots is not None:
+        _draw_intervals(sources, done, plots)
+    if medium is None:
+        return calibration_json(sources, done, model=model, version=__version__)
+    return calibration_text(sources, medium=medium)
 
 
 def _draw_intervals(

@@ -34,7 +34,7 @@ OF_PARTS = ("leg", "landing", "energy climbing", "energy level", "energy descend
 _KIND_NAMES = {"climb": OF_PARTS[2], "cruise": OF_PARTS[3], "descend": OF_PARTS[4]}
 
 
-class Interval(Value):
+class FlightInterval(Value):
     """What was flown of one flight or part of it, and from where to where it was predicted to lie."""
 
     of: str
@@ -62,7 +62,7 @@ class Calibration(Value):
     """Intervals of one quantity, and what came of them."""
 
     of: str
-    intervals: tuple[Interval, ...]
+    intervals: tuple[FlightInterval, ...]
 
     @property
     def count(self) -> int:
@@ -124,7 +124,7 @@ def calibrate(
     if spread is None and len(flights) < 2:
         msg = "intervals of one flight come from others: give two logs or more"
         raise UsageError(msg)
-    found: list[Interval] = []
+    found: list[FlightInterval] = []
     for number, flight in enumerate(flights):
         others = [*flights[:number], *flights[number + 1 :]]
         own = spread or fit_spread(others, source="the others", known=known)
@@ -133,13 +133,15 @@ def calibrate(
     return tuple(Calibration(of=name, intervals=tuple(own)) for name, own in groups.items() if own)
 
 
-def _intervals(number: int, flight: FlownAndPredicted, spread: ModelSpread) -> Iterator[Interval]:
+def _intervals(
+    number: int, flight: FlownAndPredicted, spread: ModelSpread
+) -> Iterator[FlightInterval]:
     errors = sample_errors(spread)
 
-    def one(name: str, flown: float, predicted: float, sampled: FloatArray) -> Interval:
+    def one(name: str, flown: float, predicted: float, sampled: FloatArray) -> FlightInterval:
         low, high = np.quantile(sampled, (LOW, HIGH)) / predicted - 1.0
         error = flown / predicted - 1.0
-        return Interval(of=name, flight=number, error=error, low=float(low), high=float(high))
+        return FlightInterval(of=name, flight=number, error=error, low=float(low), high=float(high))
 
     whole = flight.time_s
     if whole is not None and spread.time_fraction is not None:
