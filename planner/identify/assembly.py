@@ -560,6 +560,20 @@ STATE_LEFT_OUT = Rule(
 )
 
 
+NUMBER_NOT_SHOWN = Rule(
+    "I107 number-not-shown",
+    Severity.WARNING,
+    summary="The flights do not show a number of the model: its standard error exceeds it.",
+    why="What is within its own error says nothing of the vehicle.  Predictions far from the flights, "
+    "at another speed or payload, rest on what is usual for multirotors.",
+    how="A coefficient of a response or a delay is left at 0, a resistance out, a number of momentum theory "
+    "near what is usual, where the flights narrow that by less than a fifth.  A response of which neither "
+    "the size nor the time is shown is no response (I102).",
+    fix="record more flights that show it: faster legs for the drag, steps for a response, climbs for the "
+    "resistance of the battery",
+)
+
+
 STATE_OF_BASE = Rule(
     "I103 state-of-base",
     Severity.WARNING,
@@ -580,11 +594,31 @@ MASS_UNKNOWN = Rule(
 )
 
 
+_ADVICE = {
+    "no power in the log": "log battery current and voltage, or name a base model with --base for the power",
+    "no flight has voltage and current": "log battery current and voltage",
+    "battery capacity unknown": "give --capacity, or levels before and after the flights with --table",
+    "current hardly varies": "fly climbs or stops: the current has to change to show the resistance",
+    "faster than the sampling": "log references and motion at a higher rate",
+}
+"""What helps, by what an outcome says: a manoeuvre more does not where a sensor is missing."""
+
+
+def _advice(outcome: StateOutcome) -> str | None:
+    return next((fix for why, fix in _ADVICE.items() if why in outcome.summary), None)
+
+
 def _reported(
     outcomes: Sequence[StateOutcome], settings: IdentificationSettings, mass_kg: float | None
 ) -> list[Finding]:
     findings = []
     for outcome in outcomes:
+        if outcome.not_shown:
+            findings.append(
+                NUMBER_NOT_SHOWN.finding(
+                    f"{outcome.name}: not shown by the flights: {', '.join(outcome.not_shown)}"
+                )
+            )
         if outcome.status is FitStatus.LEFT_OUT:
             # how closely an autopilot is followed is reported; no prediction uses it
             is_beside = settings.reference is not Autopilot.STEP and outcome.name in _MOTIONS
@@ -592,6 +626,7 @@ def _reported(
                 STATE_LEFT_OUT.finding(
                     f"{outcome.name}: left out: {outcome.summary}",
                     severity=Severity.INFO if is_beside else None,
+                    fix=_advice(outcome),
                 )
             )
         elif outcome.status is FitStatus.BASE:

@@ -297,12 +297,13 @@ def identify_battery(
             ),
             full,
         )
+    not_shown = () if resistance_ohm > estimates[0].error else ("internal_resistance_ohm",)
     return BatteryIdentification(
         battery=Battery(
             capacity_ah=rounded(new_ah or capacity_ah),
             health=None if new_ah is None or measured is None else _health(measured, new_ah),
             cells_in_series=cells,
-            internal_resistance_ohm=rounded(resistance_ohm, 4),
+            internal_resistance_ohm=None if not_shown else rounded(resistance_ohm, 4),
             **of_voltage,
         ),
         outcome=StateOutcome(
@@ -312,6 +313,7 @@ def identify_battery(
             estimates=(*estimates, *of_levels),
             segments=segments,
             rms=rms,
+            not_shown=not_shown,
         ),
         fit=fit,
         readings=(*capacity, *readings),

@@ -112,6 +112,7 @@ def _by_momentum_theory(
         segments=(*refusals, *_segments(steady, is_held)),
         fit_percent=fit_percent(measured, measured + errors),
         rms=float(np.sqrt(np.mean(errors**2))),
+        not_shown=fitted.from_prior,
     )
     masses = {f.mass_kg for f in steady}
     readings = [
@@ -463,7 +464,7 @@ def identify_manoeuvre_power(
     residuals = powers - hover_w - growth * speeds**2
     scatter = float(residuals @ residuals) / (len(level) - 2)
     growth_error, hover_error = np.sqrt(np.diagonal(covariance) * scatter)
-    is_flat = _is_flat(level)
+    is_flat = _is_flat(level) or abs(growth) < growth_error
     if is_flat:
         growth, hover_w = 0.0, float(powers.mean())
         residuals = powers - hover_w

@@ -149,6 +149,9 @@ def _identified(
             tested = _fit(kept, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
     except IdentificationError as error:
         return _nothing(answer, str(error), own)
+    if why := _undetermined(fitted):
+        return _nothing(answer, why, own)
+    fitted, not_shown = _without_what_is_not_shown(fitted)
     gain = fitted.transfer_function.numerator[-1] / fitted.transfer_function.denominator[-1]
     if not is_power and not abs(gain - 1.0) <= _GAIN_TOLERANCE:
         why = f"a command of 1 ends at {gain:.3g}: the vehicle does not arrive where it is sent"
@@ -163,7 +166,7 @@ def _identified(
     judged = evaluate_model(tested.transfer_function, held) if held else ()
     return ResponseIdentification(
         response=_model_response(answer, own, fitted),
-        outcome=_outcome(answer, own, fitted, of_all, judged),
+        outcome=replace(_outcome(answer, own, fitted, of_all, judged), not_shown=not_shown),
         evidence=ResponseEvidence(
             name=answer.value,
             manoeuvres=tuple(windowed),
@@ -171,6 +174,49 @@ def _identified(
             window_s=fitted.window_s,
         ),
     )
+
+
+def _undetermined(fitted: FittedResponse) -> str:
+    """Return why a fit shows nothing: its own error exceeds what every response has; else nothing.
+
+    That is how fast it is, the last coefficient of the denominator, and how much, any of the numerator.
+    """
+    if fitted.coefficient_errors is None:
+        return ""
+    system, (of_numerator, of_denominator, _) = fitted.transfer_function, fitted.coefficient_errors
+    b_shown = [e < abs(b) for b, e in zip(system.numerator, of_numerator, strict=True)]
+    if not any(b_shown):
+        name, value, error = "b0", system.numerator[-1], of_numerator[-1]
+    elif not of_denominator[-1] < abs(system.denominator[-1]):
+        name, value, error = "a0", system.denominator[-1], of_denominator[-1]
+    else:
+        return ""
+    return f"{name} would be {value:.3g} ± {error:.2g}: the manoeuvres do not show it"
+
+
+def _without_what_is_not_shown(fitted: FittedResponse) -> tuple[FittedResponse, tuple[str, ...]]:
+    """Return a fit whose coefficients of the numerator and delay are 0 where their errors exceed them."""
+    if fitted.coefficient_errors is None:
+        return fitted, ()
+    system, errors = fitted.transfer_function, fitted.coefficient_errors
+    of_numerator, of_denominator, of_delay_s = errors
+    numerator = [
+        b if e < abs(b) else 0.0 for b, e in zip(system.numerator, of_numerator, strict=True)
+    ]
+    delay_s = system.delay_s if of_delay_s < system.delay_s else 0.0
+    names = (*(f"b{n}" for n in range(len(numerator) - 1, -1, -1)), "delay_s")
+    found = (*system.numerator, system.delay_s)
+    gone = tuple(
+        name
+        for name, was, now in zip(names, found, (*numerator, delay_s), strict=True)
+        if was != now
+    )
+    if not gone:
+        return fitted, ()
+    plain = replace(system, numerator=tuple(numerator), delay_s=delay_s)
+    left = of_numerator[-len(plain.numerator) :]  # a leading 0 is none
+    errors = (left, of_denominator, of_delay_s)
+    return replace(fitted, transfer_function=plain, coefficient_errors=errors), gone
 
 
 def _prepared(manoeuvre: Manoeuvre, answer: ResponseKind) -> Manoeuvre:

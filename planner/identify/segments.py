@@ -100,6 +100,8 @@ class StateOutcome(Value):
     """Root mean square of the residuals of those. [unit]"""
     whiteness: float | None = None
     """Median chance that white noise has residuals of such a memory. [-]"""
+    not_shown: tuple[str, ...] = ()
+    """Names of the numbers whose standard errors exceed them, which are taken as usual or as nothing."""
     refined: StateOutcome | None = None
     """The same by output error, beside what ARX found; ``None``: this is the default's."""
 

@@ -13,10 +13,13 @@ from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
 from rule_cases.flight_log import records_of
 from simulated_experiment import fly_horizontally, fly_vertically
 
-from planner.identify.assembly import IdentificationSettings, Method
+from planner.identify.assembly import IdentificationSettings, Method, _reported
 from planner.identify.battery import PackSettings
 from planner.identify.identification import identify_vehicle
 from planner.identify.refinement import refine_vehicle
+from planner.identify.responses import FittedResponse, _without_what_is_not_shown
+from planner.identify.segments import StateOutcome
+from planner.physics.response import TransferFunction
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.data_sheet import DataSheet, HoverFigure, HoverKind, vehicle_from_data_sheet
@@ -81,6 +84,27 @@ def reported(
     return [finding for finding in found if finding.message.startswith(about)]
 
 
+def of_a_delay_as_large_as_its_error() -> tuple[str, ...]:
+    """Return what a fit does not show whose delay is 0.1 ± 0.1 s."""
+    system = TransferFunction(numerator=(0.05,), denominator=(1.0, 0.2, 0.05), delay_s=0.1)
+    fitted = FittedResponse(
+        transfer_function=system,
+        estimates=(),
+        window_s=None,
+        coefficient_errors=((0.001,), (0.0, 0.01, 0.01), 0.1),
+    )
+    return _without_what_is_not_shown(fitted)[1]
+
+
+def not_shown(*names: str) -> Iterable[Finding]:
+    """Return what is reported of a response of which the flights do not show some numbers."""
+    settings = IdentificationSettings(
+        name="quad", date=dt.date(2026, 11, 21), version="1", mass_kg=2.0
+    )
+    outcome = StateOutcome(name="climb_power", summary="second order", not_shown=names)
+    return _reported([outcome], settings, 2.0)
+
+
 def again(**changes: Any) -> FlightRecord:  # noqa: ANN401 - whatever a record holds
     """Return the made flight once more, of which something is another."""
     return replace(copter(), source="again.bin", **changes)
@@ -116,6 +140,12 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported(copter(), again(vehicle="OCTAQUAD/X")),
         boundary=lambda: reported(copter(), again(vehicle="")),  # it does not say
         silent=lambda: reported(copter(), again()),
+    ),
+    "I107": RuleCases(
+        fires=lambda: not_shown("delay_s"),
+        boundary=lambda: not_shown(*of_a_delay_as_large_as_its_error()),
+        fires_at_boundary=True,
+        silent=not_shown,
     ),
     "I110": RuleCases(  # the made log draws 160 W
         fires=lambda: refined(hover_w=200.0),

@@ -43,6 +43,8 @@ _95_PERCENT = 1.96
 """Standard deviations either side of a mean. [-]"""
 _LEVEL_M_S = 0.3
 """A flight that climbs more slowly is level. [m s⁻¹]"""
+_UPRIGHT_M_S = 1.0
+"""A flight of less airspeed climbs or descends upright. [m s⁻¹]"""
 _FLOWN, _MODEL, _PREDICTED = "flown", "model", "predicted"
 _CURVES = {_FLOWN: (GREY, [1, 0]), _MODEL: (BLUE, [6, 2])}
 
@@ -54,7 +56,7 @@ def identification_figures(found: Identification) -> dict[str, Chart]:
     if evidence.steady:
         figures["power_over_speed"] = _power_over_speed(evidence.steady, model)
         if any(abs(one.climb_rate_m_s) > _LEVEL_M_S for one in evidence.steady):
-            figures["power_over_climb"] = _power_over_climb(evidence.steady)
+            figures["power_over_climb"] = _power_over_climb(evidence.steady, model)
     if evidence.hovers:
         figures["hover"] = _hover(evidence.hovers, model)
     if evidence.battery is not None:
@@ -146,15 +148,26 @@ def _power_over_speed(steady: Sequence[MeasuredPower], model: VehicleModel) -> C
     )
 
 
-def _power_over_climb(steady: Sequence[MeasuredPower]) -> Chart:
-    """Power of vertical flight over climb rate."""
+def _power_over_climb(steady: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
+    """Power of vertical flight over climb rate, and the law at the mean airspeed, mass and density."""
+    from planner.vehicle.power import WholeLaw, whole_power_w
+
+    upright = [one for one in steady if one.airspeed_m_s < _UPRIGHT_M_S]
+    law = None
+    if upright and isinstance(model.cruise, WholeLaw):
+        rates = [one.climb_rate_m_s for one in upright]
+        at_m_s = np.linspace(min(rates), max(rates), _CURVE_POINTS)
+        power_w = whole_power_w(
+            model.cruise,
+            airspeed_m_s=np.full(at_m_s.size, np.mean([one.airspeed_m_s for one in upright])),
+            climb_rate_m_s=at_m_s,
+            mass_kg=float(np.mean([one.mass_kg or 0.0 for one in upright])),
+            air_density_kg_m3=float(np.mean([one.air_density_kg_m3 or 0.0 for one in upright])),
+        )
+        law = (at_m_s, power_w)
     return _points_and_law(
-        [
-            (one.climb_rate_m_s, one.power_w, one.error_w)
-            for one in steady
-            if one.airspeed_m_s < 1.0
-        ],
-        None,
+        [(one.climb_rate_m_s, one.power_w, one.error_w) for one in upright],
+        law,
         titles=("Climb rate [m/s]", "Power [W]"),
     )
 
