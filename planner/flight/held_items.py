@@ -9,6 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Severity
 from planner.mission.route.queue import HELD_BACK
+from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.values import replace
 
@@ -76,6 +77,7 @@ class _Times:
         self._motion = motion
         end_s = np.concatenate(([0.0], motion.segments.end_s))
         self._arrival_s = end_s[np.maximum.accumulate(motion.arrival_segment) + 1]
+        self._lands = [stage.kind is StageKind.LAND for stage in route.stages]
         self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])
 
     def span_s(self, one: HeldItem) -> tuple[float, float]:
@@ -107,8 +109,11 @@ class _Times:
             return None
         start_m = self._places_m[one.first_stage - 1] if one.first_stage else np.zeros(3)
         end_m = self._places_m[one.last_stage]
+        here_m = self._place_m(np.array([at_s]))[0]
+        if self._lands[one.last_stage]:  # it flies there level
+            start_m, end_m, here_m = start_m[:2], end_m[:2], here_m[:2]
         length_m = float(np.linalg.norm(end_m - start_m))
-        ahead_m = float(np.linalg.norm(end_m - self._place_m(np.array([at_s]))[0]))
+        ahead_m = float(np.linalg.norm(end_m - here_m))
         if ahead_m < _AT_AN_END_M:
             return 1.0
         if ahead_m > length_m - _AT_AN_END_M:

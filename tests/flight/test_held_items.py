@@ -8,7 +8,7 @@ import pytest
 from fenced_missions import VEHICLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import item, mission, rtl, speed, takeoff, waypoint
+from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -143,6 +143,17 @@ def test_a_fence_held_back_is_off_until_then() -> None:
     assert leaves(delay(45.0), off)
     assert leaves(distance(100.0), off)
     assert not leaves(distance(300.0), off)
+
+
+@pytest.mark.parametrize("autopilot", FLOWN)
+def test_a_speed_held_back_counts_on_the_level_leg_to_a_landing(autopilot: Autopilot) -> None:
+    # The last 100 m at 2 instead of 9 m/s: 50 s for 11 s; one more stop, of some seconds, at most.
+    lands = item(21, north(1000), 0.0)
+    held = flown(takeoff(30), speed(9.0), distance(100.0), speed(2.0), lands, autopilot=autopilot)
+    plain = flown(takeoff(30), speed(9.0), photo(), photo(), lands, autopilot=autopilot)
+    assert held.totals.time_s - plain.totals.time_s == pytest.approx(39.0, abs=8.0)
+    assert held.totals.distance_m == pytest.approx(plain.totals.distance_m, abs=2.0)
+    assert not [one for one in held.findings if one.code == "T102"]
 
 
 def test_a_speed_that_changes_on_a_curve_is_reported() -> None:

@@ -78,8 +78,8 @@ _LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
 """They end on the ground, whatever their altitude."""
 
 
-_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER})
-"""Straight legs."""
+_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER, StageKind.LAND})
+"""Straight legs; that to a landing is level."""
 _WITHOUT_SPEED = frozenset({StageKind.TAKEOFF, StageKind.DELAY})
 """Stages on which no level speed is flown."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
@@ -436,6 +436,8 @@ class MissionState:
             if fraction > 0.0 and stage.kind in _DIVIDED:
                 here = (a + fraction * (b - a) for a, b in zip(before, after, strict=True))
                 self.latitude_deg, self.longitude_deg, self.height_m = here
+                if stage.kind is StageKind.LAND:
+                    self.height_m = before[2]
                 self.height_m += _off_line_m(stage.followed_ground_m, fraction)
                 self._add_part(stage, begin, fraction)
                 begin = fraction
