@@ -256,7 +256,7 @@ def numbers(late_s: float) -> tuple[Finding, ...]:
 
 def packed(times: float) -> tuple[Finding, ...]:
     """The same on packs with so many times what the flight takes of agents that turn back at once."""
-    flown = simulated(formation(20.0, two_packs(1.0))).agents
+    flown = simulated(formation(20.0, two_packs(5.0))).agents
     least_wh = max(one.energy_wh or 0.0 for one in flown) / 0.8
     return simulated(formation(20.0, two_packs(times * least_wh))).findings
 
@@ -377,7 +377,7 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: swarm(20.0),
     ),
     "S131": RuleCases(
-        fires=lambda: packed(0.99), boundary=lambda: packed(1.01), silent=lambda: packed(5.0)
+        fires=lambda: packed(0.999), boundary=lambda: packed(1.001), silent=lambda: packed(5.0)
     ),
     "S134": RuleCases(
         # 20 m less 5 m are the 10 m and 2.5 m of each; the last step may end half a second later
