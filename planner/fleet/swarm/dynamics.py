@@ -167,11 +167,12 @@ class DynamicsStack:
             return np.asarray(reached[:, None] * way_m)
         unit = way_m / np.maximum(length, 1e-12)[:, None]
         now = np.hypot(*motions.reference.T)
-        # of the references along the way, those that can be reached in a tick; else as if it flew along it
+        # in the last tick: of the references along the way those it can reach; else as if it flew along it
         ahead = (motions.reference * unit).sum(axis=1)
         room = self._gain_m_s**2 - now**2 + ahead**2
-        ahead = np.where(room < 0.0, now, ahead)
-        reach = np.where(room < 0.0, self._gain_m_s, np.sqrt(np.maximum(room, 0.0)))
+        is_last = (room >= 0.0) & (length <= self.tick_s * self._gain_m_s)
+        ahead = np.where(is_last, ahead, now)
+        reach = np.where(is_last, np.sqrt(np.maximum(room, 0.0)), self._gain_m_s)
         least = np.maximum(ahead - reach, 0.0)
         most = np.minimum(speed_m_s, np.maximum(ahead + reach, 0.0))
         forward = self.advanced(motions, most[:, None] * unit)
