@@ -100,7 +100,7 @@ def test_a_kept_command_is_that_of_the_tick_before() -> None:
 
 @pytest.mark.parametrize(("seed", "policy"), [(1, StopInTime()), (2, OrcaStop())])
 def test_whoever_flies_away_the_others_keep_apart(seed: int, policy: Policy) -> None:
-    """`tests/bench/test_swarm_scenarios.py` draws a thousand."""
+    """`tests/bench/test_swarm_campaign.py` draws a thousand."""
     fault = Fault(kind=FaultKind.KEEPS_COMMAND, vehicle="a0", at_s=4.0)
     record = recorded(drawn_swarm(seed, policy, fault, most=8))
     there = (record.phase > AgentPhase.WAITS) & (record.phase < AgentPhase.LANDED)

@@ -263,7 +263,7 @@ def test_a_fleet_without_sorties_has_nothing_to_simulate() -> None:
 
 @pytest.mark.parametrize("seed", [4, 11])
 def test_whoever_flies_them_drawn_missions_keep_apart(seed: int) -> None:
-    """`tests/bench/test_swarm_scenarios.py` draws a hundred."""
+    """`tests/bench/test_swarm_campaign.py` draws a hundred."""
     tables, missions = drawn_missions(seed, most=4)
     flown = simulated(tables, policy="stop", **missions)
     codes = {one.code for one in flown.findings}

@@ -1,4 +1,4 @@
-"""Drawn swarms, judged by their traces: `tests/bench/test_swarm_scenarios.py` draws a thousand."""
+"""Drawn swarms, judged by their traces: `tests/bench/test_swarm_campaign.py` draws a thousand."""
 
 from __future__ import annotations
 
