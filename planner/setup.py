@@ -46,7 +46,7 @@ from planner.units import FASTEST_M_S, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_P
 from planner.values import Value, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
-from planner.vehicle.pack import FlownPack, flown_pack
+from planner.vehicle.pack import LIPO_CELL_V, FlownPack, flown_pack
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -65,8 +65,6 @@ ASSUMED_POSITION_ERROR_M = 2.5
 """How wrong a position may be where nobody states it, for fences."""
 MOST_NOISE_M = 1.5
 """PX4 stands still at an error of MPC_XY_ERR_MAX, 2 m by default; this is short of it. [m]"""
-_LIPO_CELL_V = 3.7
-"""Nominal voltage of a cell where a battery is labelled by its number of cells, as lithium-polymer is. [V]"""
 _LABELLED_CELLS = range(1, 33)
 _LEAST_BARE_MAH = 100.0
 """From here on the bare number of 4S5200 is mAh: no pack of a multicopter has 100 Ah in one row."""
@@ -168,7 +166,7 @@ def _of_cells_v(count: float) -> float:
     if count not in _LABELLED_CELLS:
         msg = f"expected a battery of 1 to {_LABELLED_CELLS[-1]} cells in series, got {count:g}"
         raise ValueError(msg)
-    return count * _LIPO_CELL_V
+    return count * LIPO_CELL_V
 
 
 def battery_text(battery: Battery) -> str:

@@ -20,13 +20,19 @@ from planner.errors import UsageError
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, hover_induced_velocity_m_s, momentum_power_w
 from planner.quantity import NUMBER, read_in
-from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.units import (
+    GRAVITY_M_S2,
+    JOULES_PER_WATT_HOUR,
+    MILLIAMPERE_HOURS_PER_AMPERE_HOUR,
+    SECONDS_PER_MINUTE,
+)
 from planner.values import Value, field
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import Loads, ModelSpread, Provenance, ValidFor, VehicleModel
 from planner.vehicle.pack import (
     ASSUMED_CHEMISTRY,
+    LIPO_CELL_V,
     LITHIUM_ION,
     MOST_LITHIUM_ION_V,
     cells_of_voltage,
@@ -61,8 +67,6 @@ _FASTEST_M_S = 15.0
 """Up to which momentum theory with an estimated drag is held to say something. [m/s]"""
 _LEAN_DEG = 20.0
 """Lean in steady flight up to which it is. [°]"""
-_LIPO_CELL_V = 3.7
-_SECONDS_PER_MINUTE = 60.0
 _THRUST_EXPO = 0.65
 """ArduPilot's default curve of thrust over throttle (MOT_THST_EXPO)."""
 _MASS_RANGE = (0.8, 1.25)
@@ -271,7 +275,7 @@ class _Sheet:
         self.readings.append(
             f"battery of {charge_ah:g} Ah, {cells} cells by {name}: {given.source}"
         )
-        return Battery(capacity_ah=charge_ah, nominal_voltage_v=_LIPO_CELL_V * cells)
+        return Battery(capacity_ah=charge_ah, nominal_voltage_v=LIPO_CELL_V * cells)
 
     def _battery(self) -> Battery | None:
         told = self._told_cells()
@@ -410,7 +414,7 @@ class _Sheet:
         if figure.kind is HoverKind.CURRENT:
             loaded_v = battery.voltage_v - figure.value * (battery.new_resistance_ohm or 0.0)
             return figure.value * off * loaded_v
-        return off * battery.energy_wh * JOULES_PER_WATT_HOUR / (_SECONDS_PER_MINUTE * figure.value)
+        return off * battery.energy_wh * JOULES_PER_WATT_HOUR / (SECONDS_PER_MINUTE * figure.value)
 
     def _motor_hover_w(self, figure: HoverFigure, motor: MotorTable | None) -> float:
         """Return the hover power by the throttle and the motor's table: P goes by T^1.5. [W]"""

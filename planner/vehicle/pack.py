@@ -22,6 +22,8 @@ ASSUMED_CHEMISTRY, LITHIUM_ION = "lipo", "li-ion"
 _KINDS = {ASSUMED_CHEMISTRY: "lithium-polymer", LITHIUM_ION: "lithium-ion"}
 MOST_LITHIUM_ION_V = 3.65
 """Nominal voltage of a cell up to which its label means lithium-ion: halfway from 3.6 to 3.7 V. [V]"""
+LIPO_CELL_V = 3.7
+"""Nominal voltage of a cell where a battery is labelled by its number of cells, as lithium-polymer is. [V]"""
 LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
 """Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
 _CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
@@ -155,5 +157,5 @@ def cells_of_voltage(voltage_v: float | None) -> int | None:
     """Return the number of lithium cells in series that a voltage means; ``None``: none."""
     if voltage_v is None:
         return None
-    cells = max(round(voltage_v / 3.7), 1)
+    cells = max(round(voltage_v / LIPO_CELL_V), 1)
     return cells if _CELL_V[0] <= voltage_v / cells <= _CELL_V[1] else None

@@ -20,7 +20,7 @@ import numpy as np
 
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import hover_induced_velocity_m_s
-from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR
+from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, SECONDS_PER_MINUTE
 from planner.values import Value
 from planner.vehicle.declared import Key, Part, Problems
 from planner.vehicle.reader import Reading, models_root
@@ -79,7 +79,7 @@ class PublishedHover(Value):
     @property
     def hover_s(self) -> float:
         """Hover time. [s]"""
-        return self.hover_min * 60.0
+        return self.hover_min * SECONDS_PER_MINUTE
 
 
 class HoverCost(Value):
