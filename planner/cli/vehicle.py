@@ -201,8 +201,8 @@ def refine(
 
     Exit codes: 0 the model is written, 2 the model or the logs are unusable.
     """
-    from planner.identify.refinement import refine_logs
     from planner.report.endurance import refinement_text
+    from planner.service.identification import refine_logs
     from planner.vehicle.reader import read_vehicle
     from planner.vehicle.writer import write_vehicle
 

@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
 from planner.values import Value
-from planner.vehicle.pack import ASSUMED_CHEMISTRY
+from planner.vehicle.pack import ASSUMED_CHEMISTRY, LIPO_CELL_V
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.reader import load_chemistry
 
@@ -30,8 +30,6 @@ _MEAN_CURRENT_S = 50.0
 _ESTIMATE_STEP_S = 2.0
 """PX4 estimates the time of a return this often. [s]"""
 _MOST_ESTIMATES = 20_000
-_NOMINAL_CELL_V = 3.7
-"""As labels of lithium-polymer cells have it. [V]"""
 _COUNTS_ITSELF = 1
 """BAT1_SOURCE: an external battery, which reports its own charge (``module.yaml`` of lib/battery)."""
 WARNS, RETURNS, LANDS, TERMINATES = "warns", "returns", "lands where it is", "cuts its motors"
@@ -165,10 +163,7 @@ def px4_charge_assumed(
         cell_v = profile.rest_v / cells
     else:
         kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)
-        own = (
-            battery.cells_in_series
-            or (battery.voltage_v or _NOMINAL_CELL_V * cells) / _NOMINAL_CELL_V
-        )
+        own = battery.cells_in_series or (battery.voltage_v or LIPO_CELL_V * cells) / LIPO_CELL_V
         cell_v = np.interp(profile.fraction, kind.ocv_soc, kind.cell_ocv_v) * (own / cells)
     return np.minimum(profile.fraction, _by_voltage(cell_v, parameters))
 

@@ -14,6 +14,7 @@ from planner.errors import LogFileError, UsageError, nearest_hint
 from planner.files import decoded, read_bounded
 from planner.findings import Place
 from planner.quantity import read_number
+from planner.units import KILOGRAMS_PER_POUND
 from planner.values import Value
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
@@ -30,7 +31,7 @@ from planner.vehicle.declared import (
 _MOST_BYTES = 1 << 20
 """A row of 100 characters for each of 10,000 logs."""
 _UNITS: Mapping[str, Mapping[str, tuple[float, float]]] = {
-    "_kg": {"_kg": (1.0, 0.0), "_g": (1e-3, 0.0), "_lb": (0.45359237, 0.0)},
+    "_kg": {"_kg": (1.0, 0.0), "_g": (1e-3, 0.0), "_lb": (KILOGRAMS_PER_POUND, 0.0)},
     "_c": {"_c": (1.0, 0.0), "_f": (5.0 / 9.0, -160.0 / 9.0), "_k": (1.0, -273.15)},
     "_percent": {"_percent": (1.0, 0.0), "_fraction": (100.0, 0.0)},
 }

@@ -19,18 +19,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.errors import IdentificationError, UsageError, nearest_hint
+from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.flown_mission import flown_parameters
 from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import Value, field_values, replace
-from planner.vehicle.data_sheet import STATE_FLIGHTS, STEADY_FLIGHTS
+from planner.vehicle.data_sheet import STATE_FLIGHTS, STEADY_FLIGHTS, steady_power_w
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.arrays import FloatArray, IntArray
     from planner.identify.segments import MeasuredPower
@@ -188,37 +188,6 @@ def refine_vehicle(
     )
 
 
-def refine_logs(
-    vehicle: VehicleModel,
-    paths: Sequence[str],
-    *,
-    payload_kg: Mapping[str, float],
-    temperature_c: float | None = None,
-    on_log: Callable[[str], None] = lambda _: None,
-) -> Refinement:
-    """Return a model narrowed by the flights in logs; ``payload_kg`` is by log, that of "" of all others.
-
-    Raises UsageError if a payload is of a log that is not given, or the model has nothing to narrow.
-    Raises LogFileError if a log cannot be read.
-    Raises IdentificationError if no flight holds power in steady flight.
-    """
-    from planner.logs.files import read_log
-
-    if unknown := [name for name in payload_kg if name and name not in paths]:
-        msg = f"--payload {unknown[0]}=…: is none of the logs{nearest_hint(unknown[0], paths)}"
-        raise UsageError(msg)
-    records: list[FlightRecord] = []
-    for path in paths:
-        on_log(f"reading {path}")
-        records += read_log(path)
-    of_all = payload_kg.get("", 0.0)
-    loads = {record.source: of_all for record in records}
-    for path in paths:
-        if path in payload_kg:
-            loads |= {one.source: payload_kg[path] for one in records if one.source == path}
-    return refine_vehicle(vehicle, records, payload_kg=loads, temperature_c=temperature_c)
-
-
 def _told(factor: NarrowedFactor) -> str:
     change = quantity.signed(factor.value - 1.0, quantity.percent)
     return (
@@ -330,17 +299,12 @@ class PowerUpdate:
 
     def _gradient(self) -> FloatArray:
         """Return how the logarithm of each steady flight's power follows each factor's."""
-        speed_m_s, climb_m_s = np.array(list(STEADY_FLIGHTS.values())).T
 
         def log_powers(factors: FloatArray) -> FloatArray:
-            powers = momentum_power_w(
-                speed_m_s,
-                climb_m_s,
-                self.moved(factors),
-                mass_kg=self.mass_kg,
-                air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
+            powers = steady_power_w(
+                self.moved(factors), mass_kg=self.mass_kg, avionics_w=self.avionics_w
             )
-            return np.log(powers + self.avionics_w)
+            return np.log(powers)
 
         columns = [
             log_powers(self.narrowed + _STEP * one) - log_powers(self.narrowed - _STEP * one)

@@ -23,6 +23,7 @@ from planner.quantity import NUMBER, read_in
 from planner.units import (
     GRAVITY_M_S2,
     JOULES_PER_WATT_HOUR,
+    KILOGRAMS_PER_POUND,
     MILLIAMPERE_HOURS_PER_AMPERE_HOUR,
     SECONDS_PER_MINUTE,
 )
@@ -47,10 +48,11 @@ from planner.vehicle.reader import load_chemistry
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.arrays import FloatArray
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.priors import Prior
 
-_MASS_UNITS = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
+_MASS_UNITS = {"kg": 1.0, "g": 1e-3, "lb": KILOGRAMS_PER_POUND}
 _LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, '"': 0.0254}
 _DISK_LOADING_N_M2 = (8.0, 500.0)
 """Weight over disk area of anything that flies: racers have 120, indoor flyers 20 to 40. [N/m²]"""
@@ -90,6 +92,15 @@ STEADY_FLIGHTS = {
     "descend": (0.0, -1.5),
 }
 """Airspeed and climb rate at which that is looked at: what multicopters fly missions at. [m/s]"""
+
+
+def steady_power_w(rotor: Rotor, *, mass_kg: float, avionics_w: float) -> FloatArray:
+    """Return the power of each of `STEADY_FLIGHTS` at sea level, in their order. [W]"""
+    speed_m_s, climb_m_s = np.array(list(STEADY_FLIGHTS.values())).T
+    power = momentum_power_w(
+        speed_m_s, climb_m_s, rotor, mass_kg=mass_kg, air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3
+    )
+    return power + avionics_w
 
 
 class HoverKind(StrEnum):
@@ -483,16 +494,10 @@ class _Sheet:
 
     def _steady_w(self, given: Mapping[str, float]) -> dict[str, float]:
         """Return the power of hover and of each steady flight. [W]"""
-        rotor = self._rotor(given)
-        speed_m_s, climb_m_s = np.array(list(STEADY_FLIGHTS.values())).T
-        power = momentum_power_w(
-            speed_m_s,
-            climb_m_s,
-            rotor,
-            mass_kg=given["mass"],
-            air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
+        power = steady_power_w(
+            self._rotor(given), mass_kg=given["mass"], avionics_w=given["avionics"]
         )
-        return dict(zip(STEADY_FLIGHTS, (power + given["avionics"]).tolist(), strict=True))
+        return dict(zip(STEADY_FLIGHTS, power.tolist(), strict=True))
 
     def _spread(self) -> ModelSpread:
         """Return how far energies may be off: what all states share is that of hover."""
