@@ -1,8 +1,11 @@
-# Everything runs in .venv, which is made from pyproject.toml and made again when that changes.
+# Everything runs in .venv, which is made from pyproject.toml and made again when that changes; the
+# demo in .venv-demo, which holds what users install and nothing of the gate.
 
 PYTHON ?= python3
 BIN := .venv/bin
 MADE := .venv/.made-from-pyproject
+DEMO_BIN := .venv-demo/bin
+DEMO_MADE := .venv-demo/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
 VEHICLE := falkowski-2023-quadrotor
 
@@ -17,22 +20,26 @@ help: ## say what can be made
 
 setup: $(MADE) ## make or renew the environment
 
-$(MADE): pyproject.toml
+$(MADE) $(DEMO_MADE): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "mavjoule needs Python 3.11 or later: make PYTHON=python3.11")'
-	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(BIN)/python -m pip install --quiet --no-compile --editable . --group dev
-	-$(BIN)/python -m compileall -qq -j 0 .venv/lib planner  # on all cores; some files are no Python 3
+	test -x $(@D)/bin/python || $(PYTHON) -m venv $(@D)
+	$(@D)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(@D)/bin/python -m pip install --quiet --no-compile --editable . $(GROUP)
+	-$(COMPILE)
 	@touch $@
 
-demo: $(MADE) ## check a sample mission
-	@$(BIN)/mavjoule check $(SAMPLE) --vehicle $(VEHICLE)
+$(MADE): GROUP := --group dev
+$(MADE): COMPILE = $(BIN)/python -m compileall -qq -j 0 .venv/lib planner  # on all cores; some files are no Python 3
+
+demo: $(DEMO_MADE) ## check a sample mission
+	@$(DEMO_BIN)/mavjoule check $(SAMPLE) --vehicle $(VEHICLE)
 	@echo
 	@echo "Try next:"
-	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan --vehicle $(VEHICLE)    a no-go, and why"
-	@echo "  $(BIN)/mavjoule review missions/crossing-too-far.plan --vehicle $(VEHICLE)   why, on the screen; try what makes it go"
-	@echo "  $(BIN)/mavjoule segments $(SAMPLE) --vehicle $(VEHICLE)   the flight, segment by segment"
-	@echo "  $(BIN)/mavjoule check YOUR.plan --vehicle YOURS.toml --battery 5.2Ah@14.8V   your own mission"
+	@echo "  $(DEMO_BIN)/mavjoule check missions/crossing-too-far.plan --vehicle $(VEHICLE)    a no-go, and why"
+	@echo "  $(DEMO_BIN)/mavjoule review missions/crossing-too-far.plan --vehicle $(VEHICLE)   why, on the screen; try what makes it go"
+	@echo "  $(DEMO_BIN)/mavjoule segments $(SAMPLE) --vehicle $(VEHICLE)   the flight, segment by segment"
+	@echo "  $(DEMO_BIN)/mavjoule vehicle new -o my-quad.toml --mass 1.6kg --battery 4S5200 --hover 18A   a model of your own drone"
+	@echo "  $(DEMO_BIN)/mavjoule check $(SAMPLE) --vehicle my-quad.toml   it flies the sample; then YOUR.plan"
 
 test: lint types layers unit ## the whole gate
 
@@ -116,6 +123,6 @@ matrice: $(MADE) $(MATRICE_TABLE) ## predict each flight of the Matrice by the o
 calibration: $(MADE) ## how often recorded flights lie between p10 and p90: make calibration FLIGHTS=folder
 	PYTHONPATH=tests:. $(BIN)/python tests/calibration_table.py $(FLIGHTS)
 
-clean: ## remove the environment and every cache
-	rm -rf .venv dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+clean: ## remove the environments and every cache
+	rm -rf .venv .venv-demo dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find planner tests -name __pycache__ -prune -exec rm -r {} +

@@ -118,6 +118,10 @@ class UsageError(MavjouleError):
     """Options that make no sense, alone or together."""
 
 
+class MissingLibraryError(UsageError):
+    """A library of an extra that is not installed."""
+
+
 class ConfigurationError(MavjouleError):
     """A configuration file with a wrong key or value."""
 
@@ -152,6 +156,37 @@ class LinkError(MavjouleError):
     """The vehicle did not answer, or broke off."""
 
     exit_code: ClassVar[ExitCode] = ExitCode.LINK
+
+
+EXTRAS = {
+    "fleet": ("ortools", "scipy"),
+    "identify": ("control", "pymavlink", "scipy"),
+    "link": ("mavsdk", "pymavlink", "serial"),
+    "parquet": ("pyarrow",),
+    "report": ("altair", "jinja2", "vl_convert"),
+    "terrain": ("rasterio",),
+}
+"""Modules that only an extra of the installation brings, ``pip install 'mavjoule[link]'``, by its name."""
+
+
+def missing_library(error: BaseException) -> MissingLibraryError | None:
+    """Return the error that names the extra a module is missing of; ``None`` for every other error.
+
+    Where several bring it, that of the room it is imported in.
+    """
+    if not isinstance(error, ModuleNotFoundError):
+        return None
+    library = (error.name or "").partition(".")[0]
+    extras = [extra for extra, modules in EXTRAS.items() if library in modules]
+    if not extras:
+        return None
+    rooms: set[str] = set()
+    trace = error.__traceback__
+    while trace is not None:
+        rooms.update(trace.tb_frame.f_globals.get("__name__", "").split(".")[1:2])
+        trace = trace.tb_next
+    extra = next((one for one in extras if one in rooms), extras[0])
+    return MissingLibraryError(f"{library} is not installed: pip install 'mavjoule[{extra}]'")
 
 
 def bug_text(error: BaseException) -> str:

@@ -12,7 +12,7 @@ import click
 
 from planner import __version__
 from planner.cli.output import TRACEBACK_VARIABLE, narrate, show_traceback
-from planner.errors import CheckFailedError, ExitCode, MavjouleError, bug_text
+from planner.errors import CheckFailedError, ExitCode, MavjouleError, bug_text, missing_library
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,11 +84,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             prog_name="mavjoule",
             standalone_mode=False,
         )
-    except MavjouleError as error:
-        if isinstance(error, CheckFailedError):
-            _show_bug(error)
-        narrate(str(error))
-        return error.exit_code
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         return ExitCode.UNUSABLE
@@ -98,10 +93,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt):
         return ExitCode.INTERRUPTED
     except Exception as error:  # noqa: BLE001 - a pilot reads a sentence, not in a traceback
-        _show_bug(error)
-        narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
-        return CheckFailedError.exit_code
+        return _reported(error)
     return ExitCode(done or ExitCode.GO)
+
+
+def _reported(error: Exception) -> ExitCode:
+    """Report what a command ended in, and return its exit code."""
+    known = error if isinstance(error, MavjouleError) else missing_library(error)
+    if known is None or isinstance(known, CheckFailedError):
+        _show_bug(error)
+    if known is not None:
+        narrate(str(known))
+        return known.exit_code
+    narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
+    return CheckFailedError.exit_code
 
 
 def _stop_as_by_ctrl_c() -> None:

@@ -16,6 +16,7 @@ from planner.errors import (
     OtherVehicleError,
     UsageError,
     bug_text,
+    missing_library,
 )
 from planner.findings import Rule, Severity
 from planner.flight.budget import NOTHING_FLOWN, flight_battery, item_arrivals
@@ -452,6 +453,7 @@ def shielded(
     except MavjouleError:
         raise
     except Exception as error:  # noqa: BLE001 - a bug stays with its mission
+        _refuse_without_library(error)
         return failed_check(file, error)
 
 
@@ -463,8 +465,16 @@ def bugs_of(file: str) -> Iterator[None]:
     except MavjouleError:
         raise
     except Exception as error:
+        _refuse_without_library(error)
         msg = f"{file}: {CHECK_FAILED.title}: {bug_text(error)}"
         raise CheckFailedError(msg) from error
+
+
+def _refuse_without_library(error: Exception) -> None:
+    """Raise what names the extra to install where that is all that is wrong."""
+    missing = missing_library(error)
+    if missing is not None:
+        raise missing from error
 
 
 def failed_check(file: str, error: Exception) -> UnreadableMission:
