@@ -29,7 +29,7 @@ class Place(Value, kw_only=False):
 
 
 class FlightStretch(Value):
-    """The stretch of ground a finding is about, for maps and pictures."""
+    """The stretch of ground a finding is about, for maps and pictures; a spot begins where it ends."""
 
     start_deg: tuple[float, float]
     """Latitude and longitude where it begins. [°]"""

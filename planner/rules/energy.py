@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.findings import Rule, Severity
+from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
@@ -161,9 +161,19 @@ def _return_below_reserve(a: Assessment, budget: BatteryBudget) -> Iterator[Find
             f"; from {worst} the return takes {quantity.energy(way.energy_home_wh)} "
             f"({quantity.energy(-way.margin_wh)} short)"
         )
+    at = turn or way.tightest
     yield a.finding(
-        RETURN_BELOW_RESERVE, message, item=way.tightest_item if turn is None else turn.item
+        RETURN_BELOW_RESERVE,
+        message,
+        item=way.tightest_item if turn is None else turn.item,
+        stretch=None if at is None else _spot(at),
     )
+
+
+def _spot(point: FlightPoint) -> FlightStretch:
+    """Return a point of a flight as what a picture shows of a finding."""
+    place_deg = (point.latitude_deg, point.longitude_deg)
+    return FlightStretch(start_deg=place_deg, end_deg=place_deg, distance_m=0.0)
 
 
 def reserve_name(budget: BatteryBudget) -> str:

@@ -142,6 +142,12 @@ def test_the_worst_place_to_return_from_is_told_where_it_lies_within_a_leg() -> 
     assert sorted(errors(result)) == ["E102", "E124"]
     [finding] = [f for f in result.findings if f.code == "E102"]
     assert re.search(r"; from \d+ m into the leg to item 4 the return takes", finding.message)
+    assert result.return_plan is not None
+    turn = result.return_plan.last_return
+    assert turn is not None
+    assert finding.stretch is not None, "pictures show the point of no return at its place"
+    assert finding.stretch.start_deg == finding.stretch.end_deg
+    assert finding.stretch.start_deg == (turn.latitude_deg, turn.longitude_deg)
 
 
 def test_an_item_is_reached_at_its_place_and_not_where_a_take_off_put_before_it_ends() -> None:
