@@ -32,9 +32,11 @@ def what_if_of(file: str, given: Mapping[str, object] | None = None) -> WhatIf:
     return WhatIf(settings=mission_settings(file, given), given=given, changes={})
 
 
-def review_app(*files: str, given: Mapping[str, object] | None = None) -> ReviewApp:
+def review_app(
+    *files: str, given: Mapping[str, object] | None = None, is_ascii: bool = False
+) -> ReviewApp:
     """Return the application for some missions."""
-    return ReviewApp(files or (TOO_FAR,), lambda file: what_if_of(file, given))
+    return ReviewApp(files or (TOO_FAR,), lambda file: what_if_of(file, given), is_ascii=is_ascii)
 
 
 async def checked(pilot: Pilot[None]) -> Screen[Any]:

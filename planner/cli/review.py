@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,14 +17,12 @@ from planner.cli.options import (
     given_settings,
     setting_options,
 )
+from planner.cli.terminal import end_with_terminal, shows_braille, why_unusable
 from planner.errors import ExitCode, LinkError, UsageError
 from planner.setup import settings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-LEAST_COLUMNS, LEAST_ROWS = 60, 16
-"""A smaller terminal cannot show one pane."""
 
 
 @click.command("review")
@@ -35,7 +31,13 @@ LEAST_COLUMNS, LEAST_ROWS = 60, 16
 )
 @setting_options(*CHECK_GROUPS)
 @link_options
-def command(missions: tuple[str, ...], **options: object) -> ExitCode:
+@click.option(
+    "--ascii/--no-ascii",
+    "is_ascii",
+    default=None,
+    help="draw with ASCII characters [default: where locale or TERM shows no Braille]",
+)
+def command(missions: tuple[str, ...], *, is_ascii: bool | None, **options: object) -> ExitCode:
     """Review missions on the terminal: why go or no-go, and what if.
 
     Without a mission, those of the current folder are offered; of several, and of a folder, a list
@@ -49,6 +51,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
         msg = "a vehicle is reviewed by itself: give its address alone"
         raise UsageError(msg)
     _refuse_terminal(missions)
+    end_with_terminal()
     try:
         from planner.tui.app import ReviewApp
         from planner.tui.what_if import WhatIf
@@ -67,8 +70,12 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     for mission in (mission for mission in missions if not Path(mission).is_dir()):
         what_if_of(mission)  # a broken configuration is reported before anything is shown
     request = link_request(missions[0], link) if is_live else None
-    app = ReviewApp(missions or (".",), what_if_of, link=request)
+    if is_ascii is None:
+        is_ascii = not shows_braille(os.environ)
+    app = ReviewApp(missions or (".",), what_if_of, link=request, is_ascii=is_ascii)
     app.run()
+    if app.return_code == ExitCode.INTERRUPTED:
+        return ExitCode.INTERRUPTED
     if app.live is not None and app.live.snapshot is None and not app.return_code:
         msg = app.live.lost_by or f"nothing was read of {app.live.file} before it was left"
         raise LinkError(msg)
@@ -77,23 +84,10 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
 
 def _refuse_terminal(missions: tuple[str, ...]) -> None:
     """Raise ``UsageError`` where no terminal UI can be shown, with what to run instead."""
-    size = shutil.get_terminal_size()
-    streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on the last
-    if "-" in missions:
-        why = "a mission on standard input cannot be reviewed"
-    elif not all(stream is not None and stream.isatty() for stream in streams):
-        why = "the terminal UI needs a terminal"
-    elif os.environ.get("TERM") in {"dumb", "unknown"}:
-        why = f"the terminal UI cannot be shown on TERM={os.environ['TERM']}"
-    elif size.columns < LEAST_COLUMNS or size.lines < LEAST_ROWS:
-        why = (
-            f"the terminal has {size.columns} × {size.lines} characters, the terminal UI needs "
-            f"{LEAST_COLUMNS} × {LEAST_ROWS}"
-        )
-    else:
-        return
-    msg = f"{why}; {_instead(missions)}"
-    raise UsageError(msg)
+    why = "a mission on standard input cannot be reviewed" if "-" in missions else why_unusable()
+    if why:
+        msg = f"{why}; {_instead(missions)}"
+        raise UsageError(msg)
 
 
 def _is_fleet(mission: str) -> bool:

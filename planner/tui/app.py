@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
+import signal
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.theme import Theme
 
+from planner.errors import ExitCode
+from planner.tui.plain import AsciiFilter
 from planner.tui.screens.fleet import FleetScreen
 from planner.tui.screens.missions import FLEET_SUFFIX, MissionsScreen
 from planner.tui.screens.review import ReviewScreen
@@ -17,6 +22,7 @@ from planner.tui.screens.review import ReviewScreen
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from textual.filter import LineFilter
     from textual.screen import Screen
 
     from planner.link.vehicle import LinkRequest
@@ -86,8 +92,10 @@ class ReviewApp(App[None]):
         what_if_of: Callable[[str], WhatIf],
         *,
         link: LinkRequest | None = None,
+        is_ascii: bool = False,
     ) -> None:
         super().__init__()
+        self._plain = AsciiFilter(enabled=is_ascii)
         self.register_theme(LIGHT)
         self.register_theme(HIGH_CONTRAST)
         self.missions = tuple(missions)
@@ -95,6 +103,21 @@ class ReviewApp(App[None]):
         self.link = link
         self.live: LiveScreen | None = None
         """The review of the vehicle."""
+
+    async def run_async(self, **options: Any) -> None:  # noqa: ANN401 - of App
+        """Run until it is left; a signal to end leaves it as its key does."""
+        loop = asyncio.get_running_loop()
+        for name in ("SIGTERM", "SIGHUP"):
+            # Whoever ignores one wants it so; not everything that runs an application takes signals.
+            with suppress(AttributeError, NotImplementedError, RuntimeError, ValueError):
+                number = getattr(signal, name)
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    loop.add_signal_handler(number, self.exit, None, ExitCode.INTERRUPTED)
+        await super().run_async(**options)
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Return what is done to lines before they are shown."""
+        return [*super().get_line_filters(), *([self._plain] if self._plain.enabled else [])]
 
     def get_default_screen(self) -> Screen[None]:
         """Return the mission, the list of them, the fleet, or the vehicle."""
