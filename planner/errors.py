@@ -57,6 +57,18 @@ class InputError(MavjouleError):
             where += f": {key}"
         super().__init__(f"{where}: {message}")
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return how another process raises the same: by its fields, not by its text."""
+        return _with_fields, (type(self), self.args, self.__dict__)
+
+
+def _with_fields(
+    kind: type[InputError], arguments: tuple[object, ...], fields: dict[str, object]
+) -> InputError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__ |= fields
+    return error
+
 
 class MissionFileError(InputError):
     """A mission file that is not one, or is broken."""
@@ -128,6 +140,10 @@ class ConfigurationError(MavjouleError):
 
 class OutputError(MavjouleError):
     """A report that cannot be written."""
+
+
+class WorkersError(MavjouleError):
+    """A process that worked for this one was killed."""
 
 
 class SplitError(MavjouleError):

@@ -28,6 +28,8 @@ from planner.report.text import caveat, tally
 from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
 from planner.setting import Group, declared
 from planner.setup import Output, Setup, Together
+from planner.values import field_values
+from planner.workers import core_count, done_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,6 +39,8 @@ if TYPE_CHECKING:
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 _READ = ("vehicle", "params", "profile")
 """Settings that name a file that is read."""
+_WORTH_WORKERS = 20
+"""Fewer missions are checked before another process has started."""
 
 
 @click.command("check")
@@ -76,11 +80,13 @@ def command(
         refuse_overwriting(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
-    with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
-        results: Results = [
-            shielded(partial(_checked, mission, values, link), file=mission)
-            for mission, values in jobs
-        ]
+    jobs = list(zip(missions, settings, strict=True))
+    work = partial(_checked, link=link)
+    with (
+        done_in_order(work, jobs, workers=_workers(missions)) as done,
+        progress(done, of=len(jobs), label="Checking") as shipped,
+    ):
+        results: Results = [kind(**fields) for kind, fields in shipped]
     if together is not None:
         from planner.service.separation import keep_apart
 
@@ -138,7 +144,23 @@ def _together(
     return together
 
 
+def _workers(missions: Sequence[str]) -> int:
+    """Return in how many processes missions are checked: in this one where it alone can read them."""
+    if len(missions) < _WORTH_WORKERS or any(one == "-" or is_vehicle(one) for one in missions):
+        return 1
+    return core_count()
+
+
 def _checked(
+    job: tuple[str, Mapping[str, Any]], *, link: Mapping[str, object]
+) -> tuple[type, dict[str, Any]]:
+    """Return what a mission comes to, whole: its type and its fields."""
+    mission, values = job
+    result = shielded(partial(_check, mission, values, link), file=mission)
+    return type(result), field_values(result)
+
+
+def _check(
     mission: str, values: Mapping[str, Any], link: Mapping[str, object]
 ) -> CheckResult | UnreadableMission:
     setup = Setup.of(values)

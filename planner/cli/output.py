@@ -72,13 +72,13 @@ def refuse_overwriting(output: Path | None, inputs: Sequence[str]) -> None:
             raise UsageError(msg)
 
 
-def progress(jobs: Sequence[One], *, label: str) -> AbstractContextManager[Iterable[One]]:
-    """Return the jobs one by one, with a bar on standard error where several make someone wait."""
-    if len(jobs) < 2 or sys.stderr is None or not sys.stderr.isatty():
-        return nullcontext(jobs)
+def progress(done: Iterable[One], *, of: int, label: str) -> AbstractContextManager[Iterable[One]]:
+    """Return what so many jobs come to, with a bar on standard error where several make someone wait."""
+    if of < 2 or sys.stderr is None or not sys.stderr.isatty():
+        return nullcontext(done)
     import click
 
-    return click.progressbar(jobs, label=label, file=sys.stderr)
+    return click.progressbar(done, length=of, label=label, file=sys.stderr)
 
 
 def narrate(text: str) -> None:

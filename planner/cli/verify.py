@@ -91,7 +91,7 @@ def command(
         from planner.logs.csv import read_csv_mapping
 
         csv_mapping = read_csv_mapping(mapping)
-    with progress(logs, label="Verifying") as paths:
+    with progress(logs, of=len(logs), label="Verifying") as paths:
         done = list(
             verify_logs(
                 vehicle,

@@ -6,6 +6,7 @@ import math
 import re
 import textwrap
 from collections import Counter, defaultdict
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner import quantity
@@ -77,7 +78,8 @@ def well_formed(text: str) -> str:
 
     They come from file names that are no UTF-8 and from careless JSON.
     """
-    if text.isascii():
+    with suppress(UnicodeEncodeError):
+        text.encode()  # a page has millions of characters: looking at each takes half a second
         return text
     return "".join(
         "\N{REPLACEMENT CHARACTER}" if "\ud800" <= character <= "\udfff" else character

@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 import math
-import signal
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import get_context
-from threading import current_thread, main_thread
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,10 +14,10 @@ from planner.findings import Rule, Severity
 from planner.fleet.fleet import SwarmAlgorithm
 from planner.service.swarm import GOAL_FRACTIONS, SWARM_UNSEEN, simulate_fleet
 from planner.values import Value, field_names, replace
+from planner.workers import done_in_order, end_if_stopped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from multiprocessing.synchronize import Event
+    from collections.abc import Callable, Iterable, Sequence
 
     from planner.findings import Finding
     from planner.fleet.fleet import Fleet
@@ -255,7 +250,7 @@ def simulate_numbers(
     ]
     runs: list[SwarmRun] = []
     is_cut_short = False
-    with _made(asked, workers) as made:
+    with done_in_order(_run, asked, workers=workers) as made:
         try:
             for run in made:
                 runs.append(run)
@@ -314,53 +309,8 @@ class _Asked(Value):
     until_s: float
 
 
-_stopped: Event | None = None
-"""Of a process that makes simulations: whether the one that asked for them wants no more."""
-
-
-def _obey(stop: Event) -> None:
-    """Note what ends this process: the one that made it."""
-    global _stopped  # noqa: PLW0603 - what a process is given at its start
-    _stopped = stop
-
-
 def _go_on(_: str) -> None:
-    if _stopped is not None and _stopped.is_set():
-        raise KeyboardInterrupt
-
-
-@contextmanager
-def _made(asked: Sequence[_Asked], workers: int) -> Iterator[Iterable[SwarmRun]]:
-    """Give simulations in their order, made in this process or in several."""
-    workers = min(workers, len(asked))
-    if workers < 2:
-        yield map(_run, asked)
-        return
-    context = get_context("spawn")
-    stop = context.Event()
-    with ProcessPoolExecutor(
-        workers, mp_context=context, initializer=_obey, initargs=(stop,)
-    ) as pool:
-        try:
-            with _unheard():
-                made = pool.map(_run, asked)
-            yield made
-        finally:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _unheard() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C from their first moment: they inherit that."""
-    if current_thread() is not main_thread():  # no other may
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    end_if_stopped()
 
 
 def _run(asked: _Asked) -> SwarmRun:

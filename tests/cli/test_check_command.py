@@ -41,6 +41,19 @@ def test_json_comes_out_as_one_document_with_nothing_else(
     assert said.err == ""
 
 
+def test_many_missions_are_told_the_same_by_one_process_and_by_two(
+    mission: str, broken: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = []
+    for cores in (1, 2):
+        monkeypatch.setattr("planner.cli.check.core_count", lambda cores=cores: cores)
+        missions = [*[mission] * 10, broken, *[mission] * 9]
+        assert main(["check", *missions, "--battery", "77Wh", "--format", "json"]) == 2
+        told.append(_json(capsys))
+    assert told[0] == told[1]
+    assert [number for number, one in enumerate(_missions(told[0])) if not one["verdict"]] == [10]
+
+
 def test_the_command_line_and_the_library_get_the_same_numbers(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,0 +1,104 @@
+"""Jobs done in several processes: what they come to in the order of the jobs, and an end at Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import signal
+from contextlib import contextmanager
+from threading import current_thread, main_thread
+from typing import TYPE_CHECKING, TypeVar
+
+from planner.errors import WorkersError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from multiprocessing.synchronize import Event
+
+Job = TypeVar("Job")
+Done = TypeVar("Done")
+
+_stopped: Event | None = None
+"""Of a process that works for another: whether that one wants no more."""
+
+
+def core_count() -> int:
+    """Return how many processor cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not where a container or taskset gives it fewer
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def done_in_order(
+    work: Callable[[Job], Done], jobs: Sequence[Job], *, workers: int
+) -> Iterator[Iterable[Done]]:
+    """Give what jobs come to, one by one in their order, done in this process or in several.
+
+    Parameters
+    ----------
+    work : callable
+        What is done with each job: a function of a module, as other processes have to find it.
+    jobs : sequence
+        Values that can be pickled, as what they come to.
+    workers : int
+        Processes at most; the results do not depend on them.
+
+    Raises
+    ------
+    WorkersError
+        Where the results are taken, if one of the processes was killed.
+    """
+    workers = min(workers, len(jobs))
+    if workers < 2:
+        yield map(work, jobs)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    context = get_context("spawn")
+    stop = context.Event()
+    with ProcessPoolExecutor(
+        workers, mp_context=context, initializer=_obey, initargs=(stop,)
+    ) as pool:
+        try:
+            with _unheard():
+                done = pool.map(work, jobs)
+            yield _unless_killed(done)
+        finally:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+
+
+def end_if_stopped() -> None:
+    """End the job of a worker as by Ctrl-C where nobody waits for it any more."""
+    if _stopped is not None and _stopped.is_set():
+        raise KeyboardInterrupt
+
+
+def _obey(stop: Event) -> None:
+    """Note what ends this process: the one that made it."""
+    global _stopped  # noqa: PLW0603 - what a process is given at its start
+    _stopped = stop
+
+
+def _unless_killed(done: Iterable[Done]) -> Iterator[Done]:
+    from concurrent.futures.process import BrokenProcessPool
+
+    try:
+        yield from done
+    except BrokenProcessPool as error:
+        msg = "a process of this call was killed, probably for want of memory: give it less at once"
+        raise WorkersError(msg) from error
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C from their first moment: they inherit that."""
+    if current_thread() is not main_thread():  # no other may
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
