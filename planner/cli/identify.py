@@ -8,6 +8,7 @@ import click
 
 from planner import __version__
 from planner.autopilot import Autopilot
+from planner.cli.log_conditions import MOST_MASS_KG, given_log_table, log_options
 from planner.cli.options import format_option, kind_option, path_option
 from planner.cli.output import (
     narrate,
@@ -23,12 +24,11 @@ from planner.setup import MOST_NOISE_M
 
 if TYPE_CHECKING:
     import datetime as dt
+    from collections.abc import Sequence
     from pathlib import Path
 
     from planner.identify.assembly import IdentificationSettings
     from planner.logs.csv import CsvMapping
-
-_MASS, _LOAD = Number("kg", 0.0, 1000.0, is_open=True), Number("kg", 0.0, 1000.0)
 
 
 @click.command("identify", short_help="Identify a vehicle model from flight logs.")
@@ -41,19 +41,13 @@ _MASS, _LOAD = Number("kg", 0.0, 1000.0, is_open=True), Number("kg", 0.0, 1000.0
     "--reading", "readings", multiple=True, metavar="TEXT", help="what users of it have to know"
 )
 @click.option("--base", metavar="NAME|FILE", help="model that gives what the flights do not show")
-@kind_option("--mass", _MASS, "mass with battery, without payload", name="mass_kg")
-@kind_option(
-    "--payload", _LOAD, "mass carried beyond it in the flights", name="payload_kg", default=0.0
-)
+@log_options
 @kind_option(
     "--payload-deviation",
-    _LOAD,
+    Number("kg", 0.0, MOST_MASS_KG),
     "standard deviation of a mass that is not known from flight to flight",
     name="payload_deviation_kg",
     default=0.0,
-)
-@kind_option(
-    "--temperature", Number("C", -90.0, 60.0), "air at home in the flights", name="temperature_c"
 )
 @kind_option(
     "--position-noise",
@@ -69,11 +63,6 @@ _MASS, _LOAD = Number("kg", 0.0, 1000.0, is_open=True), Number("kg", 0.0, 1000.0
     Choice({"auto": None} | {one.value: one for one in Autopilot}),
     "who shapes the references [default: as the logs say]",
     name="reference",
-)
-@path_option(
-    "--table",
-    metavar="FILE.csv",
-    help="payload, mass, temperature, battery and its levels of each log, a row each, units in the heads",
 )
 @path_option("--mapping", metavar="FILE.toml", help="columns of a CSV log")
 @kind_option(
@@ -114,7 +103,7 @@ def command(
         _list_logs(logs, csv_mapping, file_format)
         return
     refuse_overwriting(output, logs)
-    settings = _settings(output, asked)
+    settings = _settings(output, logs, asked)
     found = identify_logs(
         logs, settings, mapping=csv_mapping, output=output, on_log=narrate, on_step=narrate_seldom()
     )
@@ -154,14 +143,15 @@ def _list_logs(logs: tuple[str, ...], mapping: CsvMapping | None, file_format: s
         write_data(log_table_text(records, medium=standard_medium()))
 
 
-def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSettings:
+def _settings(
+    output: Path | None, logs: Sequence[str], asked: dict[str, Any]
+) -> IdentificationSettings:
     from planner.identify.assembly import IdentificationSettings, Method
     from planner.identify.battery import PackSettings
-    from planner.identify.log_table import read_log_table
     from planner.vehicle.library import load_vehicle
     from planner.vehicle.reader import chemistry_names
 
-    name, base, table = asked.pop("name"), asked.pop("base"), asked.pop("table")
+    name, base = asked.pop("name"), asked.pop("base")
     cells, chemistry = asked.pop("cells"), asked.pop("chemistry")
     if output is not None:
         if output.suffix != ".toml":
@@ -187,7 +177,7 @@ def _settings(output: Path | None, asked: dict[str, Any]) -> IdentificationSetti
         pack=pack,
         method=Method(asked.pop("method")),
         base=None if base is None else load_vehicle(base),
-        table=None if table is None else read_log_table(table),
+        logs=given_log_table(asked, logs),
         **asked,
     )
 

@@ -11,6 +11,7 @@ import click
 
 from planner import __version__
 from planner.autopilot import Autopilot
+from planner.cli.log_conditions import given_log_table, log_options
 from planner.cli.options import KindType, data_options, kind_option, path_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
@@ -161,38 +162,19 @@ def _answer(kind: Kind, text: str) -> object:
     return KindType(kind).convert(text.strip(), None, None) if text.strip() else None
 
 
-def _read_load(text: str) -> tuple[str, float]:
-    """Return the log and payload of ``flight.bin=0.25``; an empty log means all of them."""
-    from planner.vehicle.data_sheet import read_mass
-
-    log, _, load = text.rpartition("=")
-    return log, 0.0 if load.strip() in {"0", "0kg", "0g"} else read_mass(load)
-
-
 @command.command("refine", short_help="Narrow a model by the logs of ordinary flights.")
 @click.argument("model", metavar="MODEL.toml", type=click.Path(path_type=Path))
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @path_option(
     "-o", "--output", metavar="MODEL.toml", help="the narrowed model [default: MODEL.toml]"
 )
-@click.option(
-    "--payload",
-    "loads",
-    type=KindType(Form(_read_load, str)),
-    metavar="[LOG=]KG",
-    multiple=True,
-    help="carried in the flights of one log, or of all",
-)
-@kind_option(
-    "--temperature", Number("C", -90.0, 60.0), "air at home in the flights", name="temperature_c"
-)
+@log_options
 def refine(
     model: Path,
     logs: tuple[str, ...],
     *,
     output: Path | None,
-    loads: tuple[tuple[str, float], ...],
-    temperature_c: float | None,
+    **asked: Any,  # noqa: ANN401 - as click reads them
 ) -> None:
     """Narrow a model from a data sheet by the logs of ordinary flights.
 
@@ -208,9 +190,7 @@ def refine(
 
     output = output or model
     vehicle = replace(read_vehicle(model), name=output.stem)
-    refined = refine_logs(
-        vehicle, logs, payload_kg=dict(loads), temperature_c=temperature_c, on_log=narrate
-    )
+    refined = refine_logs(vehicle, logs, logs=given_log_table(asked, logs), on_log=narrate)
     write_vehicle(
         output, refined.model, remarks=(f"Written by mavjoule vehicle refine {__version__}.",)
     )

@@ -130,7 +130,6 @@ def _settings(vehicle: VehicleModel) -> IdentificationSettings:
         date=dt.datetime.now(dt.UTC).date(),
         version=__version__,
         reference=vehicle.reference,
-        mass_kg=vehicle.mass_kg,
         base=vehicle,
     )
 

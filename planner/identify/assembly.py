@@ -19,8 +19,9 @@ from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters, flown_position_noise_m
 from planner.identify.lag import identify_drag
 from planner.identify.lean import identified_lean
-from planner.identify.log_table import LogConditions
+from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
+from planner.identify.refinement import widened_box
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread, squared_time_errors
 from planner.identify.uncertainty import rounded
@@ -42,10 +43,11 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.identify.battery import BatteryFit
-    from planner.identify.log_table import LogTable
+    from planner.identify.log_table import LogConditions
     from planner.identify.power import PowerIdentification
     from planner.identify.power_laws import SteadyMap
     from planner.identify.ramps import RampIdentification
+    from planner.identify.refinement import NarrowedPower
     from planner.identify.responses import ResponseEvidence, ResponseIdentification
     from planner.identify.segments import MeasuredPower, StateOutcome
     from planner.identify.uncertainty import Estimate
@@ -259,16 +261,10 @@ class IdentificationSettings(Value):
     """What whoever uses the numbers has to know besides."""
     reference: Autopilot | None = None
     """Who shapes the reference; ``None``: as the logs report, step references where they do not."""
-    mass_kg: float | None = None
-    """Take-off mass with battery, without payload. [kg]"""
-    payload_kg: float = 0.0
-    """Carried in the flights beyond it. [kg]"""
+    logs: LogTable = LogTable()
+    """Mass, payload, temperature, battery of the flights."""
     payload_deviation_kg: float = 0.0
     """Standard deviation of a payload that is not known from flight to flight. [kg]"""
-    temperature_c: float | None = None
-    """Air temperature at home in the flights; ``None``: of the standard atmosphere. [°C]"""
-    table: LogTable | None = None
-    """What is known of each log; it goes before what is said here of all."""
     position_noise_m: float | None = None
     """What the model assumes of the position in a hover; ``None``: as measured in the flights. [m]"""
     pack: PackSettings = field(default_factory=PackSettings)
@@ -278,28 +274,17 @@ class IdentificationSettings(Value):
 
     @property
     def own_mass_kg(self) -> float | None:
-        """Mass without payload: as given, else the median of the table, else the base model's. [kg]"""
-        if self.mass_kg is not None:
-            return self.mass_kg
-        rows = () if self.table is None else self.table.rows
-        if masses := [row.mass_kg for row in rows if row.mass_kg is not None]:
-            return float(np.median(masses))
-        return None if self.base is None else self.base.mass_kg
+        """Mass without payload: that of the logs, else the base model's. [kg]"""
+        known = self.logs.mass_kg
+        return known if known is not None or self.base is None else self.base.mass_kg
 
     def conditions_of(self, record: FlightRecord) -> LogConditions:
         """Return what is known of a flight beside its log.
 
         Raises UsageError if there is a table without one row for the log.
         """
-        row = (
-            LogConditions(log=record.source) if self.table is None else self.table.of(record.source)
-        )
-        of_all = {
-            "payload_kg": self.payload_kg,
-            "mass_kg": self.own_mass_kg,
-            "temperature_c": self.temperature_c,
-        }
-        return replace(row, **{n: v for n, v in of_all.items() if getattr(row, n) is None})
+        own = self.logs.of(record.source)
+        return own if own.mass_kg is not None else replace(own, mass_kg=self.own_mass_kg)
 
     def flown_mass_kg(self, record: FlightRecord) -> float | None:
         """Return the mass that flew, with payload. [kg]"""
@@ -320,6 +305,8 @@ class Parts(Value, eq=False):
     steady: tuple[MeasuredPower, ...]
     hovers: tuple[MeasuredPower, ...] = ()
     ramps: RampIdentification | None = None
+    narrowed: NarrowedPower | None = None
+    """The base model's power narrowed by the flights, where it is of a kind that can be."""
 
 
 def assemble_model(
@@ -405,6 +392,9 @@ def assemble_model(
     elif parts.ramps is not None and parts.ramps.ramps is not None:
         spread = ramp_spread(records, settings)
     model = replace(model, spread=spread)
+    if parts.narrowed is not None and base is not None:
+        findings += parts.narrowed.findings
+        model = _narrowed(model, base, parts.narrowed)
     return Identification(
         model=model,
         states=tuple(outcomes),
@@ -418,6 +408,30 @@ def assemble_model(
             battery=pack.fit,
         ),
         remarks=made_remarks(records, settings, outcomes),
+    )
+
+
+_OF_POWER = ("energy_fraction", "energy_state_fraction", "law_fraction", "n_flights", "source")
+
+
+def _narrowed(model: VehicleModel, base: VehicleModel, power: NarrowedPower) -> VehicleModel:
+    """Return a model whose power is the base's, narrowed: where it holds, and how uncertain, is as well."""
+    spread = power.spread
+    if model.spread is not None:
+        spread = replace(model.spread, **{name: getattr(spread, name) for name in _OF_POWER})
+    known, own = base.provenance, model.provenance
+    logs = dict(zip(known.logs_sha256, known.logs, strict=True))
+    logs |= dict(zip(own.logs_sha256, own.logs, strict=True))
+    return replace(
+        model,
+        spread=spread,
+        valid_for=widened_box(base.valid_for, power.steady),
+        provenance=replace(
+            own,
+            readings=(*known.readings, *own.readings),
+            logs=tuple(logs.values()),
+            logs_sha256=tuple(logs),
+        ),
     )
 
 

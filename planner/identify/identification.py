@@ -27,6 +27,7 @@ from planner.identify.power import (
     power_of_manoeuvres,
 )
 from planner.identify.ramps import has_references, identify_ramps
+from planner.identify.refinement import is_narrowable, narrowed_power, refuse_impossible_mass
 from planner.identify.responses import identify_response
 from planner.identify.segments import (
     SegmentUse,
@@ -36,6 +37,7 @@ from planner.identify.segments import (
     steady_flight,
     steady_spans,
 )
+from planner.identify.uncertainty import Estimate
 from planner.identify.verification import verify_flight
 from planner.values import replace
 from planner.vehicle.model import Loads
@@ -51,15 +53,11 @@ if TYPE_CHECKING:
     from planner.identify.segments import MeasuredPower, SteadySpan
     from planner.identify.verification import KnownConditions, Verification
     from planner.logs.record import FlightRecord
+    from planner.vehicle.model import VehicleModel
 
 
 _SAME_POWER = 0.05
 """Fraction of hover power by which that of cruise may differ for a stop to be counted from hover. [-]"""
-_LEAST_W_KG = 40.0
-"""No multicopter hovers on less: two thirds of its mass in batteries of 380 Wh/kg for the record of
-4 h 21 min are 58 W/kg. [W/kg]"""
-_HOVERS_M_S, _LEVEL_M_S = 1.0, 0.3
-"""Airspeed and climb rate below which steady flight is a hover. [m/s]"""
 _RINGING_S = 20.0
 """After a step the power of an identified response may ring for tens of seconds. [s]"""
 
@@ -93,7 +91,35 @@ def identify_vehicle(
         is_logged = any(has_references(record) for record in records)
         identify = _identify_stepped if is_logged else _identify_unreferenced
     settings = replace(settings, reference=reference)
-    return assemble_model(records, settings, identify(records, settings, on_step), on_step=on_step)
+    parts = identify(records, settings, on_step)
+    if base is not None and is_narrowable(base) and parts.steady:
+        on_step(f"narrowing {base.name}")
+        parts = _narrowed(parts, base, records)
+    return assemble_model(records, settings, parts, on_step=on_step)
+
+
+def _narrowed(parts: Parts, base: VehicleModel, records: Sequence[FlightRecord]) -> Parts:
+    """Return the parts with the power of a base model that flights narrow, as ``vehicle refine`` does."""
+    found = narrowed_power(base, records, parts.steady)
+    loads = base.loads
+    if loads is not None and parts.power.loads is not None:
+        loads = replace(parts.power.loads, avionics_w=loads.avionics_w)
+    outcome = StateOutcome(
+        name="steady power",
+        summary=f"{base.name} narrowed by {quantity.count(len(found.steady), 'steady span')}: {found.text}",
+        unit="W",
+        estimates=tuple(
+            Estimate(
+                name=f"{one.name} over {base.name}'s", value=one.value, error=one.value * one.after
+            )
+            for one in found.factors
+        ),
+        segments=tuple(one for outcome in parts.power.outcomes for one in outcome.segments),
+        rms=float(np.sqrt(np.mean(found.residuals_w**2))),
+        not_shown=tuple(one.name for one in found.factors if not one.is_shown),
+    )
+    power = PowerIdentification(cruise=found.law, loads=loads, outcomes=(outcome,))
+    return replace(parts, power=power, narrowed=found)
 
 
 def _reference_of(records: Sequence[FlightRecord]) -> Autopilot:
@@ -119,7 +145,7 @@ def _identify_shaped(
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
         refusals += _power_refusals(record)
         cuts += cut_manoeuvres(record)
-    _refuse_impossible_mass(steady)
+    refuse_impossible_mass(steady)
     power = identify_power(
         steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
     )
@@ -181,7 +207,7 @@ def _identify_unreferenced(
         powers.append(manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg))
         refusals += _power_refusals(record)
     power, means = power_of_manoeuvres(powers, settings.payload_deviation_kg, tuple(refusals))
-    _refuse_impossible_mass(means)
+    refuse_impossible_mass(means)
     return Parts(
         power=replace(power, loads=_loads(records)),
         responses=(),
@@ -289,39 +315,21 @@ def _loads(records: Sequence[FlightRecord]) -> Loads | None:
     return Loads(avionics_w=0.0, ground_idle_w=round(max(float(samples.mean()), 0.0), 3))
 
 
-def _refuse_impossible_mass(steady: Sequence[MeasuredPower]) -> None:
-    """Raise IdentificationError for a mass that nothing lifts on the power of the hovers."""
-    hovers = [
-        (one.power_w, one.mass_kg)
-        for one in steady
-        if one.airspeed_m_s < _HOVERS_M_S
-        and abs(one.climb_rate_m_s) < _LEVEL_M_S
-        and one.mass_kg is not None
-    ]
-    if not hovers:
-        return
-    hover_w, mass_kg = (float(np.median(column)) for column in zip(*hovers, strict=True))
-    if hover_w < _LEAST_W_KG * mass_kg:
-        msg = (
-            f"{quantity.mass(mass_kg)} cannot hover on {quantity.power(hover_w)}, "
-            f"{quantity.power(hover_w / mass_kg)} for each kilogram: no multicopter hovers on less "
-            f"than {quantity.power(_LEAST_W_KG)}; correct --mass or --payload"
-        )
-        raise IdentificationError(msg)
-
-
 def verify_left_out(
     logs: Sequence[Sequence[FlightRecord]], settings: IdentificationSettings, known: KnownConditions
 ) -> Iterator[Verification]:
     """Identify a vehicle from all logs but one, and verify on that one, for each in turn.
 
-    What the other logs do not cover is taken from the base of the settings, and reported.
+    What the other logs do not cover is taken from the base of the settings, and reported; that base is
+    never narrowed by them, since the log left out may have narrowed it before.
 
     Raises UsageError if there is one log only.
     """
     if len(logs) < 2:
         msg = "leaving one log out needs two logs at least"
         raise UsageError(msg)
+    if settings.base is not None:
+        settings = replace(settings, base=replace(settings.base, spread=None))
     for number, flights in enumerate(logs):
         others = [record for n, log in enumerate(logs) if n != number for record in log]
         identified = identify_vehicle(others, settings)

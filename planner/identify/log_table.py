@@ -7,15 +7,16 @@ units of its kind, which ends its head: ``payload_g``, ``temperature_f``.
 import csv
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from statistics import median
+from typing import Annotated, Any, Self
 
 from planner import quantity
 from planner.errors import LogFileError, UsageError, nearest_hint
 from planner.files import decoded, read_bounded
 from planner.findings import Place
 from planner.quantity import read_number
-from planner.units import KILOGRAMS_PER_POUND
-from planner.values import Value
+from planner.units import MASS_UNITS_KG
+from planner.values import Value, field_names, replace
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -31,7 +32,7 @@ from planner.vehicle.declared import (
 _MOST_BYTES = 1 << 20
 """A row of 100 characters for each of 10,000 logs."""
 _UNITS: Mapping[str, Mapping[str, tuple[float, float]]] = {
-    "_kg": {"_kg": (1.0, 0.0), "_g": (1e-3, 0.0), "_lb": (KILOGRAMS_PER_POUND, 0.0)},
+    "_kg": {f"_{unit}": (kilograms, 0.0) for unit, kilograms in MASS_UNITS_KG.items()},
     "_c": {"_c": (1.0, 0.0), "_f": (5.0 / 9.0, -160.0 / 9.0), "_k": (1.0, -273.15)},
     "_percent": {"_percent": (1.0, 0.0), "_fraction": (100.0, 0.0)},
 }
@@ -41,7 +42,9 @@ _UNITS: Mapping[str, Mapping[str, tuple[float, float]]] = {
 class LogConditions(Part):
     """What is known of the flights of one log beside it; what is not given is as for all."""
 
-    log: Annotated[str, Key("file name of the log, with as much of its folders as tells it apart")]
+    log: Annotated[
+        str, Key("file name of the log, with as much of its folders as tells it apart")
+    ] = "*"
     payload_kg: Annotated[
         float | None, Key("carried beyond the mass of the vehicle", "kg", NOT_NEGATIVE)
     ] = None
@@ -66,29 +69,59 @@ class LogConditions(Part):
         elif levels[0] is not None and levels[1] is not None and not levels[0] > levels[1]:
             yield "level_end_percent", "must be lower than level_start_percent"
 
+    def is_of(self, log: str) -> bool:
+        """Whether this is the log: its path ends as this names it."""
+        own = Path(self.log).parts
+        return own == Path(log).parts[-len(own) :]
+
+    def beside(self, other: Self) -> Self:
+        """Return what is known here, and of another what is not."""
+        lacking = [name for name in field_names(self) if getattr(self, name) is None]
+        return replace(self, **{name: getattr(other, name) for name in lacking})
+
 
 class LogTable(Value):
-    """The rows of a table of logs."""
+    """What is known of flights beside their logs: of single logs by name, of each by a file, of all."""
 
-    source: str
-    rows: tuple[LogConditions, ...]
+    source: str = ""
+    rows: tuple[LogConditions, ...] = ()
+    """Of the file; it has one for each log."""
+    named: tuple[LogConditions, ...] = ()
+    """Given beside the file for single logs: they go before it."""
+    of_all: LogConditions = LogConditions()
+    """Where neither says anything."""
+
+    @property
+    def mass_kg(self) -> float | None:
+        """Take-off mass of the vehicle: that of all, else the median of the rows. [kg]"""
+        if self.of_all.mass_kg is not None:
+            return self.of_all.mass_kg
+        masses = [row.mass_kg for row in self.rows + self.named if row.mass_kg is not None]
+        return median(masses) if masses else None
 
     def of(self, log: str) -> LogConditions:
-        """Return the row of a log.
+        """Return what is known of the flights of a log.
 
-        Raises UsageError if it has none, or more than one.
+        Raises UsageError if the file has no row of it, or more than one.
         """
-        parts = Path(log).parts
-        own = [
-            row for row in self.rows if Path(row.log).parts == parts[-len(Path(row.log).parts) :]
-        ]
-        if len(own) != 1:
+        own = [row for row in self.rows if row.is_of(log)]
+        if self.source and len(own) != 1:
             what = "no row" if not own else f"{len(own)} rows"
             msg = (
                 f"{self.source}: {what} for {log}: give each log one, with its file name under log"
             )
             raise UsageError(msg)
-        return own[0]
+        found = LogConditions(log=log)
+        for row in (*(one for one in self.named if one.is_of(log)), *own, self.of_all):
+            found = found.beside(row)
+        return found if found.mass_kg is not None else replace(found, mass_kg=self.mass_kg)
+
+    def refuse_strangers(self, logs: Sequence[str]) -> None:
+        """Raise UsageError where something is known of a log that is none of these."""
+        for one in self.named:
+            if not any(one.is_of(log) for log in logs):
+                msg = f"{one.log} is none of the logs{nearest_hint(one.log, logs)}"
+                raise UsageError(msg)
 
 
 def read_log_table(path: str | Path) -> LogTable:

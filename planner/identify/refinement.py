@@ -22,20 +22,22 @@ from planner import quantity
 from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.flown_mission import flown_parameters
+from planner.identify.log_table import LogTable
 from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import Value, field_values, replace
 from planner.vehicle.data_sheet import STATE_FLIGHTS, STEADY_FLIGHTS, steady_power_w
+from planner.vehicle.declared import Interval
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from planner.arrays import FloatArray, IntArray
     from planner.identify.segments import MeasuredPower
     from planner.logs.record import FlightRecord
-    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.model import ModelSpread, Provenance, ValidFor, VehicleModel
 
 _COEFFICIENTS = {
     "hover": ("induced_factor", "profile_factor"),
@@ -56,6 +58,9 @@ _STEP = 1e-4
 _DISAGREES = 2.0
 """Standard deviations of its prior from which on a factor is worth a word: one in twenty by chance. [-]"""
 
+_SHOWN = 0.8
+"""Of the standard deviation before, up to which a factor is one that flights show. [-]"""
+
 PRIOR_DISAGREES = Rule(
     "I110 prior-disagrees",
     Severity.WARNING,
@@ -65,6 +70,17 @@ PRIOR_DISAGREES = Rule(
     how="A factor of the power that the flights put more than two standard deviations from where the model "
     "had it.",
     fix="compare mass, propellers and battery with the data sheet, the current in the log with a charger's",
+)
+
+
+LOG_COUNTED = Rule(
+    "I111 log-counted",
+    Severity.INFO,
+    summary="A log has narrowed the model before: it is not counted again.",
+    why="The same flight twice tells nothing new; counted twice it would make the model look more certain "
+    "than it is.",
+    how="The SHA-256 of each log is compared with those in the model's [provenance].",
+    fix="none needed; give the logs of new flights",
 )
 
 
@@ -78,24 +94,56 @@ class NarrowedFactor(Value):
     """Standard deviation of its logarithm. [-]"""
     after: float
 
+    @property
+    def is_shown(self) -> bool:
+        """Whether the flights show it: they narrow it by a fifth at least."""
+        return self.after <= _SHOWN * self.before
+
+
+class NarrowedPower(Value, eq=False):
+    """The power of a model narrowed by flights."""
+
+    law: MomentumLaw
+    spread: ModelSpread
+    factors: tuple[NarrowedFactor, ...]
+    steady: tuple[MeasuredPower, ...]
+    """What the flights told."""
+    residuals_w: FloatArray
+    """Power of each by the law, less what was measured. [W]"""
+    findings: tuple[Finding, ...]
+
+    @property
+    def flights(self) -> int:
+        """Number of flights that told something."""
+        return len({one.source for one in self.steady})
+
+    @property
+    def text(self) -> str:
+        """What became of each factor."""
+        return ", ".join(map(_told, self.factors))
+
 
 class Refinement(Value, eq=False):
     """A model narrowed by flights."""
 
     model: VehicleModel
-    factors: tuple[NarrowedFactor, ...]
-    flights: int
-    steady: tuple[MeasuredPower, ...]
-    """What the flights told."""
+    power: NarrowedPower
     findings: tuple[Finding, ...]
 
 
+def is_narrowable(vehicle: VehicleModel) -> bool:
+    """Whether flights can narrow the power of a model: it is momentum theory, and says how uncertain."""
+    spread = vehicle.spread
+    return (
+        isinstance(vehicle.cruise, MomentumLaw)
+        and vehicle.mass_kg is not None
+        and spread is not None
+        and bool(spread.law_fraction)
+    )
+
+
 def refine_vehicle(
-    vehicle: VehicleModel,
-    records: Sequence[FlightRecord],
-    *,
-    payload_kg: Mapping[str, float] | None = None,
-    temperature_c: float | None = None,
+    vehicle: VehicleModel, records: Sequence[FlightRecord], *, logs: LogTable | None = None
 ) -> Refinement:
     """Return a model narrowed by flights.
 
@@ -104,21 +152,19 @@ def refine_vehicle(
     vehicle : VehicleModel
         By momentum theory, with the spread of its factors: made by ``vehicle new``, or refined before.
     records : sequence of FlightRecord
-        Flights of this vehicle, of any kind.
-    payload_kg : mapping, optional
-        What each log's flights carried, by the source of the log; 0 where none is named. [kg]
-    temperature_c : float, optional
-        Air at home in the flights; default that of the standard atmosphere. [°C]
+        Flights of this vehicle, of any kind; what narrowed the model before is not counted again.
+    logs : LogTable, optional
+        Mass, payload and temperature of the flights; default those of the model, none, and the standard
+        atmosphere's.
 
     Raises
     ------
     UsageError
-        If the model has nothing that a flight could narrow.
+        If the model has nothing that a flight could narrow, or the flights have all narrowed it before.
     IdentificationError
-        If no flight holds power in steady flight.
+        If no flight holds power in steady flight, or its mass cannot be carried by that.
     """
-    law, spread, mass_kg = vehicle.cruise, vehicle.spread, vehicle.mass_kg
-    if not isinstance(law, MomentumLaw) or spread is None or not spread.law_fraction or not mass_kg:
+    if not is_narrowable(vehicle):
         msg = (
             f"{vehicle.name} does not say how uncertain its power is: refine models of mavjoule vehicle new, "
             "identify others from logs"
@@ -127,37 +173,66 @@ def refine_vehicle(
     if stranger := next((r for r in records if r.autopilot not in {None, vehicle.reference}), None):
         msg = f"{stranger.source} is of {stranger.autopilot}, {vehicle.name} of {vehicle.reference}"
         raise UsageError(msg)
-    loads = payload_kg or {}
-    steady = [
-        one
-        for record in records
-        for one in steady_flight(
-            record,
-            air_density_kg_m3=record_air_density_kg_m3(record, home_temperature_c=temperature_c),
-            mass_kg=mass_kg + loads.get(record.source, 0.0),
-        )
-    ]
+    known = LogTable() if logs is None else logs
+    steady: list[MeasuredPower] = []
+    for record in records:
+        own = known.of(record.source)
+        density = record_air_density_kg_m3(record, home_temperature_c=own.temperature_c)
+        mass_kg = (own.mass_kg or vehicle.mass_kg or 0.0) + (own.payload_kg or 0.0)
+        steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
     if not steady:
         msg = (
             "no flight holds power in steady flight: log battery voltage and current, and hover or fly "
             "straight for 5 s"
         )
         raise IdentificationError(msg)
-    update = PowerUpdate(vehicle, steady)
-    factors = update.factors
-    count = len({one.source for one in steady})
+    power = narrowed_power(vehicle, records, steady)
     parameters, differing = flown_parameters(records, vehicle.reference)
-    told = ", ".join(_told(one) for one in factors)
-    provenance = vehicle.provenance
     model = replace(
         vehicle,
-        cruise=MomentumLaw(
-            **{
-                name: float(f"{value:.4g}")
-                for name, value in update.moved(update.narrowed)._asdict().items()
-            }
-        ),
+        cruise=power.law,
         parameters=tuple((dict(vehicle.parameters) | dict(parameters)).items()),
+        valid_for=widened_box(vehicle.valid_for, power.steady),
+        spread=power.spread,
+        provenance=narrowed_provenance(vehicle.provenance, records, power),
+    )
+    return Refinement(model=model, power=power, findings=(*differing, *power.findings))
+
+
+def narrowed_power(
+    vehicle: VehicleModel, records: Sequence[FlightRecord], steady: Sequence[MeasuredPower]
+) -> NarrowedPower:
+    """Return the power of a model that `is_narrowable`, narrowed by the steady flight of some records.
+
+    Raises UsageError if all of it has narrowed the model before.
+    Raises IdentificationError for a mass that nothing lifts on the power of the hovers.
+    """
+    counted = {
+        f"{one.source}#{one.number}"
+        for one in records
+        if one.sha256 in vehicle.provenance.logs_sha256
+    }
+    fresh = [one for one in steady if one.source not in counted]
+    again = ", ".join(
+        dict.fromkeys(one.source.rpartition("#")[0] for one in steady if one.source in counted)
+    )
+    if not fresh:
+        msg = f"{vehicle.name} was narrowed by {again} before: give other logs"
+        raise UsageError(msg)
+    refuse_impossible_mass(fresh)
+    update = PowerUpdate(vehicle, fresh)
+    rotor, factors = update.moved(update.narrowed), update.factors
+    _refuse_better_than_ideal(rotor, vehicle)
+    rounded = {name: float(f"{value:.4g}") for name, value in rotor._asdict().items()}
+    spread = vehicle.spread
+    assert spread is not None
+    flights = quantity.count(len({one.source for one in fresh}), "flight")
+    findings = _disagreements(factors)
+    if again:
+        message = f"{again}: {vehicle.name} was narrowed by it before; not counted again"
+        findings.append(LOG_COUNTED.finding(message))
+    return NarrowedPower(
+        law=MomentumLaw(**rounded),
         spread=replace(
             spread,
             energy_fraction=round(math.hypot(update.shared_fraction, _FLIGHT), 4),
@@ -166,26 +241,87 @@ def refine_vehicle(
                 for state, flight in STATE_FLIGHTS.items()
             ),
             law_fraction=tuple((one.name, float(f"{one.after:.3g}")) for one in factors),
-            n_flights=spread.n_flights + count,
-            source=f"{quantity.count(count, 'flight')}, and what was assumed before them",
+            n_flights=spread.n_flights + len({one.source for one in fresh}),
+            source=f"{flights}, and what was assumed before them",
         ),
-        provenance=replace(
-            provenance,
-            readings=(
-                *provenance.readings,
-                f"narrowed by {quantity.count(count, 'flight')}: {told}",
-            ),
-            logs=(*provenance.logs, *dict.fromkeys(record.source for record in records)),
-            logs_sha256=(),
-        ),
-    )
-    return Refinement(
-        model=model,
         factors=factors,
-        flights=count,
-        steady=tuple(steady),
-        findings=(*differing, *_disagreements(factors)),
+        steady=tuple(fresh),
+        residuals_w=update.residuals_w,
+        findings=tuple(findings),
     )
+
+
+def _refuse_better_than_ideal(rotor: Rotor, vehicle: VehicleModel) -> None:
+    """Raise IdentificationError where flights say of a rotor what none can do."""
+    of_ideal = rotor.induced_factor + rotor.profile_factor
+    if of_ideal < 1.0:
+        msg = (
+            f"the flights hover on {quantity.percent(of_ideal)} of what {rotor.disk_area_m2:.3g} m² of "
+            f"propellers, as in {vehicle.name}, need without any loss: the mass or payload of the flights is "
+            "too large, the propellers of the model too small, or the current in the logs too low"
+        )
+        raise IdentificationError(msg)
+
+
+def narrowed_provenance(
+    provenance: Provenance, records: Sequence[FlightRecord], power: NarrowedPower
+) -> Provenance:
+    """Return where a model comes from that flights have narrowed."""
+    used = {one.source for one in power.steady}
+    logs = dict(zip(provenance.logs_sha256, provenance.logs, strict=True))
+    logs |= {one.sha256: one.source for one in records if f"{one.source}#{one.number}" in used}
+    flights = quantity.count(power.flights, "flight")
+    return replace(
+        provenance,
+        readings=(*provenance.readings, f"narrowed by {flights}: {power.text}"),
+        logs=tuple(logs.values()),
+        logs_sha256=tuple(logs),
+    )
+
+
+def widened_box(box: ValidFor, steady: Sequence[MeasuredPower]) -> ValidFor:
+    """Return a box in which a model holds with the airspeeds and climb rates that flights have shown."""
+    shown = {
+        "speed_m_s": [one.airspeed_m_s for one in steady],
+        "climb_rate_m_s": [one.climb_rate_m_s for one in steady],
+    }
+    wider = {}
+    for name, values in shown.items():
+        own = getattr(box, name)
+        if own is not None:
+            wider[name] = Interval(
+                low=min(own.low, math.ceil(10.0 * min(values)) / 10.0),
+                high=max(own.high, math.floor(10.0 * max(values)) / 10.0),
+            )
+    return replace(box, **wider)
+
+
+_LEAST_W_KG = 40.0
+"""No multicopter hovers on less: two thirds of its mass in batteries of 380 Wh/kg for the record of
+4 h 21 min are 58 W/kg. [W/kg]"""
+_HOVERS_M_S, _LEVEL_M_S = 1.0, 0.3
+"""Airspeed and climb rate below which steady flight is a hover. [m/s]"""
+
+
+def refuse_impossible_mass(steady: Sequence[MeasuredPower]) -> None:
+    """Raise IdentificationError for a mass that nothing lifts on the power of the hovers."""
+    hovers = [
+        (one.power_w, one.mass_kg)
+        for one in steady
+        if one.airspeed_m_s < _HOVERS_M_S
+        and abs(one.climb_rate_m_s) < _LEVEL_M_S
+        and one.mass_kg is not None
+    ]
+    if not hovers:
+        return
+    hover_w, mass_kg = (float(np.median(column)) for column in zip(*hovers, strict=True))
+    if hover_w < _LEAST_W_KG * mass_kg:
+        msg = (
+            f"{quantity.mass(mass_kg)} cannot hover on {quantity.power(hover_w)}, "
+            f"{quantity.power(hover_w / mass_kg)} for each kilogram: no multicopter hovers on less "
+            f"than {quantity.power(_LEAST_W_KG)}; correct --mass or --payload"
+        )
+        raise IdentificationError(msg)
 
 
 def _told(factor: NarrowedFactor) -> str:
@@ -266,6 +402,12 @@ class PowerUpdate:
         found = least_squares(self._residuals, start, method="lm")
         covariance = np.linalg.inv(found.jac.T @ found.jac)
         return np.asarray(found.x[:count]), np.asarray(covariance[:count, :count])
+
+    @property
+    def residuals_w(self) -> FloatArray:
+        """Power of each steady flight by the narrowed law, less what was measured. [W]"""
+        measured = np.exp(self.measured)
+        return np.asarray(np.exp(self._log_powers(self.narrowed)) - measured)
 
     @property
     def factors(self) -> tuple[NarrowedFactor, ...]:

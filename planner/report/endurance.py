@@ -48,13 +48,13 @@ def refinement_text(refined: Refinement, *, medium: Medium) -> str:
             f"± {quantity.percent(one.after)}",
             quantity.signed(one.value - 1.0, quantity.percent),
         )
-        for one in refined.factors
+        for one in refined.power.factors
     ]
-    flights = quantity.count(refined.flights, "flight")
+    flights = quantity.count(refined.power.flights, "flight")
     lines = [
         medium.paint(printable(refined.model.name), "bold"),
         *medium.wrapped(
-            f"{flights}, {quantity.count(len(refined.steady), 'steady part')}: {_steady(refined)}"
+            f"{flights}, {quantity.count(len(refined.power.steady), 'steady part')}: {_steady(refined)}"
         ),
         "",
         *table_lines(rows, alignment="<>>>"),
@@ -74,8 +74,8 @@ def refinement_text(refined: Refinement, *, medium: Medium) -> str:
 
 
 def _steady(refined: Refinement) -> str:
-    speeds = [one.airspeed_m_s for one in refined.steady]
-    climbs = [one.climb_rate_m_s for one in refined.steady]
+    speeds = [one.airspeed_m_s for one in refined.power.steady]
+    climbs = [one.climb_rate_m_s for one in refined.power.steady]
     return (
         f"airspeeds {quantity.decimals(min(speeds), 1)} to {quantity.speed(max(speeds))}, "
         f"climb rates {quantity.decimals(min(climbs), 1)} to {quantity.speed(max(climbs))}"

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import UsageError, nearest_hint
-
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from planner.identify.assembly import Identification, IdentificationSettings
+    from planner.identify.log_table import LogTable
     from planner.identify.refinement import Refinement
     from planner.logs.csv import CsvMapping
     from planner.logs.record import FlightRecord
@@ -56,29 +55,20 @@ def refine_logs(
     vehicle: VehicleModel,
     paths: Sequence[str],
     *,
-    payload_kg: Mapping[str, float],
-    temperature_c: float | None = None,
+    logs: LogTable,
     on_log: Callable[[str], None] = lambda _: None,
 ) -> Refinement:
-    """Return a model narrowed by the flights in logs; ``payload_kg`` is by log, that of "" of all others.
+    """Return a model narrowed by the flights in logs; ``logs`` tells what these do not hold.
 
-    Raises UsageError if a payload is of a log that is not given, or the model has nothing to narrow.
+    Raises UsageError if the model has nothing to narrow.
     Raises LogFileError if a log cannot be read.
     Raises IdentificationError if no flight holds power in steady flight.
     """
     from planner.identify.refinement import refine_vehicle
     from planner.logs.files import read_log
 
-    if unknown := [name for name in payload_kg if name and name not in paths]:
-        msg = f"--payload {unknown[0]}=…: is none of the logs{nearest_hint(unknown[0], paths)}"
-        raise UsageError(msg)
     records: list[FlightRecord] = []
     for path in paths:
         on_log(f"reading {path}")
         records += read_log(path)
-    of_all = payload_kg.get("", 0.0)
-    loads = {record.source: of_all for record in records}
-    for path in paths:
-        if path in payload_kg:
-            loads |= {one.source: payload_kg[path] for one in records if one.source == path}
-    return refine_vehicle(vehicle, records, payload_kg=loads, temperature_c=temperature_c)
+    return refine_vehicle(vehicle, records, logs=logs)

@@ -23,7 +23,7 @@ from planner.quantity import NUMBER, read_in
 from planner.units import (
     GRAVITY_M_S2,
     JOULES_PER_WATT_HOUR,
-    KILOGRAMS_PER_POUND,
+    MASS_UNITS_KG,
     MILLIAMPERE_HOURS_PER_AMPERE_HOUR,
     SECONDS_PER_MINUTE,
 )
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.priors import Prior
 
-_MASS_UNITS = {"kg": 1.0, "g": 1e-3, "lb": KILOGRAMS_PER_POUND}
 _LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, '"': 0.0254}
 _DISK_LOADING_N_M2 = (8.0, 500.0)
 """Weight over disk area of anything that flies: racers have 120, indoor flyers 20 to 40. [N/m²]"""
@@ -165,7 +164,7 @@ class DataSheet(Value):
 
 def read_mass(text: str) -> float:
     """Return the mass of ``3.5``, ``3.5kg``, ``3500g`` or ``7.7lb``. [kg]"""
-    return _above_0(read_in(text, _MASS_UNITS), "mass", text)
+    return _above_0(read_in(text, MASS_UNITS_KG), "mass", text)
 
 
 def read_propeller(text: str) -> float:

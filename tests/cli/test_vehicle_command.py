@@ -10,6 +10,7 @@ from dataflash_writer import copter_log
 from planner.cli.main import main
 from planner.errors import ExitCode
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -85,3 +86,64 @@ def test_a_payload_of_a_log_that_is_not_given_is_refused(
     asked = ["vehicle", "refine", "mine.toml", "flight.bin", "--payload", "fligth.bin=0.25kg"]
     assert main(asked) == ExitCode.UNUSABLE
     assert "did you mean flight.bin" in capsys.readouterr().err
+
+
+def _refined(*asked: str) -> tuple[float, float]:
+    """Return the mean and deviation that the made flight gives the hover, by what is said of its log."""
+    main(["vehicle", "new", "-o", "mine.toml", "--force", *_SHEET, "--mass", "2kg"])
+    assert main(["vehicle", "refine", "mine.toml", "flight.bin", *asked]) == ExitCode.GO
+    model = load_vehicle("mine.toml")
+    assert isinstance(model.cruise, MomentumLaw)
+    return model.cruise.induced_factor, model.cruise.profile_factor
+
+
+def test_mass_and_payload_of_a_log_are_said_alike_by_option_and_by_table(tmp_path: Path) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    (tmp_path / "logs.csv").write_text("log,payload_g,temperature_f\nflight.bin,200,50\n")
+    of_table = _refined("--table", "logs.csv")
+    of_log = ("--payload", "flight.bin=200g", "--temperature", "flight.bin=10")
+    assert _refined(*of_log) == of_table
+    assert _refined("--payload", "0.2", "--temperature", "10") == of_table
+    assert _refined("--mass", "flight.bin=2.2kg", "--temperature", "10") == of_table
+    # the same power carries a tenth more: less of it for each kg
+    assert of_table[0] < _refined("--temperature", "10")[0]
+
+
+def test_identify_with_a_data_sheet_as_base_narrows_it_as_refine_does(tmp_path: Path) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    narrowed = _refined()
+    main(["vehicle", "new", "-o", "sheet.toml", *_SHEET, "--mass", "2kg"])
+    asked = ["identify", "flight.bin", "--base", "sheet.toml", "-o", "found.toml"]
+    assert main(asked) == ExitCode.GO
+    found, refined = load_vehicle("found.toml"), load_vehicle("mine.toml")
+    assert isinstance(found.cruise, MomentumLaw)
+    assert (found.cruise.induced_factor, found.cruise.profile_factor) == narrowed
+    assert found.spread is not None
+    assert refined.spread is not None
+    assert found.spread.law_fraction == refined.spread.law_fraction
+    assert found.spread.energy_fraction == refined.spread.energy_fraction
+    # and goes on being narrowed, by other flights alone
+    assert main(["vehicle", "refine", "found.toml", "flight.bin"]) == ExitCode.UNUSABLE
+
+
+def test_a_payload_said_twice_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    main(["vehicle", "new", "-o", "mine.toml", *_SHEET])
+    asked = ["vehicle", "refine", "mine.toml", "flight.bin", "--payload", "0.2", "--payload", "0.3"]
+    assert main(asked) == ExitCode.UNUSABLE
+    assert "--payload is given twice for all logs" in capsys.readouterr().err
+
+
+def test_a_payload_that_the_propellers_cannot_carry_on_the_power_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    main(["vehicle", "new", "-o", "mine.toml", *_SHEET, "--mass", "2kg"])
+    before = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    asked = ["vehicle", "refine", "mine.toml", "flight.bin", "--payload", "0.5"]
+    # 2.5 kg on 0.203 m2 of disk: 24.5 N x 7.03 m/s = 172 W, the log has 160 W with the avionics
+    assert main(asked) == ExitCode.UNUSABLE
+    assert "need without any loss" in capsys.readouterr().err
+    assert (tmp_path / "mine.toml").read_text(encoding="utf-8") == before

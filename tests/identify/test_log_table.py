@@ -12,7 +12,7 @@ from made_record import make_record
 from planner.errors import LogFileError, UsageError
 from planner.identify.assembly import IdentificationSettings
 from planner.identify.battery import PackSettings, capacity_of_levels, identify_battery
-from planner.identify.log_table import LogConditions, read_log_table
+from planner.identify.log_table import LogConditions, LogTable, read_log_table
 from planner.identify.power import power_of_manoeuvres
 from planner.identify.segments import MeasuredPower
 from planner.physics.rotor import Rotor, momentum_power_w
@@ -21,8 +21,6 @@ from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from planner.identify.log_table import LogTable
 
 
 def table(folder: Path, text: str) -> LogTable:
@@ -85,7 +83,8 @@ def settings(**known: Any) -> IdentificationSettings:  # noqa: ANN401 - fields
 
 def test_a_row_goes_before_what_is_said_of_all(tmp_path: Path) -> None:
     known = table(tmp_path, "log,payload_kg,mass_kg\nb/1.csv,0.5,\n2.csv,,2.4\n3.csv,,2.0\n")
-    of = settings(table=known, payload_kg=0.1, temperature_c=5.0)
+    of_all = LogConditions(payload_kg=0.1, temperature_c=5.0)
+    of = settings(logs=replace(known, of_all=of_all))
     record = make_record(is_landed=np.zeros(10, dtype=np.bool_))
     one = of.conditions_of(replace(record, source="/a/b/1.csv"))
     # the mass of all is the median of those given
@@ -93,6 +92,27 @@ def test_a_row_goes_before_what_is_said_of_all(tmp_path: Path) -> None:
     assert of.flown_mass_kg(replace(record, source="2.csv")) == pytest.approx(2.5)
     with pytest.raises(UsageError, match=r"no row for /c/1\.csv"):
         of.conditions_of(replace(record, source="/c/1.csv"))
+
+
+def test_what_is_named_for_one_log_goes_before_the_table_and_that_before_all(
+    tmp_path: Path,
+) -> None:
+    rows = table(tmp_path, "log,payload_kg,temperature_c\n1.csv,0.5,10\n2.csv,,\n")
+    known = replace(
+        rows,
+        named=(LogConditions(log="1.csv", payload_kg=0.7),),
+        of_all=LogConditions(payload_kg=0.2, mass_kg=2.0),
+    )
+    one, two = known.of("a/1.csv"), known.of("a/2.csv")
+    assert (one.payload_kg, one.temperature_c, one.mass_kg) == (0.7, 10.0, 2.0)
+    assert (two.payload_kg, two.temperature_c, two.mass_kg) == (0.2, None, 2.0)
+
+
+def test_what_is_named_for_a_log_that_is_not_given_is_refused() -> None:
+    known = LogTable(named=(LogConditions(log="flihgt.bin", payload_kg=0.7),))
+    with pytest.raises(UsageError, match=r"flihgt\.bin is none of the logs.*flight\.bin"):
+        known.refuse_strangers(["flight.bin"])
+    known.refuse_strangers(["b/flihgt.bin"])
 
 
 LAW = Rotor(0.3, 0.03, 1.4, 1.3, 0.35, 0.6)

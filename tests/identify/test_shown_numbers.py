@@ -67,7 +67,7 @@ def test_a_delay_or_a_zero_within_its_own_error_is_none() -> None:
     ],
 )
 def test_a_missing_sensor_has_its_own_advice(summary: str, advice: str) -> None:
-    settings = IdentificationSettings(name="m", date=dt.date(2026, 1, 1), version="0", mass_kg=2.0)
+    settings = IdentificationSettings(name="m", date=dt.date(2026, 1, 1), version="0")
     outcome = StateOutcome.left_out("hover", summary)
     [finding] = _reported([outcome], settings, 2.0)
     assert advice in finding.fix

@@ -16,6 +16,7 @@ from simulated_experiment import fly_horizontally, fly_vertically
 from planner.identify.assembly import IdentificationSettings, Method, _reported
 from planner.identify.battery import PackSettings
 from planner.identify.identification import identify_vehicle
+from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import refine_vehicle
 from planner.identify.responses import FittedResponse, _without_what_is_not_shown
 from planner.identify.segments import StateOutcome
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.logs.record import FlightRecord
+    from planner.vehicle.model import VehicleModel
 
+OF_2_KG = LogTable(of_all=LogConditions(mass_kg=2.0))
 PACK = PackSettings(capacity_ah=5.0)
 
 
@@ -49,8 +52,8 @@ def article() -> tuple[FlightRecord, FlightRecord]:
     )
 
 
-def refined(*, hover_w: float) -> Iterable[Finding]:
-    """Return what is reported of the hover where a data sheet says what it takes."""
+def of_data_sheet(*, hover_w: float = 160.0) -> VehicleModel:
+    """Return the model of a quadrotor by a data sheet that says what its hover takes."""
     sheet = DataSheet(
         name="quad",
         mass_kg=2.0,
@@ -60,8 +63,19 @@ def refined(*, hover_w: float) -> Iterable[Finding]:
         hover=HoverFigure(kind=HoverKind.POWER, value=hover_w),
         date=dt.date(2026, 11, 23),
     )
-    found = refine_vehicle(vehicle_from_data_sheet(sheet), [copter()]).findings
+    return vehicle_from_data_sheet(sheet)
+
+
+def refined(*, hover_w: float) -> Iterable[Finding]:
+    """Return what is reported of the hover."""
+    found = refine_vehicle(of_data_sheet(hover_w=hover_w), [copter()]).findings
     return [one for one in found if one.message.startswith("hover")]
+
+
+def refined_again(*records: FlightRecord) -> Iterable[Finding]:
+    """Return what is reported where a model that one flight has narrowed is narrowed by some."""
+    once = refine_vehicle(of_data_sheet(), [copter()]).model
+    return refine_vehicle(once, records).findings
 
 
 def reported(
@@ -75,7 +89,7 @@ def reported(
             "name": "quad",
             "date": dt.date(2026, 11, 21),
             "version": "1",
-            "mass_kg": 2.0,
+            "logs": OF_2_KG,
             "method": Method.ARX,
             **changes,
         }
@@ -98,9 +112,7 @@ def of_a_delay_as_large_as_its_error() -> tuple[str, ...]:
 
 def not_shown(*names: str) -> Iterable[Finding]:
     """Return what is reported of a response of which the flights do not show some numbers."""
-    settings = IdentificationSettings(
-        name="quad", date=dt.date(2026, 11, 21), version="1", mass_kg=2.0
-    )
+    settings = IdentificationSettings(name="quad", date=dt.date(2026, 11, 21), version="1")
     outcome = StateOutcome(name="climb_power", summary="second order", not_shown=names)
     return _reported([outcome], settings, 2.0)
 
@@ -132,8 +144,8 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: reported(copter(), again(parameters={})),
     ),
     "I105": RuleCases(
-        fires=lambda: reported(mass_kg=None),
-        boundary=lambda: reported(mass_kg=None, base=vehicle_of(ARDUPILOT)),
+        fires=lambda: reported(logs=LogTable()),
+        boundary=lambda: reported(logs=LogTable(), base=vehicle_of(ARDUPILOT)),
         silent=reported,
     ),
     "I106": RuleCases(
@@ -151,5 +163,10 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: refined(hover_w=200.0),
         boundary=lambda: refined(hover_w=180.0),  # 1.8 of its standard deviations
         silent=lambda: refined(hover_w=160.0),
+    ),
+    "I111": RuleCases(
+        fires=lambda: refined_again(copter(), again(sha256="b" * 64)),
+        boundary=lambda: refined_again(again(sha256="b" * 64)),  # alike, of another file
+        silent=lambda: refine_vehicle(of_data_sheet(), [copter()]).findings,
     ),
 }
