@@ -13,7 +13,7 @@ VEHICLE := falkowski-2023-quadrotor
 # starts would compile them all again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme rules models matrice calibration clean
+.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules models matrice calibration clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -80,6 +80,9 @@ readme: $(MADE) ## write the help and sample output in README.md again, and the 
 	$(BIN)/python tests/project/test_readme.py
 	PYTHONPATH=tests $(BIN)/python tests/vehicle/test_models_readme.py
 	PYTHONPATH=tests $(BIN)/python tests/fleet/test_fleet_readme.py
+
+pictures: $(MADE) ## draw the pictures of README.md in .ci/pictures again
+	PYTHONPATH=tests:. $(BIN)/python tests/generate_pictures.py
 
 rules: $(MADE) ## write planner/catalogue.json again: where each rule is declared, and its example
 	PYTHONPATH=tests $(BIN)/python tests/generate_catalogue.py

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from planner import quantity
-from planner.cli.options import setting_option
+from planner.cli.options import path_option, setting_option
 from planner.cli.output import narrate, refuse_overwriting
 from planner.errors import UsageError
 from planner.report.text import Medium, finding_lines
@@ -17,16 +17,24 @@ from planner.service.preflight import bugs_of
 
 @click.command("convert")
 @click.argument("source", metavar="IN")
-@click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
+@click.argument("out", metavar="[OUT]", required=False, type=click.Path(path_type=Path))
+@path_option("-o", "--output", metavar="OUT", help="where the mission is written, as OUT")
 @click.option("--force", is_flag=True, help="overwrite OUT")
 @setting_option("speed_m_s", help="command this ground speed for every level leg", unset="")
-def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) -> None:
+def command(
+    *, source: str, out: Path | None, output: Path | None, force: bool, speed_m_s: float | None
+) -> None:
     """Write a mission in another file format.
 
     IN is a QGroundControl plan, an older JSON mission or a QGC WPL file, or - for standard input.
     OUT ends in .plan or .json for a plan, in .waypoints or .txt for QGC WPL text.  What is
     odd about the mission and what OUT cannot hold is reported on standard error.
     """
+    targets = [path for path in (out, output) if path is not None]
+    if len(targets) != 1:
+        msg = "give the file to write once: as OUT, or with -o"
+        raise UsageError(msg)
+    [target] = targets
     refuse_overwriting(target, (source,))
     if target.exists() and not force:
         msg = f"{target} exists: give another file, or --force to overwrite it"

@@ -1,4 +1,4 @@
-"""``mavjoule models``, ``rules`` and ``explain``: what is shipped, and what is checked."""
+"""``mavjoule models``, ``rules``, ``explain`` and ``help``: what is shipped, checked and to be read."""
 
 from __future__ import annotations
 
@@ -61,6 +61,45 @@ def explain(code: str, *, file_format: str) -> None:
         if file_format == "json"
         else rule_text(rule, medium=standard_medium())
     )
+
+
+def _topics(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
+    from planner.report.topics import topic_names
+
+    return [name for name in (*topic_names(), *_commands(context)) if name.startswith(incomplete)]
+
+
+def _commands(context: click.Context) -> list[str]:
+    root = context.find_root()
+    return root.command.list_commands(root) if isinstance(root.command, click.Group) else []
+
+
+@click.command("help", short_help="Show the long tables and texts, by topic.")
+@click.argument("topic", required=False, shell_complete=_topics)
+@click.pass_context
+def help_command(context: click.Context, *, topic: str | None) -> None:
+    """Show a topic: settings, rules, formats, names, fleet and others; without one, list them.
+
+    TOPIC may be a command too: its help, as of --help.
+    """
+    from planner.report.topics import topic_names, topic_text, topics_text
+
+    if topic is None:
+        write_data(topics_text(medium=standard_medium()))
+    elif topic in topic_names():
+        write_data(topic_text(topic, medium=standard_medium()))
+    elif topic in _commands(context) and context.parent is not None:
+        main = context.parent
+        command = (
+            main.command.get_command(main, topic) if isinstance(main.command, click.Group) else None
+        )
+        if command is not None:
+            with click.Context(command, info_name=topic, parent=main) as asked:
+                write_data(f"{command.get_help(asked)}\n")
+    else:
+        known = (*topic_names(), *_commands(context))
+        msg = f"no topic {topic!r}{nearest_hint(topic, known)} (mavjoule help)"
+        raise UsageError(msg)
 
 
 def _rule(code: str) -> Rule:

@@ -39,6 +39,7 @@ COMMANDS = {
     "models": "listings:models",
     "rules": "listings:rules",
     "explain": "listings:explain",
+    "help": "listings:help_command",
 }
 """Sub-commands in the order of the help, each with its module here, and its name there where that
 is not ``command``."""

@@ -1,4 +1,4 @@
-"""The algorithm and the policy of one's own that the README shows fly as it says."""
+"""The algorithm and the policy of one's own that `mavjoule help swarm` shows fly as it says."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
     from planner.service.swarm import SwarmResult
 
-README = Path(__file__).parents[2] / "README.md"
+TOPIC = Path(__file__).parents[2] / "planner" / "report" / "topics" / "swarm.md"
 
 
-def test_the_readme_has_an_algorithm_and_a_policy_that_fly(
+def test_the_topic_has_an_algorithm_and_a_policy_that_fly(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "fleet.toml").write_text("schema = 1\n" + formation(40.0), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", TOPIC.read_text(encoding="utf-8"), re.DOTALL)
     [recipe] = [one for one in blocks if "class Relay" in one]
     names: dict[str, Any] = {}
-    exec(compile(recipe, "README.md", "exec"), names)
+    exec(compile(recipe, str(TOPIC), "exec"), names)
     result: SwarmResult = names["result"]
     assert capsys.readouterr().out.startswith(f"True {result.energy_wh:.1f} Wh")
     record = result.record

@@ -1,4 +1,4 @@
-"""What other repositories run of this one: the hook for pre-commit, and the lines of the README."""
+"""What other repositories run of this one: the hook for pre-commit, and the lines of README and help."""
 
 from __future__ import annotations
 
@@ -13,8 +13,12 @@ from planner.cli import check
 from planner.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-YAML_BLOCKS = re.findall(r"```yaml\n(.*?)```", README, re.DOTALL)
+TEXTS = (ROOT / "README.md", ROOT / "planner" / "report" / "topics" / "pipeline.md")
+YAML_BLOCKS = [
+    block
+    for text in TEXTS
+    for block in re.findall(r"```yaml\n(.*?)```", text.read_text(encoding="utf-8"), re.DOTALL)
+]
 
 
 def _hook() -> dict[str, str]:
@@ -47,14 +51,14 @@ def test_the_hook_fails_where_a_mission_is_a_no_go() -> None:
     assert main([*arguments, *named, str(ROOT / "missions" / "crossing-too-far.plan")]) == 1
 
 
-def test_the_readme_names_the_hook_by_its_id() -> None:
+def test_the_help_names_the_hook_by_its_id() -> None:
     assert any(f"- id: {_hook()['id']}" in block for block in YAML_BLOCKS)
 
 
 @pytest.mark.parametrize(
     "line", [found for block in YAML_BLOCKS for found in re.findall(r"mavjoule check .*", block)]
 )
-def test_a_pipeline_of_the_readme_calls_with_options_that_exist(line: str) -> None:
+def test_a_pipeline_that_is_shown_calls_with_options_that_exist(line: str) -> None:
     arguments = shlex.split(line)[2:]
     context = check.command.make_context("check", arguments)
     assert isinstance(context, click.Context)

@@ -18,7 +18,6 @@ import pytest
 
 from planner.cli.main import COMMANDS
 from planner.errors import ExitCode
-from planner.setup import settings
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
@@ -27,7 +26,7 @@ RUN = (sys.executable, "-c", "import sys; from planner.cli.main import main; sys
 
 
 def _house() -> str:
-    """Return the rooms of the package from the contract of its layers, the lowest first.
+    """Return the rooms of the package, which are folders, from the contract of its layers, the lowest first.
 
     Each says of itself what it is, in the first sentence of its docstring.
     """
@@ -38,26 +37,19 @@ def _house() -> str:
         names = re.split(r"\s*[|:]\s*", layer)
         for name in names:
             place = ROOT / "planner" / name
-            file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+            if not place.is_dir():
+                continue
+            file = place / "__init__.py"
             sentence = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
             first = " ".join(re.split(r"(?<=[.:])\s\s|\n\n", sentence)[0].split()).rstrip(".")
-            rows.append(f"  {name + ('/' if place.is_dir() else '.py'):18}{first}")
-        rows.append("")
-    return "\n".join(["```", "planner/", *rows[:-1], "```", ""])
+            rows.append(f"  {name + '/':12}{first}")
+    return "\n".join(["```", "planner/", *rows, "```", ""])
 
 
 def _generated(what: str) -> str:
     """Return what a block of the README is to hold."""
     if what == "house":
         return _house()
-    if what == "settings":
-        rows = [
-            f"| `{setting.key}` | {setting.kind.holds} | "
-            f"{f'`{setting.option}`' if setting.option else 'in a file only'} |"
-            for setting in settings().values()
-            if setting.in_file
-        ]
-        return "\n".join(["| key | holds | option |", "|---|---|---|", *rows, ""])
     done = subprocess.run(
         [*RUN, *shlex.split(what)[1:]],
         env={**os.environ, "COLUMNS": "80", "PYTHONUTF8": "1", "PYTHONPATH": str(ROOT)},
@@ -106,6 +98,12 @@ def test_the_library_example_runs_and_finds_what_the_command_finds(
     assert f", {energy} {unit}: " in shown, "the same energy as the command's headline"
     assert verdict == "go"
     assert int(findings) > 0
+
+
+def test_every_picture_and_file_that_is_linked_is_there() -> None:
+    linked = re.findall(r"\]\(((?!http)[^)]+)\)", README.read_text(encoding="utf-8"))
+    assert len([name for name in linked if name.endswith(".svg")]) == 3
+    assert [name for name in linked if not (ROOT / name).is_file()] == []
 
 
 if __name__ == "__main__":

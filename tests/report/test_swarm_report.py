@@ -101,11 +101,12 @@ def test_the_timeline_says_who_gives_way_and_where_agents_are() -> None:
     assert mark.rows == (0, 1)
 
 
-def test_the_json_has_the_keys_that_the_readme_lists() -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+def test_the_json_has_the_keys_that_the_topic_lists() -> None:
+    planner = Path(__file__).parents[2] / "planner"
+    topic = (planner / "report" / "topics" / "swarm.md").read_text(encoding="utf-8")
     [listed] = [
         json.loads(one)
-        for one in re.findall(r"```json\n(.*?)```", readme, re.DOTALL)
+        for one in re.findall(r"```json\n(.*?)```", topic, re.DOTALL)
         if '"is_clear"' in one
     ]
     document = json.loads(swarm_json(simulated(SEARCH), version="1"))
