@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
-    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
     from planner.setup import Setup
@@ -96,8 +95,8 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
         return
     beyond = [
         (speed, stage)
-        for stage in a.route.stages
-        if (speed := _commanded_m_s(a, stage)) is not None and speed not in limit
+        for speed, stage in zip(_commanded_m_s(a), a.route.stages, strict=True)
+        if speed is not None and speed not in limit
     ]
     if not beyond:
         return
@@ -113,12 +112,14 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
     )
 
 
-def _commanded_m_s(a: Assessment, stage: Stage) -> float | None:
-    """Return the speed commanded on a stage, not above what PX4 flies (T103). [m s⁻¹]"""
-    px4 = PX4.of(a)
-    if stage.speed_m_s is None or px4 is None or a.autopilot is Autopilot.STEP:
-        return stage.speed_m_s
-    return min(stage.speed_m_s, px4.speed_max_m_s)
+def _commanded_m_s(a: Assessment) -> list[float | None]:
+    """Return the speeds commanded on stages, not above what PX4 flies (T103). [m s⁻¹]"""
+    px4 = None if a.autopilot is Autopilot.STEP else PX4.of(a)
+    most_m_s = math.inf if px4 is None else px4.speed_max_m_s
+    return [
+        None if stage.speed_m_s is None else min(stage.speed_m_s, most_m_s)
+        for stage in a.route.stages
+    ]
 
 
 @judges(ITEM_NOT_MODELLED)
@@ -215,7 +216,7 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     fastest = extremes.ground_speed_m_s
     # A response of reference steps overshoots within the flights it was identified on.
     is_step = a.autopilot is Autopilot.STEP
-    is_commanded = any((_commanded_m_s(a, one) or 0.0) > limit.high for one in a.route.stages)
+    is_commanded = any((one or 0.0) > limit.high for one in _commanded_m_s(a))
     if fastest.value > over_m_s and not is_step and not is_commanded:
         yield a.finding(
             MODEL_OUTSIDE_ENVELOPE,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -15,22 +15,26 @@ from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, ComplexArray, FloatArray, IntArray
     from planner.flight.motion.px4.moves import Moves
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 _PARTS = 4
 """Parts of a piece over which its velocity counts as constant."""
+_LAST = slice(_PARTS - 1, None, _PARTS)
+"""The last part of each piece."""
 _ROUNDS, _ROUNDS_AHEAD = 5, 3
 """What is waited for makes a vehicle slower, and that the drag less: after five rounds legs change by less
 than 0.3 %, after three the place by centimetres."""
 _LEAST_SCALE = 0.1
 """Of the trajectory's time. [-]"""
 _STILL_M_S = 1e-3
-_WINDOW = 300.0
-"""Time constants summed up at once: e³⁰⁰ and its inverse are numbers. [-]"""
+_WINDOW = 600.0
+"""Time constants summed up at once: e⁶⁰⁰ and its inverse are numbers. [-]"""
 _BETWEEN_FLIGHTS = 30.0
 """Time constants between flights of their own: nothing is left of the one before. [-]"""
+
+Numbers = TypeVar("Numbers", "FloatArray", "ComplexArray")
 
 
 class Tracking(Value):
@@ -77,40 +81,41 @@ class TrackingLag(Value):
     """Deceleration by the air over airspeed. [s⁻¹]"""
     parameters: Px4Parameters
 
-    def off_m(self, ordered: Ordered, moves: Moves) -> tuple[FloatArray, FloatArray]:
-        """Return how far ahead of their trajectory vehicles are as moves end, and how far beside. (n,), (n,)
+    def off_m(self, ordered: Ordered, moves: Moves) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return how far off their trajectories vehicles are as moves end. (n,), (n,), (n,)
 
-        Ahead is below 0 behind.
+        Ahead, below 0 behind; beside; and past their heights.
         """
-        _, force, velocity = self._followed(ordered, moves, _ROUNDS_AHEAD)
-        last = _last_flown(ordered, moves)
+        parts, last = _Parts.of(ordered, moves), _last_flown(ordered, moves)
         rows = np.maximum(last, 0)
-        speed = horizontal(velocity[rows])
-        along = quotient((force[rows] * velocity[rows]).sum(axis=1), speed, above=_STILL_M_S)
-        across = np.sqrt(np.maximum(horizontal(force[rows]) ** 2 - along**2, 0.0))
+        _, all_force = self._followed(parts, ordered, moves, _ROUNDS_AHEAD)
+        force, velocity = all_force[rows], parts.level_m_s[rows, -1]
+        speed = np.abs(velocity)
+        along = quotient(_dot(force, velocity), speed, above=_STILL_M_S)
+        across = np.sqrt(np.maximum(np.abs(force) ** 2 - along**2, 0.0))
         waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
         ahead, beside = -along / (self._still_per_s2 + waiting), across / self._still_per_s2
-        return np.where(last >= 0, ahead, 0.0), np.where(last >= 0, beside, 0.0)
+        flies = last >= 0
+        return (
+            np.where(flies, ahead, 0.0),
+            np.where(flies, beside, 0.0),
+            np.where(flies, self._past_m(parts)[rows], 0.0),
+        )
 
-    def past_m(self, ordered: Ordered, moves: Moves) -> FloatArray:
-        """Return how far past the heights of their trajectories vehicles are as moves end. (n,)
+    def _past_m(self, parts: _Parts) -> FloatArray:
+        """Return how far past the heights of their trajectories vehicles are as pieces end. (p,)
 
         The same law upwards, by MPC_Z_P, MPC_Z_VEL_P_ACC and MPC_Z_VEL_I_ACC; no time is stretched for it.
         """
-        p, last = self.parameters, _last_flown(ordered, moves)
-        edges = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))[:, :, 2]
-        drag = 0.5 * self.drag_per_s * (edges[:, :-1] + edges[:, 1:]).reshape(-1, 1)
-        time_s, gap = _parts(ordered, moves)
-        constants = time_s * p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
-        before = slice(_PARTS - 1, None, _PARTS)
-        built = _smoothed(drag, constants, gap)[before]
-        left = np.exp(-constants[before])[:, None]
-        force = (
-            self.drag_per_s * edges[:, -1] - (drag[before] + (built - drag[before]) * left)[:, 0]
-        )
+        p, edges = self.parameters, parts.climb_m_s
+        drag = 0.5 * self.drag_per_s * (edges[:, :-1] + edges[:, 1:]).ravel()
+        rate_per_s = p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
+        constants = parts.time_s * rate_per_s
+        built = _smoothed(drag, constants, parts.gap)[_LAST]
+        left = np.exp(-constants[_LAST])
+        force = self.drag_per_s * edges[:, -1] - (drag[_LAST] + (built - drag[_LAST]) * left)
         stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
-        past = -force * np.sign(edges[:, -1]) / stiffness
-        return np.where(last >= 0, past[np.maximum(last, 0)], 0.0)
+        return np.asarray(-force * np.sign(edges[:, -1]) / stiffness)
 
     def climb_late_s(self) -> float:
         """Return by how much a take-off is late: its height is kept at the vehicle's, k q + z = D v. [s]"""
@@ -119,7 +124,7 @@ class TrackingLag(Value):
 
     def waited_for(self, ordered: Ordered, moves: Moves) -> Ordered:
         """Return pieces with the time the trajectory waits for the vehicle."""
-        scale, _, _ = self._followed(ordered, moves, _ROUNDS)
+        scale, _ = self._followed(_Parts.of(ordered, moves), ordered, moves, _ROUNDS)
         return ordered.slowed(scale)
 
     @property
@@ -133,75 +138,96 @@ class TrackingLag(Value):
         return speed_m_s / p.position_error_max_m * (p.velocity_gain_per_s + self.drag_per_s)
 
     def _error_m(
-        self, force_m_s2: FloatArray, velocity_m_s: FloatArray, comes_back: BoolArray
+        self,
+        force_m_s2: ComplexArray,
+        velocity_m_s: ComplexArray,
+        speed_m_s: FloatArray,
+        comes_back: BoolArray,
     ) -> FloatArray:
-        """Return the errors that trajectories wait for, by D v_t − z and v_t. (n,) [m]
+        """Return the errors that trajectories wait for, by D v_t − z, v_t and its size. (n,) [m]
 
         Notes
         -----
         With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
         behind where f < b y: waited for is f/b, in the mean.
         """
-        speed = horizontal(velocity_m_s)
-        moves = speed > _STILL_M_S
-        along = quotient((force_m_s2 * velocity_m_s).sum(axis=1), speed, above=_STILL_M_S)
-        still, waiting = self._still_per_s2, self._waiting_per_s2(speed)
-        all_of = horizontal(force_m_s2)
+        along = quotient(_dot(force_m_s2, velocity_m_s), speed_m_s, above=_STILL_M_S)
+        still, waiting = self._still_per_s2, self._waiting_per_s2(speed_m_s)
+        all_of = np.abs(force_m_s2)
         beside = np.sqrt(np.maximum(all_of**2 - along**2, 0.0)) / still
         root = np.sqrt(np.maximum(along**2 + (still**2 - waiting**2) * beside**2, 0.0))
         behind = along**2 - (waiting * beside) ** 2
         behind = quotient(np.maximum(behind, 0.0), still * along + waiting * root)
         error = np.where(behind > 0.0, np.hypot(behind, beside), quotient(along, waiting))
-        error = np.where(moves & (along > 0.0), error, 0.0)
+        error = np.where((speed_m_s > _STILL_M_S) & (along > 0.0), error, 0.0)
         return np.where(comes_back, all_of / (still + waiting), error)
 
     def _followed(
-        self, ordered: Ordered, moves: Moves, rounds: int
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return time scales, and D v_t − z and velocities as pieces end. (p,), (p, 2), (p, 2)"""
-        p, count = self.parameters, len(ordered.duration_s)
+        self, parts: _Parts, ordered: Ordered, moves: Moves, rounds: int
+    ) -> tuple[FloatArray, ComplexArray]:
+        """Return time scales, and D v_t − z as pieces end. (p,), (p,)"""
+        p, time_s = self.parameters, parts.time_s
         settling_s = p.velocity_gain_per_s / p.velocity_integral_gain_per_s2
-        edges = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))[:, :, :2]
-        velocity = 0.5 * (edges[:, :-1] + edges[:, 1:]).reshape(-1, 2)
-        speed = horizontal(velocity)
-        time_s, gap = _parts(ordered, moves)
+        begins, ends = parts.level_m_s[:, :-1].ravel(), parts.level_m_s[:, 1:].ravel()
+        velocity = 0.5 * (begins + ends)
+        speed = np.abs(velocity)
         drag = self.drag_per_s * velocity
         most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
         tilted = np.minimum(1.0, quotient(most_m_s2, self.drag_per_s * speed, 1.0))
+        is_tilted = tilted < 1.0
         # What the integral settles at where the tilt is at its limit.
         asked = speed + (1.0 - tilted) * p.position_gain_per_s * p.position_error_max_m
         error_m_s = np.minimum(asked, max(p.speed_max_m_s, 0.0)) - tilted * speed
         wound = np.maximum(most_m_s2 - 0.5 * p.velocity_gain_per_s * error_m_s, 0.0)
-        share = np.where(tilted < 1.0, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
-        given_m_s2 = np.diff(edges, axis=1).reshape(-1, 2) / time_s[:, None]
+        share = np.where(is_tilted, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
+        given_m_s2 = (ends - begins) / time_s
         comes_back = np.repeat(_comes_back(moves)[ordered.segment_move[ordered.segment]], _PARTS)
         scale, constants, built = tilted, time_s, drag
         for _ in range(rounds):
-            constants = time_s / scale / settling_s
-            gained = _accelerations_m_s2(edges, scale, time_s / scale) - given_m_s2
-            gained = np.where((tilted < 1.0)[:, None], 0.0, gained)
-            built = _smoothed(drag * np.minimum(scale, share)[:, None] + gained, constants, gap)
-            force = drag - built
+            flown_s = time_s / scale
+            constants = flown_s / settling_s
+            # Of a vehicle that flies the velocities of its trajectory at its scale.
+            around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
+            gained = (around[1:] * ends - around[:-1] * begins) / flown_s - given_m_s2
+            gained[is_tilted] = 0.0
+            built = _smoothed(drag * np.minimum(scale, share) + gained, constants, parts.gap)
             mean = -np.expm1(-constants) / np.maximum(constants, 1e-12)
-            error_m = self._error_m(force * mean[:, None], velocity, comes_back)
+            error_m = self._error_m((drag - built) * mean, velocity, speed, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
             scale = np.minimum(slowed, tilted)
-        flown_s = (time_s / scale).reshape(count, _PARTS).sum(axis=1)
-        left = np.exp(-constants[_PARTS - 1 :: _PARTS])[:, None]
-        at_end = edges[:, -1]
-        before = slice(_PARTS - 1, None, _PARTS)
-        built_at_end = drag[before] + (built[before] - drag[before]) * left
+        flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
+        left = np.exp(-constants[_LAST])
+        built_at_end = drag[_LAST] + (built[_LAST] - drag[_LAST]) * left
         whole = quotient(ordered.duration_s, flown_s, 1.0)
-        return whole, self.drag_per_s * at_end - built_at_end, at_end
+        return whole, self.drag_per_s * ends[_LAST] - built_at_end
 
 
-def _parts(ordered: Ordered, moves: Moves) -> tuple[FloatArray, FloatArray]:
-    """Return the durations of parts of pieces [s], and the gaps before them, in time constants."""
-    time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
-    gap = np.zeros(len(time_s))
-    flight = np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]]
-    gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
-    return time_s, gap
+class _Parts(Value, eq=False):
+    """Pieces cut into parts, n of them, over which their velocity counts as constant."""
+
+    level_m_s: ComplexArray
+    """Horizontal velocity where parts of pieces begin and end: east + i north. (p, _PARTS + 1)"""
+    climb_m_s: FloatArray
+    """Climb rate there. (p, _PARTS + 1)"""
+    time_s: FloatArray
+    """Duration. (n,) [s]"""
+    gap: FloatArray
+    """Time constants of rest before a part. (n,) [-]"""
+
+    @classmethod
+    def of(cls, ordered: Ordered, moves: Moves) -> _Parts:
+        """Return the parts of pieces in flown order."""
+        east, north, climb = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))
+        time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
+        gap = np.zeros(len(time_s))
+        flight = np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]]
+        gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
+        return cls(level_m_s=east + 1j * north, climb_m_s=climb, time_s=time_s, gap=gap)
+
+
+def _dot(one: ComplexArray, other: ComplexArray) -> FloatArray:
+    """Return the scalar products of horizontal vectors. (n,)"""
+    return np.asarray(one.real * other.real + one.imag * other.imag)
 
 
 def _last_flown(ordered: Ordered, moves: Moves) -> IntArray:
@@ -222,38 +248,28 @@ def _comes_back(moves: Moves) -> BoolArray:
     return np.asarray(moves.is_return & ~moves.is_landing & climbs)
 
 
-def _accelerations_m_s2(
-    edges_m_s: FloatArray, scale: FloatArray, flown_s: FloatArray
-) -> FloatArray:
-    """Return the accelerations of vehicles that fly the velocities of a trajectory at its scale. (n, 2)"""
-    around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
-    begins, ends = edges_m_s[:, :-1].reshape(-1, 2), edges_m_s[:, 1:].reshape(-1, 2)
-    gained = around[1:, None] * ends - around[:-1, None] * begins
-    return np.asarray(gained / flown_s[:, None])
-
-
-def _smoothed(values: FloatArray, constants: FloatArray, gap: FloatArray) -> FloatArray:
-    """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n, k)
+def _smoothed(values: Numbers, constants: FloatArray, gap: FloatArray) -> Numbers:
+    """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n,)
 
     With a gap before it, in time constants, in which z dies away.
     """
     ends = np.cumsum(constants + gap)
     begins = ends - constants
-    result, kept = np.empty_like(values), np.zeros(values.shape[1])
-    first, start = 0, 0.0
+    added = -np.expm1(-constants) * values
+    result = np.empty_like(values)
+    kept, first, start = values[0] * 0.0, 0, 0.0
     while first < len(values):
         last = max(int(np.searchsorted(ends, start + _WINDOW)), first + 1)
         some = slice(first, last)
         if last == first + 1:
             result[first] = kept * np.exp(-min(begins[first] - start, _WINDOW))
-            fades = np.exp(-min(constants[first], _WINDOW))
-            kept = result[first] * fades + values[first] * (1.0 - fades)
+            kept = result[first] * np.exp(-min(constants[first], _WINDOW)) + added[first]
         else:
-            growth = np.exp(ends[some] - start)[:, None]
-            added = -np.expm1(-constants[some])[:, None] * values[some] * growth
-            total = kept + np.cumsum(added, axis=0)
-            before = np.vstack((kept, total[:-1]))
-            result[some] = before * np.exp(start - begins[some])[:, None]
+            growth = np.exp(ends[some] - start)
+            total = kept + np.cumsum(added[some] * growth)
+            result[first] = kept
+            result[first + 1 : last] = total[:-1]
+            result[some] *= np.exp(start - begins[some])
             kept = total[-1] / growth[-1]
         first, start = last, float(ends[last - 1])
     return result

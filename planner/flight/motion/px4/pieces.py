@@ -197,15 +197,24 @@ class SettlingLaw(Columns, eq=False):
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
-        c = self.coefficients[row]
-        t = time_s[..., None]
-        rate = self.rate_per_s[row]
-        fading = self.amplitude_m[row] * np.exp(-rate * t[..., None])
-        position = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
-        position = position + fading.sum(axis=-1)
-        velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3])
-        velocity = velocity - (rate * fading).sum(axis=-1)
-        return KinematicState.of(np.moveaxis(position, -1, 0), np.moveaxis(velocity, -1, 0))
+        position, velocity = [], []
+        for c, amplitude, rate in zip(
+            *(
+                np.moveaxis(column, 0, -1)[..., row]
+                for column in (self.coefficients, self.amplitude_m, self.rate_per_s)
+            ),
+            strict=True,
+        ):
+            c0, c1, c2, c3 = c
+            place = c0 + time_s * (c1 + time_s * (c2 + time_s * c3))
+            speed = c1 + time_s * (2.0 * c2 + time_s * 3.0 * c3)
+            for size, decay in zip(amplitude, rate, strict=True):
+                fading = size * np.exp(-decay * time_s)
+                place = place + fading
+                speed = speed - decay * fading
+            position.append(place)
+            velocity.append(speed)
+        return KinematicState.of(position, velocity)
 
 
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
@@ -325,15 +334,16 @@ class Ordered(Value, eq=False):
     segment_climb_m: FloatArray
 
     def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
-        """Return the velocities at fractions of the time of each piece. (p, k, 3)"""
-        velocity = np.empty((len(self.law), len(fractions), 3))
+        """Return east, north and upward velocities at fractions of the time of each piece. (3, p, k)"""
+        velocity = np.empty((3, len(self.law), len(fractions)))
         for index, law in enumerate(self.laws):
             pieces = np.flatnonzero(self.law == index)
             if len(pieces):
                 time = self.duration_s[pieces, None] * fractions
                 state = law.state_at(self.row[pieces][:, None], time)
                 columns = (state.east_m_s, state.north_m_s, state.climb_m_s)
-                velocity[pieces] = np.stack(columns, axis=-1)
+                for own, column in zip(velocity, columns, strict=True):
+                    own[pieces] = column
         return velocity
 
     def longer_by(self, way_m: FloatArray) -> Ordered:

@@ -202,10 +202,10 @@ def _fly(
     legs, ordered = _flown(moves, parameters, time_scale)
     if lag is not None:
         # The place of the vehicle, not that of its trajectory, decides what counts as reached.
-        ahead, beside = lag.off_m(ordered, moves)
+        ahead, beside, past = lag.off_m(ordered, moves)
         chord = np.sqrt(np.maximum(moves.reach_m**2 - beside**2, 0.0))
         reach = np.maximum(chord + ahead, LEAST_REACH * moves.reach_m)
-        moves = replace(moves, reach_m=reach, past_m=lag.past_m(ordered, moves))
+        moves = replace(moves, reach_m=reach, past_m=past)
         legs, ordered = _flown(moves, parameters, time_scale)
         ordered = lag.waited_for(ordered, moves)
         ordered = ordered.longer_by(overshot_m(legs.planned, ahead))
