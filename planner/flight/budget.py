@@ -16,7 +16,8 @@ from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOU
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, FloatArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import FlownReturns
@@ -87,8 +88,8 @@ class BatteryBudget(Value):
         return self.usable_wh - self.reserve_wh
 
 
-_NOT_FLOWN = (None, None)
-"""Time of arrival and energy used by then of an item that is not flown."""
+_NOT_FLOWN = (None, None, None)
+"""Time of arrival, energy used by then and time of leaving of an item that is not flown."""
 
 NOTHING_FLOWN = Totals()
 """The totals of a mission that holds no flight."""
@@ -121,33 +122,50 @@ def flight_totals(
 
 
 def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemArrival, ...]:
-    """Return for every item of a mission when it is reached and the energy used by then.
+    """Return for every item of a mission when it is reached and left, and the energy used by then.
 
-    An item that only sets something is done when the item before it is.
+    An item that only sets something is reached and left when the item before it is left.
     """
     motion = flight.motion
     end_s = np.concatenate(([0.0], motion.segments.end_s))
     energy_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j))))
-    arrivals = list(zip(route.stages, motion.arrival_segment.tolist(), strict=True))
-    if len(arrivals) > 1 and arrivals[0][0].item == arrivals[1][0].item:
-        del arrivals[0]  # a take-off the file does not hold serves its first flown item
-    passes: dict[int, list[int]] = {}
-    done, at = -1, 0
+    left = np.maximum.accumulate(motion.done_segment)
+    stages = list(zip(route.stages, _reached(motion).tolist(), left.tolist(), strict=True))
+    if len(stages) > 1 and stages[0][0].item == stages[1][0].item:
+        del stages[0]  # a take-off the file does not hold serves its first flown item
+    passes: dict[int, list[tuple[int, int]]] = {}
+    left_at, at = 0, 0
     for number in route.reached:
-        if at < len(arrivals) and arrivals[at][0].item == number:
-            while arrivals[at][0].is_underway:
+        reached_at = left_at
+        if at < len(stages) and stages[at][0].item == number:
+            while stages[at][0].is_underway:
                 at += 1
-            done = arrivals[at][1]
+            reached_at, left_at = stages[at][1] + 1, stages[at][2] + 1
             at += 1
-        passes.setdefault(number, []).append(done + 1)
-    ends = [end for one in passes.values() for end in one]
-    reached = iter(zip(end_s[ends].tolist(), energy_wh[ends].tolist(), strict=True))
-    of_item = {number: list(islice(reached, len(one))) for number, one in passes.items()}
+        passes.setdefault(number, []).append((reached_at, left_at))
+    ends = np.array([end for one in passes.values() for end in one], dtype=np.intp).reshape(-1, 2)
+    reached, gone = ends.T
+    times = iter(
+        zip(end_s[reached].tolist(), energy_wh[reached].tolist(), end_s[gone].tolist(), strict=True)
+    )
+    of_item = {number: list(islice(times, len(one))) for number, one in passes.items()}
     rows = []
     for number, item in enumerate(mission.items, 1):
         first, *later = of_item.get(number, [_NOT_FLOWN])
         rows.append(ItemArrival(number, command_name(item.command), *first, tuple(later)))
     return tuple(rows)
+
+
+def _reached(motion: Motion) -> IntArray:
+    """Return for each stage the last segment before it holds at its place; −1 for none. (stages,)
+
+    Some autopilots report an item only after its hold.
+    """
+    state, arrival = motion.segments.state, motion.arrival_segment
+    moving = np.where(state != STATE_INDEX[FlightState.HOVER], np.arange(len(state)), -1)
+    before = np.append(-1, np.maximum.accumulate(motion.done_segment)[:-1])
+    reached = np.maximum(np.maximum.accumulate(moving)[arrival], before)
+    return np.where(arrival < 0, arrival, np.minimum(reached, arrival))
 
 
 def battery_budget(

@@ -119,15 +119,18 @@ class Segments(Sequence[Segment]):
 
 
 class ItemArrival(Value, kw_only=False):
-    """When an item is done, and what it took to get there."""
+    """When an item is reached and left, and what it took to get there."""
 
     item: int
     command: str
     arrival_s: float | None
     """From the start of the take-off, the first time; ``None`` where the item is not flown. [s]"""
     energy_used_wh: float | None
-    later: tuple[tuple[float, float], ...] = ()
-    """Arrival [s] and energy used [Wh] of every further pass, where a jump leads back."""
+    """By then. [Wh]"""
+    left_s: float | None = None
+    """When it is done: after the hold at its place, where it has one. [s]"""
+    later: tuple[tuple[float, float, float], ...] = ()
+    """Arrival [s], energy used [Wh] and leaving [s] of every further pass, where a jump leads back."""
 
 
 class Extreme(Value):

@@ -73,6 +73,7 @@ DIGITS = {
     "stopping_distance_m_p90": 1,
     "arrival_s": 1,
     "energy_used_wh": 3,
+    "left_s": 1,
 }
 """Decimals of the columns of tables of segments and items, whose heads name the unit."""
 _HEADS = (

@@ -175,8 +175,8 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
 def _passes(arrival: ItemArrival) -> Iterator[Document]:
     """Yield a row of every pass of an item, the first as number 1."""
     yield values(arrival, _ARRIVAL_KEYS) | {"pass": 1}
-    for number, (arrival_s, energy_wh) in enumerate(arrival.later, 2):
-        again = replace(arrival, arrival_s=arrival_s, energy_used_wh=energy_wh)
+    for number, (arrival_s, energy_wh, left_s) in enumerate(arrival.later, 2):
+        again = replace(arrival, arrival_s=arrival_s, energy_used_wh=energy_wh, left_s=left_s)
         yield values(again, _ARRIVAL_KEYS) | {"pass": number}
 
 

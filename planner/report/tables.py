@@ -21,6 +21,7 @@ from planner.flight.returns.path import return_profile
 from planner.flight.uncertainty import predict_energy_band
 from planner.geo.barrier import swept_areas
 from planner.mission.route.stage import StageKind
+from planner.rules.energy import destination_name, place_along
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.values import Value, field_names, field_values
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray, IntArray
     from planner.flight.prediction import Trace
+    from planner.flight.returns.path import ReturnProfile
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.stage import Stage
     from planner.report.plots.picture_files import Chart
@@ -140,7 +142,7 @@ def item_rows(assessment: Assessment) -> list[Row]:
     )
     return [
         _place("item", _item_label(assessment, stage), frame, latitude, longitude)
-        | {"item": item, "short": str(item)}
+        | {"short": str(item), "detail": _item_detail(assessment, stage)}
         for (item, stage), latitude, longitude in zip(
             stages.items(), latitude_deg.tolist(), longitude_deg.tolist(), strict=True
         )
@@ -148,28 +150,99 @@ def item_rows(assessment: Assessment) -> list[Row]:
 
 
 def _item_label(assessment: Assessment, stage: Stage) -> str:
-    """Return ``Waypoint 7 · reached 28:13 · 61.2 Wh used · 50 m above home``."""
+    """Return ``Waypoint 7 · reached 28:13, left 28:33 · 61.2 Wh used · 50 m above home, 538 m AMSL``."""
     arrival = assessment.items[stage.item - 1]
     parts = [f"{_STAGE_NAMES[stage.kind]} {stage.item}"]
     if arrival.arrival_s is not None:
-        parts.append(f"reached {quantity.clock(arrival.arrival_s)}")
+        times = [f"reached {quantity.clock(arrival.arrival_s)}"]
+        if quantity.clock(arrival.left_s) != quantity.clock(arrival.arrival_s):
+            times.append(f"left {quantity.clock(arrival.left_s)}")
+        if arrival.later:
+            times.append(f"the first of {len(arrival.later) + 1} times")
+        parts.append(", ".join(times))
     if arrival.energy_used_wh is not None and math.isfinite(arrival.energy_used_wh):
         parts.append(f"{quantity.energy(arrival.energy_used_wh)} used")
-    parts.append(f"{quantity.height(stage.height_m)} above home")
+    parts.append(_heights(assessment, stage))
     return " · ".join(parts)
+
+
+def _item_detail(assessment: Assessment, stage: Stage) -> str:
+    """Return what the map writes beside an item: ``28:13 · 61.2 Wh · 50 m``."""
+    arrival = assessment.items[stage.item - 1]
+    texts = [quantity.clock(arrival.arrival_s)]
+    if arrival.energy_used_wh is not None and math.isfinite(arrival.energy_used_wh):
+        texts.append(quantity.energy(arrival.energy_used_wh))
+    return " · ".join((*texts, quantity.height(stage.height_m)))
+
+
+def _heights(assessment: Assessment, stage: Stage) -> str:
+    amsl_m = assessment.route.home_amsl_m + stage.height_m
+    return f"{quantity.height(stage.height_m)} above home, {quantity.height(amsl_m)} AMSL"
 
 
 def place_rows(assessment: Assessment) -> list[Row]:
     """Return home and the rally points, a row each."""
     frame = assessment.route.frame
-    home = _place("home", "home", frame, frame.latitude_deg, frame.longitude_deg)
+    home_m = quantity.height(assessment.route.home_amsl_m)
+    label = f"Home · {home_m} AMSL"
+    home = _place("home", label, frame, frame.latitude_deg, frame.longitude_deg)
     rally = [
-        _place("rally point", f"rally point {number}", frame, *place) | {"short": f"R{number}"}
+        _place("rally point", f"Rally point {number}", frame, *place) | {"short": f"R{number}"}
         for number, place in enumerate(
             ((one.latitude_deg, one.longitude_deg) for one in assessment.mission.rally), start=1
         )
     ]
     return [home | {"short": "H"}, *rally]
+
+
+def point_rows(result: CheckResult) -> list[Row]:
+    """Return the places the return decides on, a row each: where it is tightest, and those of no return."""
+    way, assessment = result.return_plan, result.assessment
+    if way is None or assessment is None:
+        return []
+    margin = ""
+    if way.margin_wh is not None:
+        words = "short" if way.margin_wh < 0.0 else "above the reserve"
+        margin = f" · {quantity.energy(abs(way.margin_wh))} {words}"
+    takes = f"takes {quantity.energy(way.energy_home_wh)}{margin}"
+    goal = destination_name(way.destination)
+    points = (
+        (TIGHTEST, way.tightest, f"flying {goal} {takes}"),
+        (NO_RETURN, way.last_return, f"beyond it, flying {goal} lands below the reserve"),
+        (EMPTY, way.last_return_empty, f"beyond it, flying {goal} empties the battery"),
+    )
+    return [
+        _place(kind, label, assessment.route.frame, point.latitude_deg, point.longitude_deg)
+        | {"short": short, "time_min": round(point.time_s / 60.0, 4)}
+        for (kind, short), point, words in points
+        if point is not None
+        for label in [
+            f"{kind[0].upper()}{kind[1:]} · {quantity.clock(point.time_s)}, {place_along(point)} · {words}"
+        ]
+    ]
+
+
+TIGHTEST = ("tightest return", "tightest")
+NO_RETURN = ("point of no return", "no return")
+EMPTY = ("battery empty on the return", "empty")
+"""Kind of a point, and its name on the map."""
+
+
+def joined_places(rows: Sequence[Row]) -> list[Row]:
+    """Return places that are one, such as home, take-off and landing, as one row with a line for each."""
+    places: dict[tuple[float, float], Row] = {}
+    for row in rows:
+        at = (row["east_m"], row["north_m"])
+        known = places.get(at)
+        if known is None:
+            places[at] = dict(row)
+            continue
+        for key, between in (("label", "\n"), ("short", ", ")):
+            known[key] = f"{known[key]}{between}{row[key]}"
+        if row["kind"] != "item":
+            known["kind"] = row["kind"]
+        known.setdefault("detail", row.get("detail", ""))
+    return list(places.values())
 
 
 def fence_outlines(
@@ -294,13 +367,17 @@ class FlightTables(Value, eq=False):
     flight: list[Row]
     """Samples over time; power and energy are left out where they are not known."""
     path: list[Row]
-    """Samples of the way over ground."""
+    """Samples of the way over ground; where the battery is known, in runs of one level of the return."""
+    arrows: list[Row]
+    """Which way it is flown, here and there."""
     states: list[Row]
     """Stretches of one state."""
     returns: list[Row]
     """What it would take to get home; empty where the power is not known."""
     marks: list[Row]
-    """Items, home and rally points."""
+    """Items, home and rally points; those at one place in one row."""
+    points: list[Row]
+    """Where the return is tightest, and the points of no return."""
     fence: list[Row]
     """Outlines of its areas."""
     stretches: list[Row]
@@ -330,14 +407,19 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
         msg = f"{result.file}: nothing is flown, so there is nothing to draw"
         raise UsageError(msg)
     trace = sample_trace(assessment.flight, assessment.route, most_samples=_SAMPLES)
+    profile = return_profile(assessment.returns) if assessment.vehicle.is_power_known else None
+    turning = _turning(assessment, profile)
+    path = _path_by_level(assessment, trace, profile, turning)
     return FlightTables(
         result=result,
         assessment=assessment,
         flight=_flight_rows(assessment, trace, most_rows),
-        path=path_rows(assessment, trace),
+        path=path,
+        arrows=arrow_rows(path),
         states=_state_rows(assessment),
-        returns=_return_rows(assessment, most_rows) if assessment.vehicle.is_power_known else [],
-        marks=item_rows(assessment) + place_rows(assessment),
+        returns=_return_rows(profile, turning, most_rows),
+        marks=joined_places(item_rows(assessment) + place_rows(assessment)),
+        points=point_rows(result),
         fence=fence_rows(assessment),
         stretches=stretch_rows(result),
         room=stop_room_rows(assessment),
@@ -388,8 +470,18 @@ def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[R
     return _rows(columns, kept)
 
 
-def path_rows(assessment: Assessment, trace: Trace, chosen: slice = slice(None)) -> list[Row]:
-    """Return the way over ground of the samples chosen, a row for each corner that can be seen."""
+def path_rows(
+    assessment: Assessment,
+    trace: Trace,
+    chosen: slice = slice(None),
+    *,
+    level: IntArray | None = None,
+) -> list[Row]:
+    """Return the way over ground of the samples chosen, a row for each corner that can be seen.
+
+    Where each sample has a level, the position of its name in `LEVELS`, rows are in runs of one level,
+    which begin where the one before ends.
+    """
     import shapely
 
     east_m, north_m = assessment.route.frame.east_north_m(
@@ -408,7 +500,79 @@ def path_rows(assessment: Assessment, trace: Trace, chosen: slice = slice(None))
         "east_m": _rounded(east_m, 1),
         "north_m": _rounded(north_m, 1),
     }
-    return _rows(columns, kept)
+    if level is None:
+        return _rows(columns, kept)
+    changes = np.flatnonzero(np.diff(level)) + 1
+    columns["level"] = [LEVELS[one] for one in level.tolist()]
+    rows: list[Row] = []
+    run = 0
+    for row in _rows(columns, np.union1d(kept, changes)):
+        if rows and rows[-1]["level"] != row["level"]:
+            rows.append(row | {"level": rows[-1]["level"], "run": run})
+            run += 1
+        rows.append(row | {"run": run})
+    return rows
+
+
+LEVELS = (
+    "empty before it lands",
+    "below the reserve",
+    "up to 10 % above it",
+    "10 to 25 % above it",
+    "over 25 % above it",
+)
+"""With what a vehicle lands that turns back, worst first; fractions of the battery, above the reserve."""
+_LEVEL_FRACTIONS = (0.0, 0.1, 0.25)
+
+
+def _path_by_level(
+    assessment: Assessment, trace: Trace, profile: ReturnProfile | None, turning: IntArray
+) -> list[Row]:
+    """Return the way over ground by what a return from each place leaves in the battery, if known."""
+    battery = assessment.battery
+    if battery is None or profile is None or not len(turning):
+        return path_rows(assessment, trace)
+    needed_wh = np.interp(
+        trace.time_s, profile.time_s[turning], profile.used_wh[turning] + profile.return_wh[turning]
+    )
+    above = (battery.above_reserve_wh - needed_wh) / battery.capacity_wh
+    level = np.searchsorted(_LEVEL_FRACTIONS, above, side="right") + 1
+    level[needed_wh > battery.usable_wh] = 0
+    return path_rows(assessment, trace, level=level)
+
+
+_ARROW_FRACTION = 0.06
+"""Shortest way between arrows, over the extent of the path. [-]"""
+_MOST_ARROWS = 60
+_ARROW_AT = 0.58
+"""Along a leg, so that those of there and back do not lie on each other. [-]"""
+
+
+def arrow_rows(path: Sequence[Row]) -> list[Row]:
+    """Return arrows along a path: one on each long leg, and one on each so long way of short ones."""
+    places = np.array([(row["east_m"], row["north_m"]) for row in path])
+    legs = np.diff(places, axis=0)
+    length_m = np.hypot(*legs.T)
+    least_m = _ARROW_FRACTION * float(np.ptp(places, axis=0).max())
+    if least_m == 0.0:
+        return []
+    chosen: list[int] = []
+    while not chosen or len(chosen) > _MOST_ARROWS:
+        chosen, since_m = [], 0.0
+        for number, own_m in enumerate(length_m.tolist()):
+            since_m += own_m
+            if since_m >= least_m:
+                chosen.append(number)
+                since_m = 0.0
+        least_m *= 1.5
+    heads = places[chosen] + _ARROW_AT * legs[chosen]
+    bearings_deg = np.degrees(np.arctan2(*legs[chosen].T)) % 360.0
+    columns = {
+        "east_m": _rounded(heads[:, 0], 1),
+        "north_m": _rounded(heads[:, 1], 1),
+        "bearing_deg": _rounded(bearings_deg, 1),
+    }
+    return _rows(columns, np.arange(len(chosen)))
 
 
 def _state_rows(assessment: Assessment) -> list[Row]:
@@ -446,10 +610,17 @@ def _coarse_bands(state: IntArray, end_s: FloatArray) -> list[tuple[int, float, 
     return bands
 
 
-def _return_rows(assessment: Assessment, most_rows: int) -> list[Row]:
-    profile = return_profile(assessment.returns)
+def _turning(assessment: Assessment, profile: ReturnProfile | None) -> IntArray:
+    """Return the rows of a profile from which a flight may still turn back."""
+    if profile is None:
+        return np.zeros(0, dtype=np.intp)
     landing = [stage.item for stage in assessment.route.stages if stage.kind in _LANDINGS]
-    turning = np.flatnonzero(~np.isin(profile.item, landing))
+    return np.flatnonzero(~np.isin(profile.item, landing))
+
+
+def _return_rows(profile: ReturnProfile | None, turning: IntArray, most_rows: int) -> list[Row]:
+    if profile is None:
+        return []
     needed_wh = profile.used_wh + profile.return_wh
     columns = {
         "time_min": _rounded(profile.time_s / 60.0, 4),

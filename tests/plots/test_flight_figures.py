@@ -292,22 +292,117 @@ def test_figures_for_a_folder_that_is_a_file_are_refused_in_a_sentence(
         plots.write_figures({"map": plots.map_figure(out)}, tmp_path / "survey.plan")
 
 
-def test_names_on_the_map_are_clear_of_their_dots_and_of_the_codes_of_findings(
-    out: CheckResult,
+def test_texts_on_the_map_are_clear_of_their_marks_and_of_each_other(
+    out: CheckResult, survey: CheckResult
 ) -> None:
-    layers = plots.map_figure(out).to_dict()["layer"]
-    texts = {
-        one["encoding"]["text"].get("field"): one["mark"]
-        for one in layers
-        if isinstance(one["mark"], dict) and one["mark"]["type"] == "text"
-    }
-    name, code = texts["label"], texts["code"]
-    # A dot of 45 px² has a radius of 3.8 px, a square of it half a side of 3.4 px.
-    assert name["baseline"] == "bottom"
-    assert name["dy"] < -math.sqrt(45.0 / math.pi)
-    # The code stands on the other side, below: neither is where the other is.
-    assert (name["align"], code["align"]) == ("left", "right")
-    assert name["dx"] > 0.0 > code["dx"]
+    for result in (out, survey):
+        chart = plots.map_figure(result).to_dict()
+        west_m, east_m = chart["layer"][0]["encoding"]["x"]["scale"]["domain"]
+        boxes = []
+        for layer in chart["layer"]:
+            mark, encoding = layer["mark"], layer["encoding"]
+            if mark["type"] != "text" or "field" not in encoding["text"]:
+                continue
+            side = 1 if mark["align"] == "left" else -1
+            # A dot of 45 px² has a radius of 3.8 px.
+            assert mark["dx"] * side > math.sqrt(45.0 / math.pi)
+            for row in chart["datasets"][layer["data"]["name"]]:
+                x, y = (
+                    (row[key] - west_m) / (east_m - west_m) * chart["width"]
+                    for key in ("east_m", "north_m")
+                )
+                ends = sorted((x + mark["dx"], x + mark["dx"] + 5 * side * len(row["text"])))
+                boxes.append((*ends, mark["dy"] - y - 5.0, mark["dy"] - y + 5.0))
+        assert boxes
+        for number, one in enumerate(boxes):
+            for other in boxes[number + 1 :]:
+                beside = one[1] <= other[0] or other[1] <= one[0]
+                assert beside or one[3] <= other[2] or other[3] <= one[2]
+
+
+@pytest.fixture(scope="module")
+def too_far() -> CheckResult:
+    """4 km out and back at 10 m/s on a battery that brings it home only from half the way."""
+    far = mission(takeoff(50), at(0, 4_000), rtl())
+    return check(
+        far,
+        load_vehicle("falkowski-2023-quadrotor"),
+        battery=Battery(capacity_wh=25.0),
+        reserve=0.2,
+    )
+
+
+def test_the_path_takes_the_colour_of_what_a_return_would_leave(too_far: CheckResult) -> None:
+    tables = make_tables(too_far)
+    budget, plan = too_far.battery, too_far.return_plan
+    assert budget is not None
+    assert plan is not None
+    assert plan.last_return is not None
+    needed = {row["time_min"]: row["needed_wh"] for row in tables.returns}
+    times = sorted(needed)
+    turned_min = tables.returns[-1]["time_min"]
+    seen = set()
+    for row in tables.path:
+        if not times[0] < row["time_min"] < turned_min:
+            continue
+        wh = np.interp(row["time_min"], times, [needed[time] for time in times])
+        above = (budget.usable_wh - budget.reserve_wh - wh) / budget.capacity_wh
+        expected = (
+            "empty before it lands"
+            if wh > budget.usable_wh
+            else "below the reserve"
+            if above < 0.0
+            else "up to 10 % above it"
+            if above < 0.1
+            else "10 to 25 % above it"
+            if above < 0.25
+            else "over 25 % above it"
+        )
+        limits = (0.0, 0.1, 0.25, -budget.reserve_wh / budget.capacity_wh)
+        if min(abs(above - limit) for limit in limits) > 0.01:  # a run ends where the next begins
+            assert row["level"] == expected
+        seen.add(row["level"])
+    assert len(seen) == 5
+    assert {row["run"] for row in tables.path} == set(range(max(r["run"] for r in tables.path) + 1))
+    # The run below the reserve begins at the point of no return.
+    below = next(row for row in tables.path if row["level"] == "below the reserve")
+    assert below["time_min"] * 60.0 == pytest.approx(plan.last_return.time_s, abs=2.0)
+
+
+def test_the_points_the_return_decides_on_are_marked_at_their_places(too_far: CheckResult) -> None:
+    plan, tables = too_far.return_plan, make_tables(too_far)
+    assert plan is not None
+    points = {row["kind"]: row for row in tables.points}
+    assert list(points) == ["tightest return", "point of no return", "battery empty on the return"]
+    for row, point in zip(
+        tables.points, (plan.tightest, plan.last_return, plan.last_return_empty), strict=True
+    ):
+        assert point is not None
+        assert (row["latitude_deg"], row["longitude_deg"]) == pytest.approx(
+            (point.latitude_deg, point.longitude_deg), abs=1e-7
+        )
+    assert "into the leg to item 2" in points["point of no return"]["label"]
+    assert 0.0 < points["point of no return"]["north_m"] < 4_000.0
+
+
+def test_arrows_point_the_way_it_is_flown(out: CheckResult, too_far: CheckResult) -> None:
+    north = {row["bearing_deg"] for row in make_tables(out).arrows if row["east_m"] == 0.0}
+    assert north == {0.0}
+    bearings = [row["bearing_deg"] for row in make_tables(too_far).arrows]
+    assert set(bearings) == {0.0, 180.0}
+    assert make_tables(checked(takeoff(20), rtl())).arrows == []
+
+
+def test_a_place_has_one_mark_with_a_line_for_each_item(out: CheckResult) -> None:
+    assert out.assessment is not None
+    marks = make_tables(out).marks
+    [home] = [row for row in marks if row["kind"] == "home"]
+    assert home["short"] == "1, 4, H"
+    lines = home["label"].split("\n")
+    home_m = out.assessment.route.home_amsl_m
+    assert lines[0].startswith("Take-off 1 · reached 0:")
+    assert lines[0].endswith(f" Wh used · 20 m above home, {home_m + 20.0:.0f} m AMSL")
+    assert lines[2] == f"Home · {home_m:.0f} m AMSL"
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

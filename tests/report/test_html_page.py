@@ -27,6 +27,7 @@ from planner.physics.wind import Wind
 from planner.report.figures import FIGURES
 from planner.report.html.page import check_html
 from planner.report.json import check_json
+from planner.report.plots.picture_files import GREEN
 from planner.service.preflight import check_file
 from planner.setup import Setup
 from planner.vehicle.battery import Battery
@@ -244,11 +245,73 @@ def test_the_map_can_be_zoomed_with_the_keyboard_and_back(browser: Chrome, addre
         ".map(one => one.textContent).sort().join()"
     )
     before = browser.execute_script(label)
-    zoom_in, _, whole = browser.find_elements("css selector", ".zoom button")
+    zoom_in, _, whole = browser.find_elements("css selector", "[data-zoom]")
+    bar = (
+        "return [...document.querySelectorAll('.map .mark-text.role-mark text')]"
+        ".map(one => one.textContent).find(text => /^[0-9]+ k?m$/.test(text))"
+    )
+    assert browser.execute_script(bar) == "50 m"
     zoom_in.send_keys(ENTER)
     until(browser, f"{label} !== '{before}'")
+    zoom_in.send_keys(ENTER)
+    until(browser, f"{bar} === '20 m'")
     whole.send_keys(ENTER)
     until(browser, f"{label} === '{before}'")
+
+
+def test_pictures_over_time_are_zoomed_together_about_the_cursor(
+    browser: Chrome, address: str
+) -> None:
+    opened(browser, address)
+    ends = (
+        "['altitude', 'speed', 'power', 'energy'].map(name => [...document.querySelectorAll("
+        "`.${name} .role-axis-label`)].length && [...document.querySelector("
+        "`.${name} .role-axis-label`).querySelectorAll('text')]"
+        ".filter(one => one.getAttribute('opacity') !== '0').map(one => one.textContent).join())"
+    )
+    [before] = set(browser.execute_script(f"return {ends}"))
+    zoom_in, _, whole = browser.find_elements("css selector", "[data-span]")
+    zoom_in.send_keys(ENTER)
+    until(browser, f"return {ends}.every(one => one !== '{before}')")
+    [after] = set(browser.execute_script(f"return {ends}"))
+    assert after.split(",")[0] == "0.0"
+    assert float(after.split(",")[-1]) < 0.6 * float(before.split(",")[-1])
+    whole.send_keys(ENTER)
+    until(browser, f"return {ends}.every(one => one === '{before}')")
+
+
+def test_marks_of_the_map_tell_what_happens_at_their_place(
+    browser: Chrome, survey: Result, address: str
+) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    opened(browser, address)
+    document = json.loads(check_json([survey], version="1"))["missions"][0]
+    texts = browser.execute_script(
+        "return [...document.querySelectorAll('.map svg text')].map(one => one.textContent)"
+    )
+    assert {"tightest", "1, 19, H", "R1", "Turning back, it lands", "over 25 % above it"} <= {
+        *texts
+    }
+    seventh = document["items"][6]
+    detail = (
+        f"{quantity.clock(seventh['arrival_s'])} · {quantity.energy(seventh['energy_used_wh'])}"
+    )
+    assert f"{detail} · 60 m" in texts
+    home = browser.execute_script(
+        "return [...document.querySelectorAll('.map .mark-symbol path')]"
+        f".find(one => one.getAttribute('fill') === '{GREEN}'"
+        " && !one.closest('.role-legend'))"
+    )
+    ActionChains(browser).move_to_element(home).perform()
+    shown_text = until(
+        browser,
+        "const tip = document.querySelector('#vg-tooltip-element.visible td.value');"
+        "return tip && tip.innerText",
+    )
+    lines = str(shown_text).split("\n")
+    assert [line.split(" · ")[0] for line in lines] == ["Take-off 1", "Return 19", "Home"]
+    assert lines[0].endswith("60 m above home, 275 m AMSL")
 
 
 @pytest.mark.parametrize(("scheme", "width"), [("dark", 0), ("light", PHONE_PX)])

@@ -18,7 +18,7 @@ from planner.report.fleet import (
     plan_headline,
     suppressed_findings,
 )
-from planner.report.html.mission import FindingView, finding_view, time_layers, zoomable
+from planner.report.html.mission import FindingView, add_time_layers, finding_view, zoomable
 from planner.report.html.page import page_json, page_text, refuse_without_libraries, template
 from planner.report.plots.fleet import (
     FleetTables,
@@ -176,7 +176,10 @@ def moving_charts(
             if name in specs
         }
     for name, spec in specs.items():
-        spec["layer"] += _vehicle_layers(spec, tables) if name == "map" else time_layers()
+        if name == "map":
+            spec["layer"] += _vehicle_layers(spec, tables)
+        else:
+            add_time_layers(spec)
         spec["datasets"] = spec.get("datasets", {})
     return specs, stills, {"charts": specs, **_payload(tables.timeline, tables)}
 

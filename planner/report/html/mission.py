@@ -52,9 +52,17 @@ def page_charts(tables: FlightTables, specs: dict[str, Spec]) -> dict[str, objec
     The specifications are taken over: each gets the layers that the script moves.
     """
     for name, spec in specs.items():
-        spec["layer"] += _map_layers(spec) if name == "map" else time_layers()
+        if name == "map":
+            spec["layer"] += _map_layers(spec)
+        else:
+            add_time_layers(spec)
         spec["datasets"] = spec.get("datasets", {})
-    return {"charts": specs, "tables": page_tables(tables.named), "focus": finding_focus(tables)}
+    return {
+        "charts": specs,
+        "tables": page_tables(tables.named),
+        "focus": finding_focus(tables),
+        "home_amsl_m": round(tables.assessment.route.home_amsl_m, 2),
+    }
 
 
 def page_tables(tables: Mapping[str, Sequence[Row]]) -> dict[str, object]:
@@ -95,17 +103,28 @@ def finding_focus(tables: FlightTables) -> list[Row | None]:
     return focus
 
 
-def time_layers() -> list[Spec]:
-    """Return what the page moves on a picture over time: what is in focus, and a cursor."""
+def add_time_layers(spec: Spec) -> None:
+    """Add what the page moves on a picture over time: what is in focus, and a cursor.
+
+    The picture can be zoomed along its time; all stays within it.
+    """
 
     def at(field: str) -> Spec:
         return {"field": field, "type": "quantitative", "title": _TIME_TITLE}
 
-    return [
+    for layer in spec["layer"]:
+        layer["mark"] = {**layer["mark"], "clip": True}
+    spec["layer"] += [
         {
             "name": "focus",
             "data": {"name": "focus_time"},
-            "mark": {"type": "rect", "color": ORANGE, "opacity": 0.25, "stroke": ORANGE},
+            "mark": {
+                "type": "rect",
+                "color": ORANGE,
+                "opacity": 0.25,
+                "stroke": ORANGE,
+                "clip": True,
+            },
             "encoding": {"x": at("start_min"), "x2": {"field": "end_min"}},
         },
         {
@@ -113,6 +132,7 @@ def time_layers() -> list[Spec]:
             "data": {"name": "cursor"},
             "mark": {"type": "rule", "strokeWidth": 1.5},
             "encoding": {"x": at("time_min")},
+            "params": [_zoom("span", encodings=["x"])],
         },
     ]
 
@@ -145,14 +165,14 @@ def _map_layers(spec: Spec) -> list[Spec]:
 def zoomable(spec: Spec) -> Spec:
     """Let a map be zoomed; return how its layers place things."""
     axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
-    spec["layer"][0].setdefault("params", []).append(
-        {
-            "name": "view",
-            "select": {"type": "interval", "zoom": "wheel![event.shiftKey]"},
-            "bind": "scales",
-        }
-    )
+    spec["layer"][0].setdefault("params", []).append(_zoom("view"))
     return {key: axes[key] for key in ("x", "y")}
+
+
+def _zoom(name: str, **select: object) -> Spec:
+    """Return the parameter by which a picture is moved and zoomed."""
+    interval = {"type": "interval", "zoom": "wheel![event.shiftKey]", **select}
+    return {"name": name, "select": interval, "bind": "scales"}
 
 
 _HEADS = {
@@ -171,6 +191,8 @@ _HEADS = {
     "stopping_distance_m_p90": "9 of 10 stop within [m]",
     "arrival_s": "Reached [s]",
     "energy_used_wh": "Energy used [Wh]",
+    "left_s": "Left [s]",
+    "pass": "Pass",
 }
 
 

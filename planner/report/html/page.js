@@ -3,6 +3,7 @@
   const config = JSON.parse(document.getElementById("config").textContent);
   const ROWS_AT_ONCE = 250;
   const NARROW_PX = 560; // legends beside each other need more
+  const SPAN = "span_time_min"; // of each picture over time, what of it is shown
 
   // Thousands of rows are made when their table is opened, some at a time.
   function fillLong(details, table) {
@@ -107,6 +108,9 @@
       for (const button of this.element.querySelectorAll("[data-zoom]")) {
         button.addEventListener("click", () => this.zoom(Number(button.dataset.zoom)));
       }
+      for (const button of this.element.querySelectorAll("[data-span]")) {
+        button.addEventListener("click", () => this.zoomTime(Number(button.dataset.span)));
+      }
       drawWhereThereIsRoom(this.element.querySelector(".charts"), () => this.draw());
     }
 
@@ -121,7 +125,7 @@
       const spec = structuredClone(this.payload.charts[name]);
       for (const table of ["cursor", "vehicles", "focus_time", "focus_place"]) spec.datasets[table] = [];
       Object.assign(spec.datasets, this.tables);
-      if (name === "map" && matchMedia("(pointer: coarse)").matches) {
+      if (matchMedia("(pointer: coarse)").matches) {
         for (const layer of spec.layer) for (const param of layer.params || []) param.select.translate = false;
       }
       if (this.views[name]) this.views[name].finalize();
@@ -129,12 +133,35 @@
       const svg = canvas.querySelector("svg");
       if (name === "map") this.whole = ["view_east_m", "view_north_m"].map((key, axis) =>
         this.views.map.scale(axis ? "y" : "x").domain());
-      else canvas.addEventListener("pointermove", (event) => {
-        const time = this.views[name].scale("x").invert(
-          (event.clientX - svg.getBoundingClientRect().left) * (svg.viewBox.baseVal.width || canvas.clientWidth)
-            / svg.getBoundingClientRect().width - this.views[name].origin()[0]);
-        if (time >= 0 && time <= this.end) this.seek(time);
-      });
+      else {
+        const view = this.views[name];
+        view.addSignalListener(SPAN, (_, domain) => this.span(domain, name));
+        if (this.spanned) view.signal(SPAN, this.spanned).runAsync();
+        canvas.addEventListener("pointermove", (event) => {
+          const time = this.views[name].scale("x").invert(
+            (event.clientX - svg.getBoundingClientRect().left) * (svg.viewBox.baseVal.width || canvas.clientWidth)
+              / svg.getBoundingClientRect().width - this.views[name].origin()[0]);
+          if (time >= 0 && time <= this.end) this.seek(time);
+        });
+      }
+    }
+
+    // All pictures over time show the same part of it.
+    span(domain, from) {
+      const same = (one, other) => one === other || (one && other && one.every((end, index) => end === other[index]));
+      if (same(domain, this.spanned)) return;
+      this.spanned = domain;
+      for (const [name, view] of Object.entries(this.views)) {
+        if (name !== from && name !== "map") view.signal(SPAN, domain).runAsync();
+      }
+    }
+
+    // Zoom about the cursor, never beyond the whole.
+    zoomTime(factor) {
+      const [low, high] = this.spanned || [0, this.end];
+      const half = Math.min(factor * (high - low), this.end) / 2;
+      const at = Math.min(Math.max(this.end * this.slider.value / this.slider.max, half), this.end - half);
+      this.span(factor ? [at - half, at + half] : [0, this.end], "");
     }
 
     // Put the slider on a time as well.
@@ -194,7 +221,9 @@
       for (const view of Object.values(this.views)) view.data("cursor", [row]).runAsync();
       const texts = [
         `${row.time_min.toFixed(2)} min`, `item ${row.item}, ${row.state}`,
-        `${row.altitude_amsl_m.toFixed(0)} m AMSL`, `${row.speed_m_s.toFixed(1)} m/s`];
+        `${(row.altitude_amsl_m - this.payload.home_amsl_m).toFixed(0)} m above home, ${row.altitude_amsl_m.toFixed(0)} m AMSL`];
+      if (typeof row.ground_amsl_m === "number") texts.push(`${(row.altitude_amsl_m - row.ground_amsl_m).toFixed(0)} m above the ground`);
+      texts.push(`${row.speed_m_s.toFixed(1)} m/s`);
       if (typeof row.power_w === "number") texts.push(`${row.power_w.toFixed(0)} W`);
       if (typeof row.used_wh === "number") texts.push(`${row.used_wh.toFixed(2)} Wh used`);
       if (this.tables.returns) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,7 @@ from planner.report.plots.picture_files import (
     styled,
 )
 from planner.report.plots.site import map_panel
-from planner.report.tables import make_tables, with_data
+from planner.report.tables import NO_RETURN, make_tables, with_data
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,17 +82,25 @@ def altitude_panel(tables: FlightTables) -> Chart:
     x = _time_axis(tables)
     y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
     y = y.scale(zero=False, domain=_heights_m(tables), nice=False)
-    home = alt.Chart(inline_rows([{"home_amsl_m": round(home_m, 2)}])).encode(y="home_amsl_m:Q")
+    home = alt.Chart(inline_rows([{"home_amsl_m": round(home_m, 2)}]))
+    above = alt.Axis(
+        title="Above home [m]",
+        orient="right",
+        grid=False,
+        values=_heights_above_home(tables),
+        labelExpr=f"format(datum.value - {home_m:.2f}, '~r')",
+    )
     layers = [
-        home.mark_rule(strokeDash=[2, 3]),
+        home.mark_rule(strokeDash=[2, 3]).encode(y=alt.Y("home_amsl_m:Q").axis(above)),
         home.mark_text(dy=-6).encode(
             x=alt.value(alt.ExprRef("width / 2")),
+            y=alt.Y("home_amsl_m:Q").axis(None),
             text=alt.value(f"home, {quantity.height(home_m)}"),
         ),
         flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
     ]
     if terrain is not None:
-        ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").title(None))
+        ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").axis(None))
         layers = [
             ground.mark_area(color=GREY, opacity=0.35, line=False).encode(
                 y2=alt.Y2(datum=_heights_m(tables)[0])
@@ -100,7 +109,8 @@ def altitude_panel(tables: FlightTables) -> Chart:
             *layers,
         ]
     what = "with the altitude of home" if terrain is None else "over the ground"
-    return _panel(alt.layer(*layers), f"Altitude of the flight over time, {what}")
+    chart = alt.layer(*layers).resolve_axis(y="independent")
+    return _panel(chart, f"Altitude of the flight over time, {what}")
 
 
 def speed_panel(tables: FlightTables) -> Chart:
@@ -203,6 +213,14 @@ def energy_panel(tables: FlightTables) -> Chart:
             point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
             point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
         ]
+    if turns := [row for row in tables.points if row["kind"] == NO_RETURN[0]]:
+        turn = alt.Chart(inline_rows(turns)).encode(x=x)
+        layers += [
+            turn.mark_rule(color=RED, strokeWidth=1.5),
+            turn.mark_text(align="right", baseline="bottom", dx=-4, dy=-4).encode(
+                y=alt.value(alt.ExprRef("height")), text=alt.value(NO_RETURN[0])
+            ),
+        ]
     if battery is not None:
         for row, dashes in zip(limit_rows(battery), ([1, 0], [2, 3]), strict=True):
             limit = alt.Chart(inline_rows([row])).encode(y="energy_wh:Q")
@@ -250,6 +268,19 @@ def _heights_m(tables: FlightTables) -> list[float]:
     low, high = min(heights), max(heights)
     room = 0.06 * max(high - low, 10.0)
     return [round(low - room, 1), round(high + room, 1)]
+
+
+def _heights_above_home(tables: FlightTables) -> list[float]:
+    """Return the altitudes that are round heights above home, for the second axis. [m AMSL]"""
+    home_m, (low_m, high_m) = tables.assessment.route.home_amsl_m, _heights_m(tables)
+    rough_m = (high_m - low_m) / _TICKS
+    power_m = 10.0 ** math.floor(math.log10(rough_m))
+    step_m = next(power_m * times for times in (1.0, 2.0, 5.0, 10.0) if power_m * times >= rough_m)
+    first, last = math.ceil((low_m - home_m) / step_m), math.floor((high_m - home_m) / step_m)
+    return [round(home_m + number * step_m, 2) for number in range(first, last + 1)]
+
+
+_TICKS = 6
 
 
 def _time_axis(tables: FlightTables, column: str = "time_min") -> Chart:

@@ -13,13 +13,15 @@ from planner.report.plots.picture_files import (
     ORANGE,
     PURPLE,
     RED,
+    SKY,
     Chart,
     inline_rows,
     load_altair,
 )
+from planner.report.tables import EMPTY, LEVELS, NO_RETURN, TIGHTEST
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.arrays import FloatArray
     from planner.physics.wind import Wind
@@ -40,14 +42,26 @@ _ROOM = "room to react and stop, position error"
 _ROOM_OPACITY = 0.3
 _FENCE_DASHES = {"stay inside": [1, 0], "keep out": [5, 3]}
 _MOST_NAMES = 3
-_CHARACTER_PX = 6.0
-"""Width of a character of a name, about."""
+_MOST_DETAILS = 24
+"""Places that have times, energies and heights beside them."""
+_ARROW_HEAD = "M0,-1.2L0.9,1L0,0.5L-0.9,1Z"
+_OCTAGON = "M-0.41,-1L0.41,-1L1,-0.41L1,0.41L0.41,1L-0.41,1L-1,0.41L-1,-0.41Z"
 _KINDS = {
     "item": ("circle", BLUE),
     "home": ("square", GREEN),
     "rally point": ("triangle-up", ORANGE),
+    TIGHTEST[0]: ("diamond", PURPLE),
+    NO_RETURN[0]: (_OCTAGON, RED),
+    EMPTY[0]: ("cross", RED),
 }
 """Shape and colour of each."""
+_LEVELS = dict(
+    zip(LEVELS, ((PURPLE, 10.0), (RED, 7.5), (ORANGE, 5.5), (SKY, 3.5), (BLUE, 2.0)), strict=True)
+)
+"""Colour and width of the path where a return lands with so much.
+
+What is worse is wider and lies below, so that on the way there and back both are seen.
+"""
 
 
 class View(NamedTuple):
@@ -62,8 +76,7 @@ class View(NamedTuple):
 def map_panel(tables: FlightTables) -> Chart:
     """Return the map of tables."""
     alt = load_altair()
-    marks = tables.marks
-    view = ground_view([*tables.path, *marks, *tables.stretches], tables.fence)
+    view = ground_view([*tables.path, *tables.marks, *tables.stretches], tables.fence)
     x, y = ground_axes(view)
 
     def layer(data: Chart) -> Chart:
@@ -89,27 +102,20 @@ def map_panel(tables: FlightTables) -> Chart:
         )
     if tables.fence:
         layers.append(fence_layer(layer(alt.NamedData("fence")), tables.fence))
-    layers.append(
-        layer(alt.NamedData("path"))
-        .mark_line(color=BLUE, strokeWidth=1.5, clip=True)
-        .encode(order="time_min:Q")
-    )
+    layers += _path_layers(layer, tables)
     if tables.stretches:
-        found = layer(alt.NamedData("stretches"))
-        layers += [
-            found.mark_line(
-                color=PURPLE, strokeWidth=6, opacity=0.75, strokeCap="round", clip=True
-            ).encode(detail=["finding:N", "part:N"], order="order:Q"),
-            found.transform_filter("datum.part == 0 && datum.order == 0")
-            .mark_text(align="right", baseline="top", dx=-8, dy=6, fontWeight="bold", clip=True)
-            .encode(text="code:N"),
-        ]
+        layers.append(
+            layer(alt.NamedData("stretches"))
+            .mark_line(color=PURPLE, strokeWidth=6, opacity=0.75, strokeCap="round", clip=True)
+            .encode(detail=["finding:N", "part:N"], order="order:Q")
+        )
+    marks = [*tables.marks, *tables.points]
     kinds = [kind for kind in _KINDS if any(row["kind"] == kind for row in marks)]
     shapes, colours = ([_KINDS[kind][index] for kind in kinds] for index in (0, 1))
-    crowded = len(marks) > _MOST_NUMBERS
-    layers.append(
-        layer(alt.NamedData("marks"))
-        .mark_point(filled=True, size=18 if crowded else 45, opacity=1.0, clip=True)
+    crowded = len(tables.marks) > _MOST_NUMBERS
+    layers += [
+        layer(alt.NamedData(name))
+        .mark_point(filled=True, size=size, opacity=1.0, clip=True)
         .encode(
             shape=alt.Shape("kind:N").scale(domain=kinds, range=shapes).title("Place"),
             color=alt.Color("kind:N").scale(domain=kinds, range=colours).title("Place"),
@@ -119,13 +125,36 @@ def map_panel(tables: FlightTables) -> Chart:
                 alt.Tooltip("longitude_deg:Q").title("longitude [°]"),
             ],
         )
-    )
-    if not crowded:
-        layers.append(
-            layer(inline_rows(_label_rows(marks, view)))
-            .mark_text(align="left", baseline="bottom", dx=6, dy=-5, clip=True)
-            .encode(text="label:N")
+        for name, size, rows in (
+            ("marks", 18 if crowded else 45, tables.marks),
+            ("points", 130, tables.points),
         )
+        if rows
+    ]
+    labels = _Labels(view)
+    spots = [row for row in tables.stretches if row["part"] == row["order"] == 0]
+    texts: list[tuple[list[Row], dict[str, object]]] = [
+        (labels.placed(tables.points, "short", _POINT_NAME), {}),
+        (labels.placed(spots, "code", _POINT_NAME), {"fontWeight": "bold"}),
+    ]
+    if not crowded:
+        texts.append((labels.placed(_together(tables.marks, view), "short", _NAME), {}))
+    if len(tables.marks) <= _MOST_DETAILS:
+        texts.append((labels.placed(tables.marks, "detail", _DETAIL), {"fontSize": _DETAIL_PX}))
+    for rows, style in texts:
+        layers += [
+            layer(inline_rows([row for row in rows if (row["side"], row["dy"]) == (side, dy)]))
+            .mark_text(
+                align="left" if side > 0 else "right",
+                baseline="middle",
+                dx=_NAME_DX_PX * side,
+                dy=dy,
+                clip=True,
+                **style,
+            )
+            .encode(text="text:N")
+            for side, dy in sorted({(row["side"], row["dy"]) for row in rows})
+        ]
     layers += compass_layers(tables.result.setup.wind)
     return alt.layer(*layers).properties(
         width=WIDTH,
@@ -134,11 +163,29 @@ def map_panel(tables: FlightTables) -> Chart:
     )
 
 
-def _label_rows(marks: list[Row], view: View) -> list[Row]:
-    """Return the names beside the marks, as far as they do not hide each other.
+def _path_layers(layer: Callable[[Chart], Chart], tables: FlightTables) -> list[Chart]:
+    """Return the path, by what is left in the battery on a return from there, and its direction."""
+    alt = load_altair()
+    path = layer(alt.NamedData("path")).encode(order="time_min:Q")
+    levels = [one for one in LEVELS if any(row.get("level") == one for row in tables.path)]
+    stroke = alt.Stroke("level:N").title("Turning back, it lands")
+    stroke = stroke.scale(domain=levels, range=[_LEVELS[one][0] for one in levels])
+    layers = [
+        path.transform_filter(f"datum.level === '{one}'")
+        .mark_line(clip=True, strokeWidth=_LEVELS[one][1])
+        .encode(detail="run:N", stroke=stroke)
+        for one in levels
+    ] or [path.mark_line(color=BLUE, strokeWidth=1.8, clip=True)]
+    if tables.arrows:
+        arrows = layer(alt.NamedData("arrows")).mark_point(
+            shape=_ARROW_HEAD, filled=True, size=45, opacity=1.0, clip=True
+        )
+        layers.append(arrows.encode(angle=alt.Angle("bearing_deg:Q").scale(None).legend(None)))
+    return layers
 
-    Those of marks too near to each other share a place, many of them as the first and the last.
-    """
+
+def _together(marks: list[Row], view: View) -> list[Row]:
+    """Return marks with one name for those too near to each other: the first and last of many."""
     metres_per_px = (view.east_m - view.west_m) / WIDTH
     together: list[list[Row]] = []
     for mark in marks:
@@ -149,24 +196,71 @@ def _label_rows(marks: list[Row], view: View) -> list[Row]:
                 break
         else:
             together.append([mark])
-    labels: list[Row] = []
+    named: list[Row] = []
     for group in together:
-        names = [mark["short"] for mark in group]
-        first = group[0]
-        label = ", ".join(names) if len(names) <= _MOST_NAMES else f"{names[0]} … {names[-1]}"
-        row = {"east_m": first["east_m"], "north_m": first["north_m"], "label": label}
-        if not any(_hide_each_other(row, other, metres_per_px) for other in labels):
-            labels.append(row)
-    return labels
+        names = ", ".join(mark["short"] for mark in group).split(", ")
+        short = ", ".join(names) if len(names) <= _MOST_NAMES else f"{names[0]} … {names[-1]}"
+        named.append(group[0] | {"short": short})
+    return named
 
 
-def _hide_each_other(one: Row, other: Row, metres_per_px: float) -> bool:
-    left, right = sorted((one, other), key=lambda row: row["east_m"])
-    return bool(
-        right["east_m"] - left["east_m"]
-        < (_CHARACTER_PX * len(left["label"]) + _NEAR_PX) * metres_per_px
-        and abs(one["north_m"] - other["north_m"]) < _NEAR_PX * metres_per_px
-    )
+class _Style(NamedTuple):
+    """Where texts of a kind may stand beside their mark, and how large they are."""
+
+    character_px: float
+    offsets_px: tuple[tuple[int, int], ...]
+    """Side of the mark, right or left, and how far below it; the first free one is taken. [px]"""
+
+
+_NAME = _Style(6.0, ((1, -10), (-1, -10)))
+_POINT_NAME = _Style(6.0, ((-1, 12), (1, 12), (-1, -10), (1, -10)))
+_DETAIL = _Style(5.2, ((1, 10), (-1, 10), (1, -24), (1, 24)))
+_DETAIL_PX = 10
+_NAME_DX_PX = 6
+_LINE_PX = 13.0
+
+
+class _Labels:
+    """Texts on a map, as far as they do not hide each other."""
+
+    def __init__(self, view: View) -> None:
+        self._px_per_m = WIDTH / (view.east_m - view.west_m)
+        self._view = view
+        self._taken: list[tuple[float, float, float, float]] = []
+
+    def placed(self, marks: Sequence[Row], key: str, style: _Style) -> list[Row]:
+        """Return the texts of marks for which there is room, each with its place and its side."""
+        rows: list[Row] = []
+        for mark in marks:
+            if not (text := mark.get(key, "")):
+                continue
+            x = (mark["east_m"] - self._view.west_m) * self._px_per_m
+            y = (self._view.north_m - mark["north_m"]) * self._px_per_m
+            for side, dy in style.offsets_px:
+                begin, end = (
+                    x + side * _NAME_DX_PX,
+                    x + side * (_NAME_DX_PX + style.character_px * len(text)),
+                )
+                box = (min(begin, end), max(begin, end), y + dy - 6.0, y + dy + 6.0)
+                if self._is_free(box):
+                    self._taken.append(box)
+                    place = {axis: mark[axis] for axis in ("east_m", "north_m")}
+                    rows.append(place | {"text": text, "side": side, "dy": dy})
+                    break
+        return rows
+
+    def _is_free(self, box: tuple[float, float, float, float]) -> bool:
+        left, right, top, bottom = box
+        return (
+            left >= 0.0
+            and right <= WIDTH
+            and top >= 0.0
+            and bottom <= HEIGHT
+            and not any(
+                left < other[1] and right > other[0] and top < other[3] and bottom > other[2]
+                for other in self._taken
+            )
+        )
 
 
 def ground_axes(view: View, *, origin: str = "home") -> tuple[Chart, Chart]:
@@ -213,13 +307,14 @@ def _bounds(rows: Sequence[Row]) -> tuple[FloatArray, FloatArray]:
 
 
 def compass_layers(wind: Wind) -> list[Chart]:
-    """Return what says where north is, and where the wind blows to, in the corners of the map."""
+    """Return the scale, where north is and where the wind blows to, in the corners of the map."""
     alt = load_altair()
     one = alt.Chart(inline_rows([{}]))
     layers = [
+        *_scale_bar(one),
         one.mark_text(align="center", fontSize=13).encode(
             x=alt.value(14), y=alt.value(14), text=alt.value("N ↑")
-        )
+        ),
     ]
     if wind.speed_m_s > 0.0:
         text = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
@@ -236,3 +331,36 @@ def compass_layers(wind: Wind) -> list[Chart]:
             ),
         ]
     return layers
+
+
+_BAR_PX = 90
+"""Longest a scale bar gets. [px]"""
+_PX_PER_M = "abs(width / (domain('x')[1] - domain('x')[0]))"
+_POWER = f"pow(10, floor(log({_BAR_PX} / {_PX_PER_M}) / LN10 + 1e-9))"
+_BAR_M = (
+    f"{_POWER} * ({_BAR_PX} / {_PX_PER_M} / {_POWER} >= 5 ? 5 : "
+    f"{_BAR_PX} / {_PX_PER_M} / {_POWER} >= 2 ? 2 : 1)"
+)
+"""Its length, 1, 2 or 5 times a power of ten: it follows the zoom. [m]"""
+
+
+def _scale_bar(one: Chart) -> list[Chart]:
+    """Return a scale bar in the lower left corner."""
+    alt = load_altair()
+
+    def px(expression: str) -> Chart:
+        return alt.value(alt.ExprRef(expression))
+
+    end = f"12 + ({_BAR_M}) * {_PX_PER_M}"
+    ticks = [
+        one.mark_rule(strokeWidth=1.5).encode(x=px(at), y=px("height - 16"), y2=px("height - 8"))
+        for at in ("12", end)
+    ]
+    name = f"({_BAR_M}) >= 1000 ? ({_BAR_M}) / 1000 + ' km' : ({_BAR_M}) + ' m'"
+    return [
+        one.mark_rule(strokeWidth=1.5).encode(x=alt.value(12), x2=px(end), y=px("height - 12")),
+        *ticks,
+        one.mark_text(align="center", baseline="bottom").encode(
+            x=px(f"12 + 0.5 * ({_BAR_M}) * {_PX_PER_M}"), y=px("height - 16"), text=px(name)
+        ),
+    ]
