@@ -29,6 +29,7 @@ COMMANDS = {
     "experiment": "experiment",
     "identify": "identify",
     "verify": "verify",
+    "verify-signoff": "sign_off",
     "simulate": "simulate",
     "fetch": "link:fetch",
     "guard": "guard",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
 """Signs of severities, so that colour is never needed."""
-LEFT_OPEN = "?"
+LEFT_OPEN = "–"
 """Sign of what could not be checked."""
 NOT_CHECKED = "NOT CHECKED"
 """The verdict where nothing is wrong but what was left open."""

@@ -12,14 +12,17 @@ from reviews import TOO_FAR, review_app, rows_of, settled, text_of, what_if_of
 from textual.widgets import Input
 
 from planner.errors import OutputError, UsageError
+from planner.physics.wind import Wind
+from planner.report.sign_off import sign_off_paths
 from planner.tui.checked import checked
-from planner.tui.screens.checklist import checklist_table, sign_off_paths, write_sign_off
+from planner.tui.screens.checklist import checklist_table, sign
 from planner.tui.screens.review import ReviewScreen
 
 PROFILE = '[manual]\nAirframe = ["Propellers tight", "Battery strapped"]\nSite = ["Notices read"]\n'
 GOOD = "survey-vineyard.plan"
 AT = datetime(2026, 5, 4, 3, 2, 1, tzinfo=UTC)
 ALL = frozenset({0, 1, 2})
+MODELS = Path(__file__).parents[2] / "models"
 
 
 @pytest.fixture
@@ -37,6 +40,28 @@ def test_only_what_failed_is_spread_out() -> None:
     assert not any("M109" in text for text in texts)  # structure has assumptions only
 
 
+def test_only_what_was_looked_at_is_ticked() -> None:
+    def lines(**given: object) -> dict[str, str]:
+        rows = checklist_table(
+            checked(GOOD, what_if_of(GOOD, given)), done=frozenset(), opened=frozenset()
+        )
+        return {
+            row.text.partition(":")[0]: f"{row.sign.strip()} {row.text}" for row in rows.entries
+        }
+
+    without = lines()
+    assert without["Wind"] == "– Wind: not given, calm assumed"
+    assert without["Parameters"].startswith("– ")
+    assert without["Terrain"].startswith("– ")
+    assert without["parameters"].startswith("– ")  # the family: no rule of it could look at any
+    assert without["Vehicle"] == "✔ Vehicle: falkowski-2023-quadrotor"
+    assert without["Fence"].startswith("✔ Fence: 1 area")
+    Path("own.param").write_text("WPNAV_SPEED,500\n", encoding="utf-8")
+    given = lines(wind=Wind(speed_m_s=4.0, from_deg=90.0), params=Path("own.param"))
+    assert given["Wind"] == "✔ Wind: 4@90"
+    assert given["Parameters"] == "✔ Parameters: own.param"
+
+
 def test_a_family_is_opened_and_closed() -> None:
     one = checked(TOO_FAR, what_if_of(TOO_FAR))
     texts = [
@@ -48,10 +73,18 @@ def test_a_family_is_opened_and_closed() -> None:
 
 def test_a_sign_off_says_who_when_what_and_the_verdict(profile: dict[str, object]) -> None:
     one = checked(GOOD, what_if_of(GOOD, profile))
-    path = write_sign_off(one, done=ALL, who=" Ada ", at=AT)
+    path = sign(one, done=ALL, who=" Ada ", at=AT)
     document = json.loads(path.read_text(encoding="utf-8"))
-    assert document["mission_sha256"] == hashlib.sha256(Path(GOOD).read_bytes()).hexdigest()
-    assert document["verdict"] == "go"
+    assert {one["input"]: one["sha256"] for one in document["inputs"]} == {
+        name: hashlib.sha256(file.read_bytes()).hexdigest()
+        for name, file in {
+            "mission": Path(GOOD),
+            "settings": Path("mavjoule.toml"),
+            "vehicle": MODELS / "falkowski-2023-quadrotor.toml",
+            "profile": Path("site.toml"),
+        }.items()
+    }
+    assert (document["verdict"], document["decision"]) == ("go", "released")
     assert document["signed_by"] == "Ada"
     assert document["signed_at"] == "2026-05-04T03:02:01+00:00"
     assert [item["prompt"] for item in document["manual"]] == [
@@ -62,19 +95,23 @@ def test_a_sign_off_says_who_when_what_and_the_verdict(profile: dict[str, object
     assert document["command"] == f"mavjoule check {GOOD} --profile site.toml"
 
 
-def test_a_no_go_is_signed_as_a_no_go() -> None:
-    path = write_sign_off(checked(TOO_FAR, what_if_of(TOO_FAR)), done=frozenset(), who="Ada", at=AT)
+def test_a_no_go_is_signed_only_as_refused_and_its_items_may_stay_open(
+    profile: dict[str, object],
+) -> None:
+    one = checked(TOO_FAR, what_if_of(TOO_FAR, profile))
+    path = sign(one, done=frozenset({1}), who="Ada", at=AT)
     document = json.loads(path.read_text(encoding="utf-8"))
-    assert document["verdict"] == "no-go"
+    assert (document["verdict"], document["decision"]) == ("no-go", "refused")
+    assert [item["done"] for item in document["manual"]] == [False, True, False]
     assert {"E101", "E102"} <= {finding["code"] for finding in document["findings"]}
 
 
 def test_a_second_sign_off_leaves_the_first_as_it_is() -> None:
     one = checked(GOOD, what_if_of(GOOD))
-    first = write_sign_off(one, done=frozenset(), who="Ada", at=AT)
+    first = sign(one, done=frozenset(), who="Ada", at=AT)
     before = first.read_bytes()
-    second = write_sign_off(one, done=frozenset(), who="Grace", at=AT)
-    third = write_sign_off(one, done=frozenset(), who="Ada", at=AT)
+    second = sign(one, done=frozenset(), who="Grace", at=AT)
+    third = sign(one, done=frozenset(), who="Ada", at=AT)
     assert first.read_bytes() == before
     assert sign_off_paths(GOOD) == (first, second, third)
     signed = [json.loads(path.read_text("utf-8"))["signed_by"] for path in sign_off_paths(GOOD)]
@@ -88,29 +125,29 @@ def test_a_sign_off_that_cannot_be_written_leaves_no_empty_file(
         msg = f"{path}: cannot be written: {len(text)} bytes are too many"
         raise OutputError(msg)
 
-    monkeypatch.setattr("planner.tui.screens.checklist.write_output_file", fail)
+    monkeypatch.setattr("planner.report.sign_off.write_output_file", fail)
     with pytest.raises(OutputError):
-        write_sign_off(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who="Ada", at=AT)
+        sign(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who="Ada", at=AT)
     assert sign_off_paths(GOOD) == ()
 
 
 def test_nothing_is_signed_while_an_item_is_open(profile: dict[str, object]) -> None:
     one = checked(GOOD, what_if_of(GOOD, profile))
     with pytest.raises(UsageError, match="Battery strapped"):
-        write_sign_off(one, done=frozenset({0, 2}), who="Ada", at=AT)
+        sign(one, done=frozenset({0, 2}), who="Ada", at=AT)
     assert not list(Path().glob("*.signoff.json"))
 
 
 def test_nothing_is_signed_by_nobody() -> None:
     with pytest.raises(UsageError, match="who"):
-        write_sign_off(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who=" ", at=AT)
+        sign(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who=" ", at=AT)
 
 
 def test_another_file_than_the_one_checked_is_not_signed() -> None:
     one = checked(GOOD, what_if_of(GOOD))
     Path(GOOD).write_bytes(Path(TOO_FAR).read_bytes())
     with pytest.raises(UsageError, match="check it again"):
-        write_sign_off(one, done=frozenset(), who="Ada", at=AT)
+        sign(one, done=frozenset(), who="Ada", at=AT)
 
 
 @pytest.mark.asyncio

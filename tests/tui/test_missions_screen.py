@@ -63,7 +63,7 @@ async def test_what_cannot_be_checked_is_no_go_in_words() -> None:
     async with review_app("broken.plan", "sub/one.plan").run_test(size=(100, 30)) as pilot:
         screen = await missions_shown(pilot)
         [broken, misconfigured] = rows_of(screen, "#missions")
-        assert (broken[0], broken[2]) == ("?", "NOT CHECKED")
+        assert (broken[0], broken[2]) == ("–", "NOT CHECKED")
         assert misconfigured[2] == "NO-GO"
         assert "nonsense" in misconfigured[3]
         await pilot.press("down", "enter")

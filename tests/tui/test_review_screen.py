@@ -83,8 +83,8 @@ async def test_the_rules_not_checked_follow_the_findings_with_what_they_need() -
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         signs = [cells[0] for cells in rows_of(screen, "#findings")]
-        first = signs.index("?")
-        assert set(signs[first:]) == {"?"}
+        first = signs.index("–")
+        assert set(signs[first:]) == {"–"}
         assert "rules not checked: needs terrain: --terrain" in text_of(screen, "#verdict")
         await pilot.press(*["down"] * first)
         await pilot.pause()

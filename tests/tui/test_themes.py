@@ -189,7 +189,7 @@ def test_no_row_is_told_apart_by_its_colour_alone() -> None:
 
 @pytest.mark.parametrize("verdict", ["GO", "NO-GO", "NO VERDICT"])
 def test_each_verdict_has_its_sign_and_its_words(verdict: str) -> None:
-    signs = {"GO": "✔", "NO-GO": "✖", "NO VERDICT": "?"}
+    signs = {"GO": "✔", "NO-GO": "✖", "NO VERDICT": "–"}
     said = Summary(
         verdict=verdict, is_go=verdict == "GO", file="a", headline="", return_plan="", closing=""
     )

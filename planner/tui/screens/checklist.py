@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events, on
@@ -13,14 +11,13 @@ from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Input, Static
 
-from planner import __version__, catalogue, quantity
-from planner.errors import MavjouleError, OutputError, UsageError
-from planner.files import write_output_file
+from planner import catalogue, quantity
+from planner.errors import MavjouleError, UsageError
 from planner.findings import Severity
-from planner.report.json import checks_document, envelope, json_text, values
+from planner.report.sign_off import decision_of, write_sign_off
 from planner.report.text import finding_tally, left_unchecked, printable
-from planner.service.preflight import CheckResult
-from planner.tui.checked import file_sha256
+from planner.rules.ledger import Outcome
+from planner.setup import wind_text
 from planner.tui.details import summary
 from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
@@ -29,6 +26,7 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from textual.app import ComposeResult
 
@@ -61,11 +59,16 @@ def manual_items(checked: Checked) -> tuple[ManualItem, ...]:
 def checklist_table(checked: Checked, *, done: frozenset[int], opened: frozenset[str]) -> Table:
     """Return the checklist: only what failed is spread out.
 
+    A tick is of what was looked at; what nothing was given for, or no rule could judge, has a dash.
     ``done`` are positions of manual items, ``opened`` families that the user opened, or closed where
     they failed.
     """
     return Table(
-        entries=(*_manual_lines(checked, done), *_automatic_lines(checked, opened)),
+        entries=(
+            *_manual_lines(checked, done),
+            *_given_lines(checked),
+            *_automatic_lines(checked, opened),
+        ),
         columns=(
             TableColumn(head="", width=3, is_right=False),
             TableColumn(head="before take-off", width=0, is_right=False),
@@ -89,19 +92,60 @@ def _manual_lines(checked: Checked, done: frozenset[int]) -> Iterator[ChecklistR
         )
 
 
+def _given_lines(checked: Checked) -> Iterator[ChecklistRow]:
+    """Yield what the check was told, and what nobody told it."""
+    assessment = checked.assessment
+    if assessment is None:
+        return
+    given = checked.what_if.values()
+    setup, fence = assessment.setup, assessment.mission.fence
+    battery = None if assessment.battery is None else assessment.battery.capacity_wh
+    lines = (
+        ("Vehicle", setup.vehicle.name if setup.is_vehicle_named else "", "an example is flown"),
+        ("Battery", "" if battery is None else quantity.energy(battery), "no verdict without it"),
+        (
+            "Wind",
+            wind_text(setup.wind) if "wind" in given or setup.wind.speed_m_s else "",
+            "calm assumed",
+        ),
+        ("Parameters", "" if setup.parameters is None else setup.parameters.source, "defaults"),
+        (
+            "Terrain",
+            "" if setup.terrain is None else "heights of the ground given",
+            "level ground assumed",
+        ),
+        ("Fence", quantity.count(fence.area_count, "area") if fence else "", "none in the mission"),
+    )
+    for name, text, instead in lines:
+        yield ChecklistRow(
+            sign=f" {'✔' if text else LEFT_OPEN}",
+            text=f"{name}: {printable(text) if text else f'not given, {instead}'}",
+            tone="" if text else "warning",
+        )
+
+
 def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[ChecklistRow]:
     findings = checked.result.findings
-    counts = Counter(finding.code[0] for finding in findings)
-    left_open = left_unchecked(checked.result.checked)
-    for family in (*AUTOMATIC_FAMILIES, *sorted(set(counts) - set(AUTOMATIC_FAMILIES))):
-        unchecked = [entry for entry in left_open if entry.code[0] == family]
+    entries = checked.result.checked
+    known = {one.code[0] for one in findings} | {one.code[0] for one in entries}
+    others = known - set(AUTOMATIC_FAMILIES)
+    for family in (*AUTOMATIC_FAMILIES, *sorted(others)):
+        unchecked = [entry for entry in left_unchecked(entries) if entry.code[0] == family]
+        looked_at = sum(
+            entry.outcome is Outcome.CHECKED for entry in entries if entry.code[0] == family
+        )
         own = [finding for finding in findings if finding.code[0] == family]
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
+        is_passed = looked_at > 0 and not unchecked
+        texts = [finding_tally(own) or ("nothing found" if looked_at else "no rule applies")]
+        if looked_at:
+            texts.append(f"{quantity.count(looked_at, 'rule')} checked")
+        if unchecked:
+            texts.append(f"{len(unchecked)} not checked")
         yield ChecklistRow(
-            sign=f" {MARKS[worst] if has_failed else LEFT_OPEN if unchecked else '✔'}",
-            text=f"{catalogue.FAMILIES.get(family, family)}: {finding_tally(own) or 'nothing found'}"
-            + (f", {quantity.count(len(unchecked), 'rule')} not checked" if unchecked else ""),
+            sign=f" {MARKS[worst] if has_failed else '✔' if is_passed else LEFT_OPEN}",
+            text=f"{catalogue.FAMILIES.get(family, family)}: {', '.join(texts)}",
             tone=worst.label if has_failed else "warning" if unchecked else "",
             family=family,
         )
@@ -114,85 +158,30 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Check
                 yield ChecklistRow(sign="", text=text, tone="warning", family=family)
 
 
-def sign_off_paths(file: str) -> tuple[Path, ...]:
-    """Return the sign-offs of a mission that are there, the first one first."""
-    found: list[Path] = []
-    while (path := _sign_off_path(file, len(found) + 1)).exists() or path.is_symlink():
-        found.append(path)
-    return tuple(found)
-
-
-def _sign_off_path(file: str, number: int) -> Path:
-    """Return where a sign-off of a mission goes: beside it, each to a file of its own."""
-    return Path(f"{file}.signoff.json" if number == 1 else f"{file}.signoff-{number}.json")
-
-
-def _reserved_path(file: str) -> Path:
-    """Return a new file for a sign-off, made here: no other one is ever written over."""
-    while True:
-        path = _sign_off_path(file, len(sign_off_paths(file)) + 1)
-        try:
-            path.touch(exist_ok=False)
-        except FileExistsError:
-            continue  # someone else signed at this moment
-        except OSError as error:
-            msg = f"{path}: cannot be written: {error.strerror or error}"
-            raise OutputError(msg) from error
-        return path
-
-
-def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> Path:
+def sign(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> Path:
     """Write that a person has gone through the checklist of a mission, at a time with its zone.
-
-    The file is a new one beside the mission; those signed before stay.
 
     Raises
     ------
     UsageError
-        If the name is missing, manual items are open, or the file is no longer the one checked.
+        If the name is missing, manual items of a go are open, or an input is no longer the one checked.
     OutputError
         If it cannot be written.
     """
+    if checked.snapshot is not None:
+        msg = "a mission on a vehicle may change: save it as a file and sign that"
+        raise UsageError(msg)
     items = manual_items(checked)
-    open_items = [item for position, item in enumerate(items) if position not in done]
-    problem = ""
-    if not who.strip():
-        problem = "name missing: type who signs"
-    elif open_items:
-        problem = f"not ticked off: {open_items[0].section}: {open_items[0].prompt}"
-    elif checked.snapshot is not None:
-        problem = "a mission on a vehicle may change: save it as a file and sign that"
-    elif checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
-        problem = "the mission file changed after the check: check it again first"
-    if problem:
-        raise UsageError(problem)
-    result = checked.result
-    document = {
-        "mission": checked.file,
-        "mission_sha256": checked.sha256,
-        "verdict": result.verdict,
-        "signed_by": who.strip(),
-        "signed_at": at.isoformat(timespec="seconds"),
-        "command": checked.what_if.command_line(checked.file),
-        "vehicle": result.setup.vehicle.name if isinstance(result, CheckResult) else None,
-        "manual": [
-            {"section": item.section, "prompt": item.prompt, "done": True} for item in items
-        ],
-        "findings": [values(one, _SIGNED) for one in result.findings],
-        "suppressed": [values(one, _SIGNED) for one in result.suppressed],
-        "checks": checks_document(result.checked),
-    }
-    text = json_text(envelope(__version__) | document, indent=2)
-    path = _reserved_path(checked.file)
-    try:
-        write_output_file(path, text)
-    except OutputError:
-        path.unlink(missing_ok=True)
-        raise
-    return path
+    return write_sign_off(
+        checked.result,
+        checked.what_if.values(),
+        command=checked.what_if.command_line(checked.file),
+        manual=[(item, position in done) for position, item in enumerate(items)],
+        who=who,
+        at=at,
+    )
 
 
-_SIGNED = ("code", "severity", "item", "message")
 _TO_SIGN = "n to sign"
 
 
@@ -230,7 +219,10 @@ class ChecklistScreen(Screen[None]):
         brief = summary(self._checked.result)
         note = "with your changes" if self._checked.what_if.changes else ""
         self.query_one(VerdictStrip).show(brief, note=note)
-        self.query_one("#who").border_title = f"Sign off this {brief.verdict}"
+        is_go = decision_of(self._checked.result) == "released"
+        self.query_one("#who").border_title = (
+            "Release this GO for flight" if is_go else f"Refuse this {brief.verdict}"
+        )
         self.query_one("#checklist").focus()
 
     @on(events.DescendantFocus, "#who")
@@ -269,11 +261,10 @@ class ChecklistScreen(Screen[None]):
     @on(Input.Submitted, "#who")
     def _sign(self, event: Input.Submitted) -> None:
         try:
-            path = write_sign_off(
-                self._checked, done=self._done, who=event.value, at=datetime.now(UTC)
-            )
+            path = sign(self._checked, done=self._done, who=event.value, at=datetime.now(UTC))
         except MavjouleError as error:
             self.query_one("#problem", Static).update(Content(str(error)))
         else:
-            self.app.notify(f"Signed: {path}", markup=False)
+            decision = decision_of(self._checked.result)
+            self.app.notify(f"Signed as {decision}: {path}", markup=False)
             self.dismiss()
