@@ -208,7 +208,14 @@ def refine(
     default=0.0,
 )
 @data_options("text", "json")
-def show(*, vehicle: str, payload_kg: float, file_format: str, output: Path | None) -> None:
+@path_option(
+    "--plots",
+    metavar="DIR",
+    help="draw range over speed and hover over payload, as SVG and PNG (needs mavjoule[report])",
+)
+def show(
+    *, vehicle: str, payload_kg: float, file_format: str, output: Path | None, plots: Path | None
+) -> None:
     """Show a model: what is in it, what is assumed, how long it hovers, how far it goes at each speed.
 
     MODEL is the name of a shipped model or the path of a model file.
@@ -224,3 +231,14 @@ def show(*, vehicle: str, payload_kg: float, file_format: str, output: Path | No
         else endurance_text(shown, medium=standard_medium(output)),
         output=output,
     )
+    if plots is None:
+        return
+    from planner.report.plots import endurance_figures, write_figures
+
+    figures = endurance_figures(shown)
+    if not figures:
+        narrate(
+            f"{vehicle} knows neither its battery nor its power over the speed: nothing is drawn"
+        )
+    for path in write_figures(figures, plots):
+        narrate(f"drawn: {path}")

@@ -11,12 +11,16 @@ from planner.service.endurance import RESERVE
 from planner.values import field_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.identify.refinement import Refinement
     from planner.report.text import Medium
-    from planner.service.endurance import Endurance, LevelFlight
+    from planner.service.endurance import Endurance, LevelFlight, LoadedHover
 
+_BAR, _EIGHTHS = "\u2588", " \u258f\u258e\u258d\u258c\u258b\u258a\u2589"
+_LONGEST_BAR, _SHORTEST_BAR = 30, 8
+"""Columns of the longest bar beside a table; where a terminal has less room, there are none."""
+_LOAD_HEADS = (("payload", "power", "hover"), ("kg", "W", ""))
 _HEADS = (("speed", "power", "per km", "endurance", "range"), ("m/s", "W", "Wh", "", ""))
 
 
@@ -27,7 +31,14 @@ def endurance_text(shown: Endurance, *, medium: Medium) -> str:
     lines += medium.wrapped(printable(vehicle.description))
     lines += ["", *(line for name, text in _facts(shown) for line in _fact(name, text, medium))]
     if shown.speeds:
-        lines += ["", *table_lines([*_HEADS, *map(_row, shown.speeds)], alignment=">>>>>")]
+        table = table_lines([*_HEADS, *map(_row, shown.speeds)], alignment=">>>>>")
+        ranges = _bars([one.range_m for one in shown.speeds], table, medium)
+        lines += ["", *_beside(table, ranges, len(_HEADS))]
+    if shown.loads:
+        table = table_lines([*_LOAD_HEADS, *map(_load_row, shown.loads)], alignment=">>>")
+        times = _bars([one.flight.endurance_s for one in shown.loads], table, medium)
+        lines += ["", *_beside(table, times, len(_LOAD_HEADS))]
+    if shown.speeds:
         lines += medium.wrapped(
             f"Calm standard air at sea level, down to a charge of {quantity.percent(RESERVE)}."
         )
@@ -94,6 +105,7 @@ def endurance_json(shown: Endurance, *, version: str) -> str:
         if vehicle.spread is None
         else values(vehicle.spread, ("time_fraction", "energy_fraction", "n_flights", "source")),
         "speeds": [_document(one) for one in shown.speeds],
+        "loads": [{"payload_kg": one.payload_kg} | _document(one.flight) for one in shown.loads],
         "longest": None if shown.longest is None else _document(shown.longest),
         "farthest": None if shown.farthest is None else _document(shown.farthest),
         "provenance": values(vehicle.provenance, ("source", "method", "readings")),
@@ -151,6 +163,34 @@ def _with_time(flight: LevelFlight) -> str:
     return (
         power if flight.endurance_s is None else f"{quantity.duration(flight.endurance_s)}, {power}"
     )
+
+
+def _load_row(one: LoadedHover) -> tuple[str, ...]:
+    return (
+        quantity.decimals(one.payload_kg, 2),
+        quantity.decimals(one.flight.power_w, 0),
+        quantity.duration(one.flight.endurance_s),
+    )
+
+
+def _bars(lengths: Sequence[float | None], table: Sequence[str], medium: Medium) -> list[str]:
+    """Return a bar for each number, in the room beside a table; nothing where there is no terminal."""
+    room = 0 if medium.width is None else medium.width - max(map(len, table)) - 2
+    longest = max((one for one in lengths if one is not None), default=0.0)
+    if room < _SHORTEST_BAR or not longest > 0.0:
+        return [""] * len(lengths)
+    unit = 8 * min(room, _LONGEST_BAR) / longest
+    bars = []
+    for one in lengths:
+        whole, rest = divmod(round(unit * (one or 0.0)), 8)
+        bars.append((_BAR * whole + _EIGHTHS[rest]).rstrip())
+    return bars
+
+
+def _beside(table: Sequence[str], bars: Sequence[str], heads: int) -> list[str]:
+    width = max(map(len, table))
+    rows = zip(table[heads:], bars, strict=True)
+    return [*table[:heads], *(f"{row:<{width}}  {bar}".rstrip() for row, bar in rows)]
 
 
 def _row(flight: LevelFlight) -> tuple[str, ...]:

@@ -16,6 +16,8 @@ from planner.units import JOULES_PER_WATT_HOUR
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.arrays import FloatArray
     from planner.vehicle.model import VehicleModel
 
@@ -25,6 +27,8 @@ _HEIGHT_M = 50.0
 """Above home, at sea level. [m]"""
 _FASTEST_UNKNOWN_M_S = 15.0
 _MOST_ROWS = 20
+_LOADS = 6
+"""Payloads that the hover is given for, from none to the most that the model holds for."""
 
 
 class LevelFlight(Value):
@@ -48,6 +52,13 @@ class LevelFlight(Value):
         return None if self.endurance_s is None else self.speed_m_s * self.endurance_s
 
 
+class LoadedHover(Value):
+    """The hover with a payload."""
+
+    payload_kg: float
+    flight: LevelFlight
+
+
 class Endurance(Value):
     """What a vehicle can do in calm standard air, 50 m above sea level, to a reserve of 20 %."""
 
@@ -57,6 +68,9 @@ class Endurance(Value):
     speeds: tuple[LevelFlight, ...]
     """From hover on, over the speeds the model holds for; hover alone where it does not know how its power
     changes with the airspeed, and nothing where it knows no power."""
+    loads: tuple[LoadedHover, ...] = ()
+    """The hover over the payload, from none to the heaviest the model holds for; nothing where it does not
+    know how its power changes with the mass, or holds for one mass only."""
 
     @property
     def hover(self) -> LevelFlight | None:
@@ -89,6 +103,26 @@ def predict_endurance(vehicle: VehicleModel, *, payload_kg: float = 0.0) -> Endu
         fastest_m_s = 0.0
     step_m_s = math.ceil(max(fastest_m_s, 1.0) / _MOST_ROWS)
     speeds_m_s = np.unique([*np.arange(0.0, fastest_m_s, step_m_s), fastest_m_s])
+    return Endurance(
+        vehicle=vehicle,
+        mass_kg=mass_kg,
+        speeds=_flights(vehicle, mass_kg, speeds_m_s),
+        loads=tuple(_loaded(vehicle)),
+    )
+
+
+def _loaded(vehicle: VehicleModel) -> Iterator[LoadedHover]:
+    own_kg, limits = vehicle.mass_kg, vehicle.valid_for.mass_kg
+    if own_kg is None or limits is None or not vehicle.knows_mass or limits.high <= own_kg:
+        return
+    for payload_kg in np.linspace(0.0, limits.high - own_kg, _LOADS).tolist():
+        [flight] = _flights(vehicle, own_kg + payload_kg, np.zeros(1))
+        yield LoadedHover(payload_kg=payload_kg, flight=flight)
+
+
+def _flights(
+    vehicle: VehicleModel, mass_kg: float | None, speed_m_s: FloatArray
+) -> tuple[LevelFlight, ...]:
     power = SteadyPower(
         vehicle=vehicle,
         mass_kg=mass_kg,
@@ -96,10 +130,8 @@ def predict_endurance(vehicle: VehicleModel, *, payload_kg: float = 0.0) -> Endu
         home_temperature_c=standard_temperature_c(0.0),
         wind=Wind(),
     )
-    flights = map(
-        partial(_flight, vehicle), speeds_m_s.tolist(), _level_w(power, speeds_m_s).tolist()
-    )
-    return Endurance(vehicle=vehicle, mass_kg=mass_kg, speeds=tuple(flights))
+    flown = map(partial(_flight, vehicle), speed_m_s.tolist(), _level_w(power, speed_m_s).tolist())
+    return tuple(flown)
 
 
 def _level_w(power: SteadyPower, speed_m_s: FloatArray) -> FloatArray:

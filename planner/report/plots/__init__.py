@@ -5,6 +5,7 @@ for light or dark pages.  Without the libraries of ``mavjoule[report]``, Altair 
 raise ``UsageError``.
 """
 
+from planner.report.plots.endurance import endurance_figures
 from planner.report.plots.flight import (
     energy_figure,
     map_figure,
@@ -23,6 +24,7 @@ from planner.report.plots.split import split_energy_figure, split_map_figure
 
 __all__ = [
     "calibration_figure",
+    "endurance_figures",
     "energy_figure",
     "identification_figures",
     "map_figure",
