@@ -13,7 +13,7 @@ VEHICLE := falkowski-2023-quadrotor
 # starts would compile them all again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules models matrice calibration clean
+.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules drones models matrice calibration clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -86,6 +86,9 @@ pictures: $(MADE) ## draw the pictures of README.md in .ci/pictures again
 
 rules: $(MADE) ## write planner/catalogue.json again: where each rule is declared, and its example
 	PYTHONPATH=tests $(BIN)/python tests/generate_catalogue.py
+
+drones: $(MADE) ## write the models of common drones again, from models/priors/drones.toml
+	PYTHONPATH=tests $(BIN)/python tests/vehicle/test_drones.py
 
 # The flights each shipped model is identified from, in the folder FLIGHTS: no others were used.
 QUAD_LOGS := $(addsuffix /flight.BIN,ardupilot-S_A_vertical ardupilot-S_B_horizontal ardupilot-S_C_speedsweep)

@@ -11,24 +11,29 @@ from planner.catalogue import PX4_EVENTS
 from planner.cli.options import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
-from planner.report.identification import models_text
-from planner.report.json import models_json, rule_json, rules_json
+from planner.report.json import rule_json, rules_json
 from planner.report.rule_text import rule_text, rules_text
-from planner.vehicle.library import load_vehicle, model_names
 
 if TYPE_CHECKING:
     from planner.findings import Rule
 
 
-@click.command("models")
+@click.command("models", short_help="List the shipped vehicle models, for --vehicle.")
+@click.argument("words", metavar="[SEARCH]...", nargs=-1)
 @format_option("text", "json")
-def models(*, file_format: str) -> None:
-    """List the shipped vehicle models, for --vehicle."""
-    vehicles = [load_vehicle(name) for name in model_names()]
+def models(words: tuple[str, ...], *, file_format: str) -> None:
+    """List the shipped vehicle models, for --vehicle: all, or those whose name or description holds SEARCH.
+
+    SEARCH is what people call a drone: phantom, x500, M300.
+    """
+    from planner.report.endurance import models_json, models_text
+    from planner.service.endurance import list_models
+
+    listed = list_models(words)
     write_data(
-        models_json(vehicles, version=__version__)
+        models_json(listed, version=__version__)
         if file_format == "json"
-        else models_text(vehicles, medium=standard_medium())
+        else models_text(listed, medium=standard_medium(), describes=bool(words))
     )
 
 

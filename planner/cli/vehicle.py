@@ -29,12 +29,12 @@ _AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
 
 
 def _later(name: str) -> Callable[[str], Any]:
-    """Return a reader of `planner.vehicle.data_sheet`, imported where it is used."""
+    """Return a reader of `planner.vehicle.figures`, imported where it is used."""
 
     def read(text: str) -> Any:  # noqa: ANN401 - each has its own
-        from planner.vehicle import data_sheet
+        from planner.vehicle import figures
 
-        return getattr(data_sheet, name)(text)
+        return getattr(figures, name)(text)
 
     return read
 
@@ -53,7 +53,10 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         "--hover",
         Form(_later("read_hover"), str),
         "18A",
-        "one figure of the hover: current 18A, power 260W, flight time on a full battery 22min, throttle 38%",
+        (
+            "one figure of the hover: current 18A, power 260W, hover time 22min, longest flight time as "
+            "advertised 25min max, throttle 38%"
+        ),
     ),
     "motor": (
         "--motor",
@@ -89,6 +92,12 @@ def _sheet_options(function: Callable[..., Any]) -> Callable[..., Any]:
     metavar="NAME",
     help="kind of cell [default: as the voltage means]",
 )
+@click.option(
+    "--moves-like",
+    "moves_like",
+    metavar="MODEL",
+    help="model whose ramps it flies, where its autopilot is its maker's own: dji-matrice-100",
+)
 @path_option("--params", help="the autopilot's parameters: speeds, cells, hover throttle")
 @click.option("--description", metavar="TEXT", help="of the vehicle, for a pilot")
 @click.option("--source", metavar="TEXT", help="who says so: the data sheet, its address")
@@ -96,6 +105,7 @@ def _sheet_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def new(
     *,
     output: Path,
+    moves_like: str | None,
     params: Path | None,
     force: bool,
     **given: Any,  # noqa: ANN401 - as each option is read
@@ -111,6 +121,7 @@ def new(
     from planner.report.endurance import endurance_text
     from planner.service.endurance import predict_endurance
     from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
+    from planner.vehicle.library import load_vehicle
     from planner.vehicle.parameters.files import read_parameters
     from planner.vehicle.writer import write_vehicle
 
@@ -129,7 +140,10 @@ def new(
             raise UsageError(msg)
         sheet["rotors"] = round(rotors)
     parameters = None if params is None else read_parameters(params)
-    vehicle = vehicle_from_data_sheet(DataSheet(name=output.stem, parameters=parameters, **sheet))
+    like = None if moves_like is None else load_vehicle(moves_like)
+    vehicle = vehicle_from_data_sheet(
+        DataSheet(name=output.stem, parameters=parameters, moves_like=like, **sheet)
+    )
     write_vehicle(output, vehicle, remarks=(f"Written by mavjoule vehicle new {__version__}.",))
     write_data(endurance_text(predict_endurance(vehicle), medium=standard_medium()))
     narrate(f"{output} written: mavjoule check MISSION --vehicle {output}")

@@ -28,6 +28,7 @@ from planner.identify.uncertainty import rounded
 from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import (
+    Basis,
     Provenance,
     Responses,
     Speed,
@@ -191,6 +192,8 @@ def made_provenance(
     settings: IdentificationSettings,
     outcomes: Sequence[StateOutcome],
     readings: Sequence[str],
+    *,
+    basis: Basis | None,
 ) -> Provenance:
     """Return logs, method and figures of the fit."""
     files = {record.sha256: record.source for record in records}
@@ -210,6 +213,7 @@ def made_provenance(
             fit.append((f"{name}_rmse_{unit}".rstrip("_"), rounded(outcome.rms, 4)))
     return Provenance(
         source=", ".join(filter(None, (source, origin))),
+        basis=basis,
         method=f"mavjoule identify {settings.version}, {settings.method}",
         date=settings.date,
         readings=tuple(readings),
@@ -381,7 +385,9 @@ def assemble_model(
         speed=_speed(parts, responses, base, reference),
         parameters=parameters,
         valid_for=flown_box(records, parts, settings, mass_kg=mass_kg if power.is_known else None),
-        provenance=made_provenance(records, settings, outcomes, readings),
+        provenance=made_provenance(
+            records, settings, outcomes, readings, basis=_basis(parts.power, base)
+        ),
     )
     spread: ModelSpread | None = None
     on_step("predicting each flight by the others")
@@ -428,6 +434,7 @@ def _narrowed(model: VehicleModel, base: VehicleModel, power: NarrowedPower) -> 
         valid_for=widened_box(base.valid_for, power.steady),
         provenance=replace(
             own,
+            basis=Basis.REFINED,
             readings=(*known.readings, *own.readings),
             logs=tuple(logs.values()),
             logs_sha256=tuple(logs),
@@ -456,6 +463,12 @@ def _with_drag_that_shows(
     )
     provenance = replace(model.provenance, readings=(*model.provenance.readings, reading))
     return replace(model, provenance=provenance)
+
+
+def _basis(found: PowerIdentification, base: VehicleModel | None) -> Basis | None:
+    """Return what the model rests on: the base model's basis where its power is all there is."""
+    is_of_base = not found.is_known and base is not None and base.is_power_known
+    return base.provenance.basis if is_of_base and base is not None else Basis.IDENTIFIED
 
 
 def _power(found: PowerIdentification, base: VehicleModel | None) -> PowerIdentification:

@@ -29,6 +29,7 @@ from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import Value, field_values, replace
 from planner.vehicle.data_sheet import STATE_FLIGHTS, STEADY_FLIGHTS, steady_power_w
 from planner.vehicle.declared import Interval
+from planner.vehicle.model import Basis
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
@@ -273,6 +274,7 @@ def narrowed_provenance(
     flights = quantity.count(power.flights, "flight")
     return replace(
         provenance,
+        basis=Basis.REFINED,
         readings=(*provenance.readings, f"narrowed by {flights}: {power.text}"),
         logs=tuple(logs.values()),
         logs_sha256=tuple(logs),

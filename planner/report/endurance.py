@@ -9,6 +9,7 @@ from planner.report.json import envelope, json_text, value, values
 from planner.report.text import printable, table_lines
 from planner.service.endurance import RESERVE
 from planner.values import field_names
+from planner.vehicle.model import Basis
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,7 +22,66 @@ _BAR, _EIGHTHS = "\u2588", " \u258f\u258e\u258d\u258c\u258b\u258a\u2589"
 _LONGEST_BAR, _SHORTEST_BAR = 30, 8
 """Columns of the longest bar beside a table; where a terminal has less room, there are none."""
 _LOAD_HEADS = (("payload", "power", "hover"), ("kg", "W", ""))
+_MODEL_KEYS = ("name", "kind", "reference", "description", "mass_kg", "source")
 _HEADS = (("speed", "power", "per km", "endurance", "range"), ("m/s", "W", "Wh", "", ""))
+
+
+_LIST_HEADS = (("model", "mass", "battery", "hover", "provenance"),)
+_BASES = {
+    Basis.IDENTIFIED: "identified",
+    Basis.REFINED: "data sheet, narrowed by flights",
+    Basis.ARTICLE: "article",
+    Basis.DATA_SHEET: "data sheet",
+    Basis.THEORY: "theory",
+}
+
+
+def models_text(listed: Sequence[Endurance], *, medium: Medium, describes: bool) -> str:
+    """Return models as a table, with the description of each below where it is asked for."""
+    rows = [*_LIST_HEADS, *map(_listed_row, listed)]
+    lines = [
+        medium.paint(line, "bold") if row == 0 else line
+        for row, line in enumerate(table_lines(rows, alignment="<>>><"))
+    ]
+    if describes:
+        for one in listed:
+            described = f"{one.vehicle.name}: {printable(one.vehicle.description)}"
+            lines += ["", *medium.wrapped(described, indent=2)]
+    lines += [
+        "",
+        *medium.wrapped(
+            "Hover in calm standard air at sea level, on a full battery down to a charge of "
+            f"{quantity.percent(RESERVE)}. mavjoule vehicle show MODEL tells more of one."
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _listed_row(one: Endurance) -> tuple[str, ...]:
+    battery, hover = one.vehicle.battery, one.hover
+    basis = one.vehicle.provenance.basis
+    return (
+        one.vehicle.name,
+        quantity.mass(one.vehicle.mass_kg),
+        quantity.energy(None if battery is None else battery.energy_wh),
+        quantity.duration(None if hover is None else hover.endurance_s),
+        quantity.ABSENT if basis is None else _BASES[basis],
+    )
+
+
+def models_json(listed: Sequence[Endurance], *, version: str) -> str:
+    """Return the same as a JSON document."""
+    models = [
+        values(one.vehicle, _MODEL_KEYS)
+        | {
+            "battery_wh": None if one.vehicle.battery is None else one.vehicle.battery.energy_wh,
+            "hover_time_s": None if one.hover is None else one.hover.endurance_s,
+            "hover_power_w": None if one.hover is None else one.hover.power_w,
+            "basis": one.vehicle.provenance.basis,
+        }
+        for one in listed
+    ]
+    return json_text(envelope(version) | {"models": models}, indent=2)
 
 
 def endurance_text(shown: Endurance, *, medium: Medium) -> str:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from planner.identify.verification import StateComparison, Stop, Verification
     from planner.logs.record import FlightRecord
     from planner.report.text import Medium
-    from planner.vehicle.model import VehicleModel
 
 
 _STYLES = {FitStatus.IDENTIFIED: "green", FitStatus.BASE: "yellow", FitStatus.LEFT_OUT: "yellow"}
@@ -342,20 +341,3 @@ def calibration_text(sources: Mapping[str, Sequence[Calibration]], *, medium: Me
         )
     )
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
-
-
-def models_text(vehicles: Sequence[VehicleModel], *, medium: Medium) -> str:
-    """Return models by name, each with what it is and what it carries."""
-    blocks = []
-    for vehicle in vehicles:
-        battery_wh = None if vehicle.battery is None else vehicle.battery.energy_wh
-        facts = (
-            f"{vehicle.kind}, references: {vehicle.reference}, "
-            f"mass {quantity.mass(vehicle.mass_kg)}, battery {quantity.energy(battery_wh)}"
-        )
-        blocks += [
-            medium.paint(vehicle.name, "bold"),
-            *medium.wrapped(f"  {vehicle.description}", indent=2),
-            *medium.wrapped(f"  {facts}", indent=2),
-        ]
-    return "\n".join(blocks) + "\n"

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from planner.rules.ledger import LedgerEntry
     from planner.service.preflight import UnreadableMission
     from planner.service.vehicle import MissionComparison
-    from planner.vehicle.model import VehicleModel
 Document = dict[str, object]
 SCHEMA = 1
 _VERIFICATION_CONDITIONS = frozenset(
@@ -441,7 +440,6 @@ def _flight(one: Verification) -> Document:
     }
 
 
-_MODEL_KEYS = ("name", "kind", "reference", "description", "mass_kg", "source")
 _RULE_KEYS = ("code", "name", "severity", "summary", "why", "how", "fix")
 
 
@@ -453,16 +451,6 @@ def rules_json(rules: Sequence[Rule], *, version: str) -> str:
 def rule_json(rule: Rule, *, version: str) -> str:
     """Return one rule as a JSON document."""
     return json_text(envelope(version) | _rule(rule), indent=2)
-
-
-def models_json(vehicles: Sequence[VehicleModel], *, version: str) -> str:
-    """Return vehicle models as a JSON document."""
-    models = [
-        values(vehicle, _MODEL_KEYS)
-        | {"battery_wh": None if vehicle.battery is None else vehicle.battery.energy_wh}
-        for vehicle in vehicles
-    ]
-    return json_text(envelope(version) | {"models": models}, indent=2)
 
 
 def _rule(rule: Rule) -> Document:

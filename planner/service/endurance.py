@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import UsageError, nearest_hint
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.power import SteadyPower
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
 from planner.units import JOULES_PER_WATT_HOUR
 from planner.values import Value
+from planner.vehicle.library import is_named_by, load_vehicle, model_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.arrays import FloatArray
     from planner.vehicle.model import VehicleModel
@@ -132,6 +134,26 @@ def _flights(
     )
     flown = map(partial(_flight, vehicle), speed_m_s.tolist(), _level_w(power, speed_m_s).tolist())
     return tuple(flown)
+
+
+def list_models(words: Sequence[str] = ()) -> tuple[Endurance, ...]:
+    """Return the shipped models whose name or description holds all words, each with what it can do.
+
+    Raises
+    ------
+    UsageError
+        If there is none.
+    """
+    models = map(load_vehicle, model_names())
+    found = tuple(predict_endurance(one) for one in models if is_named_by(one, words))
+    if not found:
+        asked = " ".join(words)
+        msg = (
+            f"no shipped model is called {asked!r}{nearest_hint(asked, model_names())} (mavjoule models "
+            "lists all; mavjoule vehicle new makes one from a data sheet)"
+        )
+        raise UsageError(msg)
+    return found
 
 
 def _level_w(power: SteadyPower, speed_m_s: FloatArray) -> FloatArray:

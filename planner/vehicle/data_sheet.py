@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-import re
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,18 +17,13 @@ from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, hover_induced_velocity_m_s, momentum_power_w
-from planner.quantity import NUMBER, read_in
-from planner.units import (
-    GRAVITY_M_S2,
-    JOULES_PER_WATT_HOUR,
-    MASS_UNITS_KG,
-    MILLIAMPERE_HOURS_PER_AMPERE_HOUR,
-    SECONDS_PER_MINUTE,
-)
+from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value, field
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import Interval
-from planner.vehicle.model import Loads, ModelSpread, Provenance, ValidFor, VehicleModel
+from planner.vehicle.figures import HoverFigure, HoverKind
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.model import Basis, Loads, ModelSpread, Provenance, ValidFor, VehicleModel
 from planner.vehicle.pack import (
     ASSUMED_CHEMISTRY,
     LIPO_CELL_V,
@@ -42,17 +35,24 @@ from planner.vehicle.pack import (
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import parameter_table
 from planner.vehicle.power import MomentumLaw
-from planner.vehicle.priors import disk_area_m2, hover_cost, ideal_hover_w, multicopter_priors
+from planner.vehicle.priors import (
+    disk_area_m2,
+    hover_cost,
+    ideal_hover_w,
+    multicopter_priors,
+    timed_power_w,
+)
 from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.arrays import FloatArray
+    from planner.vehicle.drones import PublishedDrone
+    from planner.vehicle.figures import MotorTable
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.priors import Prior
 
-_LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, '"': 0.0254}
 _DISK_LOADING_N_M2 = (8.0, 500.0)
 """Weight over disk area of anything that flies: racers have 120, indoor flyers 20 to 40. [N/m²]"""
 _MOST_PACK = 0.7
@@ -74,6 +74,8 @@ _MASS_RANGE = (0.8, 1.25)
 """Of the take-off mass: a camera off, a quarter of it on. [-]"""
 _DENSITY_RANGE = Interval(low=0.9, high=1.35)
 _HEIGHT_RANGE = Interval(low=-1.0, high=500.0)
+_DJI_MOTION = "dji-matrice-100"
+"""Whose ramps other vehicles of DJI fly by: the one of which flights were measured."""
 STATE_FLIGHTS = {
     "takeoff": "climb",
     "climb": "climb",
@@ -102,42 +104,6 @@ def steady_power_w(rotor: Rotor, *, mass_kg: float, avionics_w: float) -> FloatA
     return power + avionics_w
 
 
-class HoverKind(StrEnum):
-    """What a figure of the hover is."""
-
-    CURRENT = "A"
-    POWER = "W"
-    TIME = "min"
-    THROTTLE = "%"
-
-
-_FIGURE_TEXTS = {
-    HoverKind.CURRENT: "hover current",
-    HoverKind.POWER: "hover power",
-    HoverKind.TIME: "flight time",
-    HoverKind.THROTTLE: "hover throttle",
-}
-
-
-class HoverFigure(Value):
-    """One figure of the hover, in the unit of its kind; a throttle as a fraction."""
-
-    kind: HoverKind
-    value: float
-
-    def __str__(self) -> str:
-        """Return the text it is read from: ``18A``, ``260W``, ``22min``, ``38%``."""
-        shown = 100.0 * self.value if self.kind is HoverKind.THROTTLE else self.value
-        return f"{quantity.exact(shown)}{self.kind}"
-
-
-class MotorTable(Value):
-    """Full throttle of one motor with its propeller, as in the table of its maker."""
-
-    thrust_n: float
-    power_w: float
-
-
 class DataSheet(Value):
     """What is known of a vehicle without its flights; what is ``None`` is assumed, and said to be."""
 
@@ -154,58 +120,41 @@ class DataSheet(Value):
     hover: HoverFigure | None = None
     motor: MotorTable | None = None
     autopilot: Autopilot | None = None
+    moves_like: VehicleModel | None = None
+    """A model whose ramps it flies, where its autopilot is its maker's own."""
     parameters: ParameterSet | None = None
     description: str | None = None
     source: str = ""
     """Who says so: a data sheet, its address."""
+    notes: tuple[str, ...] = ()
+    """Where each figure comes from."""
+    remembered: frozenset[str] = frozenset()
+    """Quantities of the power whose figures were compared with no page: mass, disk, hover."""
     date: dt.date = field(default_factory=dt.date.today)
     """Day the model is made."""
 
 
-def read_mass(text: str) -> float:
-    """Return the mass of ``3.5``, ``3.5kg``, ``3500g`` or ``7.7lb``. [kg]"""
-    return _above_0(read_in(text, MASS_UNITS_KG), "mass", text)
-
-
-def read_propeller(text: str) -> float:
-    """Return the diameter of ``10in``, ``254mm`` or ``0.254m``; a bare number of 3 and more is inches. [m]"""
-    found = re.fullmatch(NUMBER, text.strip())
-    if found and float(found[1]) >= 3.0:
-        return float(found[1]) * _LENGTH_UNITS["in"]
-    return _above_0(read_in(text, _LENGTH_UNITS), "diameter", text)
-
-
-def read_hover(text: str) -> HoverFigure:
-    """Return the figure of ``18A``, ``260W``, ``22min`` or ``38%``."""
-    found = re.fullmatch(rf"{NUMBER}\s*(A|W|min|%)", text.strip(), re.IGNORECASE)
-    if found is None:
-        msg = f"expected a current, power, flight time or throttle: 18A, 260W, 22min or 38%, got {text!r}"
-        raise ValueError(msg)
-    kind = next(one for one in HoverKind if one.lower() == found[2].lower())
-    value = _above_0(float(found[1]), "figure of the hover", text)
-    if kind is not HoverKind.THROTTLE:
-        return HoverFigure(kind=kind, value=value)
-    if value >= 100.0:
-        msg = f"a hover throttle is below 100 %, got {text!r}"
-        raise ValueError(msg)
-    return HoverFigure(kind=kind, value=value / 100.0)
-
-
-def read_motor(text: str) -> MotorTable:
-    """Return thrust and power of ``1250g@310W``, one motor at full throttle."""
-    thrust, at, power = text.partition("@")
-    if not at:
-        msg = f"expected one motor at full throttle, such as 1250g@310W, got {text!r}"
-        raise ValueError(msg)
-    thrust_kg, power_w = read_mass(thrust), read_in(power, {"W": 1.0})
-    return MotorTable(thrust_n=thrust_kg * GRAVITY_M_S2, power_w=_above_0(power_w, "power", text))
-
-
-def _above_0(value: float, what: str, text: str) -> float:
-    if not 0.0 < value < math.inf:
-        msg = f"a {what} is above 0, got {text!r}"
-        raise ValueError(msg)
-    return value
+def drone_sheet(drone: PublishedDrone, *, date: dt.date) -> DataSheet:
+    """Return the data sheet of a published drone; of DJI's own autopilots only one was ever measured."""
+    remembered = drone.remembered
+    is_timed = drone.figure is not None and "battery" in remembered
+    quantities = {"mass": "mass", "propeller": "disk", "hover": "hover"}
+    figures = {quantities[name] for name in remembered & quantities.keys()}
+    return DataSheet(
+        name=drone.name,
+        mass_kg=drone.mass_kg,
+        battery=drone.battery,
+        rotors=drone.rotors,
+        propeller_m=drone.propeller_m,
+        hover=drone.figure,
+        autopilot=drone.autopilot,
+        moves_like=load_vehicle(_DJI_MOTION) if drone.autopilot is None else None,
+        description=drone.description,
+        source=f"published figures of the {drone.description.partition(',')[0]}",
+        notes=drone.notes,
+        remembered=frozenset(figures | ({"hover"} if is_timed else set())),
+        date=date,
+    )
 
 
 def vehicle_from_data_sheet(sheet: DataSheet) -> VehicleModel:
@@ -230,7 +179,7 @@ class _Sheet:
         self.priors = multicopter_priors()
         self.fractions: dict[str, float] = {}
         """Standard deviation of the logarithm of each quantity the power depends on."""
-        self.readings: list[str] = []
+        self.readings: list[str] = [*sheet.notes]
         self.parameters = {} if sheet.parameters is None else sheet.parameters.numbers()
         self.autopilot = self._autopilot()
         self.battery = self._battery()
@@ -241,6 +190,18 @@ class _Sheet:
         self.propeller_m = self._propeller_m()
         self._refuse_what_cannot_be()
         self.quantities = self._quantities()
+        self._doubt_what_is_remembered()
+
+    def _doubt_what_is_remembered(self) -> None:
+        """Widen how far figures may be off that were compared with no page."""
+        prior, names = self.priors["remembered"], sorted(self.sheet.remembered)
+        for name in names:
+            self.fractions[name] = math.hypot(self.fractions.get(name, 0.0), prior.fraction)
+        if names:
+            self.readings.append(
+                f"{', '.join(names)}: between {prior.low:g} and {prior.high:g} times what is "
+                f"remembered, {prior.source}"
+            )
 
     def _assume(self, name: str, prior: Prior, unit: str = "", *, of: str = "") -> float:
         """Take a prior for a quantity, and say so."""
@@ -257,8 +218,25 @@ class _Sheet:
         if given is not None and stack is not None and asked not in {None, stack}:
             msg = f"{given.source} holds parameters of {stack.label}: give the vehicle's own"
             raise UsageError(msg)
+        like = self.sheet.moves_like
+        if like is not None:
+            if like.ramps is None or like.speed is None or asked is not None or given is not None:
+                msg = (
+                    f"{like.name}: a vehicle moves like a model with [ramps], and has then neither "
+                    "autopilot nor parameters"
+                )
+                raise UsageError(msg)
+            speed = quantity.speed(like.speed.default_m_s)
+            self.readings.append(
+                f"moves like {like.name}: from rest to rest at each waypoint, at {speed} where the "
+                "mission commands no speed; waypoints that its own app flies in curves take less"
+            )
+            return like.reference
         if asked is Autopilot.STEP:
-            msg = "no data sheet says how a vehicle without PX4 or ArduPilot moves: identify it from a log"
+            msg = (
+                "no data sheet says how a vehicle without PX4 or ArduPilot moves: identify it from a "
+                f"log, or let it move like another (--moves-like {_DJI_MOTION})"
+            )
             raise UsageError(msg)
         if asked is None and stack is None:
             self.readings.append("flown by ArduPilot: assumed")
@@ -385,7 +363,7 @@ class _Sheet:
             self.readings.append(
                 f"no figure of the hover: {usual.at(self.propeller_m):.3g} electrical watts for each ideal "
                 f"one (standard deviation {quantity.percent(self.fractions['hover'])}), as {usual.count} "
-                "published multicopters by the size of their propellers, models/priors/published.csv; "
+                "published flight times have it by the size of propellers, models/priors/drones.toml; "
                 f"{built.source}"
             )
         self._refuse_hover(hover_w, ideal_w)
@@ -414,17 +392,17 @@ class _Sheet:
             return None
         if figure.kind is HoverKind.THROTTLE:
             return self._motor_hover_w(figure, motor)
-        prior = self.priors[f"hover_{figure.kind.name.lower()}"]
-        off = self._assume("hover", prior, of=f"{_FIGURE_TEXTS[figure.kind]} of {figure}: factor")
+        what = f"{figure.kind.label} of {figure}"
+        off = self._assume("hover", self.priors[figure.prior], of=f"{what}: factor")
         if figure.kind is HoverKind.POWER:
             return figure.value * off
         if battery is None or battery.voltage_v is None:
-            msg = f"a {_FIGURE_TEXTS[figure.kind]} of {figure} is no power without the battery: give it"
+            msg = f"a {what} is no power without the battery: give it"
             raise UsageError(msg)
         if figure.kind is HoverKind.CURRENT:
             loaded_v = battery.voltage_v - figure.value * (battery.new_resistance_ohm or 0.0)
             return figure.value * off * loaded_v
-        return off * battery.energy_wh * JOULES_PER_WATT_HOUR / (SECONDS_PER_MINUTE * figure.value)
+        return off * timed_power_w(battery.energy_wh, figure.value)
 
     def _motor_hover_w(self, figure: HoverFigure, motor: MotorTable | None) -> float:
         """Return the hover power by the throttle and the motor's table: P goes by T^1.5. [W]"""
@@ -518,8 +496,9 @@ class _Sheet:
             for state, one in change.items():
                 beside[state] += (one - change["hover"]) ** 2
         cost = hover_cost()
+        time = "time" if self.sheet.moves_like is None else "moves_like"
         return ModelSpread(
-            time_fraction=round(self.priors["time"].fraction, 4),
+            time_fraction=round(self.priors[time].fraction, 4),
             energy_fraction=round(math.sqrt(shared), 4),
             energy_state_fraction=tuple(
                 (state, round(math.sqrt(beside[steady]), 4))
@@ -533,11 +512,13 @@ class _Sheet:
             ),
             n_flights=cost.degrees_of_freedom,
             source="no flight: how far the data sheet and what is assumed beside it may be off, by "
-            f"{cost.count} published multicopters and models/priors",
+            f"{cost.count} published flight times and models/priors",
         )
 
     def _kept_parameters(self) -> tuple[tuple[str, float], ...]:
         """Return the parameters that a prediction depends on."""
+        if not self.parameters:
+            return ()
         rows = parameter_table(PARAMETERS_OF[self.autopilot]).values()
         return tuple(
             (spelling.name, self.parameters[spelling.name])
@@ -552,8 +533,10 @@ class _Sheet:
         sheet, given, priors = self.sheet, self.quantities, self.priors
         spread = self._spread()
         rotor = self._rotor(given)
-        noise_m = self._assume("position_noise", priors["position_noise"], " m")
-        drag_per_s = None
+        like = sheet.moves_like
+        noise_m, drag_per_s = 0.0, None
+        if like is None:
+            noise_m = self._assume("position_noise", priors["position_noise"], " m")
         if self.autopilot is Autopilot.PX4:
             drag_per_s = self._assume("drag_per_s", priors["drag_per_s"], " 1/s")
         idle = self._assume("ground_idle", priors["ground_idle"], of="idling over hovering")
@@ -569,6 +552,8 @@ class _Sheet:
             mass_kg=self.mass_kg,
             position_noise_m=noise_m,
             drag_per_s=drag_per_s,
+            speed=None if like is None else like.speed,
+            ramps=None if like is None else like.ramps,
             hover=None,
             cruise=MomentumLaw(
                 **{name: _rounded(value, 4) for name, value in rotor._asdict().items()}
@@ -583,6 +568,7 @@ class _Sheet:
             spread=spread,
             provenance=Provenance(
                 source=sheet.source or "its data sheet",
+                basis=Basis.THEORY if sheet.hover is None else Basis.DATA_SHEET,
                 method="momentum theory with the hover of the data sheet; no flight",
                 date=sheet.date,
                 readings=tuple(self.readings),

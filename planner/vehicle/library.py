@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,8 @@ from planner.errors import VehicleFileError, nearest_hint, shortened
 from planner.vehicle.reader import models_root, read_vehicle, vehicle_from_toml
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from planner.vehicle.model import VehicleModel
 
 DEFAULT_MODEL = "falkowski-2023-quadrotor"
@@ -18,6 +21,17 @@ DEFAULT_MODEL = "falkowski-2023-quadrotor"
 def model_names() -> tuple[str, ...]:
     """Return the names of the shipped models, sorted."""
     return tuple(sorted(path.stem for path in models_root().glob("*.toml")))
+
+
+def is_named_by(model: VehicleModel, words: Iterable[str]) -> bool:
+    """Return whether name and description of a model hold all words, as people write them: x-500, M300."""
+    told = _bare(f"{model.name} {model.description}")
+    return all(_bare(word) in told for word in words)
+
+
+def _bare(text: str) -> str:
+    """Return letters and digits alone."""
+    return re.sub(r"[^a-z0-9]", "", text.lower())
 
 
 def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
@@ -43,9 +57,11 @@ def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
         return read_vehicle(name_or_path)
     names = model_names()
     if text not in names:
+        alike = [name for name in names if _bare(text) and _bare(text) in _bare(name)]
+        hint = f"; did you mean {' or '.join(alike)}?" if alike else nearest_hint(text, names)
         msg = (
-            f"is no shipped model{nearest_hint(text, names)}; shipped are: {', '.join(names)} "
-            "(the path of a model file ends in .toml)"
+            f"is no shipped model{hint} (mavjoule models lists them; the path of a model file ends in "
+            ".toml)"
         )
         source = f"vehicle {shortened(text) if text else repr(text)}"
         raise VehicleFileError(msg, source=source)

@@ -2,6 +2,7 @@
 
 import datetime as dt
 import math
+from enum import StrEnum
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -341,10 +342,36 @@ class ModelSpread(Part):
                 yield name, "has no meaning without time_fraction"
 
 
+class Basis(StrEnum):
+    """What the numbers of a model rest on."""
+
+    IDENTIFIED = "identified"
+    """Flights of the vehicle."""
+    REFINED = "refined"
+    """A data sheet or theory, and flights."""
+    ARTICLE = "article"
+    DATA_SHEET = "data-sheet"
+    """A published figure of the hover."""
+    THEORY = "theory"
+    """Mass and rotors alone."""
+
+    @property
+    def is_flown(self) -> bool:
+        """Whether flights of the vehicle are in it."""
+        return self not in {Basis.DATA_SHEET, Basis.THEORY}
+
+
 class Provenance(Part):
     """Where the numbers come from."""
 
     source: Annotated[str, Key("article, or whose vehicle and flights")]
+    basis: Annotated[
+        Basis | None,
+        Key(
+            "what the numbers rest on: flights, a data sheet narrowed by flights, an article, a data "
+            "sheet, theory"
+        ),
+    ] = None
     method: Annotated[str, Key("how the numbers were found")]
     date: Annotated[dt.date, Key("day the model file was made")]
     readings: Annotated[

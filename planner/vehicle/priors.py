@@ -1,7 +1,7 @@
 r"""What multicopters have in common that nobody has logged: ranges, each with its source.
 
-The numbers are data, in ``models/priors``: a table of ranges, and a list of multicopters with a
-published hover time.  From the list follows what hovering costs,
+The numbers are data, in ``models/priors``: a table of ranges, and one of published multicopters
+(`planner.vehicle.drones`).  From those with a flight time follows what hovering costs,
 
 .. math:: k = \frac{P}{T v_h} = a + b / d, \qquad T v_h = \frac{(m g)^{3/2}}{\sqrt{2 \rho A}},
 
@@ -10,11 +10,10 @@ fly at low Reynolds numbers, and what the electronics take weighs more.  The fit
 the relative errors.
 """
 
-import csv
 import math
 import tomllib
 from functools import lru_cache
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 
@@ -23,6 +22,8 @@ from planner.physics.rotor import hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, SECONDS_PER_MINUTE
 from planner.values import Value
 from planner.vehicle.declared import Key, Part, Problems
+from planner.vehicle.drones import PublishedDrone, drone_table
+from planner.vehicle.figures import HoverKind
 from planner.vehicle.reader import Reading, models_root
 
 OF_MIDDLE_80_PERCENT = 2.0 * 1.2815515655446004
@@ -48,40 +49,6 @@ class Prior(Part):
         return math.log(self.high / self.low) / OF_MIDDLE_80_PERCENT
 
 
-class PublishedHover(Value):
-    """A multicopter with a published hover time."""
-
-    name: str
-    mass_kg: float
-    rotors: int
-    propeller_m: float
-    battery_wh: float
-    hover_min: float
-    source: str
-
-    @classmethod
-    def of_row(cls, row: dict[str, str]) -> Self:
-        """Return what a row of the list says."""
-        numbers = {name: float(row[name]) for name in ("mass_kg", "propeller_m", "battery_wh")}
-        return cls(
-            name=row["name"],
-            rotors=int(row["rotors"]),
-            hover_min=float(row["hover_min"]),
-            source=row["source"],
-            **numbers,
-        )
-
-    def cost(self, share: float) -> float:
-        """Return its electrical watts for each ideal watt, where a flight takes a share of the label. [-]"""
-        taken_w = share * self.battery_wh * JOULES_PER_WATT_HOUR / self.hover_s
-        return taken_w / ideal_hover_w(self.mass_kg, self.rotors, self.propeller_m)
-
-    @property
-    def hover_s(self) -> float:
-        """Hover time. [s]"""
-        return self.hover_min * SECONDS_PER_MINUTE
-
-
 class HoverCost(Value):
     """Electrical watts for each watt of the ideal disk in hover, over the diameter of the propellers."""
 
@@ -91,7 +58,7 @@ class HoverCost(Value):
     """Standard deviation of single vehicles, relative. [-]"""
     degrees_of_freedom: int
     count: int
-    """Multicopters it was found from."""
+    """Published flight times it was found from."""
 
     def at(self, propeller_m: float) -> float:
         """Return the cost with propellers of a diameter. [-]"""
@@ -139,20 +106,44 @@ def multicopter_priors() -> dict[str, Prior]:
     return {name: one for name, one in held.items() if isinstance(one, Prior)}
 
 
+class PublishedHover(Value):
+    """What hovering costs by one published flight time."""
+
+    name: str
+    propeller_m: float
+    cost: float
+    """Electrical watts for each ideal watt. [-]"""
+
+
 @lru_cache(maxsize=1)
 def published_hovers() -> tuple[PublishedHover, ...]:
-    """Return the multicopters with a published hover time."""
-    path = models_root() / "priors" / "published.csv"
-    with path.open(encoding="utf-8", newline="") as rows:
-        return tuple(PublishedHover.of_row(row) for row in csv.DictReader(rows))
+    """Return what hovering costs by each published flight time."""
+    return tuple(filter(None, map(_published_hover, drone_table().drones)))
+
+
+def _published_hover(drone: PublishedDrone) -> PublishedHover | None:
+    """Return what hovering costs a drone; ``None`` where no flight time says so."""
+    figure, mass_kg, propeller_m = drone.figure, drone.mass_kg, drone.propeller_m
+    if figure is None or mass_kg is None or propeller_m is None:
+        return None
+    if figure.kind not in {HoverKind.TIME, HoverKind.LONGEST}:
+        return None
+    off = multicopter_priors()[figure.prior].value
+    taken_w = off * timed_power_w(drone.battery.energy_wh, figure.value)
+    ideal_w = ideal_hover_w(mass_kg, drone.rotors, propeller_m)
+    return PublishedHover(name=drone.name, propeller_m=propeller_m, cost=taken_w / ideal_w)
+
+
+def timed_power_w(energy_wh: float, minutes: float) -> float:
+    """Return the power that takes an energy in a time. [W]"""
+    return energy_wh * JOULES_PER_WATT_HOUR / (SECONDS_PER_MINUTE * minutes)
 
 
 @lru_cache(maxsize=1)
 def hover_cost() -> HoverCost:
     """Return what hovering costs, by those multicopters."""
     hovers = published_hovers()
-    share = multicopter_priors()["hover_time"].value
-    cost = np.array([one.cost(share) for one in hovers])
+    cost = np.array([one.cost for one in hovers])
     design = np.array([[1.0, 1.0 / one.propeller_m] for one in hovers])
     (constant, per_diameter), *_ = np.linalg.lstsq(
         design / cost[:, np.newaxis], np.ones_like(cost), rcond=None

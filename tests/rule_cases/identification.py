@@ -23,7 +23,8 @@ from planner.identify.segments import StateOutcome
 from planner.physics.response import TransferFunction
 from planner.values import replace
 from planner.vehicle.battery import Battery
-from planner.vehicle.data_sheet import DataSheet, HoverFigure, HoverKind, vehicle_from_data_sheet
+from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
+from planner.vehicle.figures import HoverFigure, HoverKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

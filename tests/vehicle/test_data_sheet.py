@@ -16,14 +16,8 @@ from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.service.endurance import predict_endurance
 from planner.setup import read_battery
-from planner.vehicle.data_sheet import (
-    DataSheet,
-    read_hover,
-    read_mass,
-    read_motor,
-    read_propeller,
-    vehicle_from_data_sheet,
-)
+from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
+from planner.vehicle.figures import read_hover, read_mass, read_motor, read_propeller
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.priors import hover_cost, multicopter_priors, published_hovers
 from planner.vehicle.writer import write_vehicle
@@ -71,6 +65,26 @@ def test_a_flight_time_takes_the_share_of_the_battery_that_is_assumed() -> None:
     assert _hover_w(vehicle) == pytest.approx(by_hand_w, rel=0.005)
 
 
+def test_an_advertised_longest_flight_time_is_not_that_of_the_hover() -> None:
+    priors = multicopter_priors()
+    by_hand = priors["hover_longest"].value / priors["hover_time"].value
+    longest, hovered = (_vehicle(hover=read_hover(text)) for text in ("18 min max", "18min"))
+    assert _hover_w(longest) / _hover_w(hovered) == pytest.approx(by_hand, rel=0.005)
+    assert "longest flight time of 18min max" in " ".join(longest.provenance.readings)
+
+
+def test_figures_as_remembered_make_the_model_less_sure() -> None:
+    told = _vehicle(hover=read_hover("18min")).spread
+    remembered = _vehicle(hover=read_hover("18min"), remembered=frozenset({"hover"})).spread
+    assert told is not None
+    assert remembered is not None
+    assert told.energy_fraction is not None
+    more = multicopter_priors()["remembered"].fraction
+    assert remembered.energy_fraction == pytest.approx(
+        math.hypot(told.energy_fraction, more), rel=0.01
+    )
+
+
 def test_a_throttle_takes_the_power_of_the_motor_at_the_weight() -> None:
     vehicle = _vehicle(hover=read_hover("40%"), motor=read_motor("1250g@310W"))
     off = multicopter_priors()["motor_table"].value
@@ -86,8 +100,8 @@ def test_without_a_figure_it_hovers_like_published_multicopters_of_its_size() ->
 
 
 def test_published_hovers_are_met_within_what_the_fit_says() -> None:
-    cost, share = hover_cost(), multicopter_priors()["hover_time"].value
-    errors = [math.log(one.cost(share) / cost.at(one.propeller_m)) for one in published_hovers()]
+    cost = hover_cost()
+    errors = [math.log(one.cost / cost.at(one.propeller_m)) for one in published_hovers()]
     assert max(map(abs, errors)) < 3.0 * cost.fraction
     assert cost.fraction < 0.15  # wider, and the size of a propeller would say nothing
 
@@ -149,7 +163,11 @@ def test_parameters_give_autopilot_battery_speed_and_throttle() -> None:
         ({"hover": read_hover("38%"), "motor": read_motor("4500g@900W")}, "correct one of them"),
         ({"battery": None, "hover": read_hover("18A")}, "no power without the battery"),
         ({"battery": None, "mass_kg": None}, "give the take-off mass"),
-        ({"autopilot": Autopilot.STEP}, "identify it from a log"),
+        ({"autopilot": Autopilot.STEP}, "identify it from a"),
+        (
+            {"moves_like": planner.load_vehicle("px4-quad-2kg")},
+            r"moves like a model with \[ramps\]",
+        ),
     ],
 )
 def test_what_cannot_fly_is_refused_with_the_physics(given: dict[str, Any], sentence: str) -> None:

@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.errors import VehicleFileError
+from planner.errors import UsageError, VehicleFileError
+from planner.service.endurance import list_models
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
-from planner.vehicle.reader import models_root
+from planner.vehicle.reader import models_root, vehicle_from_toml
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from planner.vehicle.model import VehicleModel
 
 
 @pytest.mark.parametrize("name", model_names())
@@ -33,11 +36,51 @@ def test_a_path_is_read_as_a_file(tmp_path: Path) -> None:
         assert load_vehicle(given).source == str(path)
 
 
-def test_an_unknown_name_lists_the_shipped_ones_and_the_nearest() -> None:
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [
+        ("falkowski-2032-quadrotor", DEFAULT_MODEL),
+        ("x500", "holybro-x500-v2"),
+        ("Mavic 2", "dji-mavic-2-pro"),
+        ("astro", "freefly-astro or freefly-astro-max"),
+    ],
+)
+def test_an_unknown_name_is_told_the_nearest(name: str, nearest: str) -> None:
     with pytest.raises(VehicleFileError) as caught:
-        load_vehicle("falkowski-2032-quadrotor")
-    assert f"did you mean {DEFAULT_MODEL}?" in str(caught.value)
-    assert all(name in str(caught.value) for name in model_names())
+        load_vehicle(name)
+    assert f"did you mean {nearest}?" in str(caught.value)
+    assert "mavjoule models lists them" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        ("phantom", ["dji-phantom-4-pro"]),
+        ("X-500", ["holybro-x500-v2"]),
+        ("m300", ["dji-matrice-300-rtk"]),
+        ("mavic 2", ["dji-mavic-2-pro"]),
+        ("freefly astro", ["freefly-astro", "freefly-astro-max"]),
+    ],
+)
+def test_models_are_found_by_what_people_call_them(words: str, names: list[str]) -> None:
+    assert [one.vehicle.name for one in list_models(words.split())] == names
+
+
+def test_a_search_for_no_model_says_what_to_do() -> None:
+    with pytest.raises(UsageError, match=r"'holybro-x5000'; did you mean holybro-x500-v2\?"):
+        list_models(["holybro-x5000"])
+
+
+def test_a_check_reads_no_model_but_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+
+    def noted(data: bytes, *, name: str, source: str) -> VehicleModel:
+        read.append(name)
+        return vehicle_from_toml(data, name=name, source=source)
+
+    monkeypatch.setattr("planner.vehicle.library.vehicle_from_toml", noted)
+    load_vehicle("holybro-x500-v2")
+    assert read == ["holybro-x500-v2"]
 
 
 @pytest.mark.parametrize(
