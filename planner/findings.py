@@ -21,7 +21,7 @@ class Severity(IntEnum):
         return self.name.lower()
 
 
-class Place(Value, kw_only=False):
+class Place(Value, kw_only=False, gc=False):
     """A place in a text file, both counted from 1."""
 
     line: int

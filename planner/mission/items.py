@@ -56,7 +56,7 @@ class VehicleEvidence(Value):
     """Whether ground stations write the same for multicopters: a take-off pitch alone."""
 
 
-class MissionItem(Value, kw_only=False):
+class MissionItem(Value, kw_only=False, gc=False):
     """One item, with the meaning MAVLink gives its seven parameters.
 
     ``None`` means not specified: ``null`` or ``nan`` in the file.

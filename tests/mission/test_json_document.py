@@ -44,6 +44,13 @@ def test_an_object_knows_its_line_and_column() -> None:
     assert document.places([second, first]) == (Place(4, 5), Place(3, 5))
 
 
+@pytest.mark.parametrize("text", ['[1, {}, {"a": []}]', '[{}, "{", {"a": [0, [1, {}]]}]'])
+def test_objects_among_values_and_braces_in_texts_are_placed(text: str) -> None:
+    document = parse_json(text, source="a.plan")
+    opening = [at for at, one in enumerate(text) if one == "{" and text[at - 1] != '"']
+    assert [document.place(one).column - 1 for one in objects(document.root)] == opening
+
+
 def test_a_value_inside_an_object_is_found_by_its_path() -> None:
     document = parse_json('{"a": {"b"  : [10,\n 20 , [30]]}, "c": 1}', source="a.plan")
     assert document.place(document.root, "a", "b", 1) == Place(2, 2)
@@ -104,6 +111,8 @@ def test_every_object_stands_where_its_place_says(
         ('{"a": "\\q"}', Place(1, 8), "backslash"),
         ('{"a": 1,\n "a": 2}', Place(2, 7), "'a' appears twice"),
         ('{"b": {"x": 1, "y": 2, "x": 3}}', Place(1, 29), "'x' appears twice"),
+        ('{"b": [1, {"x": 1, "x": 3}], "y": ":"}', Place(1, 25), "'x' appears twice"),
+        ('{"y": "\\u003a", "x": 1, "x": 3}', Place(1, 30), "'x' appears twice"),
         ('{"NaN": "NaN", "a": [1, NaN]}', Place(1, 25), "NaN is not a finite number"),
         ('{"a": -Infinity}', Place(1, 7), "-Infinity is not a finite number"),
         ('{"e": 1e-5,\n"a": 1e999}', Place(2, 6), "1e999 is not a finite number"),

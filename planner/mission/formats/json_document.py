@@ -9,8 +9,10 @@ from __future__ import annotations
 import json
 import math
 import re
-from typing import TYPE_CHECKING, Any, NoReturn
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -20,7 +22,7 @@ from planner.mission.formats.exchange import FILE_ENCODING
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from planner.findings import Finding
 
@@ -54,15 +56,27 @@ _SENTENCES = (
 """What the standard library's messages are about; their wording differs between its versions."""
 
 
-class SourceText(Value, eq=False):
+class SourceText(Value, eq=False, dict=True):
     """A text and where its lines end."""
 
     source: str
     """File name as the user gave it."""
     text: str
     """Without a byte order mark."""
-    line_ends: Offsets
-    """Offset of each line feed. [n]"""
+
+    @cached_property
+    def codes(self) -> Codes:
+        """The text's code points, one per character. [n]"""
+        return _codes(self.text)
+
+    @cached_property
+    def line_ends(self) -> Offsets:
+        """Offset of each line feed. [n]"""
+        return np.flatnonzero(self.codes == ord("\n"))
+
+    def count(self, character: str) -> int:
+        """Return how often a character occurs: of what is frequent faster than `str.count`."""
+        return int(np.count_nonzero(self.codes == ord(character)))
 
     def place(self, offset: int) -> Place:
         """Return the line and column of a character."""
@@ -75,15 +89,29 @@ class SourceText(Value, eq=False):
         raise MissionFileError(message, source=self.source, place=self.place(offset))
 
 
-class JsonDocument(Value, eq=False):
+class JsonDocument(Value, eq=False, dict=True):
     """A parsed JSON text; its values are not to be changed."""
 
     origin: SourceText
     root: Any
     """Its value, made of ``dict``, ``list``, ``str``, ``int``, ``float``, ``bool`` and ``None``."""
     findings: tuple[Finding, ...]
-    starts: Mapping[int, int]
-    """Offset of the opening brace of each object, by the object's ``id``."""
+    objects: Sequence[dict[str, Any]]
+    """All of it, in the order in which they open."""
+    is_clean: bool
+    """Whether every brace opens or closes an object: none stands in a text."""
+
+    @cached_property
+    def starts(self) -> Mapping[int, int]:
+        """Offset of the opening brace of each object, by the object's ``id``."""
+        codes = self.origin.codes
+        is_opening = codes == ord("{")
+        if self.is_clean:
+            braces = np.flatnonzero(is_opening)
+        else:
+            offsets, _ = _brackets(self.origin)
+            braces = offsets[is_opening[offsets]]
+        return dict(zip(map(id, self.objects), braces.tolist(), strict=True))
 
     def place(self, container: dict[str, Any], *path: str | int) -> Place:
         """Return where an object of this document (not an equal one), or a value inside it, begins.
@@ -138,44 +166,87 @@ def parse_json(text: str, *, source: str) -> JsonDocument:
         text = text.removeprefix("\ufeff")
         message = "the JSON text begins with a byte order mark: other loaders refuse it"
         findings = (FILE_ENCODING.finding(message, place=Place(1, 1)),)
-    codes = _codes(text)
-    origin = SourceText(source=source, text=text, line_ends=np.flatnonzero(codes == ord("\n")))
-    offsets, depths = _brackets(text, codes)
-    if depths.max(initial=0) > DEEPEST_NESTING:
-        message = f"brackets nest deeper than {DEEPEST_NESTING}: no mission does"
-        origin.refuse(message, int(offsets[np.argmax(depths > DEEPEST_NESTING)]))
-    root, closed, repeating = _load(origin, check_numbers=_may_overflow(codes))
-    starts = _object_starts(codes, offsets)
-    if repeating:
-        at, key = _repeated_key(text, starts[repeating[0]])
-        origin.refuse(f"the key '{key[:40]}' appears twice in one object: which one counts?", at)
+    origin = SourceText(source=source, text=text)
+    try:
+        root = msgspec.json.decode(text)
+        inside = _contents(root, in_lists_of_values=False)
+    except (msgspec.MsgspecError, RecursionError, ValueError):
+        inside = None
+    # As many colons as keys: no key comes twice.  As many brackets as lists and objects: no text holds
+    # one, and no list begins with a value and goes on with them.
+    is_clean = (
+        inside is not None
+        and inside.depth < DEEPEST_NESTING
+        and origin.count(":") == inside.keys
+        and origin.count("[") == inside.lists
+        and origin.count("{") == len(inside.objects)
+    )
+    if inside is None or not is_clean:
+        offsets, depths = _brackets(origin)
+        if depths.max(initial=0) > DEEPEST_NESTING:
+            message = f"brackets nest deeper than {DEEPEST_NESTING}: no mission does"
+            origin.refuse(message, int(offsets[np.argmax(depths > DEEPEST_NESTING)]))
+        root = _load(origin)
+        inside = _contents(root, in_lists_of_values=True)
     return JsonDocument(
-        origin=origin,
-        root=root,
-        findings=findings,
-        starts=dict(zip(map(id, closed), starts, strict=True)),
+        origin=origin, root=root, findings=findings, objects=inside.objects, is_clean=is_clean
     )
 
 
-def _load(
-    origin: SourceText, *, check_numbers: bool
-) -> tuple[Any, list[dict[str, Any]], list[int]]:
-    """Return the value of a text, its objects as they close, and which of them repeat a key."""
-    closed: list[dict[str, Any]] = []
+class _Contents(NamedTuple):
+    """What a JSON value holds."""
+
+    objects: list[dict[str, Any]]
+    """In the order in which they open, itself the first where it is one."""
+    keys: int
+    lists: int
+    depth: int
+
+
+def _contents(root: object, *, in_lists_of_values: bool) -> _Contents:
+    """Return what a JSON value holds, in lists that begin with no list or object where asked for."""
+    objects: list[dict[str, Any]] = []
+    keys = lists = deepest = 0
+
+    def look_into(value: Any, depth: int) -> None:  # noqa: ANN401 (whatever JSON holds)
+        nonlocal keys, lists, deepest
+        deepest = max(deepest, depth)
+        for inner in value:
+            kind = type(inner)
+            if kind is dict:
+                objects.append(inner)
+                keys += len(inner)
+                look_into(inner.values(), depth + 1)
+            elif kind is list:
+                lists += 1
+                if in_lists_of_values or (inner and type(inner[0]) in _CONTAINERS):
+                    look_into(inner, depth + 1)
+
+    look_into((root,), 0)
+    return _Contents(objects, keys, lists, deepest)
+
+
+_CONTAINERS = frozenset({dict, list})
+
+
+def _load(origin: SourceText) -> Any:  # noqa: ANN401 (whatever JSON holds)
+    """Return the value of a text, or refuse it."""
+    closed = 0
     repeating: list[int] = []
 
     def keep(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        nonlocal closed
         value = dict(pairs)
         if len(value) != len(pairs):
-            repeating.append(len(closed))
-        closed.append(value)
+            repeating.append(closed)
+        closed += 1
         return value
 
     try:
         root = json.loads(
             origin.text,
             object_pairs_hook=keep,
-            parse_float=_finite if check_numbers else None,
+            parse_float=_finite if _may_overflow(origin.codes) else None,
             parse_constant=_finite,
         )
     except json.JSONDecodeError as error:
@@ -190,7 +261,10 @@ def _load(
         message = f"a number of more than {LONGEST_INTEGER} digits"
         offset = _number_offset(origin.text, lambda number: len(number) > LONGEST_INTEGER)
         origin.refuse(message, offset)
-    return root, closed, repeating
+    if repeating:
+        at, key = _repeated_key(origin.text, _object_starts(origin)[repeating[0]])
+        origin.refuse(f"the key '{key[:40]}' appears twice in one object: which one counts?", at)
+    return root
 
 
 class _NotFiniteError(Exception):
@@ -211,8 +285,9 @@ def _codes(text: str) -> Codes:
     return np.frombuffer(text.encode("utf-32-le", "surrogatepass"), np.uint32)
 
 
-def _brackets(text: str, codes: Codes) -> tuple[Offsets, Offsets]:
+def _brackets(origin: SourceText) -> tuple[Offsets, Offsets]:
     """Return the offset of every bracket outside strings, and the depth after it. [n], [n]."""
+    text, codes = origin.text, origin.codes
     if "\\" in text:  # blank out escapes, so that every quote left begins or ends a string
         codes = _codes(_ESCAPE.sub("__", text))
     folded = codes | 0x20  # makes [ into { and ] into }
@@ -224,12 +299,13 @@ def _brackets(text: str, codes: Codes) -> tuple[Offsets, Offsets]:
     return offsets, depths
 
 
-def _object_starts(codes: Codes, offsets: Offsets) -> list[int]:
+def _object_starts(origin: SourceText) -> list[int]:
     """Return the offset of each object's opening brace, in the order in which objects close.
 
     At one depth opening and closing braces take turns, so sorted by depth they pair off one to
     one; the parser calls its hook in the order of the closing ones.
     """
+    codes, (offsets, _) = origin.codes, _brackets(origin)
     braces = offsets[(codes[offsets] == ord("{")) | (codes[offsets] == ord("}"))]
     is_opening = codes[braces] == ord("{")
     depths = np.cumsum(np.where(is_opening, 1, -1))

@@ -244,9 +244,13 @@ def _read_items(
     rows: list[tuple[Any, ...]] = []
     groups: list[tuple[int, list[MissionItem]]] = []
     origins: list[int] = []
-    for index, (raw, place) in enumerate(zip(elements, places, strict=True)):
+    clean = reader.clean_rows(elements, places)
+    for index, (raw, place, row) in enumerate(zip(elements, places, clean, strict=True)):
         number = len(origins) + 1
-        if raw.get("type") == "SimpleItem" or reader.is_simple(raw, number, place):
+        if row is not None:
+            rows.append(row)
+            origins.append(index)
+        elif raw.get("type") == "SimpleItem" or reader.is_simple(raw, number, place):
             rows.append(reader.read(raw, number, place))
             origins.append(index)
         else:
@@ -263,7 +267,7 @@ def _read_items(
     for at, expanded in groups:
         items += [*islice(simple, at - len(items)), *expanded]
     items += simple
-    if any(item.command == Command.DO_JUMP for item in items):
+    if Command.DO_JUMP in [item.command for item in items]:
         _compare_jump_ids(items, remarks)
         _check_jumps(items, groups, remarks, autopilot)
     return tuple(items), tuple(origins)

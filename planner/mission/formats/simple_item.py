@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from contextlib import suppress
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+
+import msgspec
 
 from planner.findings import Rule, Severity
 from planner.mission.commands import AMSL_FRAMES, GLOBAL_FRAMES, Frame, load_command_table
@@ -12,8 +15,11 @@ from planner.mission.formats.json_document import (
     JsonFields,
     describe,
 )
+from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.findings import Place, Remarks
     from planner.mission.formats.json_document import JsonDocument
 
@@ -147,6 +153,47 @@ PLAN_VALUE = Rule(
 )
 
 
+_Number = Annotated[float, msgspec.Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)] | None
+_Latitude = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)] | None
+_Longitude = Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)] | None
+_Altitude = Annotated[float, msgspec.Meta(ge=-LARGEST_LENGTH_M, le=LARGEST_LENGTH_M)] | None
+
+
+class _CleanItem(Value, forbid_unknown_fields=True, gc=False):
+    """A simple item as QGroundControl writes it, whatever its command."""
+
+    type: Literal["SimpleItem"]
+    command: Annotated[int, msgspec.Meta(ge=0, le=65_535)]
+    frame: Annotated[int, msgspec.Meta(ge=0, le=255)]
+    params: tuple[_Number, _Number, _Number, _Number, _Latitude, _Longitude, _Altitude]
+    autoContinue: bool  # noqa: N815 - as the keys are
+    doJumpId: int  # noqa: N815
+    Altitude: float | msgspec.UnsetType = msgspec.UNSET
+    AltitudeMode: int | msgspec.UnsetType = msgspec.UNSET
+    AMSLAltAboveTerrain: float | msgspec.UnsetType | None = msgspec.UNSET
+
+    @property
+    def is_shown_as_flown(self) -> bool:
+        """Whether the copies of its altitude say what is flown, or there are none."""
+        if self.Altitude is msgspec.UNSET:
+            return self.AltitudeMode is self.AMSLAltAboveTerrain is msgspec.UNSET
+        mode = ALTITUDE_MODE_OF_FRAME.get(self.frame)
+        return self.Altitude == self.params[6] and self.AltitudeMode == mode
+
+
+def _clean_items(elements: Sequence[dict[str, Any]]) -> Sequence[_CleanItem | None]:
+    """Return elements of a plan, of which all is checked at once; ``None``: one is not clean."""
+    with suppress(msgspec.ValidationError):
+        return msgspec.convert(elements, list[_CleanItem])
+    items: list[_CleanItem | None] = []
+    for raw in elements:
+        try:
+            items.append(msgspec.convert(raw, _CleanItem))
+        except msgspec.ValidationError:
+            items.append(None)
+    return items
+
+
 class SimpleItemReader:
     """Reads the items of one document; what is odd about them goes to its remarks.
 
@@ -165,6 +212,19 @@ class SimpleItemReader:
             for number, definition in load_command_table().commands.items()
             if definition.has_location
         )
+
+    def clean_rows(
+        self, elements: Sequence[dict[str, Any]], places: Sequence[Place]
+    ) -> list[tuple[Any, ...] | None]:
+        """Return what `read` does of each element; ``None`` of those that are not clean."""
+        if self._is_legacy:
+            return [None] * len(elements)
+        return [
+            (one.command, one.frame, *one.params, one.autoContinue, one.doJumpId, place, None)
+            if one is not None and one.is_shown_as_flown
+            else None
+            for one, place in zip(_clean_items(elements), places, strict=True)
+        ]
 
     def read(self, raw: dict[str, Any], number: int, place: Place) -> tuple[Any, ...]:
         """Return the values of the mission item that an object is, for `make_items`."""

@@ -76,7 +76,7 @@ _CLEAN_ROW = re.compile(
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 
 
-class WplRow(Value):
+class WplRow(Value, gc=False):
     """One row, converted."""
 
     sequence: int
