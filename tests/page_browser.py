@@ -102,7 +102,7 @@ def at(document: Any, path: str) -> Any:  # noqa: ANN401 - whatever JSON holds
 
 
 def grave_violations(browser: Chrome, *, is_unfolded: bool = True) -> list[tuple[str, list[str]]]:
-    """Return what axe-core finds that is serious or critical.
+    """Return what axe-core finds that is more than minor.
 
     Without the contrasts of missions that are left folded: those are a check's, and of all that is
     looked at they take the longest.  The missions are gone from the page then.
@@ -125,7 +125,7 @@ def grave_violations(browser: Chrome, *, is_unfolded: bool = True) -> list[tuple
     return [
         (one["id"], [node["html"][:200] for node in one["nodes"]][:3])
         for one in found
-        if one["impact"] in {"serious", "critical"}
+        if one["impact"] != "minor"
     ]
 
 

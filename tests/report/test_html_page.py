@@ -333,9 +333,30 @@ def test_pictures_take_the_ink_of_the_page(browser: Chrome, address: str, scheme
     assert label == browser.execute_script(ink.format("body", "color"))
 
 
-def test_a_printed_page_takes_two_or_three_sheets(browser: Chrome, address: str) -> None:
+def test_on_paper_tables_are_open_and_controls_are_gone(browser: Chrome, address: str) -> None:
     opened(browser, address)
-    assert sheets(browser) in {2, 3}
+    assert sheets(browser) in {3, 4}
+    unopened = "return document.querySelectorAll('details.printed:not([open])').length"
+    before = browser.execute_script(unopened)
+    browser.execute_script("dispatchEvent(new Event('beforeprint'))")
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert browser.execute_script(unopened) == 0
+    rows = "return document.querySelectorAll('[data-long=items] tbody tr').length"
+    assert browser.execute_script(rows) == 19
+    controls = ".cursor, .zoom, button.show, .skip"
+    assert browser.execute_script(
+        f"return [...document.querySelectorAll('{controls}')]"
+        ".every(one => getComputedStyle(one).display === 'none')"
+    )
+    margins = (
+        "return [...document.styleSheets].flatMap(sheet => [...sheet.cssRules])"
+        ".filter(rule => rule.media && rule.media.mediaText === 'print')"
+        ".some(rule => rule.cssText.includes('counter(pages)'))"
+    )
+    assert browser.execute_script(margins), "pages are numbered"
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    browser.execute_script("dispatchEvent(new Event('afterprint'))")
+    assert browser.execute_script(unopened) == before > 2
 
 
 def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
@@ -343,7 +364,8 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
 ) -> None:
     fine = checked(MISSIONS / "survey-vineyard.plan", wind_m_s=0.0)
     results = [fine, survey, checked(folder / "broken.plan")]
-    opened(browser, written(folder, *results))
+    address = written(folder, *results)
+    opened(browser, address)
     assert (
         browser.find_element("css selector", "h1").text
         == "3 missions: 1 GO, 1 NO-GO, 1 NOT CHECKED"
@@ -366,3 +388,10 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
     until(browser, "return document.querySelector('#mission-0').dataset.drawn")
     assert messages(browser) == []
     assert grave_violations(browser, is_unfolded=False) == []  # each is as any check's
+    clipped = (
+        "const one = document.querySelector('#overview').parentElement;"
+        "return one.scrollWidth - one.clientWidth"
+    )
+    for width in (400, 1280):
+        opened(browser, address, width=width)
+        assert browser.execute_script(clipped) <= 0, f"nothing is clipped at {width} px"

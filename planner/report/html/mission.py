@@ -250,6 +250,7 @@ def mission_view(
         "number": number,
         "name": name,
         "file": printable(result.file),
+        "called": ": ".join(filter(None, (name, printable(result.file)))),
         "verdict": result.verdict_text,
         "headline": headline(result),
         "remark": " ".join(filter(None, (caveat([result]).strip(), _example(result)))),

@@ -6,7 +6,8 @@
   const SPAN = "span_time_min"; // of each picture over time, what of it is shown
 
   // Thousands of rows are made when their table is opened, some at a time.
-  function fillLong(details, table) {
+  function fillLong(details, table, atOnce = ROWS_AT_ONCE) {
+    if (details.querySelector("thead tr")) return;
     const head = document.createElement("tr");
     for (const text of table.heads) {
       const cell = document.createElement("th");
@@ -19,7 +20,7 @@
     let next = 0;
     const some = () => {
       const rows = document.createDocumentFragment();
-      for (const end = Math.min(next + ROWS_AT_ONCE, table.text.length); next < end; next += 1) {
+      for (const end = Math.min(next + atOnce, table.text.length); next < end; next += 1) {
         const row = document.createElement("tr");
         table.text[next].forEach((text, column) => {
           const cell = document.createElement("td");
@@ -199,11 +200,22 @@
       this.focused = null;
       for (const details of element.querySelectorAll("[data-long]")) {
         details.addEventListener("toggle", () => {
-          if (details.open && !details.querySelector("thead tr")) {
-            fillLong(details, this.payload.long[details.dataset.long]);
-          }
+          if (details.open) fillLong(details, this.payload.long[details.dataset.long]);
         });
       }
+      // On paper nothing can be opened: tables are, and closed again.
+      let closed = [];
+      addEventListener("beforeprint", () => {
+        if (element.localName === "details" && !element.open) return;
+        closed = [...element.querySelectorAll("details.printed:not([open])")];
+        for (const details of closed) {
+          if (details.dataset.long) fillLong(details, this.payload.long[details.dataset.long], Infinity);
+          details.open = true;
+        }
+      });
+      addEventListener("afterprint", () => {
+        for (const details of closed) details.open = false;
+      });
       if (!this.payload.charts) return;
       for (const button of element.querySelectorAll("button.show")) {
         button.addEventListener("click", () => this.show(button));
