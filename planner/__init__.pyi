@@ -21,6 +21,7 @@ from planner.mission.items import Mission as Mission
 from planner.physics.wind import Wind as Wind
 from planner.quantity import Spread as Spread
 from planner.report.fleet_exports import write_exports as write_exports
+from planner.report.sweep_table import write_sweep as write_sweep
 from planner.selection import Selection as Selection
 from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
@@ -47,6 +48,9 @@ from planner.service.swarm_agents import NumbersLimits as NumbersLimits
 from planner.service.swarm_agents import SwarmNumbers as SwarmNumbers
 from planner.service.swarm_agents import simulate_numbers as simulate_numbers
 from planner.service.swarm_timeline import swarm_timeline as swarm_timeline
+from planner.service.sweep.sweep import Sweep as Sweep
+from planner.service.sweep.sweep import sweep as sweep
+from planner.service.sweep.weather import read_weather as read_weather
 from planner.setup import Reserve as Reserve
 from planner.setup import Setup as Setup
 from planner.site_profile import read_profile as read_profile

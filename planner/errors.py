@@ -175,6 +175,7 @@ class LinkError(MavjouleError):
 
 
 EXTRAS = {
+    "cluster": ("dask", "distributed"),
     "fleet": ("ortools", "scipy"),
     "identify": ("control", "pymavlink", "scipy"),
     "link": ("mavsdk", "pymavlink", "serial"),

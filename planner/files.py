@@ -7,7 +7,7 @@ import os
 import re
 import stat
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -16,7 +16,7 @@ from planner.findings import Place
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.errors import InputError
 
@@ -137,6 +137,33 @@ def write_output_bytes(path: Path, data: bytes) -> None:
         If the file cannot be written; what was there before is untouched.
     """
     _write_together({path: data})
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to write piece by piece; it takes its place whole and at once, as it is closed.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; what was there before is untouched.
+    """
+    target = Path(os.path.realpath(path))
+    beside = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
+    try:
+        with beside.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        if target.exists():
+            beside.chmod(stat.S_IMODE(target.stat().st_mode))
+        beside.replace(target)
+        _sync(target.parent)
+    except OSError as error:
+        msg = f"{path}: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def write_output_files(contents: Mapping[Path, str | bytes]) -> None:

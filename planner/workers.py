@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from contextlib import contextmanager
-from threading import current_thread, main_thread
+from threading import Thread, current_thread, main_thread
 from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import WorkersError
@@ -30,7 +30,11 @@ def core_count() -> int:
 
 @contextmanager
 def done_in_order(
-    work: Callable[[Job], Done], jobs: Sequence[Job], *, workers: int
+    work: Callable[[Job], Done],
+    jobs: Sequence[Job],
+    *,
+    workers: int,
+    start: Callable[[], None] | None = None,
 ) -> Iterator[Iterable[Done]]:
     """Give what jobs come to, one by one in their order, done in this process or in several.
 
@@ -42,6 +46,8 @@ def done_in_order(
         Values that can be pickled, as what they come to.
     workers : int
         Processes at most; the results do not depend on them.
+    start : callable, optional
+        Called first in each process; it can be pickled, with what all jobs have in common.
 
     Raises
     ------
@@ -50,6 +56,8 @@ def done_in_order(
     """
     workers = min(workers, len(jobs))
     if workers < 2:
+        if start is not None:
+            start()
         yield map(work, jobs)
         return
     from concurrent.futures import ProcessPoolExecutor
@@ -58,7 +66,7 @@ def done_in_order(
     context = get_context("spawn")
     stop = context.Event()
     with ProcessPoolExecutor(
-        workers, mp_context=context, initializer=_obey, initargs=(stop,)
+        workers, mp_context=context, initializer=_obey, initargs=(stop, start)
     ) as pool:
         try:
             with _unheard():
@@ -75,10 +83,22 @@ def end_if_stopped() -> None:
         raise KeyboardInterrupt
 
 
-def _obey(stop: Event) -> None:
-    """Note what ends this process: the one that made it."""
+def _obey(stop: Event, start: Callable[[], None] | None) -> None:
+    """Note what ends this process: the one that made it, which may be killed."""
     global _stopped  # noqa: PLW0603 - what a process is given at its start
     _stopped = stop
+    Thread(target=_end_with_parent, daemon=True).start()
+    if start is not None:
+        start()
+
+
+def _end_with_parent() -> None:
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)  # nobody waits for it any more, and it would for ever
 
 
 def _unless_killed(done: Iterable[Done]) -> Iterator[Done]:

@@ -24,6 +24,7 @@ COMMANDS = {
     "speed": "speed",
     "split": "split",
     "fleet": "fleet",
+    "sweep": "sweep",
     "compare": "compare",
     "convert": "convert",
     "experiment": "experiment",

@@ -25,7 +25,7 @@ def columns_csv(columns: Mapping[str, Iterable[object]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([_cell(value) for value in row] for row in zip(*columns.values(), strict=True))
+    writer.writerows([cell(value) for value in row] for row in zip(*columns.values(), strict=True))
     return text.getvalue()
 
 
@@ -54,7 +54,8 @@ def load_parquet() -> tuple[ModuleType, ModuleType]:
         raise UsageError(msg) from error
 
 
-def _cell(value: object) -> object:
+def cell(value: object) -> object:
+    """Return a value as CSV writes it: what is absent is empty."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     # repr of a plain float is the shortest text that reads back as the same number

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.tightest import ReturnPlan
     from planner.mission.route.stage import Route
     from planner.rules.ledger import LedgerEntry
+    from planner.selection import Selection
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -127,7 +128,28 @@ class Preparation(Value):
     findings: tuple[Finding, ...]
 
 
-def check_mission(mission: Mission, setup: Setup) -> CheckResult:
+class Steps:
+    """The steps of a check; who makes many checks may remember what theirs have come to."""
+
+    def prepare(self, mission: Mission, setup: Setup) -> Preparation:
+        """Return what the flight of a mission is predicted from."""
+        return prepare(mission, setup)
+
+    def assess(self, prepared: Preparation) -> Assessment | None:
+        """Return everything that is predicted of a flight; ``None``: nothing moves."""
+        return assess(prepared)
+
+    def judge(
+        self, assessment: Assessment, selection: Selection
+    ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
+        """Return what every rule finds, and what was checked."""
+        return judge(assessment, selection)
+
+
+_STEPS = Steps()
+
+
+def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> CheckResult:
     """Predict a mission and judge it: the main job.
 
     Parameters
@@ -136,6 +158,8 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
         As `planner.read_mission` returns it.
     setup : Setup
         The vehicle, as `planner.load_vehicle` returns it, and everything else that counts.
+    steps : Steps, optional
+        Whoever remembers what other checks have come to.
 
     Returns
     -------
@@ -149,12 +173,12 @@ def check_mission(mission: Mission, setup: Setup) -> CheckResult:
     UsageError
         If the model cannot be flown as asked, or a value is out of its range.
     """
-    prepared = prepare(mission, setup)
+    prepared = steps.prepare(mission, setup)
     route, setup = prepared.route, prepared.setup
-    assessment = assess(prepared) if route.stages else None
+    assessment = steps.assess(prepared) if route.stages else None
     checked: tuple[LedgerEntry, ...] = ()
     if assessment is not None:
-        found, checked = judge(assessment, setup.selection)
+        found, checked = steps.judge(assessment, setup.selection)
         findings = [*assessment.findings, *found, *_over_known_terrain(prepared, found)]
     else:
         findings = [

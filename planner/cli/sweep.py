@@ -1,0 +1,177 @@
+"""``mavjoule sweep``: a mission checked over everything that may vary."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import quantity
+from planner.cli.configuration import common_settings, mission_settings
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    given_settings,
+    path_option,
+    setting_options,
+)
+from planner.cli.output import (
+    StatusLine,
+    narrate,
+    narrate_seldom,
+    refuse_overwriting,
+    standard_medium,
+    write_data,
+)
+from planner.errors import ExitCode, UsageError
+from planner.mission.files import read_mission
+from planner.service.preflight import bugs_of
+from planner.setup import Setup
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from planner.service.sweep.engines import Engine
+    from planner.service.sweep.sweep import Sweep, SweepProgress
+
+
+@click.command(
+    "sweep", short_help="Check a mission over weather, load, battery: thousands of cases."
+)
+@click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="NAME=VALUES",
+    help="what varies: wind=0:12:1, wind-from=0:315:45, payload=0,0.25,0.5, charge=normal(90%,5%); any "
+    "setting by the name of its option, and gust; repeatable",
+)
+@click.option(
+    "--draws",
+    type=click.IntRange(1, 10_000_000),
+    metavar="N",
+    help="how often normal(MEAN,SD), uniform(LOW,HIGH), triangular(LOW,MODE,HIGH) and "
+    "weibull(SHAPE,SCALE) are drawn",
+)
+@path_option(
+    "--weather",
+    metavar="FILE.csv",
+    help="measured weather, a case for each row: time, wind speed, direction, gust, temperature, units "
+    "in the heads",
+)
+@path_option(
+    "-o",
+    "--output",
+    metavar="FILE.parquet|FILE.csv",
+    help="write a row for each case; a sweep that is broken off goes on where it was",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 1000),
+    metavar="N",
+    help="processes on this machine [default: one for each core]",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS|FILE.json",
+    help="work on the Dask cluster of this scheduler (needs mavjoule[cluster])",
+)
+@setting_options(*CHECK_GROUPS)
+def command(
+    missions: tuple[str, ...],
+    *,
+    vary: tuple[str, ...],
+    draws: int | None,
+    weather: Path | None,
+    output: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    **options: object,
+) -> ExitCode:
+    """Check a mission in every case of what varies.
+
+    Every combination of the values is a case, and so is every row of the weather: each is what
+    mavjoule check finds with these settings.  Equal conditions are checked once; a calm has no
+    direction.  Of gusts the rules take the mean and two standard deviations.
+
+    Several missions are compared with each other.  Exit codes: 0 the cases were checked, whatever
+    was found, 2 unusable input or usage, 3 a cluster is lost, 130 interrupted.
+    """
+    from planner.report.sweep import progress_text, sweep_text
+    from planner.report.sweep_table import refuse_table, write_sweep
+    from planner.service.sweep.sweep import sweep
+
+    folder = None
+    if output is not None:
+        refuse_table(output)
+        refuse_overwriting(output, missions)
+        folder = output.with_name(f"{output.name}.parts")
+    given = given_settings(options)
+    settings = [mission_settings(mission, given) for mission in missions]
+    line = StatusLine()
+    with bugs_of(missions[0]):
+        try:
+            result = sweep(
+                [read_mission(mission) for mission in missions],
+                Setup.of(common_settings(settings, Setup)),
+                vary=vary,
+                draws=draws,
+                weather=weather,
+                folder=folder,
+                engine=_engine(workers, scheduler),
+                on_progress=_reporter(line, progress_text),
+            )
+        except KeyboardInterrupt:
+            if folder is not None:
+                line.narrate(f"what is done is in {folder}: run the same command again to go on")
+            raise
+        line.show("")
+        _narrate_before(result)
+        write_data(sweep_text(result, medium=standard_medium()))
+        if output is not None:
+            write_sweep(result, output)
+            narrate(f"{result.plan.cases.row_count} rows are in {output}")
+    return ExitCode.GO
+
+
+def _engine(workers: int | None, scheduler: str | None) -> Engine | None:
+    """Return where the work is done; ``None``: on every core of this machine, where it is worth it.
+
+    Raises UsageError if a cluster is asked for and processes here.
+    """
+    from planner.service.sweep.engines import ClusterEngine, CoresEngine
+
+    if scheduler is None:
+        return None if workers is None else CoresEngine(workers)
+    if workers is not None:
+        msg = "--workers are processes here, --scheduler has its own: give one of them"
+        raise UsageError(msg)
+    return ClusterEngine(scheduler)
+
+
+def _narrate_before(result: Sweep) -> None:
+    """Report what was there of a sweep that was broken off."""
+    if result.changed:
+        narrate(
+            f"{' and '.join(result.changed)} changed since this sweep was broken off: begun anew"
+        )
+    elif result.resumed:
+        narrate(f"{quantity.count(result.resumed, 'case')} of before: the others were checked now")
+
+
+def _reporter(
+    line: StatusLine, text_of: Callable[[SweepProgress], str]
+) -> Callable[[SweepProgress], None]:
+    """Return what reports progress: in one line on a terminal, else seldom."""
+    seldom = narrate_seldom()
+
+    def report(progress: SweepProgress) -> None:
+        with suppress(OSError):
+            if line.is_terminal:
+                line.show(text_of(progress))
+            else:
+                seldom(text_of(progress))
+
+    return report

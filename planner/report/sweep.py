@@ -1,0 +1,154 @@
+"""What a sweep comes to, as text: shares of GO, limits, what breaks first, what moves the margin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import catalogue, quantity
+from planner.report.text import printable, table_lines
+from planner.service.sweep.axes import WIND_PARTS
+from planner.setting import declared
+from planner.setup import Setup
+
+if TYPE_CHECKING:
+    from planner.report.text import Medium
+    from planner.service.sweep.sweep import Sweep, SweepProgress
+    from planner.service.sweep.tally import AxisScale, Limit, Tally
+
+_BAR = 30
+_MOST_BREAKS = 8
+_MOST_LIMITS = 40
+_UNITS = {"_m_s": "m/s", "_deg": "°", "_kg": "kg", "_c": "°C", "_m": "m", "_s": "s"}
+_NAMES = {
+    "wind_m_s": "wind",
+    "wind_from_deg": "wind from",
+    "gust_m_s": "gusts",
+    "temperature_c": "temperature",
+}
+
+
+def sweep_text(sweep: Sweep, *, medium: Medium) -> str:
+    """Return the answer of a sweep."""
+    tally = sweep.tally
+    lines = [medium.paint(headline(sweep), "bold"), *_remarks(sweep), ""]
+    for scale in tally.scales:
+        if len(scale.labels) > 1:
+            lines += [*_shares(tally, scale), ""]
+    if limits := [*_limits(tally)]:
+        lines += ["flies with every other case a GO:", *(f"  {one}" for one in limits), ""]
+    if tally.breaks:
+        lines += [*_breaks(tally), ""]
+    if swings := [*_tornado(tally)]:
+        lines += ["mean margin at the worst and the best value:", *swings, ""]
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def headline(sweep: Sweep) -> str:
+    """Return how many cases are a GO, and how they were worked out."""
+    go, every, unchecked = sweep.tally.counts.tolist()
+    share = sweep.tally.go_share
+    text = f"GO in {go} of {every - unchecked} cases"
+    if share is not None:
+        text += f" ({quantity.percent(share)})"
+    if unchecked:
+        text += f"; {unchecked} NOT CHECKED"
+    return text
+
+
+def _remarks(sweep: Sweep) -> list[str]:
+    tally = sweep.tally
+    missions = ", ".join(printable(name) for name in sweep.plan.missions)
+    saved = tally.case_count - tally.checks
+    worked = (
+        f"{quantity.count(tally.case_count, 'condition')}: {quantity.count(tally.checks, 'check')}"
+    )
+    if saved:
+        worked += f", {saved} saved as equal"
+    if tally.flights < tally.checks:
+        worked += f"; {quantity.count(tally.flights, 'flight')} predicted, the others share them"
+    lines = [f"{missions}, {printable(sweep.plan.setup.vehicle.name)}", worked]
+    if weather := sweep.plan.weather:
+        lines.append(f"weather of {printable(weather.source)}, {len(weather.times)} rows")
+        if weather.unused:
+            lines.append(f"not counted: {', '.join(map(printable, weather.unused))}")
+    return lines
+
+
+def name_of(key: str) -> str:
+    """Return what varies in words, without its unit."""
+    if key in _NAMES:
+        return _NAMES[key]
+    setting = next((one for one in declared(Setup) if one.key == key), None)
+    return key if setting is None else setting.option.removeprefix("--").replace("-", " ")
+
+
+def unit_of(key: str) -> str:
+    """Return the unit of a column, empty where it has none."""
+    known = {one.key for one in WIND_PARTS.values()} | {one.key for one in declared(Setup)}
+    return next((unit for end, unit in _UNITS.items() if key in known and key.endswith(end)), "")
+
+
+def _shares(tally: Tally, scale: AxisScale) -> list[str]:
+    unit = unit_of(scale.key)
+    head = f"{name_of(scale.key)}{f' [{unit}]' if unit else ''}"
+    rows = []
+    for label, go, checked in tally.shares(scale.key):
+        share = go / checked if checked else None
+        bar = "" if share is None else "█" * round(_BAR * share)
+        rows.append((f"  {printable(label)}", quantity.percent(share), f"{go}/{checked}", bar))
+    return [head, *table_lines(rows, alignment=">>><")]
+
+
+def _limits(tally: Tally) -> list[str]:
+    found = list(tally.limits())
+    lines = [_limit_text(one) for one in found if one.within is None]
+    by_key: dict[str, list[Limit]] = {}
+    for one in found:
+        if one.within is not None:
+            by_key.setdefault(one.key, []).append(one)
+    for key, several in by_key.items():
+        if len({one.reaches for one in several}) > 1:
+            lines += [_limit_text(one) for one in several if one.key == key]
+    return lines[:_MOST_LIMITS]
+
+
+def _limit_text(limit: Limit) -> str:
+    unit, name = unit_of(limit.key), name_of(limit.key)
+    where = ""
+    if limit.within is not None:
+        where = f" from {limit.within[1]}{unit_of(limit.within[0])}"
+    if limit.reaches is None:
+        return f"{name}{where}: at none of the values"
+    if limit.is_open:
+        return f"{name}{where}: at every value"
+    side = "up to" if limit.is_upper else "down to"
+    return f"{name}{where}: {side} {quantity.exact(limit.reaches)}{f' {unit}' if unit else ''}"
+
+
+def _breaks(tally: Tally) -> list[str]:
+    names = {code: entry.name for code, entry in catalogue.entries().items()}
+    rows = [
+        (f"  {code}", names.get(code, ""), f"{count}")
+        for code, count in tally.breaks.most_common(_MOST_BREAKS)
+    ]
+    return ["what breaks first, in cases:", *table_lines(rows, alignment="<<>")]
+
+
+def _tornado(tally: Tally) -> list[str]:
+    rows = [
+        (
+            f"  {name_of(one.key)}",
+            quantity.energy(one.width_wh),
+            f"{quantity.energy(one.worst_wh)} at {printable(one.worst)} {unit_of(one.key)}".rstrip(),
+            f"{quantity.energy(one.best_wh)} at {printable(one.best)} {unit_of(one.key)}".rstrip(),
+        )
+        for one in tally.swings()
+    ]
+    return table_lines(rows, alignment="<><<") if rows else []
+
+
+def progress_text(progress: SweepProgress) -> str:
+    """Return how far a sweep is, how fast it goes and what it takes yet."""
+    text = f"{progress.done} of {progress.total} cases, {progress.rate:.0f} a second"
+    left_s = progress.left_s
+    return text if left_s is None else f"{text}, {quantity.duration(left_s)} left"

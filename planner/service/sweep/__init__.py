@@ -1,0 +1,1 @@
+"""Sweeps: one mission, or several, checked over everything that may vary, and what that comes to."""

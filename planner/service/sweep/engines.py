@@ -1,0 +1,200 @@
+"""Engines: where batches are worked out.  Here, on the cores of this machine, or on a Dask cluster.
+
+Each gives the same bytes for the same batch, and none keeps anything: a batch that is lost with its
+worker is worked out again.
+"""
+
+from __future__ import annotations
+
+import pickle
+from functools import partial
+from importlib import import_module
+from threading import local
+from typing import TYPE_CHECKING, Any, Protocol
+
+from planner import __version__
+from planner.errors import ExitCode, MavjouleError, WorkersError
+from planner.service.preflight import Steps
+from planner.service.sweep.batches import run_batch
+from planner.service.sweep.plan import program_mark
+from planner.workers import done_in_order
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+    from types import ModuleType
+
+    from planner.service.sweep.plan import SweepPlan
+
+Job = tuple[int, int]
+"""Number of the first case, and how many."""
+Done = tuple[int, int, bytes]
+"""A job with its batch."""
+_JOBS_AT_ONCE = 10_000
+_AHEAD = 4
+"""Jobs a worker of a cluster has waiting, so that it never waits for this process."""
+_LEAST_AHEAD = 64
+"""For workers that are added."""
+_MOST_DEATHS = 3
+"""Times workers may be killed without a batch between: a batch that kills them is not asked for again."""
+_WAIT_S = 30.0
+"""For a scheduler, and for its first worker."""
+
+
+class EngineError(MavjouleError):
+    """Workers that cannot work, or are lost; what is done stays done."""
+
+    exit_code = ExitCode.LINK
+
+
+class Engine(Protocol):
+    """Works out batches, in any order."""
+
+    def run(self, plan: SweepPlan, jobs: Sequence[Job]) -> Iterator[Done]:
+        """Yield each job with its batch, as it is done."""
+        ...
+
+
+class CoresEngine:
+    """Processes on the cores of this machine, or this one alone."""
+
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+
+    def run(self, plan: SweepPlan, jobs: Sequence[Job]) -> Iterator[Done]:
+        """Yield each job with its batch, in their order; workers that are killed are replaced."""
+        todo, deaths = list(jobs), 0
+        start = partial(_take, pickle.dumps(plan))
+        while todo:
+            some = todo[:_JOBS_AT_ONCE]
+            try:
+                with done_in_order(_work, some, workers=self._workers, start=start) as batches:
+                    for job, data in zip(some, batches, strict=True):
+                        del todo[0]
+                        deaths = 0
+                        yield *job, data
+            except WorkersError as error:
+                deaths += 1
+                if deaths == _MOST_DEATHS:
+                    first, count = todo[0]
+                    msg = (
+                        f"workers were killed {deaths} times at the cases from {first} to "
+                        f"{first + count - 1}, perhaps for want of memory: what is done is kept, run it "
+                        "again with --workers 1"
+                    )
+                    raise EngineError(msg) from error
+
+
+_own: dict[str, Any] = {}
+"""Of a process that works: the plan it works on."""
+
+
+def _take(data: bytes) -> None:
+    _own["plan"], _own["steps"] = pickle.loads(data), Steps()
+
+
+def _work(job: Job) -> bytes:
+    return run_batch(_own["plan"], *job, _own["steps"])
+
+
+class ClusterEngine:
+    """The workers of a Dask scheduler, however many there are and wherever they are."""
+
+    def __init__(self, scheduler: str | Path) -> None:
+        self._scheduler = str(scheduler)
+
+    def run(self, plan: SweepPlan, jobs: Sequence[Job]) -> Iterator[Done]:
+        """Yield each job with its batch, as it is done; workers may come, go and die."""
+        distributed = import_module("distributed")
+        with self._connected(distributed) as client:
+            _refuse_other_programs(client)
+            # A task, not scattered data: the scheduler has it made again where its worker is lost.
+            sent = client.submit(
+                _unpacked, pickle.dumps(plan), key=f"sweep-plan-{plan.mark}", pure=False
+            )
+            todo = iter(jobs)
+            waiting: dict[Any, Job] = {}
+            done = distributed.as_completed()
+            try:
+                while True:
+                    ahead = max(_AHEAD * sum(client.nthreads().values()), _LEAST_AHEAD)
+                    while len(waiting) < ahead and (job := next(todo, None)):
+                        key = f"sweep-batch-{plan.mark}-{job[0]}-{job[1]}"
+                        future = client.submit(
+                            _work_there, sent, job, program_mark(), key=key, pure=False
+                        )
+                        waiting[future] = job
+                        done.add(future)
+                    if not waiting:
+                        return
+                    future = next(done)
+                    yield *waiting.pop(future), _result(future, self._scheduler)
+            finally:
+                client.cancel(list(waiting), force=True)
+
+    def _connected(self, distributed: ModuleType) -> Any:  # noqa: ANN401 - Dask has no types
+        try:
+            if self._scheduler.endswith(".json"):
+                client = distributed.Client(scheduler_file=self._scheduler, timeout=_WAIT_S)
+            else:
+                client = distributed.Client(self._scheduler, timeout=_WAIT_S)
+        except (OSError, ValueError) as error:
+            msg = f"no Dask scheduler answers at {self._scheduler}: start one with 'dask scheduler'"
+            raise EngineError(msg) from error
+        try:
+            client.wait_for_workers(1, timeout=_WAIT_S)
+        except OSError as error:
+            client.close()
+            msg = f"the Dask scheduler {self._scheduler} has no workers: start them with 'dask worker'"
+            raise EngineError(msg) from error
+        return client
+
+
+def _refuse_other_programs(client: Any) -> None:  # noqa: ANN401 - Dask has no types
+    """Raise ``EngineError`` where a worker has another mavjoule, or none."""
+    found = client.run(program_mark, on_error="return")
+    for worker, mark in sorted(found.items()):
+        if isinstance(mark, BaseException):
+            msg = f"worker {worker} has no mavjoule {__version__} ({mark}): install it there"
+            raise EngineError(msg)
+        if mark != program_mark():
+            raise EngineError(_other_program(f"worker {worker}", mark))
+
+
+def _other_program(worker: str, mark: str) -> str:
+    return (
+        f"{worker} has mavjoule {mark}, this is {program_mark()}: install the same on all machines"
+    )
+
+
+class _OtherProgramError(Exception):
+    """A worker that came later has another mavjoule."""
+
+
+def _result(future: Any, scheduler: str) -> bytes:  # noqa: ANN401 - Dask has no types
+    if future.status in {"cancelled", "lost"}:
+        msg = f"the Dask scheduler {scheduler} is lost: what is done is kept, run it again to go on"
+        raise EngineError(msg)
+    try:
+        data: bytes = future.result()
+    except (_OtherProgramError, ImportError) as error:
+        msg = f"a worker cannot work: {error}"
+        raise EngineError(msg) from error
+    return data
+
+
+_there = local()
+"""Of a thread of a cluster's worker: the plan it works on, and what it remembers of it."""
+
+
+def _unpacked(data: bytes) -> SweepPlan:
+    plan: SweepPlan = pickle.loads(data)
+    return plan
+
+
+def _work_there(plan: SweepPlan, job: Job, mark: str) -> bytes:
+    if program_mark() != mark:
+        raise _OtherProgramError(_other_program("one of them", program_mark()))
+    if getattr(_there, "mark", None) != plan.mark:
+        _there.mark, _there.plan, _there.steps = plan.mark, plan, Steps()
+    return run_batch(_there.plan, *job, _there.steps)

@@ -1,0 +1,98 @@
+"""What a case comes to: one row of figures, from the check of its mission."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from planner.errors import MavjouleError
+from planner.service.preflight import CheckResult, Steps, check_mission, shielded
+from planner.service.sweep.cases import case_setup
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.service.preflight import UnreadableMission
+    from planner.service.sweep.plan import SweepPlan
+
+
+class CaseOutcome(Value, array_like=True):
+    """The check of one case in figures; ``None`` where one is not known."""
+
+    verdict: str | None
+    """``go`` or ``no-go``; ``None``: not checked."""
+    codes: str = ""
+    """Of every finding reported, each once, worst first."""
+    breaks_first: str = ""
+    """Code of the first finding that decides: the worst, of these the one soonest along the mission."""
+    breaks_first_item: int | None = None
+    time_s: float | None = None
+    distance_m: float | None = None
+    energy_wh: float | None = None
+    energy_wh_p10: float | None = None
+    energy_wh_p90: float | None = None
+    usable_wh: float | None = None
+    margin_wh: float | None = None
+    """Left above the reserve at the landing. [Wh]"""
+    return_margin_wh: float | None = None
+    """Left above the reserve after the tightest return. [Wh]"""
+    below_reserve_probability: float | None = None
+    lowest_voltage_v: float | None = None
+    refused: str = ""
+    """Why it could not be checked."""
+
+    @property
+    def least_margin_wh(self) -> float | None:
+        """The less of the margins at the landing and after the tightest return. [Wh]"""
+        known = [one for one in (self.margin_wh, self.return_margin_wh) if one is not None]
+        return min(known, default=None)
+
+
+def check_case(plan: SweepPlan, number: int, steps: Steps) -> CaseOutcome:
+    """Return what the case of a number comes to; one that cannot be flown as asked is not checked."""
+    values = plan.cases.values(number)
+    name = values.pop("mission", None) or next(iter(plan.missions))
+    for key, known in plan.loaded.items():
+        values[key] = known[values[key]]
+    try:
+        setup = case_setup(plan.setup, values)
+        result = shielded(lambda: check_mission(plan.missions[name], setup, steps=steps), file=name)
+    except MavjouleError as error:
+        return CaseOutcome(verdict=None, refused=str(error))
+    return outcome_of(result)
+
+
+def outcome_of(result: CheckResult | UnreadableMission) -> CaseOutcome:
+    """Return the figures of a check."""
+    findings = result.findings
+    codes = ",".join(dict.fromkeys(one.code for one in findings))
+    if not isinstance(result, CheckResult):
+        return CaseOutcome(
+            verdict=result.verdict,
+            codes=codes,
+            breaks_first=findings[0].code,
+            refused=findings[0].message,
+        )
+    totals, budget, way_home = result.totals, result.battery, result.return_plan
+    deciding = next((one for one in findings if one.severity >= result.setup.fail_on), None)
+    return CaseOutcome(
+        verdict=result.verdict,
+        codes=codes,
+        breaks_first="" if deciding is None else deciding.code,
+        breaks_first_item=None if deciding is None else deciding.item,
+        time_s=totals.time_s,
+        distance_m=totals.distance_m,
+        energy_wh=_known(totals.energy_wh),
+        energy_wh_p10=_known(totals.energy_wh_p10),
+        energy_wh_p90=_known(totals.energy_wh_p90),
+        usable_wh=None if budget is None else _known(budget.usable_wh),
+        margin_wh=None if budget is None else _known(budget.margin_wh),
+        return_margin_wh=None if way_home is None else _known(way_home.margin_wh),
+        below_reserve_probability=None
+        if budget is None
+        else _known(budget.below_reserve_probability),
+        lowest_voltage_v=None if budget is None else _known(budget.lowest_voltage_v),
+    )
+
+
+def _known(value: float | None) -> float | None:
+    return None if value is None or math.isnan(value) else value

@@ -1,0 +1,245 @@
+"""The sweep: one mission, or several, checked in every case of what varies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from planner.errors import UsageError
+from planner.mission.items import Mission
+from planner.service.preflight import Steps
+from planner.service.sweep.axes import MISSION, Axis, make_axis, read_axis
+from planner.service.sweep.batches import Batch, BatchFolder, missing, run_batch
+from planner.service.sweep.cases import make_cases
+from planner.service.sweep.engines import CoresEngine
+from planner.service.sweep.plan import SweepPlan
+from planner.service.sweep.table import CaseTable
+from planner.service.sweep.tally import Tally
+from planner.service.sweep.weather import MeasuredWeather, read_weather
+from planner.values import Value
+from planner.workers import core_count
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from planner.service.sweep.engines import Engine
+    from planner.setup import Setup
+
+_BATCH_S = 1.0
+"""What a batch is to take: the overhead of one is some milliseconds."""
+_MOST_IN_BATCH = 5000
+_PROBED = 24
+"""Cases worked out first, for how long they take."""
+_FEW = 200
+"""Cases for which no process is started."""
+
+
+class SweepProgress(Value):
+    """How far a sweep is."""
+
+    done: int
+    total: int
+    seconds: float
+    """Since it began."""
+    begun: int
+    """Cases that were done before."""
+
+    @property
+    def rate(self) -> float:
+        """Cases a second."""
+        return (self.done - self.begun) / self.seconds if self.seconds > 0.0 else 0.0
+
+    @property
+    def left_s(self) -> float | None:
+        """What it takes yet; ``None``: not known. [s]"""
+        return (self.total - self.done) / self.rate if self.rate > 0.0 else None
+
+
+class Sweep(Value, eq=False):
+    """What a sweep comes to."""
+
+    plan: SweepPlan
+    tally: Tally
+    seconds: float
+    """That this call took."""
+    resumed: int
+    """Cases that were done before this call."""
+    changed: tuple[str, ...]
+    """What had changed since a sweep that was broken off, for which this one started anew."""
+    folder: BatchFolder | None
+    in_memory: tuple[Batch, ...] = ()
+
+    @property
+    def table(self) -> CaseTable:
+        """How its rows follow from its cases."""
+        return CaseTable(cases=self.plan.cases)
+
+    def rows(self) -> Iterator[list[Any]]:
+        """Yield the rows of the table, in the order of the cases."""
+        table = self.table
+        for batch in self.batches():
+            yield from table.rows(batch.first, batch.outcomes)
+        yield from table.rows_without_weather()
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return the table by columns: ``pandas.DataFrame(sweep.columns())``."""
+        names = self.table.columns.names
+        rows = list(self.rows())
+        return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+
+    def batches(self) -> Iterator[Batch]:
+        """Yield the batches, in the order of the cases."""
+        if self.folder is None:
+            yield from self.in_memory
+            return
+        for first, count in sorted(self.folder.done().items()):
+            batch = self.folder.read(first, count)
+            assert batch is not None  # each was read as the sweep ended
+            yield batch
+
+
+def sweep(
+    mission: Mission | Sequence[Mission],
+    setup: Setup,
+    *,
+    vary: Mapping[str, str | Sequence[object]] | Iterable[str] = (),
+    draws: int | None = None,
+    weather: Path | str | MeasuredWeather | None = None,
+    folder: Path | str | None = None,
+    engine: Engine | None = None,
+    on_progress: Callable[[SweepProgress], None] | None = None,
+) -> Sweep:
+    """Check a mission, or several, in every case of what varies.
+
+    Parameters
+    ----------
+    mission : Mission or sequence of Mission
+        As `planner.read_mission` returns them.
+    setup : Setup
+        Vehicle, battery and everything else that all cases have in common.
+    vary : mapping or iterable of str
+        What varies, ``{"wind": "0:12:1", "payload": [0, 0.25]}`` or ``["wind=0:12:1"]``: settings by the
+        names of their options, the parts of the wind ``wind``, ``wind-from`` and ``gust``.
+    draws : int, optional
+        How often what has a distribution, such as ``weibull(2,5)``, is drawn.
+    weather : Path, str or MeasuredWeather, optional
+        Measured weather, as `read_weather` reads it.
+    folder : Path or str, optional
+        Where finished batches are kept, from which a sweep goes on that was broken off.
+    engine : Engine, optional
+        Where the work is done: `CoresEngine` or `ClusterEngine`; by default on every core here.
+    on_progress : callable, optional
+        Called after each batch.
+
+    Returns
+    -------
+    Sweep
+        Its rows, and what they come to together.
+
+    Raises
+    ------
+    UsageError
+        If nothing of a name varies, or a value is out of its range.
+    InputError
+        If a file that is named cannot be used.
+    """
+    plan = make_plan(mission, setup, vary=vary, draws=draws, weather=weather)
+    kept = None if folder is None else BatchFolder(Path(folder), plan)
+    changed = () if kept is None else kept.open()
+    done = {} if kept is None else _whole(kept)
+    total, begun, began_s = len(plan.cases), sum(done.values()), perf_counter()
+    in_memory: list[Batch] = []
+
+    def keep(first: int, count: int, data: bytes) -> None:
+        if kept is None:
+            in_memory.append(msgspec.json.decode(data, type=Batch))
+        else:
+            kept.write(data, first, count)
+        done[first] = count
+        if on_progress is not None:
+            seconds = perf_counter() - began_s
+            on_progress(
+                SweepProgress(done=sum(done.values()), total=total, seconds=seconds, begun=begun)
+            )
+
+    jobs = missing(total, done, _PROBED)
+    if jobs:
+        first, count = jobs[0]
+        asked_s = perf_counter()
+        keep(first, count, run_batch(plan, first, count, Steps()))
+        size = _batch_size((perf_counter() - asked_s) / count)
+        jobs = missing(total, done, size)
+    if engine is None:
+        left = sum(count for _, count in jobs)
+        engine = CoresEngine(core_count() if left >= _FEW else 1)
+    for one in engine.run(plan, jobs):
+        keep(*one)
+    result = Sweep(
+        plan=plan,
+        tally=Tally(plan.cases),
+        seconds=perf_counter() - began_s,
+        resumed=begun,
+        changed=changed,
+        folder=kept,
+        in_memory=tuple(sorted(in_memory, key=lambda batch: batch.first)),
+    )
+    for batch in result.batches():
+        result.tally.add(batch)
+    return result
+
+
+def make_plan(
+    mission: Mission | Sequence[Mission],
+    setup: Setup,
+    *,
+    vary: Mapping[str, str | Sequence[object]] | Iterable[str] = (),
+    draws: int | None = None,
+    weather: Path | str | MeasuredWeather | None = None,
+) -> SweepPlan:
+    """Return the plan of a sweep, as for `sweep`."""
+    missions = [mission] if isinstance(mission, Mission) else list(mission)
+    if not missions or not all(isinstance(one, Mission) for one in missions):
+        msg = f"mission must be planner.read_mission(path), or several: got {mission!r:.60}"
+        raise UsageError(msg)
+    axes = (
+        [make_axis(name, values) for name, values in vary.items()]
+        if isinstance(vary, dict)
+        else [one if isinstance(one, Axis) else read_axis(str(one)) for one in vary]
+    )
+    by_name = {one.source: one for one in missions}
+    if len(by_name) < len(missions):
+        msg = "each mission is given once"
+        raise UsageError(msg)
+    if len(missions) > 1:
+        axes.append(Axis(key=MISSION.key, name="mission", values=tuple(by_name)))
+    if weather is not None and not isinstance(weather, MeasuredWeather):
+        weather = read_weather(Path(weather))
+    loaded = {
+        axis.key: {value: axis.setting.loaded(value) for value in axis.values}
+        for axis in axes
+        if axis.setting.load is not None
+    }
+    return SweepPlan(
+        missions=by_name,
+        setup=setup,
+        cases=make_cases(axes, draws=draws, weather=weather),
+        loaded=loaded,
+        weather=weather,
+    )
+
+
+def _whole(folder: BatchFolder) -> dict[int, int]:
+    """Return the batches that are there and whole; those that are not are taken away."""
+    done = {}
+    end = 0
+    for first, count in sorted(folder.done().items()):
+        if first >= end and folder.read(first, count) is not None:
+            done[first], end = count, first + count
+    return done
+
+
+def _batch_size(seconds: float) -> int:
+    return max(1, min(int(_BATCH_S / max(seconds, 1e-6)), _MOST_IN_BATCH))

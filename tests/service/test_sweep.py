@@ -1,0 +1,176 @@
+"""A sweep: each case is what a check finds, and the table is the same however it was worked out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import mission as made_mission
+from made_missions import rtl, takeoff, waypoint
+
+import planner
+from planner.errors import OutputError, UsageError
+from planner.physics.wind import Wind
+from planner.report.sweep import sweep_text
+from planner.report.sweep_table import write_sweep
+from planner.report.text import Medium
+from planner.service.sweep.engines import CoresEngine
+from planner.service.sweep.sweep import make_plan, sweep
+from planner.setup import Setup
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from planner.mission.items import Mission
+    from planner.service.sweep.sweep import SweepProgress
+
+VARY = ("wind=0,5,11", "wind-from=0,90,180,270", "temperature=0,30", "health=1,0.3")
+"""(1 + 2 x 4) x 2 x 2 = 36 cases."""
+
+
+@pytest.fixture(scope="module")
+def mission() -> Mission:
+    return made_mission(takeoff(60.0), waypoint(400.0, 60.0), waypoint(100.0, 60.0), rtl())
+
+
+@pytest.fixture(scope="module")
+def setup() -> Setup:
+    return Setup.of(
+        {"vehicle": "falkowski-2023-quadrotor", "battery": planner.Battery(capacity_wh=20.0)}
+    )
+
+
+def test_each_case_is_what_a_check_finds(mission: Mission) -> None:
+    vehicle = planner.load_vehicle("dji-matrice-100")
+    result = sweep(
+        mission,
+        Setup(vehicle=vehicle),
+        vary={"wind": [0, 9], "wind-from": "0,180", "payload": "0,0.4", "charge": [0.9, 0.25]},
+    )
+    columns = result.columns()
+    assert len(columns["verdict"]) == 12
+    assert set(columns["verdict"]) == {"go", "no-go"}, "the cases differ"
+    for row in range(12):
+        case = {name: values[row] for name, values in columns.items()}
+        found = planner.check(
+            mission,
+            vehicle,
+            wind=Wind(speed_m_s=case["wind_m_s"], from_deg=case["wind_from_deg"] or 0.0),
+            payload_kg=case["payload_kg"],
+            charge=case["charge"],
+        )
+        assert case["verdict"] == found.verdict
+        assert case["codes"] == ",".join(dict.fromkeys(one.code for one in found.findings))
+        assert found.battery is not None
+        assert found.return_plan is not None
+        expected = {
+            "time_s": found.totals.time_s,
+            "energy_wh": found.totals.energy_wh,
+            "energy_wh_p10": found.totals.energy_wh_p10,
+            "energy_wh_p90": found.totals.energy_wh_p90,
+            "margin_wh": found.battery.margin_wh,
+            "return_margin_wh": found.return_plan.margin_wh,
+            "below_reserve_probability": found.battery.below_reserve_probability,
+            "lowest_voltage_v": found.battery.lowest_voltage_v,
+        }
+        assert {key: case[key] for key in expected} == pytest.approx(expected, rel=1e-9)
+
+
+def _swept(
+    mission: Mission,
+    setup: Setup,
+    folder: Path,
+    name: str = "a.csv",
+    on_progress: Callable[[SweepProgress], None] | None = None,
+) -> bytes:
+    table, parts = folder / name, folder / f"{name}.parts"
+    result = sweep(mission, setup, vary=VARY, folder=parts, on_progress=on_progress)
+    write_sweep(result, table)
+    assert not (folder / f"{name}.parts").exists(), "what is in the table is not kept twice"
+    return table.read_bytes()
+
+
+def test_a_sweep_that_is_broken_off_ends_as_if_it_was_not(
+    mission: Mission, setup: Setup, tmp_path: Path
+) -> None:
+    whole = _swept(mission, setup, tmp_path)
+    assert whole.count(b"\n") == 37
+
+    def break_off(progress: SweepProgress) -> None:
+        if progress.done > 24:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(mission, setup, vary=VARY, folder=tmp_path / "b.csv.parts", on_progress=break_off)
+    kept = sorted((tmp_path / "b.csv.parts").glob("*-*.json"))
+    assert len(kept) > 1
+    kept[0].write_bytes(kept[0].read_bytes()[:-7])  # as no program of ours leaves it
+    seen: list[SweepProgress] = []
+    assert _swept(mission, setup, tmp_path, "b.csv", on_progress=seen.append) == whole
+    assert seen[0].begun > 0, "what was done is not done again"
+
+
+def test_a_changed_input_starts_anew_and_says_what(
+    mission: Mission, setup: Setup, tmp_path: Path
+) -> None:
+    folder = tmp_path / "c.parts"
+    sweep(mission, setup, vary=["wind=0,5"], folder=folder)
+    again = sweep(mission, setup, vary=["wind=0,5"], folder=folder)
+    assert (again.resumed, again.changed) == (2, ())
+    other = sweep(mission, setup, vary=["wind=0,6"], folder=folder)
+    assert (other.resumed, other.changed) == (0, ("what varies",))
+    heavier = replace(setup, reserve=0.3)
+    assert sweep(mission, heavier, vary=["wind=0,6"], folder=folder).changed == ("the settings",)
+
+
+def test_a_folder_of_something_else_is_left_alone(
+    mission: Mission, setup: Setup, tmp_path: Path
+) -> None:
+    (tmp_path / "photo.jpg").write_bytes(b"")
+    with pytest.raises(OutputError, match=r"holds photo\.jpg, which is no batch of a sweep"):
+        sweep(mission, setup, vary=["wind=0,5"], folder=tmp_path)
+
+
+def test_several_workers_make_the_same_batches(mission: Mission, setup: Setup) -> None:
+    plan, jobs = make_plan(mission, setup, vary=VARY), [(0, 20), (20, 16)]
+    two, one = (list(CoresEngine(workers).run(plan, jobs)) for workers in (2, 1))
+    assert two == one
+    assert [(first, count) for first, count, _ in two] == jobs
+
+
+def test_a_table_reads_back_in_one_line(mission: Mission, setup: Setup, tmp_path: Path) -> None:
+    import pandas as pd
+    import polars as pl
+
+    result = sweep(mission, setup, vary=VARY)
+    for name in ("e.parquet", "e.csv"):
+        write_sweep(result, tmp_path / name)
+    frame = pd.read_parquet(tmp_path / "e.parquet")
+    assert frame.shape == (36, len(result.table.columns.names))
+    assert (frame["verdict"] == "go").sum() == pl.read_csv(tmp_path / "e.csv")["verdict"].eq(
+        "go"
+    ).sum()
+    assert frame["wind_from_deg"].isna().sum() == 4, "a calm comes from nowhere"
+    with pytest.raises(UsageError, match=r"is written to a .parquet or .csv file"):
+        write_sweep(result, tmp_path / "e.xlsx")
+
+
+def test_what_it_comes_to_is_counted_by_value(mission: Mission, setup: Setup) -> None:
+    result = sweep(mission, setup, vary=VARY)
+    columns = result.columns()
+    rows = range(36)
+    go = [columns["verdict"][row] == "go" for row in rows]
+    assert result.tally.counts.tolist() == [sum(go), 36, 0]
+    by_health = {
+        label: (found, checked) for label, found, checked in result.tally.shares("battery_health")
+    }
+    assert by_health == {
+        label: (sum(go[r] for r in rows if columns["battery_health"][r] == health), 18)
+        for label, health in (("30%", 0.3), ("100%", 1.0))
+    }
+    # The calm counts for every direction: (1 + 2) x 2 x 2 cases each.
+    assert [checked for *_, checked in result.tally.shares("wind_from_deg")] == [12, 12, 12, 12]
+    text = sweep_text(result, medium=Medium())
+    assert text.startswith(f"GO in {sum(go)} of 36 cases")
