@@ -37,9 +37,7 @@ if TYPE_CHECKING:
     from planner.service.sweep.sweep import Sweep, SweepProgress
 
 
-@click.command(
-    "sweep", short_help="Check a mission over weather, load, battery: thousands of cases."
-)
+@click.command("sweep", short_help="Check a mission over weather, load and battery.")
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
 @click.option(
     "--vary",
