@@ -102,8 +102,13 @@ class _Walk:
 
 def read_binary(data: mmap, damage: Damage) -> Tables:
     """Return the wanted messages of a binary DataFlash log, and note what is no message."""
-    walk = _walk(data, damage)
     content = np.frombuffer(data, np.uint8)
+    heads = _heads(content)
+    walk = _Walk(damage)
+    walk.lengths[_FMT_TYPE] = _FMT_LENGTH
+    at, last = _walk_definitions(data, heads, walk)
+    if at is not None:
+        _walk_messages(data, heads, walk, at, last)
     tables: Tables = {}
     for kind, places in walk.places.items():
         if len(places):
@@ -112,15 +117,42 @@ def read_binary(data: mmap, damage: Damage) -> Tables:
     return tables
 
 
-def _walk(data: mmap, damage: Damage) -> _Walk:
-    """Find the messages; this loop sees every one of them, so it does little."""
-    walk = _Walk(damage)
-    walk.lengths[_FMT_TYPE] = _FMT_LENGTH
+class _Heads(Value, eq=False):
+    """Where a message may begin, and of which kind it is then."""
+
+    places: IntArray
+    kinds: npt.NDArray[np.uint8]
+
+
+_BLOCK = 1 << 24
+
+
+def _heads(content: npt.NDArray[np.uint8]) -> _Heads:
+    """Return every place of the bytes all messages begin with, also those inside of messages."""
+    first, second = HEADER
+    found = []
+    for begin in range(0, len(content) - 2, _BLOCK):
+        end = min(begin + _BLOCK, len(content) - 2)
+        is_head = (content[begin:end] == first) & (content[begin + 1 : end + 1] == second)
+        found.append(np.flatnonzero(is_head) + begin)
+    places = np.concatenate([np.zeros(0, np.int64), *found])
+    return _Heads(places=places, kinds=content[places + 2])
+
+
+def _walk_definitions(
+    data: mmap, heads: _Heads, walk: _Walk
+) -> tuple[int | None, array[int] | None]:
+    """Find the messages up to the last definition, one by one.
+
+    Returns where the next may begin and the places of the last one's kind; ``None``: there are no more.
+    """
+    defining = heads.places[heads.kinds == _FMT_TYPE]
+    until = int(defining[-1]) if len(defining) else -1
     lengths, places = walk.lengths, walk.places
     first, second = HEADER
     at, end = 0, len(data)
     last: array[int] | None = None
-    while at + 3 <= end:
+    while at <= until and at + 3 <= end:
         kind = data[at + 2]
         length = lengths[kind]
         if data[at] != first or data[at + 1] != second or not length:
@@ -130,15 +162,54 @@ def _walk(data: mmap, damage: Damage) -> _Walk:
             at = _after_damage(data, at, walk)
             continue
         if at + length > end:
-            break
+            return None, None
         last = places.get(kind)
         if last is not None:
             last.append(at)
         elif kind == _FMT_TYPE and not _define(data, at, walk):
-            damage.add(at, end - at)
-            break
+            walk.damage.add(at, end - at)
+            return None, None
         at += length
-    return walk
+    return at, last
+
+
+def _walk_messages(
+    data: mmap, heads: _Heads, walk: _Walk, at: int, last: array[int] | None
+) -> None:
+    """Find the messages after the last definition, of which each says where the next begins.
+
+    A run of them is taken at once: heads that follow each other without one inside of a message.
+    """
+    size = np.array(walk.lengths)[heads.kinds]
+    after = heads.places + size
+    following = np.searchsorted(heads.places, after)
+    count, end = len(heads.places), len(data)
+    is_next = (size > 0) & (following == np.arange(1, count + 1)) & (following < count)
+    which = following[is_next]
+    is_next[is_next] = (heads.places[which] == after[is_next]) & (size[which] > 0)
+    last_of_run = np.flatnonzero(~is_next)
+    taken: list[tuple[int, int]] = []
+    while at + 3 <= end:
+        begin = int(np.searchsorted(heads.places, at))
+        if begin == count or heads.places[begin] != at or not size[begin]:
+            if taken:  # a message before damage is damaged itself
+                taken[-1] = (taken[-1][0], taken[-1][1] - 1)
+            elif last:
+                last.pop()
+            last = None
+            at = _after_damage(data, at, walk)
+            continue
+        if after[begin] > end:
+            break
+        stop = int(last_of_run[np.searchsorted(last_of_run, begin)])
+        stop -= int(after[stop] > end)  # the last message, cut off
+        taken.append((begin, stop + 1))
+        at = int(after[stop])
+    is_taken = np.zeros(count, np.bool_)
+    for begin, stop in taken:
+        is_taken[begin:stop] = True
+    for kind, places in walk.places.items():
+        places.frombytes(heads.places[is_taken & (heads.kinds == kind)].tobytes())
 
 
 def _after_damage(data: mmap, at: int, walk: _Walk) -> int:

@@ -200,7 +200,11 @@ class Clock(Value, eq=False):
 
     def is_in_time(self, places: IntArray) -> BoolArray:
         """Return which of timed messages are no strays."""
-        return np.isin(places, self.places)
+        if not len(self.places):
+            return np.zeros(places.shape, np.bool_)
+        nearest = np.minimum(np.searchsorted(self.places, places), len(self.places) - 1)
+        is_kept: BoolArray = self.places[nearest] == places
+        return is_kept
 
     def time_at_s(self, places: IntArray) -> FloatArray:
         """Return the time of the last timed message before each place; the first one's before it."""
