@@ -177,14 +177,17 @@ def _answer(kind: Kind, text: str) -> object:
 
 
 @command.command("refine", short_help="Narrow a model by the logs of ordinary flights.")
-@click.argument("model", metavar="MODEL.toml", type=click.Path(path_type=Path))
+@click.argument("model", metavar="MODEL")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @path_option(
-    "-o", "--output", metavar="MODEL.toml", help="the narrowed model [default: MODEL.toml]"
+    "-o",
+    "--output",
+    metavar="MODEL.toml",
+    help="the narrowed model [default: the file that MODEL is]",
 )
 @log_options
 def refine(
-    model: Path,
+    model: str,
     logs: tuple[str, ...],
     *,
     output: Path | None,
@@ -193,17 +196,21 @@ def refine(
     """Narrow a model from a data sheet by the logs of ordinary flights.
 
     What the flights tell replaces what was assumed, as far as they tell it; the rest stays as it was,
-    and nothing gets less certain.  Hover, forward flight, a landing will do.
+    and nothing gets less certain.  Hover, forward flight, a landing will do.  MODEL is the path of a model
+    file, or the name of a shipped model, which stays as it is: give -o.
 
     Exit codes: 0 the model is written, 2 the model or the logs are unusable.
     """
     from planner.report.endurance import refinement_text
     from planner.service.identification import refine_logs
-    from planner.vehicle.reader import read_vehicle
+    from planner.vehicle.library import load_vehicle, model_names
     from planner.vehicle.writer import write_vehicle
 
-    output = output or model
-    vehicle = replace(read_vehicle(model), name=output.stem)
+    if output is None and model in model_names():
+        msg = f"{model} is a shipped model: name the file of the narrowed one with -o"
+        raise UsageError(msg)
+    output = output or Path(model)
+    vehicle = replace(load_vehicle(model), name=output.stem)
     refined = refine_logs(vehicle, logs, logs=given_log_table(asked, logs), on_log=narrate)
     write_vehicle(
         output, refined.model, remarks=(f"Written by mavjoule vehicle refine {__version__}.",)

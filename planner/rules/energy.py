@@ -14,6 +14,7 @@ from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.vehicle.model import Basis
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage
 from planner.vehicle.parameters.table import OriginKind
 from planner.vehicle.reader import load_chemistry
@@ -651,3 +652,31 @@ def _battery_assumed(a: Assessment, pack: Battery) -> Iterator[Finding]:
             f"battery {quantity.mass(flown.added_kg)} heavier than the model's own for "
             f"{quantity.energy(more_wh)} more: counted in the take-off mass",
         )
+
+
+MODEL_NOT_FLOWN = Rule(
+    "E130 model-not-flown",
+    Severity.INFO,
+    summary="The energy rests on a data sheet or on theory: no flight of the vehicle is in its model.",
+    why="Published figures are of another day, load and battery, and mass and rotors alone leave the power "
+    "uncertain by a sixth: a GO by such a model needs a margin that holds what one flight in ten takes.",
+    how="The model's [provenance] says basis = data-sheet or theory; the energy that nine flights of ten "
+    "stay below is that of its [spread] and of the conditions as given.",
+    fix="log one ordinary flight, then mavjoule vehicle refine MODEL LOG",
+)
+_SHEETS = {Basis.DATA_SHEET: "a data sheet", Basis.THEORY: "mass and rotors alone"}
+
+
+@judges(MODEL_NOT_FLOWN, needs=(BUDGET,))
+def _model_not_flown(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
+    basis, high_wh = a.vehicle.provenance.basis, a.totals.energy_wh_p90
+    if basis not in _SHEETS or high_wh is None:
+        return
+    left_wh = budget.above_reserve_wh - high_wh
+    left = f"{quantity.energy(abs(left_wh))} {'above' if left_wh >= 0.0 else 'short of'}"
+    yield a.finding(
+        MODEL_NOT_FLOWN,
+        f"energy by {_SHEETS[basis]}, no flight of {a.vehicle.name}: one flight in ten takes "
+        f"{quantity.energy(high_wh)} or more, {left} the {reserve_name(budget)} reserve; mavjoule vehicle "
+        "refine narrows it by one log",
+    )

@@ -131,6 +131,13 @@ def test_a_payload_of_a_log_that_is_not_given_is_refused(
     assert "did you mean flight.bin" in capsys.readouterr().err
 
 
+def test_a_shipped_model_is_narrowed_into_a_file_of_ones_own(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["vehicle", "refine", "holybro-x500-v2", "flight.bin"]) == ExitCode.UNUSABLE
+    assert "holybro-x500-v2 is a shipped model: name the file" in capsys.readouterr().err
+
+
 def _refined(*asked: str) -> tuple[float, float]:
     """Return the mean and deviation that the made flight gives the hover, by what is said of its log."""
     main(["vehicle", "new", "-o", "mine.toml", "--force", *_SHEET, "--mass", "2kg"])

@@ -14,7 +14,8 @@ from planner.physics.wind import Wind
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
-from planner.vehicle.model import ModelSpread, Responses
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.model import Basis, ModelSpread, Responses
 from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
     from planner.service.preflight import CheckResult
+    from planner.vehicle.model import VehicleModel
 
 OUT_AND_BACK = mission(takeoff(100), waypoint(1000, 100), rtl())
 ONE_WAY = mission(takeoff(100), waypoint(1000, 100))
@@ -39,6 +41,12 @@ SPREAD = ModelSpread(n_flights=1_000_000, source="made", energy_fraction=0.05)
 CAUTIOUS = replace(vehicle_of(STEP), spread=SPREAD)
 LAGGING = Responses(speed=vehicle_of(STEP).responses.speed)
 NEED_WH = check(OUT_AND_BACK, vehicle_of(STEP), battery=PLENTY).totals.energy_wh
+
+
+def of_basis(basis: Basis) -> VehicleModel:
+    """Return a model of PX4's with power and spread that rests on something."""
+    model = load_vehicle("px4-quad-2kg")
+    return replace(model, provenance=replace(model.provenance, basis=basis))
 
 
 def slowing_to(speed_m_s: float) -> tuple[Finding, ...]:
@@ -366,6 +374,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: over_ridge(7.0),
         boundary=lambda: over_ridge(6.5),
         silent=lambda: over_ridge(7.0, ARDUPILOT),
+    ),
+    "E130": RuleCases(
+        fires=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.DATA_SHEET)),
+        boundary=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.REFINED)),
+        silent=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.ARTICLE)),
     ),
     "E129": RuleCases(
         fires=lambda: over_ridge_and_back(0.99),
