@@ -103,7 +103,7 @@ class ModelErrors(Value, eq=False):
     """``None`` where no landing of the vehicle was compared. [s]"""
     energy: FloatArray
     state: FloatArray
-    """(samples, states)"""
+    """(states, samples)"""
     stopping: FloatArray
 
     def times_s(self, time_s: float, *, legs: int, landings: int) -> FloatArray:
@@ -114,14 +114,17 @@ class ModelErrors(Value, eq=False):
         return sampled_s
 
     def energies_j(self, by_state_j: FloatArray) -> FloatArray:
-        """Return what flights of predicted energies take, not negative. (samples, ...) [J]
+        """Return what flights of predicted energies take, not negative. (..., samples) [J]
 
         ``by_state_j`` is (..., states).
         """
-        sampled_j = by_state_j.sum(axis=-1) + self.state @ by_state_j.T
-        return np.asarray(np.maximum((sampled_j.T * (1.0 + self.energy)).T, 0.0))
+        sampled_j = by_state_j @ self.state
+        sampled_j += by_state_j.sum(axis=-1, keepdims=True)
+        sampled_j *= 1.0 + self.energy
+        return np.asarray(np.maximum(sampled_j, 0.0, out=sampled_j))
 
 
+@lru_cache(maxsize=2)
 def sample_errors(spread: ModelSpread) -> ModelErrors:
     """Return samples of the errors of a model, always the same ones."""
     normal, student, _ = _standard_samples(spread.n_flights)
@@ -132,7 +135,7 @@ def sample_errors(spread: ModelSpread) -> ModelErrors:
         leg_s=(spread.leg_time_s or 0.0) * normal[_LEG],
         landing_s=None if landing_s is None else landing_s * student[_LANDING],
         energy=(spread.energy_fraction or 0.0) * student[1],
-        state=np.array([of_states.get(state, 0.0) for state in STATES]) * student[_KINDS].T,
+        state=np.array([[of_states.get(state, 0.0)] for state in STATES]) * student[_KINDS],
         stopping=(spread.stopping_distance_fraction or 0.0) * student[2],
     )
 
@@ -265,7 +268,7 @@ class Weather:
         return self._powers({name: axis.ends for name, axis in self._axes.items()})
 
     def with_errors(self, at_points_j: FloatArray, samples: UnknownSamples) -> FloatArray:
-        """Return the energies of all samples, errors of the model included, not negative. (samples, k) [J]
+        """Return the energies of all samples, errors of the model included, not negative. (k, samples) [J]
 
         ``at_points_j`` are energies by state of k flights at the points of the interpolation.
         (points, k, states) [J]
@@ -275,13 +278,13 @@ class Weather:
             return errors.energies_j(at_points_j[0])
         count, states = at_points_j.shape[1:]
         flat_j = at_points_j.reshape(len(at_points_j), -1)
-        energy_j = np.empty((SAMPLES, count))
+        energy_j = np.empty((count, SAMPLES))
         for first in range(0, SAMPLES, _ROWS_AT_ONCE):
             rows = slice(first, first + _ROWS_AT_ONCE)
-            factor = 1.0 + errors.state[rows]
+            factor = 1.0 + errors.state[:, rows]
             by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
-            energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
-            energy_j[rows] *= 1.0 + errors.energy[rows, None]
+            energy_j[:, rows] = np.einsum("nks,sn->kn", by_state_j, factor)
+            energy_j[:, rows] *= 1.0 + errors.energy[rows]
         return np.maximum(energy_j, 0.0)
 
     def _weights(self, rows: slice) -> FloatArray:
@@ -422,14 +425,14 @@ def predict_scenarios(
     tightest = None if sweep is None else _tightest_rows(returns, sweep, weather)
     at_points = _energies_j(returns, tightest, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, samples))
-    sampled = replace(timed, energy_wh=energy_wh[:, 0])
+    sampled = replace(timed, energy_wh=energy_wh[0])
     if budget is None or battery is None:
         return sampled
     above_wh = _usable_wh(flight, battery, budget, samples.charge, setup) - budget.reserve_wh
     return replace(
         sampled,
-        margin_wh=above_wh - energy_wh[:, 0],
-        return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if tightest else None,
+        margin_wh=above_wh - energy_wh[0],
+        return_margin_wh=above_wh - energy_wh[1:].max(axis=0) if tightest else None,
     )
 
 
@@ -450,7 +453,7 @@ def predict_energy_band(
     powers = tuple(weather.powers())
     used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
     energy_wh = wh_from_j(weather.with_errors(used_j, samples))
-    low_wh, high_wh = np.quantile(energy_wh, (LOW, HIGH), axis=0)
+    low_wh, high_wh = np.quantile(energy_wh, (LOW, HIGH), axis=1)
     return low_wh, high_wh
 
 

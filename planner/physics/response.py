@@ -37,6 +37,9 @@ _MAX_INTEGRATIONS = 4  # the integral of the answer to an input that grows with 
 _CLOSE = 0.1  # poles nearer than this fraction of their modulus lose digits as partial fractions
 _UNDAMPED = 1e-12  # damping ratio that is lost in the rounding of the roots
 _TAYLOR_TERMS = 27  # 2^27 / 27! is 1e-20
+_FACTORIALS = np.array(
+    [math.factorial(j) for j in range(MAX_ORDER + _TAYLOR_TERMS + _MAX_INTEGRATIONS)], np.float64
+)
 _NEGLIGIBLE = 1e-12  # of the steady value
 _RESIDENCES, _STOP_SAMPLES = 20.0, 1001
 """After so many mean residence times a response has ended; places looked at until then, and about the
@@ -235,6 +238,7 @@ class Modes(Value, eq=False):
                 wave = weight.real * cosine - weight.imag * sine if turns else weight.real
                 totals[row] += decay * wave
         early = t * self.fastest_rad_s < 1.0
+        some_early = early.any()
         slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
         for row, k in enumerate(orders):
             own = totals[row, ...]
@@ -242,10 +246,12 @@ class Modes(Value, eq=False):
             if powers > 0:
                 own += _power_sum(self.steady_series[:powers][::-1], t)
             close = self.is_close | slow if powers > 0 else self.is_close
-            for where, values in ((close & ~early, self._by_differences), (early, self._by_series)):
-                if where.any():
-                    mask = np.broadcast_to(where, shape)
-                    own[mask] = values(np.broadcast_to(t, shape)[mask], mask, k)
+            if close.any():
+                mask = np.broadcast_to(close & ~early, shape)
+                own[mask] = self._by_differences(np.broadcast_to(t, shape)[mask], mask, k)
+            if some_early:
+                mask = np.broadcast_to(early, shape)
+                own[mask] = self._by_series(np.broadcast_to(t, shape)[mask], mask, k)
             if k > 0:
                 own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
         return totals
@@ -381,11 +387,13 @@ def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int
 
 
 def _power_sum(coefficients: FloatArray, t: FloatArray, offset: int = 0) -> FloatArray:
-    """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
-    total = np.zeros(())
-    for j in range(len(coefficients) - 1, -1, -1):
-        total = total * t + coefficients[j] / math.factorial(j + offset)
-    return total
+    """Sum of c_j t^j / (j + offset)!."""
+    terms = len(coefficients)
+    powers = np.empty((terms, *t.shape))
+    powers[:1], powers[1:] = 1.0, t
+    np.multiply.accumulate(powers, axis=0, out=powers)
+    divisors = _FACTORIALS[offset : offset + terms].reshape(-1, *(1,) * (coefficients.ndim - 1))
+    return np.asarray(np.einsum("j...,j...->...", coefficients / divisors, powers))
 
 
 def _at(mask: BoolArray, column: npt.NDArray[Any], trailing: int = 0) -> npt.NDArray[Any]:

@@ -183,19 +183,20 @@ class Returns(Value, eq=False, dict=True):
 
     def flight_point(self, segment: int, fraction: float) -> FlightPoint:
         """Return where along the mission a point of the flight is."""
-        begin, point = (self.points(np.array([segment]), np.array([at])) for at in (0.0, fraction))
+        both = self.points(np.array([segment, segment]), np.array([0.0, fraction]))
+        begin_m, place_m = both.place_m
         # Inside a segment the flight is taken to be straight.
-        inside_m = float(np.hypot(*(point.place_m - begin.place_m)[0, :2]))
+        inside_m = float(np.hypot(*(place_m - begin_m)[:2]))
         distance_m = self.flight.motion.segments.distance_m
-        stage = int(point.stage[0])
+        stage = int(both.stage[1])
         serving = np.flatnonzero(self.segment_stage == stage)
         latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
-            point.place_m[:, 0], point.place_m[:, 1]
+            place_m[:1], place_m[1:2]
         )
         before_m = float(distance_m[serving[serving < segment]].sum())
         return FlightPoint(
             item=self.route.stages[stage].item,
-            time_s=float(point.time_s[0]),
+            time_s=float(both.time_s[1]),
             along_m=before_m + min(inside_m, float(distance_m[segment])),
             leg_m=float(distance_m[serving].sum()),
             latitude_deg=float(latitude_deg[0]),

@@ -5,6 +5,7 @@ The next leg begins at once from the stopping point, while the vehicle still com
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,9 +67,11 @@ class Circles(Value, eq=False):
 def plan_circles(stages: StageColumns) -> Circles:
     """Return the circles that lead round something."""
     rows = [row for row, task in stages.circles.items() if task.leads_round]
+    if not rows:
+        return _no_circles()
     tasks = [stages.circles[row] for row in rows]
     paths = [circle_path(task) for task in tasks]
-    longest = max((len(path.time_s) for path in paths), default=1)
+    longest = max(len(path.time_s) for path in paths)
     # A path of fewer nodes rests at its last for no time.
     nodes = np.zeros((3, len(rows), longest), np.complex128)
     for row, path in enumerate(paths):
@@ -101,6 +104,27 @@ def plan_circles(stages: StageColumns) -> Circles:
         last_m=place_m[:, -1],
         last_m_s=vectors[:, -2],
         asked_m_s2=vectors[:, -1],
+    )
+
+
+@cache
+def _no_circles() -> Circles:
+    stage, number, place = np.zeros(0, np.intp), np.zeros(0), np.zeros((0, 3))
+    return Circles(
+        stage=stage,
+        entries=make_manoeuvres(
+            stage,
+            FlightState.CRUISE,
+            position_m=place[:, None],
+            velocity_m_s=place[:, None],
+            duration_s=number[:, None][:, :0],
+        ),
+        law=CircleLaw(start_m=place, centre_m=place[:, :2], rate_rad_s=number),
+        steady_s=number,
+        target_m_s=number,
+        last_m=place,
+        last_m_s=place,
+        asked_m_s2=place,
     )
 
 

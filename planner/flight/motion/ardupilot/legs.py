@@ -336,7 +336,7 @@ class ArduPilotLegs(Value, eq=False):
 
 def plan_legs(
     stages: StageColumns,
-    splines: Splines,
+    splines: Splines | None,
     parameters: ArduPilotParameters,
     *,
     wind: Wind | None,
@@ -370,7 +370,7 @@ def plan_legs(
     limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
     start_m_s, end_m_s = _speeds_of_splines(stages, splines, key, leads)
     peak = peak_speed_from_rest_m_s(length, limits)
-    if len(splines.stage):
+    if splines is not None:
         joined = peak_speed_from_start_m_s(length, start_m_s, speed, limits)
         speed = np.where((start_m_s > 0.0) | (end_m_s > 0.0), joined, speed)
     under, rows = (rows[stages.is_underway[stage[rows]] == which] for which in (True, False))
@@ -581,9 +581,11 @@ def _speeds_under_way(
 
 
 def _speeds_of_splines(
-    stages: StageColumns, splines: Splines, key: IntArray, leads: BoolArray
+    stages: StageColumns, splines: Splines | None, key: IntArray, leads: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the speeds at which legs begin behind splines and end before them; else zero. (n,) each"""
+    if splines is None:
+        return np.zeros(len(key)), np.zeros(len(key))
     stage, is_spline = key // SLOTS, is_kind(stages.kind, StageKind.SPLINE)
     is_first = (key % SLOTS == 0) & leads
     before, after = np.maximum(stage - 1, 0), np.minimum(stage + 1, len(stages.kind) - 1)

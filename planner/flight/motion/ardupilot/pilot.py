@@ -132,6 +132,7 @@ def _flown(
     legs, leaving = leave_circles(stages, circles, legs, parameters, lag)
     speed_response = None if responses is None else responses.speed
     flown_splines, wide_m = _flown_splines(stages, splines, legs)
+    spline_findings = () if splines is None else splines.findings
     lean = circle_findings(
         stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
     )
@@ -141,7 +142,7 @@ def _flown(
         *_landings(stages, parameters),
         *_changes_of_height(stages, parameters),
         *_set_down(stages, parameters),
-        circles.entries,
+        *((circles.entries,) if len(circles.stage) else ()),
         *leaving,
         *flown_splines,
         *_settling(legs, responses, parameters, lag),
@@ -153,7 +154,7 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=lambda speed: stopping_distance_m(speed, parameters, speed_response),
-        findings=(*legs.findings, *splines.findings, *lean, *return_findings(stages, parameters)),
+        findings=(*legs.findings, *spline_findings, *lean, *return_findings(stages, parameters)),
     )
     return replace(motion, wander_m=wide_m + past_stops_m(legs, lag))
 
@@ -279,10 +280,10 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
 
 
 def _flown_splines(
-    stages: StageColumns, splines: Splines, legs: ArduPilotLegs
+    stages: StageColumns, splines: Splines | None, legs: ArduPilotLegs
 ) -> tuple[tuple[Manoeuvres, ...], float]:
     """Return the splines, as fast at their ends as the legs they join, and how wide they are flown [m]."""
-    if not len(splines.stage):
+    if splines is None:
         return (), 0.0
     count, stage = len(stages.kind), splines.stage
     left, met = np.zeros(count), np.zeros(count)

@@ -72,7 +72,7 @@ class Splines(Value, eq=False):
         speed = _target_speeds_m_s(self, start_m_s, destination)
         pace, duration, flown_m = _followed(self, speed)
         # The leg behind a spline is flown at its whole speed: what its time still lags is counted here.
-        ends = np.append(~self.joins_before[1:], True) if len(self.stage) else self.joins_before
+        ends = np.append(~self.joins_before[1:], True)
         duration[ends, -1] += (1.0 - pace[ends, -1]) * self.lag.filter_s * (speed[ends, -1] > 0.0)
         pace[ends, -1] = 1.0
         level_m = (self.piece_m * lengths(self.tangent[:, :-1, :2])).sum()
@@ -156,11 +156,13 @@ def plan_splines(
     *,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
-) -> Splines:
-    """Return the splines among the stages."""
+) -> Splines | None:
+    """Return the splines among the stages, if there are any."""
     is_spline = is_kind(stages.kind, StageKind.SPLINE)
     moves = (stages.place_m != stages.start_m).any(axis=1)
     row = np.flatnonzero(is_spline & moves)
+    if not len(row):
+        return None
     origin, end = stages.start_m[row], stages.place_m[row]
     leaving, arriving = _tangents(stages, row, is_spline)
     length = lengths(leaving) + lengths(arriving)
