@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -68,11 +69,7 @@ def judge(
     for subject, needs in SUBJECTS.items():
         missing = next((need for need in needs if need.of(a) is None), None)
         if missing is not None:
-            entries += (
-                ledger_entry(code, one.name, missing)
-                for code, one in catalogue.entries().items()
-                if one.module == f"planner.rules.{subject}"
-            )
+            entries += (ledger_entry(*one, missing) for one in _declared_in(subject))
             continue
         for check in checks_of(subject):
             if not any(rule.is_default or selection.asks_for(rule.code) for rule in check.rules):
@@ -97,11 +94,21 @@ def judge(
     return tuple(findings), one_entry_each(entries)
 
 
-def checks_of(subject: str) -> Iterator[Check]:
-    """Yield the checks of a module, in the order of the module."""
-    for value in vars(import_module(f"planner.rules.{subject}")).values():
-        if isinstance(value, Check):
-            yield value
+@cache
+def checks_of(subject: str) -> tuple[Check, ...]:
+    """Return the checks of a module, in the order of the module."""
+    declared = vars(import_module(f"planner.rules.{subject}")).values()
+    return tuple(one for one in declared if isinstance(one, Check))
+
+
+@cache
+def _declared_in(subject: str) -> tuple[tuple[str, str], ...]:
+    """Return codes and names of the rules of a module, which may not be imported."""
+    return tuple(
+        (code, one.name)
+        for code, one in catalogue.entries().items()
+        if one.module == f"planner.rules.{subject}"
+    )
 
 
 def _not_evaluated(a: Assessment, lack: NotEvaluated) -> Finding:

@@ -3,6 +3,7 @@
 import datetime as dt
 import math
 from enum import StrEnum
+from functools import cached_property
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -58,7 +59,7 @@ _FRACTION = Range(0.0, 10.0)
 _Coefficients: TypeAlias = tuple[float, ...]
 
 
-class ManoeuvreResponse(Part):
+class ManoeuvreResponse(Part, dict=True):
     """How the vehicle, or its power, answers a step of one reference."""
 
     numerator: Annotated[
@@ -94,14 +95,14 @@ class ManoeuvreResponse(Part):
         float, Key("the reference is multiplied by this before it enters the model")
     ]
 
-    @property
+    @cached_property
     def transfer_function(self) -> TransferFunction:
         """From the scaled reference to the answer, with its delay."""
         return TransferFunction(
             numerator=self.numerator, denominator=self.denominator, delay_s=self.delay_s
         )
 
-    @property
+    @cached_property
     def unit_step(self) -> StepResponse:
         """Answer to a step of the reference by one unit, input gain included."""
         return StepResponse(system=self.transfer_function, amplitude=self.input_gain)
