@@ -387,13 +387,14 @@ def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int
 
 
 def _power_sum(coefficients: FloatArray, t: FloatArray, offset: int = 0) -> FloatArray:
-    """Sum of c_j t^j / (j + offset)!."""
-    terms = len(coefficients)
-    powers = np.empty((terms, *t.shape))
-    powers[:1], powers[1:] = 1.0, t
-    np.multiply.accumulate(powers, axis=0, out=powers)
-    divisors = _FACTORIALS[offset : offset + terms].reshape(-1, *(1,) * (coefficients.ndim - 1))
-    return np.asarray(np.einsum("j...,j...->...", coefficients / divisors, powers))
+    """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
+    terms, of_one = len(coefficients), coefficients.shape[1:]
+    divisors = _FACTORIALS[offset : offset + terms].reshape(-1, *(1,) * len(of_one))
+    total = np.zeros(np.broadcast_shapes(t.shape, of_one))
+    for term in (coefficients / divisors)[::-1]:
+        total *= t
+        total += term
+    return total
 
 
 def _at(mask: BoolArray, column: npt.NDArray[Any], trailing: int = 0) -> npt.NDArray[Any]:
