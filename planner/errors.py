@@ -176,6 +176,7 @@ class LinkError(MavjouleError):
 
 EXTRAS = {
     "cluster": ("dask", "distributed"),
+    "export": ("gpxpy", "simplekml"),
     "fleet": ("ortools", "scipy"),
     "identify": ("control", "pymavlink", "scipy"),
     "link": ("mavsdk", "pymavlink", "serial"),

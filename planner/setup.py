@@ -822,6 +822,16 @@ class Output(Declared):
         in_file=False,
     )
 
+    export: Path | None = setting(
+        File(),
+        Group.REPORT,
+        "write the flight of a single mission, with times and energy, to a file for maps: KML, GeoJSON, "
+        "GPX or CZML by its suffix (KML and GPX need mavjoule[export])",
+        default=None,
+        metavar="FILE.kml|.geojson|.gpx|.czml",
+        in_file=False,
+    )
+
     report: Path | None = setting(
         File(),
         Group.REPORT,

@@ -76,7 +76,7 @@ def command(
     output = Output.of(common_settings(settings, Output))
     refuse_output(output, missions=len(missions))
     read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
-    for written in (output.output, output.trace, output.report, write_baseline):
+    for written in (output.output, output.trace, output.export, output.report, write_baseline):
         refuse_overwriting(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]

@@ -28,17 +28,21 @@ def refuse_output(asked: Output, *, missions: int) -> None:
     if asked.statistics and asked.format not in _COUNTING_FORMATS:
         msg = f"--statistics goes with --format {' or '.join(_COUNTING_FORMATS)}"
         raise UsageError(msg)
-    for option in ("trace", "plots"):
+    for option in ("trace", "export", "plots"):
         if getattr(asked, option) is not None and missions > 1:
             msg = f"--{option} takes a single mission: check them one by one"
             raise UsageError(msg)
     written: dict[Path, str] = {}
-    for option in ("output", "trace", "report"):
+    for option in ("output", "trace", "export", "report"):
         if (path := getattr(asked, option)) is not None and written.setdefault(
             path, option
         ) != option:
             msg = f"--{written[path]} and --{option} name the same file: give them one each"
             raise UsageError(msg)
+    if asked.export is not None:
+        from planner.report.flight_files import refuse_flight_file
+
+        refuse_flight_file(asked.export)
     if asked.report is not None:
         from planner.report.html.page import refuse_without_libraries
 
@@ -95,6 +99,8 @@ def write_attachments(results: Results, asked: Output) -> None:
     """Write the files that are asked for beside the report."""
     if asked.trace is not None:
         _write_trace(results[0], asked.trace)
+    if asked.export is not None:
+        _export(results[0], asked.export)
     if asked.report is not None:
         write_page(results, asked.report)
     if asked.plots is not None:
@@ -109,6 +115,16 @@ def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
         narrate(f"nothing is flown: {path} is not written")
     else:
         write_data(columns_csv(trace.columns()), output=path)
+
+
+def _export(result: CheckResult | UnreadableMission, path: Path) -> None:
+    if isinstance(result, UnreadableMission) or result.assessment is None:
+        narrate(f"nothing is flown: {path} is not written")
+        return
+    from planner.report.flight_files import flight_file
+
+    write_data(flight_file(result, path), output=path)
+    narrate(f"the flight is in {path}")
 
 
 def write_page(
