@@ -8,7 +8,8 @@ import re
 import stat
 import time
 from contextlib import contextmanager, suppress
-from pathlib import Path
+from fnmatch import fnmatchcase
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from planner.errors import OutputError
@@ -16,7 +17,7 @@ from planner.findings import Place
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from planner.errors import InputError
 
@@ -355,3 +356,30 @@ def make_output_folder(folder: Path, *, holding: str) -> None:
     except OSError as error:
         msg = f"{folder}: cannot be written: {error.strerror or error}"
         raise OutputError(msg) from error
+
+
+_ANY_FOLDERS = "**"
+
+
+def refuse_pattern(pattern: str) -> None:
+    """Raise ``ValueError`` where no path below a folder can meet a pattern."""
+    parts = pattern.split("/")
+    if not all(parts) or ".." in parts or "." in parts or "\\" in pattern:
+        msg = "must be a path below this folder, with forward slashes, such as *.plan"
+        raise ValueError(msg)
+
+
+def meets_pattern(path: PurePath, pattern: str) -> bool:
+    """Return whether a path below a folder meets a pattern, as of `FileIgnore`."""
+    parts = pattern.split("/")
+    if len(parts) == 1:
+        parts = [_ANY_FOLDERS, *parts]
+    return _meet(path.parts, parts)
+
+
+def _meet(parts: Sequence[str], patterns: Sequence[str]) -> bool:
+    if not patterns:
+        return not parts
+    if patterns[0] == _ANY_FOLDERS:
+        return any(_meet(parts[start:], patterns[1:]) for start in range(len(parts) + 1))
+    return bool(parts) and fnmatchcase(parts[0], patterns[0]) and _meet(parts[1:], patterns[1:])

@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import os
 import re
-from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Literal
 
@@ -19,17 +18,16 @@ import msgspec
 
 from planner import catalogue
 from planner.errors import BaselineFileError
-from planner.files import read_bounded, write_output_file
+from planner.files import meets_pattern, read_bounded, refuse_pattern, write_output_file
 from planner.findings import Severity
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from planner.findings import Finding
 
 _ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
-_ANY_FOLDERS = "**"
 _MOST_BYTES = 1 << 26
 """250,000 findings of 256 bytes."""
 
@@ -95,10 +93,7 @@ class FileIgnore(Value):
 
     def meets(self, mission: Path) -> bool:
         """Return whether the path of a mission below the folder meets the pattern."""
-        parts = self.pattern.split("/")
-        if len(parts) == 1:
-            parts = [_ANY_FOLDERS, *parts]
-        return _meet(mission.relative_to(self.folder).parts, parts)
+        return meets_pattern(mission.relative_to(self.folder), self.pattern)
 
 
 def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -> FileIgnore:
@@ -117,10 +112,7 @@ def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -
     if item == 0:
         msg = "items count from 1, home is none"
         raise ValueError(msg)
-    parts = pattern.split("/")
-    if not all(parts) or ".." in parts or "." in parts or "\\" in pattern:
-        msg = "must be a path below this folder, with forward slashes, such as *.plan"
-        raise ValueError(msg)
+    refuse_pattern(pattern)
     return FileIgnore(
         folder=configuration.parent.resolve(),
         pattern=pattern,
@@ -262,11 +254,3 @@ def _path_from(folder: Path, file: str) -> str:
         return PurePath(os.path.relpath(whole, folder)).as_posix()
     except ValueError:  # another drive
         return PurePath(whole).as_posix()
-
-
-def _meet(parts: Sequence[str], patterns: Sequence[str]) -> bool:
-    if not patterns:
-        return not parts
-    if patterns[0] == _ANY_FOLDERS:
-        return any(_meet(parts[start:], patterns[1:]) for start in range(len(parts) + 1))
-    return bool(parts) and fnmatchcase(parts[0], patterns[0]) and _meet(parts[1:], patterns[1:])

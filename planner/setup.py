@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet
 
-FORMATS = ("text", "json", "json-lines", "sarif", "junit", "github", "gitlab")
+FORMATS = ("text", "concise", "json", "json-lines", "sarif", "junit", "github", "gitlab")
 """Formats of a report."""
 ASSUMED_POSITION_ERROR_M = 2.5
 """How wrong a position may be where nobody states it, for fences."""
@@ -320,7 +320,8 @@ def _spread_text(shown: Shown, value: float | Spread) -> str:
     return shown(mean_of(value)) + (f" ± {shown(sd)}" if sd else "")
 
 
-def _wind_phrase(wind: Wind) -> str:
+def wind_phrase(wind: Wind) -> str:
+    """Return a wind in words: ``no wind``, ``wind 5.0 m/s from 270°``."""
     if not (wind.speed_m_s or wind.speed_sd_m_s):
         return "no wind"
     speed = _spread_text(quantity.speed, Spread(mean=wind.speed_m_s, sd=wind.speed_sd_m_s))
@@ -434,7 +435,7 @@ class Setup(_Vehicle):
         example="none; 5@270",
         is_none_unset=True,
         made_by="planner.Wind(speed_m_s=…, from_deg=…)",
-        phrase=_wind_phrase,
+        phrase=wind_phrase,
         rows=tuple(
             Row(key, label, shown, attrgetter(name))
             for key, label, shown, name in (
@@ -883,6 +884,25 @@ def conditions(setup: Setup | None) -> tuple[tuple[Row, float | None], ...]:
         for setting in declared(Setup)
         for row in setting.rows
     )
+
+
+UNNAMED = "no vehicle named, predicted for the article's quadrotor"
+"""What a prediction is, of which nobody said what flies."""
+
+
+def basis_text(setup: Setup, *, capacity_wh: float | None) -> str:
+    """Return what a verdict holds for: ``my-quad, battery 77.0 Wh at 95 %, wind 5.0 m/s from 270°``.
+
+    Parameters
+    ----------
+    capacity_wh : float or None
+        Energy of the full battery that flies; ``None`` where none is known. [Wh]
+    """
+    vehicle = setup.vehicle.name if setup.is_vehicle_named else UNNAMED
+    pack = "battery unknown" if capacity_wh is None else f"battery {quantity.energy(capacity_wh)}"
+    charge = mean_of(setup.charge)
+    at = "" if capacity_wh is None or charge == 1.0 else f" at {quantity.percent(charge)}"
+    return f"{vehicle}, {pack}{at}, {wind_phrase(setup.wind)}"
 
 
 def conditions_text(setup: Setup) -> str:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner import __version__
+from planner import __version__, quantity
 from planner.cli.check_output import attach_baseline, refuse_output, rendered, write_attachments
 from planner.cli.configuration import common_settings, mission_settings
 from planner.cli.link import is_vehicle, link_options, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    KindType,
     data_options,
     given_settings,
     path_option,
@@ -23,10 +24,11 @@ from planner.cli.options import (
 )
 from planner.cli.output import narrate, progress, refuse_overwriting, show_traceback, write_data
 from planner.errors import ExitCode, UsageError
-from planner.files import append_output
+from planner.files import append_output, refuse_pattern
+from planner.mission.folder import find_missions, is_excluded
 from planner.report.text import caveat, tally
 from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
-from planner.setting import Group, declared
+from planner.setting import Group, Kind, declared
 from planner.setup import Output, Setup, Together
 from planner.values import field_values
 from planner.workers import core_count, done_in_order
@@ -43,28 +45,50 @@ _WORTH_WORKERS = 20
 """Fewer missions are checked before another process has started."""
 
 
+class _PathPattern(Kind):
+    """A pattern of the paths of missions."""
+
+    def read(self, text: str) -> str:
+        """Return the pattern; raise ``ValueError`` where nothing can meet it."""
+        refuse_pattern(text)
+        return text
+
+
 @click.command("check")
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
 @setting_options(*CHECK_GROUPS, Group.FLEET, Group.REPORT)
+@click.option(
+    "--exclude",
+    type=KindType(_PathPattern()),
+    multiple=True,
+    metavar="GLOB",
+    help="leave out the missions that meet it, such as old/*; repeatable",
+)
 @path_option(
     "--write-baseline",
     help="write what is found to a file for --baseline, itself judged without any",
 )
 @link_options
 def command(
-    missions: tuple[str, ...], *, write_baseline: Path | None, **options: object
+    missions: tuple[str, ...],
+    *,
+    exclude: tuple[str, ...],
+    write_baseline: Path | None,
+    **options: object,
 ) -> ExitCode:
     """Predict missions and judge each: go or no-go.
 
-    MISSION is a QGroundControl plan or a QGC WPL file, or - for standard input, or the address of a
-    vehicle, udpin:0.0.0.0:14550 or /dev/ttyUSB0:57600: what is on it is checked with its own
-    parameters, charge and home.  Defaults come from mavjoule.toml, or [tool.mavjoule] in
-    pyproject.toml, in the nearest folder of the mission upward.
+    MISSION is a QGroundControl plan or a QGC WPL file, a folder, which stands for the missions in it
+    and below, - for standard input, or the address of a vehicle, udpin:0.0.0.0:14550 or
+    /dev/ttyUSB0:57600: what is on it is checked with its own parameters, charge and home.  Defaults
+    come from mavjoule.toml, or [tool.mavjoule] in pyproject.toml, in the nearest folder of the
+    mission upward.
 
     Exit codes: 0 every mission is a go, 1 one is a no-go, 2 unusable input, usage or
     configuration, 3 a vehicle did not answer.
     """
     link = taken_link(options)
+    missions = _found(missions, exclude)
     if missions.count("-") > 1:
         msg = "standard input can be read once: give - once"
         raise UsageError(msg)
@@ -82,10 +106,8 @@ def command(
         settings = [values | {"baseline": None} for values in settings]
     jobs = list(zip(missions, settings, strict=True))
     work = partial(_checked, link=link)
-    with (
-        done_in_order(work, jobs, workers=_workers(missions)) as done,
-        progress(done, of=len(jobs), label="Checking") as shipped,
-    ):
+    with done_in_order(work, jobs, workers=_workers(missions)) as done:
+        shipped = progress(done, of=len(jobs), label="checked")
         results: Results = [kind(**fields) for kind, fields in shipped]
     if together is not None:
         from planner.service.separation import keep_apart
@@ -100,6 +122,28 @@ def command(
     if output.output is not None:
         narrate(f"{tally(results)}{caveat(results)}; the report is in {output.output}")
     return _exit_code(results, is_zero=output.exit_zero)
+
+
+def _found(named: tuple[str, ...], exclude: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the missions that are named, of folders those in them, without what is excluded.
+
+    Raises UsageError if none is left.
+    """
+    missions: list[str] = []
+    for name in named:
+        if not is_vehicle(name) and Path(name).is_dir():
+            found = find_missions(Path(name), exclude=exclude)
+            # one without any is reported as what it is: no mission file
+            missions += map(str, found.files) if found.files or found.excluded else [name]
+            left = f", {found.excluded} excluded" if found.excluded else ""
+            left += f", {quantity.count(found.others, 'other file')}" if found.others else ""
+            narrate(f"{name}: {quantity.count(len(found.files), 'mission')}{left}")
+        elif name == "-" or is_vehicle(name) or not is_excluded(Path(name), exclude):
+            missions.append(name)
+    if not missions:
+        msg = f"--exclude {', '.join(exclude)} leaves no mission"
+        raise UsageError(msg)
+    return tuple(missions)
 
 
 def _report(results: Results, output: Output) -> Results:

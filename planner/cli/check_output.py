@@ -57,11 +57,12 @@ def refuse_output(asked: Output, *, missions: int) -> None:
 def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
     """Return the report of a call in the format asked for."""
     match asked.format:
-        case "text":
-            from planner.report.text import check_text, statistics_text
+        case "text" | "concise" as name:
+            from planner.report.text import check_concise, check_text, statistics_text
 
             write = statistics_text if asked.statistics else check_text
-            return write(results, medium=standard_medium(asked.output))
+            medium = standard_medium(asked.output)
+            return check_concise(results) if name == "concise" else write(results, medium=medium)
         case "json" | "json-lines" as name:
             from planner.report.json import check_json, check_json_lines
 
@@ -169,15 +170,16 @@ def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:
 
 
 def attach_baseline(results: Results, path: Path) -> None:
-    """Write what was found, for later calls not to report it."""
+    """Write what was found, for later calls not to report it; of missions that could be checked."""
     from planner.selection import write_baseline
 
-    for result in results:
-        if isinstance(result, UnreadableMission):
-            why = "read" if result.verdict is None else "checked"
-            narrate(f"{result.file} cannot be {why}: {path} is not written")
-            return
-    found = [(result.file, finding) for result in results for finding in result.findings]
+    checked = [result for result in results if not isinstance(result, UnreadableMission)]
+    if left := [result.file for result in results if isinstance(result, UnreadableMission)]:
+        narrate(f"not checked, and not in {path}: {', '.join(left)}")
+    if not checked:
+        narrate(f"{path} is not written")
+        return
+    found = [(result.file, finding) for result in checked for finding in result.findings]
     written, refused = write_baseline(path, found)
     text = f"{quantity.count(written, 'finding')} written to {path}"
     if refused:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from planner.errors import OutputError, UsageError
 from planner.report.text import Medium
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-    from contextlib import AbstractContextManager
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
 TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
 _SILENCE_S = 2.0
@@ -49,6 +48,7 @@ def write_data(text: str, *, output: Path | None = None) -> None:
 
         write_output_file(output, text)
         return
+    _clear_status()
     if sys.stdout is None:  # closed by the caller, who then wants only the exit code
         return
     try:
@@ -72,19 +72,22 @@ def refuse_overwriting(output: Path | None, inputs: Sequence[str]) -> None:
             raise UsageError(msg)
 
 
-def progress(done: Iterable[One], *, of: int, label: str) -> AbstractContextManager[Iterable[One]]:
-    """Return what so many jobs come to, with a bar on standard error where several make someone wait."""
-    if of < 2 or sys.stderr is None or not sys.stderr.isatty():
-        return nullcontext(done)
-    import click
-
-    return click.progressbar(done, length=of, label=label, file=sys.stderr)
+def progress(done: Iterable[One], *, of: int, label: str) -> Iterator[One]:
+    """Yield what so many jobs come to, and show whoever waits at a terminal how many are done."""
+    show_step = narrate_seldom()
+    try:
+        for number, one in enumerate(done, start=1):
+            show_step(f"{label} {number} of {of}")
+            yield one
+    finally:
+        _clear_status()
 
 
 def narrate(text: str) -> None:
     """Report something on standard error, on one line, as long as someone listens."""
     from planner.report.text import printable
 
+    _clear_status()
     with suppress(OSError):
         print(f"mavjoule: {printable(text)}", file=sys.stderr)  # noqa: T201 - the only print
 
@@ -97,7 +100,9 @@ def show_traceback(text: str) -> None:
 
 
 class StatusLine:
-    """One line on standard error that changes, where that is a terminal."""
+    """One line on standard error that changes, where that is a terminal; what else is written clears it."""
+
+    is_shown: ClassVar[bool] = False
 
     def __init__(self) -> None:
         self.is_terminal = sys.stderr is not None and sys.stderr.isatty()
@@ -105,6 +110,7 @@ class StatusLine:
     def show(self, text: str) -> None:
         """Show a text in place of the one before, on a terminal."""
         if self.is_terminal:
+            StatusLine.is_shown = bool(text)
             with suppress(OSError):
                 sys.stderr.write(f"\r\x1b[K{text}")
                 sys.stderr.flush()
@@ -116,18 +122,21 @@ class StatusLine:
 
 
 def narrate_seldom() -> Callable[[str], None]:
-    """Return what reports a step if nothing was reported for seconds: for steps of which there are many."""
+    """Return what shows a step on a terminal, once someone has waited for two seconds."""
     from time import monotonic
 
-    reported_s = monotonic()
+    line, since_s = StatusLine(), monotonic()
 
-    def narrate_step(text: str) -> None:
-        nonlocal reported_s
-        if monotonic() - reported_s >= _SILENCE_S:
-            narrate(text)
-            reported_s = monotonic()
+    def show_step(text: str) -> None:
+        if monotonic() - since_s >= _SILENCE_S:
+            line.show(text)
 
-    return narrate_step
+    return show_step
+
+
+def _clear_status() -> None:
+    if StatusLine.is_shown:
+        StatusLine().show("")
 
 
 def _silence_standard_output() -> None:

@@ -91,16 +91,15 @@ def command(
         from planner.logs.csv import read_csv_mapping
 
         csv_mapping = read_csv_mapping(mapping)
-    with progress(logs, of=len(logs), label="Verifying") as paths:
-        done = list(
-            verify_logs(
-                vehicle,
-                paths,
-                known,
-                mapping=csv_mapping,
-                left_out=_settings(vehicle) if options["leave_one_out"] else None,
-            )
+    done = list(
+        verify_logs(
+            vehicle,
+            progress(logs, of=len(logs), label="verifying"),
+            known,
+            mapping=csv_mapping,
+            left_out=_settings(vehicle) if options["leave_one_out"] else None,
         )
+    )
     report = partial(_calibration, vehicle) if options["calibration"] else _comparison
     medium = None if file_format == "json" else standard_medium(output)
     text = report(done, plots, model=model, medium=medium)

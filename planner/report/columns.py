@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from planner import quantity
 from planner.errors import UsageError
 from planner.report.json import SEGMENT_KEYS
-from planner.report.text import UNNAMED, printable, table_lines
+from planner.report.text import printable, table_lines
+from planner.setup import UNNAMED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -16,6 +16,7 @@ from planner.report.pipeline import pipeline_path
 from planner.report.text import (
     caveat,
     finding_message,
+    given_text,
     headline,
     label,
     not_checked,
@@ -70,13 +71,14 @@ def github_summary(results: Results, *, folder: Path) -> str:
     lines = [
         f"### mavjoule: {tally(results)}",
         "",
-        "| verdict | mission | flight |",
-        "|---|---|---|",
+        "| verdict | mission | flight | vehicle, battery, wind |",
+        "|---|---|---|---|",
     ]
     for result in results[:_MOST_ROWS]:
         path = pipeline_path(result.file, folder=folder)
-        cells = (f"{result.verdict_text}{caveat([result])}", path, headline(result))
-        lines.append(_row(*cells))
+        verdict = f"{result.verdict_text}{caveat([result])}"
+        given = given_text(result) if isinstance(result, CheckResult) else ""
+        lines.append(_row(verdict, path, headline(result), given))
     lines += _more(len(results))
     found = _worst_first(results, folder=folder)
     if found:

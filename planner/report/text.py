@@ -15,7 +15,7 @@ from planner.flight.motion.kinematics import STATES
 from planner.rules.energy import destination_name, place_along, reserve_name
 from planner.rules.ledger import Outcome
 from planner.service.preflight import CheckResult
-from planner.setup import conditions_text
+from planner.setup import UNNAMED, basis_text, conditions_text
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -170,12 +170,10 @@ def table_lines(rows: Sequence[Sequence[str]], *, alignment: str) -> list[str]:
 
 
 _LABEL_WIDTH = 12
-UNNAMED = "no vehicle named, predicted for the article's quadrotor"
-"""What a prediction is, of which nobody said what flies."""
 
 
 def check_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
-    """Return the report of all missions of a call; several end in a summary, a line each."""
+    """Return the report of all missions of a call; several end in a summary, a line each, worst first."""
     blocks = [_mission_lines(result, medium=medium) for result in results]
     if len(results) > 1:
         blocks.append(_summary_lines(results, medium=medium))
@@ -196,6 +194,53 @@ def headline(result: CheckResult | UnreadableMission) -> str:
     if battery is None:
         return f"{flown}; battery unknown"
     return f"{flown}: {quantity.percent(battery.used_fraction)} of the battery, {_left(battery)}"
+
+
+def given_text(result: CheckResult) -> str:
+    """Return what a verdict holds for: vehicle, battery and wind."""
+    capacity_wh = None if result.battery is None else result.battery.capacity_wh
+    return printable(basis_text(result.setup, capacity_wh=capacity_wh))
+
+
+def badness(result: CheckResult | UnreadableMission) -> tuple[float, ...]:
+    """Return what missions are sorted by, worst first: verdict, errors, what is left, warnings."""
+    errors, warnings = (
+        sum(finding.severity is severity for finding in result.findings)
+        for severity in (Severity.ERROR, Severity.WARNING)
+    )
+    battery = result.battery if isinstance(result, CheckResult) else None
+    return (
+        ("NO-GO", "NOT CHECKED", "GO").index(result.verdict_text),
+        -errors,
+        math.inf if battery is None or math.isnan(battery.margin_wh) else battery.margin_wh,
+        -warnings,
+    )
+
+
+def reason_text(result: CheckResult | UnreadableMission) -> str:
+    """Return why a mission is no GO: what its verdict comes from; nothing for a GO."""
+    if not isinstance(result, CheckResult):
+        return "; ".join(f"{one.code} {printable(one.message)}" for one in result.findings)
+    deciding = [one for one in result.findings if one.severity >= result.setup.fail_on]
+    return ", ".join(dict.fromkeys(map(label, deciding)))
+
+
+def check_concise(results: Sequence[CheckResult | UnreadableMission]) -> str:
+    """Return a line for each mission and each finding, ``file:line:column: …`` as editors read it."""
+    lines = []
+    for result in results:
+        file = printable(result.file)
+        given = f" ({given_text(result)})" if isinstance(result, CheckResult) else ""
+        verdict = f"{result.verdict_text}{caveat([result])}"
+        lines.append(f"{file}:1:1: {verdict}: {headline(result)}{given}")
+        for finding in result.findings:
+            place = finding.place
+            where = "1:1" if place is None else f"{place.line}:{place.column}"
+            kind = "note" if finding.severity is Severity.INFO else finding.severity.label
+            lines.append(f"{file}:{where}: {kind}: {label(finding)}: {finding_message(finding)}")
+        if missing := not_checked_text(result.checked):
+            lines.append(f"{file}:1:1: note: {missing}")
+    return "\n".join(lines) + "\n"
 
 
 def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
@@ -288,6 +333,7 @@ def statistics_text(results: Sequence[CheckResult | UnreadableMission], *, mediu
 
 def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -> list[str]:
     lines = [f"{_verdict(result, medium)}  {printable(result.file)}{caveat([result])}"]
+    lines += medium.wrapped(given_text(result)) if isinstance(result, CheckResult) else []
     lines += medium.wrapped(headline(result))
     findings, notes = by_weight(result.findings)
     if findings:
@@ -420,9 +466,12 @@ def _summary_lines(
 ) -> list[str]:
     lines = [tally(results)]
     width = max(len(result.verdict_text) for result in results)
-    for result in results:
+    for result in sorted(results, key=badness):
         verdict = f"  {result.verdict_text:<{width}}"
-        text = f"{verdict}  {printable(result.file)}{caveat([result])}: {headline(result)}"
+        said = [headline(result)] if isinstance(result, CheckResult) else []
+        if reason := reason_text(result):
+            said.append(reason)
+        text = f"{verdict}  {printable(result.file)}{caveat([result])}: {'; '.join(said)}"
         first, *rest = medium.wrapped(text, indent=width + 4)
         lines += [first.replace(verdict, f"  {_verdict(result, medium, width)}", 1), *rest]
     return lines

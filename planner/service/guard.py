@@ -16,8 +16,9 @@ from planner.guard.session import GuardSession
 from planner.link.connection import Purpose
 from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.link.vehicle import open_link
-from planner.service.preflight import UnreadableMission
+from planner.service.preflight import CheckResult, UnreadableMission
 from planner.service.vehicle import check_vehicle, go_objection
+from planner.setup import basis_text
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -132,14 +133,20 @@ def _judged(
             reserve_wh=battery.reserve_wh,
             temperature_c=assessment.flight.power.home_temperature_c,
         )
+    judgement = _judgement(result)
+    given = basis_text(result.setup, capacity_wh=None if battery is None else battery.capacity_wh)
+    return replace(judgement, text=f"{judgement.text} ({given})"), prediction
+
+
+def _judgement(result: CheckResult) -> Judgement:
     if result.verdict == "no-go":
-        return no_go_judgement(result.findings, fail_on=check.fail_on), prediction
+        return no_go_judgement(result.findings, fail_on=result.setup.fail_on)
     hidden = [one for one in result.suppressed if one.severity is Severity.ERROR]
     if hidden:  # asked not to be reported, and no reason to let a vehicle arm
-        return no_go_judgement(hidden, fail_on=Severity.ERROR), prediction
+        return no_go_judgement(hidden, fail_on=Severity.ERROR)
     if objection := go_objection(result):
-        return unknown_judgement(objection), prediction
-    return go_judgement(margin_wh=None if battery is None else battery.margin_wh), prediction
+        return unknown_judgement(objection)
+    return go_judgement(margin_wh=None if result.battery is None else result.battery.margin_wh)
 
 
 class Watcher(Protocol):

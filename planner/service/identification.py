@@ -39,8 +39,8 @@ def identify_logs(
     from planner.logs.files import read_log
 
     records: list[FlightRecord] = []
-    for path in paths:
-        on_log(f"reading {path}")
+    for number, path in enumerate(paths, start=1):
+        on_log(f"reading {path}" + (f" ({number} of {len(paths)})" if len(paths) > 1 else ""))
         records += read_log(path, mapping)
     on_log(f"identifying {settings.name} from {quantity.count(len(records), 'flight')}")
     identification = identify_vehicle(records, settings, on_step=on_step)
@@ -68,7 +68,7 @@ def refine_logs(
     from planner.logs.files import read_log
 
     records: list[FlightRecord] = []
-    for path in paths:
-        on_log(f"reading {path}")
+    for number, path in enumerate(paths, start=1):
+        on_log(f"reading {path}" + (f" ({number} of {len(paths)})" if len(paths) > 1 else ""))
         records += read_log(path)
     return refine_vehicle(vehicle, records, logs=logs)

@@ -340,3 +340,57 @@ def test_a_hyphen_is_standard_output(
     main([command, mission, "--format", "json", "--output", "-"])
     assert capsys.readouterr() == plain
     assert not Path("-").exists()
+
+
+@pytest.fixture
+def site(mission: str) -> Path:
+    """A folder with three missions, one of them in a folder of its own, and files that are none."""
+    folder = Path("site")
+    (folder / "old").mkdir(parents=True)
+    (folder / ".hidden").mkdir()
+    text = Path(mission).read_bytes()
+    for name in ("b.waypoints", "a.waypoints", "old/c.waypoints", ".hidden/d.waypoints"):
+        (folder / name).write_bytes(text)
+    (folder / "notes.txt").write_text("no mission", encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("excluded", "left"),
+    [
+        ((), ["a.waypoints", "b.waypoints", "old/c.waypoints"]),
+        (("old",), ["a.waypoints", "b.waypoints"]),
+        (("site/old/*", "a.*"), ["b.waypoints"]),
+        (("**/c.waypoints", "b.waypoints"), ["a.waypoints"]),
+        (("*/c.plan",), ["a.waypoints", "b.waypoints", "old/c.waypoints"]),
+    ],
+)
+def test_a_folder_stands_for_the_missions_in_it_but_those_excluded(
+    site: Path, excluded: tuple[str, ...], left: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = [word for pattern in excluded for word in ("--exclude", pattern)]
+    assert main(["check", "site", *options, "--battery", "77Wh", "--format", "json"]) == 0
+    out, err = capsys.readouterr()
+    files = [Path(one["file"]) for one in json.loads(out)["missions"]]
+    assert files == [site / name for name in left]
+    gone = f", {3 - len(left)} excluded" if len(left) < 3 else ""
+    count = f"{len(left)} mission{'' if len(left) == 1 else 's'}"
+    assert err == f"mavjoule: site: {count}{gone}, 1 other file\n"
+
+
+def test_where_every_mission_is_excluded_nothing_is_green(
+    site: Path, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(site), mission, "--exclude", "*.waypoints"]) == 2
+    assert "--exclude *.waypoints leaves no mission" in capsys.readouterr().err
+    assert main(["check", str(site), "--exclude", "../x"]) == 2
+    assert "with forward slashes, such as *.plan" in capsys.readouterr().err
+
+
+def test_vehicle_battery_and_wind_stand_below_the_verdict(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["check", mission, "--battery", "77Wh", "--charge", "90%", "--wind", "5@270"])
+    verdict, given, *_ = capsys.readouterr().out.splitlines()
+    assert verdict.startswith("GO  ")
+    assert given == "falkowski-2023-quadrotor, battery 77.0 Wh at 90 %, wind 5.0 m/s from 270°"

@@ -2,25 +2,39 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING
 
 from planner.cli.link import TransferProgress
-from planner.cli.output import narrate_seldom
+from planner.cli.output import narrate, progress
 
 if TYPE_CHECKING:
     import pytest
 
 
-def test_steps_are_said_only_to_whoever_waits(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    # the clock is read when it begins, before each step, and after what was said
-    readings = iter([0.0, 0.1, 1.9, 2.5, 2.5, 3.0])
+class _Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        """Pretend."""
+        return True
+
+
+def _said(monkeypatch: pytest.MonkeyPatch, stream: io.StringIO) -> str:
+    """What is shown of four jobs, of which two are done before two seconds have passed."""
+    readings = iter([0.0, 0.1, 1.9, 2.5, 3.0])  # when it begins, and at each job
     monkeypatch.setattr("time.monotonic", lambda: next(readings))
-    narrate_step = narrate_seldom()
-    for step in ("first", "second", "third", "fourth"):
-        narrate_step(step)
-    assert capsys.readouterr().err == "mavjoule: third\n"
+    monkeypatch.setattr("sys.stderr", stream)
+    assert list(progress("abcd", of=4, label="checked")) == list("abcd")
+    narrate("done")
+    return stream.getvalue()
+
+
+def test_how_many_are_done_is_shown_only_to_whoever_waits_at_a_terminal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    steps = ("checked 3 of 4", "checked 4 of 4", "")
+    shown = "".join(f"\r\x1b[K{step}" for step in steps)
+    assert _said(monkeypatch, _Terminal()) == f"{shown}mavjoule: done\n"
+    assert _said(monkeypatch, io.StringIO()) == "mavjoule: done\n"
 
 
 def test_where_there_is_no_terminal_what_is_waited_for_is_said_every_five_seconds(

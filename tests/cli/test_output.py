@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from planner.cli.main import main
 from planner.cli.output import standard_medium
 from planner.report.text import Medium
 
@@ -59,26 +58,3 @@ def test_a_report_in_a_file_has_neither_colour_nor_width(monkeypatch: pytest.Mon
 def test_a_pipe_has_neither_colour_nor_width(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", io.StringIO())
     assert standard_medium() == Medium()
-
-
-def _standard_error(monkeypatch: pytest.MonkeyPatch, stream: io.StringIO, *missions: str) -> str:
-    monkeypatch.setattr(sys, "stderr", stream)
-    assert main(["check", *missions, "--battery", "77Wh"]) == 0
-    return stream.getvalue()
-
-
-def test_a_bar_shows_the_progress_of_several_missions_on_a_terminal(
-    mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    said = _standard_error(monkeypatch, _Terminal(), mission, mission)
-    assert "Checking" in said
-    assert "100%" in said
-    assert "Checking" not in capsys.readouterr().out
-
-
-def test_a_single_mission_has_no_bar(mission: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _standard_error(monkeypatch, _Terminal(), mission) == ""
-
-
-def test_a_pipe_gets_no_bar(mission: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _standard_error(monkeypatch, io.StringIO(), mission, mission) == ""

@@ -128,7 +128,7 @@ def test_the_summary_has_a_row_per_mission_and_per_finding(
     lines = github_summary([flown, unreadable], folder=FOLDER).splitlines()
     assert lines[0] == "### mavjoule: 2 missions: 1 GO, 0 NO-GO, 1 NOT CHECKED"
     assert lines[4].startswith("| GO | site.plan | 11 min 32 s, 4.32 km, 24.1 Wh")
-    assert lines[5] == "| NOT CHECKED | broken.plan | the mission cannot be checked |"
+    assert lines[5] == "| NOT CHECKED | broken.plan | the mission cannot be checked |  |"
     assert lines[9].startswith("| error | broken.plan:3 | X901 file-unreadable |")
     assert [line.split(" | ")[0] for line in lines[9:12]] == ["| error", "| warning", "| info"]
 
@@ -137,7 +137,7 @@ def test_the_summary_shows_a_file_s_name_as_it_is(flown: CheckResult) -> None:
     name = "a|b_<img src=x>[c](d)`e`&.plan"
     row = github_summary([replace(flown, file=name)], folder=FOLDER).splitlines()[4]
     assert r"a\|b\_\<img src=x\>\[c\](d)\`e\`&amp;.plan" in row
-    assert len(re.findall(r"(?<!\\)\|", row)) == 4, "three cells"
+    assert len(re.findall(r"(?<!\\)\|", row)) == 5, "four cells"
 
 
 def test_a_long_summary_is_cut_and_says_so(flown: CheckResult) -> None:

@@ -374,7 +374,7 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
         "return [...document.querySelectorAll('#overview tbody th')].map(one => one.textContent)"
     )
     names = [result.file for result in results]
-    assert browser.execute_script(files) == [names[2], names[1], names[0]]
+    assert browser.execute_script(files) == [names[1], names[2], names[0]]
     document = json.loads(check_json(results, version="1"))
     for path, value, _ in shown(browser):
         assert float(value) == at(document, path)
@@ -382,7 +382,7 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
     heads[4].click()  # energy, least first; what has none stands last
     assert browser.execute_script(files)[2] == names[2]
     heads[0].click()
-    assert browser.execute_script(files) == [names[2], names[1], names[0]]
+    assert browser.execute_script(files) == [names[1], names[2], names[0]]
     browser.find_element("link text", names[0]).click()
     until(browser, "return document.querySelector('#mission-0').open")
     until(browser, "return document.querySelector('#mission-0').dataset.drawn")

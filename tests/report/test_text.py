@@ -12,7 +12,7 @@ from planner import quantity
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.report.json import check_json
-from planner.report.text import Medium, check_text, headline, tally
+from planner.report.text import Medium, check_concise, check_text, headline, tally
 from planner.rules.energy import RESERVE_BELOW_MINIMUM
 from planner.values import replace
 
@@ -177,9 +177,26 @@ def test_several_missions_end_in_a_summary(
     assert tally(results) == "3 missions: 1 GO, 1 NO-GO, 1 NOT CHECKED"
     lines = check_text(results, medium=Medium()).splitlines()
     assert lines[-4] == tally(results)
-    assert lines[-3].startswith("  GO           site.plan: 11 min 32 s")
-    assert lines[-2].startswith("  NO-GO        site.plan: 11 min 32 s")
-    assert lines[-1] == "  NOT CHECKED  broken.plan: the mission cannot be checked"
+    assert lines[-3].startswith("  NO-GO        site.plan: 11 min 32 s")
+    assert lines[-3].endswith("; E101 reserve-below-minimum"), "why, and nothing that is no reason"
+    assert lines[-2] == "  NOT CHECKED  broken.plan: X901 broken.plan:3:7: this is not JSON"
+    assert lines[-1].startswith("  GO           site.plan: 11 min 32 s")
+    assert "E1" not in lines[-1]
+
+
+def test_a_line_stands_for_each_mission_and_finding_where_editors_look(
+    grounded: CheckResult, unreadable: UnreadableMission
+) -> None:
+    lines = check_concise([grounded, unreadable]).splitlines()
+    assert len(lines) == 2 + len(grounded.findings) + len(unreadable.findings)
+    assert all(re.match(r"(site|broken)\.plan:\d+:\d+: \S", line) for line in lines)
+    assert lines[0].startswith("site.plan:1:1: NO-GO: 11 min 32 s")
+    kinds = [line.split(": ")[1] for line in lines[1 : 1 + len(grounded.findings)]]
+    assert kinds == ["error", "warning", "note"]
+    assert lines[-2:] == [
+        "broken.plan:1:1: NOT CHECKED: the mission cannot be checked",
+        "broken.plan:3:7: error: X901 file-unreadable: broken.plan:3:7: this is not JSON",
+    ]
 
 
 def test_an_unreadable_mission_says_why_and_invents_no_figures(
@@ -239,8 +256,8 @@ def test_what_is_not_reported_is_still_counted_beside_the_verdict(
     lines = check_text([blind], medium=Medium()).splitlines()
     assert lines[0] == "GO  site.plan (not counting 1 error, 1 warning)"
     summary = check_text([blind, flown], medium=Medium()).splitlines()[-2:]
-    assert summary[0].startswith("  GO  site.plan (not counting 1 error, 1 warning): 11 min")
-    assert summary[1].startswith("  GO  site.plan: 11 min")
+    assert summary[0].startswith("  GO  site.plan: 11 min")
+    assert summary[1].startswith("  GO  site.plan (not counting 1 error, 1 warning): 11 min")
     assert lines[-1] == (
         "No problem found. Not reported, as asked: 1 error, 1 warning, 1 assumption."
     )
@@ -250,4 +267,4 @@ def test_a_mission_that_flies_nothing_says_so_and_not_that_no_battery_is_known(
     flown: CheckResult,
 ) -> None:
     text = check_text([replace(flown, segments=(), battery=None)], medium=Medium())
-    assert text.splitlines()[1] == "nothing is flown"
+    assert text.splitlines()[2] == "nothing is flown"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from planner import catalogue, quantity
 from planner.findings import Severity
 from planner.report.columns import cell_text
-from planner.report.figures import KEY_FIGURES, number_at, shown_figure, shown_figures
+from planner.report.figures import KEY_FIGURES, shown_figure, shown_figures
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
 from planner.report.plots.flight import mission_panels
 from planner.report.plots.picture_files import ORANGE, still_svg
@@ -283,22 +283,6 @@ def mission_view(
 def _example(result: CheckResult | UnreadableMission) -> str:
     remark = example_remark(result).removeprefix(": ")
     return f"{remark[:1].upper()}{remark[1:]}." if remark else ""
-
-
-def badness(result: CheckResult | UnreadableMission) -> tuple[float, ...]:
-    """Return what missions are sorted by, worst first: verdict, errors, what is left, warnings."""
-    errors, warnings = (
-        sum(finding.severity is severity for finding in result.findings)
-        for severity in (Severity.ERROR, Severity.WARNING)
-    )
-    margin_wh = number_at(mission_document(result), "battery.margin_wh")
-    return (
-        float(isinstance(result, CheckResult)),
-        float(result.verdict != "no-go"),
-        -errors,
-        float("inf") if margin_wh is None else margin_wh,
-        -warnings,
-    )
 
 
 def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingView:

@@ -18,10 +18,10 @@ from planner import quantity
 from planner.errors import OutputError, UsageError
 from planner.files import write_output_file
 from planner.report.figures import KEY_FIGURES, shown_figure
-from planner.report.html.mission import badness, mission_view
+from planner.report.html.mission import mission_view
 from planner.report.json import figures
 from planner.report.plots.picture_files import chart_config, load_altair, load_converter
-from planner.report.text import finding_tally, tally, well_formed
+from planner.report.text import badness, finding_tally, tally, well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -1,0 +1,78 @@
+"""The missions that a folder stands for, and which of them are left out."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner.errors import NoMissionFileError
+from planner.files import meets_pattern
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission"})
+"""What mission files are called; a file that is named by the user may be called anything."""
+
+
+class FolderMissions(Value):
+    """The missions in a folder and below it."""
+
+    files: tuple[Path, ...]
+    """Sorted by their paths."""
+    excluded: int
+    """Missions that meet a pattern given."""
+    others: int
+    """Files that are no missions by their names."""
+
+
+def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMissions:
+    """Return the missions that a folder stands for, by their names; hidden ones are left out.
+
+    Parameters
+    ----------
+    folder : Path
+        Links to folders in it are not followed.
+    exclude : sequence of str
+        Patterns as of ``[per_file_ignores]``, which count from this folder or from the current one.
+        A folder that meets one is left out whole.
+
+    Raises
+    ------
+    NoMissionFileError
+        If a folder cannot be looked into.
+    """
+
+    def refuse(error: OSError) -> None:
+        msg = f"cannot be looked into: {error.strerror or error}"
+        raise NoMissionFileError(msg, source=str(error.filename))
+
+    files, excluded, others = [], 0, 0
+    for place, folders, names in os.walk(folder, onerror=refuse):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for name in sorted(names):
+            path = Path(place, name)
+            if name.startswith(".") or path.suffix.lower() not in MISSION_SUFFIXES:
+                others += not name.startswith(".")
+            elif is_excluded(path, exclude, folder=folder):
+                excluded += 1
+            else:
+                files.append(path)
+    return FolderMissions(files=tuple(files), excluded=excluded, others=others)
+
+
+def is_excluded(path: Path, patterns: Sequence[str], *, folder: Path | None = None) -> bool:
+    """Return whether a path, or a folder on the way to it, meets a pattern from either folder."""
+    here = Path.cwd()
+    whole = Path(os.path.normpath(here / path))
+    for start in (here, *((folder,) if folder is not None else ())):
+        below = Path(os.path.normpath(here / start))
+        if not whole.is_relative_to(below):
+            continue
+        inside = whole.relative_to(below)
+        ways = [inside, *inside.parents][:-1]
+        if any(meets_pattern(way, pattern) for way in ways for pattern in patterns):
+            return True
+    return False
