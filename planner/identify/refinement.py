@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.flown_mission import flown_parameters
@@ -188,7 +189,11 @@ def refine_vehicle(
         )
         raise IdentificationError(msg)
     power = narrowed_power(vehicle, records, steady)
-    parameters, differing = flown_parameters(records, vehicle.reference)
+    parameters, differing = (
+        ((), ())
+        if vehicle.reference is Autopilot.STEP
+        else flown_parameters(records, vehicle.reference)
+    )
     model = replace(
         vehicle,
         cruise=power.law,

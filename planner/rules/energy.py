@@ -375,9 +375,14 @@ def _battery_voltage_differs(a: Assessment, pack: Battery) -> Iterator[Finding]:
     own_v, given_v = own.voltage_v, pack.voltage_v
     assert own_v is not None  # without them it fits
     assert given_v is not None
+    file, origin, fix = a.setup.settings_file, "", None
+    if file is not None and "battery" in dict(file.values):
+        origin = f" from {file.path}"
+        fix = f"give the battery that flies with --battery: it goes before {file.path}"
     yield a.finding(
         BATTERY_VOLTAGE_DIFFERS,
-        f"battery of {_volts(given_v)}; that of {a.vehicle.name} has {_volts(own_v)}",
+        f"battery of {_volts(given_v)}{origin}; that of {a.vehicle.name} has {_volts(own_v)}",
+        fix=fix,
     )
 
 

@@ -37,6 +37,20 @@ def test_two_commands_lead_from_a_data_sheet_to_a_verdict(
     assert "GO" in capsys.readouterr().out
 
 
+def test_a_battery_of_other_cells_in_a_settings_file_is_named_with_the_file(
+    mission: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    sheet = [*_SHEET, "--battery", "3S5000"]
+    assert main(["vehicle", "new", "-o", "mine.toml", *sheet]) == ExitCode.GO
+    (tmp_path / "mavjoule.toml").write_text('battery = "5.2Ah@14.8V"\n', encoding="utf-8")
+    capsys.readouterr()
+    assert main(["check", mission, "--vehicle", "mine.toml"]) == ExitCode.NO_GO
+    out = capsys.readouterr().out
+    assert "battery of 14.8 V from " in out
+    assert "goes before " in out
+    assert main(["check", mission, "--vehicle", "mine.toml", "--battery", "3S5000"]) == ExitCode.GO
+
+
 def test_a_model_is_not_written_over(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET]) == ExitCode.GO
     before = (tmp_path / "mine.toml").read_text(encoding="utf-8")

@@ -131,6 +131,44 @@ def test_a_log_narrows_the_model_and_the_file_says_by_what() -> None:
     assert refined.model.provenance.logs == (record.source,)
 
 
+def test_a_vehicle_of_ramps_is_refined_without_parameters_of_an_autopilot() -> None:
+    [record] = records_of(copter_log())
+    ramped = planner.load_vehicle("dji-matrice-100")
+    motion = {name: getattr(ramped, name) for name in ("reference", "ramps", "speed")}
+    refined = refine_vehicle(
+        replace(_sheet(), parameters=(), **motion), [replace(record, autopilot=None)]
+    )
+    assert refined.model.parameters == ()
+    assert refined.power.flights == 1
+
+
+@pytest.mark.parametrize("off", [0.8, 0.95, 1.0, 1.1, 1.4])
+def test_flights_of_noise_never_take_a_model_farther_from_the_truth(off: float) -> None:
+    # 30 % of noise in three hovers beside a prior of 24 %: the model moves towards what was flown, by
+    # what its own spread and that of the flights say, and not beyond
+    vehicle = _sheet()
+    law = field_values(vehicle.cruise)  # type: ignore[arg-type]  # of momentum theory
+    assert vehicle.loads is not None
+    own_w = float(momentum_power_w(0.0, 0.0, Rotor(**law), mass_kg=2.0, air_density_kg_m3=1.225))
+    hover = MeasuredPower(
+        power_w=off * own_w + vehicle.loads.avionics_w,
+        error_w=0.3 * off * own_w,
+        duration_s=10.0,
+        height_above_home_m=30.0,
+        airspeed_m_s=0.0,
+        climb_rate_m_s=0.0,
+        air_density_kg_m3=1.225,
+        mass_kg=2.0,
+        source="one#1",
+    )
+    update = PowerUpdate(vehicle, [hover])
+    moved = {one.name: one for one in update.factors}["hover"]
+    # two normal distributions of a logarithm: the weight of the flight is s^2 / (s^2 + 0.3^2 + ...)
+    weight = moved.before**2 / (moved.before**2 + 0.3**2 + 0.03**2 + 0.02**2)
+    assert np.log(moved.value) == pytest.approx(weight * np.log(off), abs=0.015)
+    assert moved.after == pytest.approx(moved.before * np.sqrt(1.0 - weight), rel=0.05)
+
+
 def test_models_without_uncertain_factors_are_refused() -> None:
     with pytest.raises(UsageError, match="does not say how uncertain"):
         refine_vehicle(planner.load_vehicle("arducopter-sitl-quad"), [])
