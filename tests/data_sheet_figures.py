@@ -1,11 +1,13 @@
-"""How far models from data sheets are off, on the recorded flights of vehicles they were not made from.
+"""How far models from data sheets are off, on recorded flights of vehicles they were not made from.
 
 Run as::
 
     python tests/data_sheet_figures.py FLIGHTS
 
-``FLIGHTS`` is the folder of the recorded flights.  The motion of the DJI Matrice 100, whose autopilot
-is closed, is that of its shipped model; everything else of it is its data sheet's.
+``FLIGHTS`` is the folder of the recorded flights.  Each model is compared as the data sheet makes it, and
+narrowed by one flight with the others, for several flights in turn.  The motion of the DJI Matrice 100,
+whose autopilot is closed, is that of its shipped model; everything else of it is its data sheet's, and
+what hovering costs is found without its own published hovers.
 """
 
 from __future__ import annotations
@@ -14,14 +16,21 @@ import json
 import sys
 from pathlib import Path
 from statistics import median
+from unittest import mock
 
 import planner
 from planner.autopilot import Autopilot
+from planner.identify.log_table import LogConditions, LogTable
+from planner.identify.refinement import refine_vehicle
+from planner.logs.files import read_log
 from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
 from planner.vehicle.parameters.files import read_parameters
+from planner.vehicle.priors import fit_hover_cost, published_hovers
 
+_EVERY = 11
+"""Of the many flights of the Matrice 100 each eleventh narrows the model of all others."""
 _SHEETS = {
     "DJI Matrice 100, 3.715 kg, four rotors of 13 in": (
         "real/matrice-100-missions/*",
@@ -41,7 +50,11 @@ _SHEETS = {
 def _vehicle(name: str, sheet: dict[str, object]) -> planner.VehicleModel:
     battery = read_battery(str(sheet["battery"]))
     given = {**sheet, "battery": battery}
-    made = vehicle_from_data_sheet(DataSheet(name="sheet", autopilot=Autopilot.ARDUPILOT, **given))  # type: ignore[arg-type]  # as the table above has them
+    others = [one for one in published_hovers() if "matrice-100" not in one.name]
+    with mock.patch("planner.vehicle.data_sheet.hover_cost", return_value=fit_hover_cost(others)):
+        made = vehicle_from_data_sheet(
+            DataSheet(name="sheet", autopilot=Autopilot.ARDUPILOT, **given)  # type: ignore[arg-type]
+        )
     if "Matrice" not in name:
         return made
     own = planner.load_vehicle("dji-matrice-100")
@@ -67,21 +80,43 @@ def _errors(folder: Path, vehicle: planner.VehicleModel) -> tuple[float, float, 
     return time, totals.energy_wh / flown["energy_wh"] - 1.0, is_inside
 
 
+def _narrowed(folder: Path, log: Path, vehicle: planner.VehicleModel) -> planner.VehicleModel:
+    """Return a model narrowed by one flight."""
+    flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
+    known = LogTable(of_all=LogConditions(payload_kg=flown.get("payload_kg", 0.0)))
+    return refine_vehicle(vehicle, read_log(log), logs=known).model
+
+
+def _log_of(folder: Path) -> Path | None:
+    """Return the log of a flight, which the Matrice 100 keeps in a folder of its own."""
+    own = [folder / "flight.BIN", folder.parents[1] / "matrice-100" / f"{folder.name}.csv.gz"]
+    return next((path for path in own if path.exists()), None)
+
+
+def _row(name: str, errors: list[tuple[float, float, bool]]) -> None:
+    energy = sorted(abs(one[1]) for one in errors)
+    inside = sum(one[2] for one in errors)
+    bias = sum(one[1] for one in errors) / len(errors)
+    sys.stdout.write(
+        f"| {name} | {len(errors)} | {median(energy):.1%} | {bias:+.1%} | {energy[-1]:.1%} "
+        f"| {inside} of {len(errors)} ({inside / len(errors):.0%}) |\n"
+    )
+
+
 def main(flights: str) -> None:
-    """Write a row of the table in models/README.md for each vehicle."""
+    """Write two rows of the table in models/README.md for each vehicle."""
     for name, (pattern, sheet) in _SHEETS.items():
         folders = [
             one for one in sorted(Path(flights).glob(pattern)) if (one / "flown.json").exists()
         ]
         vehicle = _vehicle(name, sheet)
-        errors = [_errors(folder, vehicle) for folder in folders]
-        energy = sorted(abs(one[1]) for one in errors)
-        inside = sum(one[2] for one in errors)
-        bias = sum(one[1] for one in errors) / len(errors)
-        sys.stdout.write(
-            f"| {name} | {len(errors)} | {median(energy):.1%} | {bias:+.1%} | {energy[-1]:.1%} "
-            f"| {inside} of {len(errors)} |\n"
-        )
+        _row(name, [_errors(folder, vehicle) for folder in folders])
+        logged = [(one, log) for one in folders if (log := _log_of(one)) is not None]
+        after = []
+        for folder, log in logged[:: _EVERY if len(logged) > _EVERY else 1]:
+            narrowed = _narrowed(folder, log, vehicle)
+            after += [_errors(other, narrowed) for other in folders if other != folder]
+        _row("… after `refine` with one flight, on the others", after)
 
 
 if __name__ == "__main__":

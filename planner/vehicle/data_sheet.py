@@ -199,17 +199,14 @@ class _Sheet:
             self.fractions[name] = math.hypot(self.fractions.get(name, 0.0), prior.fraction)
         if names:
             self.readings.append(
-                f"{', '.join(names)}: between {prior.low:g} and {prior.high:g} times what is "
-                f"remembered, {prior.source}"
+                f"{', '.join(names)}: as remembered, {prior.low:g} to {prior.high:g} times that; "
+                f"{prior.source}"
             )
 
-    def _assume(self, name: str, prior: Prior, unit: str = "", *, of: str = "") -> float:
+    def _assume(self, name: str, prior: Prior, *, why: str = "") -> float:
         """Take a prior for a quantity, and say so."""
         self.fractions[name] = prior.fraction
-        self.readings.append(
-            f"{of or name} {prior.value:g}{unit}, between {prior.low:g} and {prior.high:g} in 80 % of "
-            f"multicopters: {prior.source}"
-        )
+        self.readings.append(f"{why}: {prior}" if why else str(prior))
         return prior.value
 
     def _autopilot(self) -> Autopilot:
@@ -287,10 +284,8 @@ class _Sheet:
             self.sheet.chemistry or (LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
         )
         if self.sheet.chemistry is None:
-            self.readings.append(f"cells of {chemistry.name}: as {volts} mean")
-        of_1_ah_ohm = self._assume(
-            "resistance", self.priors["cell_resistance"], " ohm", of="a cell of 1 Ah"
-        )
+            self.readings.append(f"{cells} cells of {chemistry.name}: as {volts} mean")
+        of_1_ah_ohm = self._assume("resistance", self.priors["cell_resistance"])
         return Battery(
             capacity_ah=given.new_charge_ah,
             cells_in_series=cells,
@@ -309,16 +304,14 @@ class _Sheet:
             msg = "give the take-off mass: without a battery nothing says how heavy the vehicle is"
             raise UsageError(msg)
         prior = self.priors["battery_energy_per_mass"]
-        per_kg = self._assume(
-            "mass", prior, " Wh/kg", of="take-off mass not given: battery over mass"
-        )
+        per_kg = self._assume("mass", prior, why="take-off mass not given")
         return _rounded(self.battery.energy_wh / per_kg, 3)
 
     def _propeller_m(self) -> float:
         if self.sheet.propeller_m is not None:
             return self.sheet.propeller_m
         prior = self.priors["disk_loading"]
-        loading = self._assume("disk", prior, " N/m²", of="propellers not given: disk loading")
+        loading = self._assume("disk", prior, why="propellers not given")
         area_m2 = self.mass_kg * GRAVITY_M_S2 / loading
         return _rounded(math.sqrt(area_m2 / self.rotors * 4.0 / math.pi), 3)
 
@@ -357,14 +350,13 @@ class _Sheet:
         usual = hover_cost()
         hover_w = self._hover_w()
         if hover_w is None:
-            built = self.priors["build"]
-            self.fractions["hover"] = math.hypot(usual.fraction, built.fraction)
+            self.fractions["hover"] = usual.fraction
             hover_w = usual.at(self.propeller_m) * ideal_w
             self.readings.append(
                 f"no figure of the hover: {usual.at(self.propeller_m):.3g} electrical watts for each ideal "
-                f"one (standard deviation {quantity.percent(self.fractions['hover'])}), as {usual.count} "
-                "published flight times have it by the size of propellers, models/priors/drones.toml; "
-                f"{built.source}"
+                f"one, as {usual.count} published flight times have it by the size of propellers; each size "
+                f"is off by {quantity.percent(usual.fraction)} (standard deviation) from what the others say "
+                "(models/priors/drones.toml)"
             )
         self._refuse_hover(hover_w, ideal_w)
         priors = self.priors
@@ -372,14 +364,13 @@ class _Sheet:
             "mass": self.mass_kg,
             "disk": disk_area_m2(self.rotors, self.propeller_m),
             "hover": hover_w,
-            "avionics": min(self._assume("avionics", priors["avionics"], " W"), 0.1 * hover_w),
+            "avionics": min(self._assume("avionics", priors["avionics"]), 0.1 * hover_w),
             "profile_share": self._assume("profile_share", priors["profile_share"]),
             "profile_speed_factor": self._assume(
                 "profile_speed_factor", priors["profile_speed_factor"]
             ),
             "axial_factor": self._assume("axial_factor", priors["axial_factor"]),
-            "drag": self._assume("drag", priors["drag_per_mass"], of="drag area over mass^(2/3)")
-            * self.mass_kg ** (2.0 / 3.0),
+            "drag": self._assume("drag", priors["drag_per_mass"]) * self.mass_kg ** (2.0 / 3.0),
         }
 
     def _hover_w(self) -> float | None:
@@ -393,7 +384,7 @@ class _Sheet:
         if figure.kind is HoverKind.THROTTLE:
             return self._motor_hover_w(figure, motor)
         what = f"{figure.kind.label} of {figure}"
-        off = self._assume("hover", self.priors[figure.prior], of=f"{what}: factor")
+        off = self._assume("hover", self.priors[figure.prior], why=what)
         if figure.kind is HoverKind.POWER:
             return figure.value * off
         if battery is None or battery.voltage_v is None:
@@ -419,9 +410,7 @@ class _Sheet:
                 f"{quantity.mass(self.mass_kg)}: correct one of them"
             )
             raise UsageError(msg)
-        off = self._assume(
-            "hover", self.priors["motor_table"], of="power by the motor's table: factor"
-        )
+        off = self._assume("hover", self.priors["motor_table"], why=f"hover throttle of {figure}")
         return self.rotors * motor.power_w * float((self.mass_kg / most_kg) ** 1.5) * off
 
     def _refuse_hover(self, hover_w: float, ideal_w: float) -> None:
@@ -510,7 +499,7 @@ class _Sheet:
                 ("axial_factor", round(self.fractions["axial_factor"], 4)),
                 ("drag_area_m2", round(self.fractions["drag"], 4)),
             ),
-            n_flights=cost.degrees_of_freedom,
+            n_flights=cost.sizes,
             source="no flight: how far the data sheet and what is assumed beside it may be off, by "
             f"{cost.count} published flight times and models/priors",
         )
@@ -536,10 +525,10 @@ class _Sheet:
         like = sheet.moves_like
         noise_m, drag_per_s = 0.0, None
         if like is None:
-            noise_m = self._assume("position_noise", priors["position_noise"], " m")
+            noise_m = self._assume("position_noise", priors["position_noise"])
         if self.autopilot is Autopilot.PX4:
-            drag_per_s = self._assume("drag_per_s", priors["drag_per_s"], " 1/s")
-        idle = self._assume("ground_idle", priors["ground_idle"], of="idling over hovering")
+            drag_per_s = self._assume("drag_per_s", priors["drag_per_s"])
+        idle = self._assume("ground_idle", priors["ground_idle"])
         off = quantity.percent(spread.energy_fraction)
         facts = f"{self.mass_kg:g} kg on {self._rotors_text}, from its data sheet"
         return VehicleModel(

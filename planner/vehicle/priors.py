@@ -7,16 +7,19 @@ The numbers are data, in ``models/priors``: a table of ranges, and one of publis
 
 electrical watts for each watt of the ideal disk, over the diameter d of the propellers: small blades
 fly at low Reynolds numbers, and what the electronics take weighs more.  The fit is by least squares of
-the relative errors.
+the relative errors.  How far a vehicle may be off that is not in the table is how far those of each size of
+propeller are from the fit to all others.
 """
 
 import math
 import tomllib
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 
+from planner.arrays import FloatArray
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, SECONDS_PER_MINUTE
@@ -33,10 +36,20 @@ OF_MIDDLE_80_PERCENT = 2.0 * 1.2815515655446004
 class Prior(Part):
     """A quantity nobody measured on this vehicle: its likeliest value, and where 80 % lie."""
 
+    name: Annotated[str, Key("what it is, as the models that assume it say")]
     value: Annotated[float, Key("likeliest value")]
     low: Annotated[float, Key("below it lie 10 % of multicopters")]
     high: Annotated[float, Key("above it lie 10 %")]
-    source: Annotated[str, Key("who says so")]
+    source: Annotated[str, Key("who says so, or why")]
+    unit: Annotated[str | None, Key("of the values")] = None
+
+    def __str__(self) -> str:
+        """Return value, range and source as a pilot reads them."""
+        unit = f" {self.unit}" if self.unit else ""
+        return (
+            f"{self.name}: {self.value:g}{unit}, 8 of 10 multicopters have {self.low:g} to {self.high:g}; "
+            f"{self.source}"
+        )
 
     def inconsistencies(self) -> Problems:
         """Yield the problem of a value outside its own range."""
@@ -55,10 +68,11 @@ class HoverCost(Value):
     constant: float
     per_diameter_m: float
     fraction: float
-    """Standard deviation of single vehicles, relative. [-]"""
-    degrees_of_freedom: int
+    """How far a vehicle is from it that it was not found from: standard deviation of the logarithm. [-]"""
     count: int
     """Published flight times it was found from."""
+    sizes: int
+    """Sizes of propellers among them."""
 
     def at(self, propeller_m: float) -> float:
         """Return the cost with propellers of a diameter. [-]"""
@@ -142,18 +156,42 @@ def timed_power_w(energy_wh: float, minutes: float) -> float:
 @lru_cache(maxsize=1)
 def hover_cost() -> HoverCost:
     """Return what hovering costs, by those multicopters."""
-    hovers = published_hovers()
-    cost = np.array([one.cost for one in hovers])
-    design = np.array([[1.0, 1.0 / one.propeller_m] for one in hovers])
-    (constant, per_diameter), *_ = np.linalg.lstsq(
-        design / cost[:, np.newaxis], np.ones_like(cost), rcond=None
-    )
-    errors = np.log(cost / (design @ (constant, per_diameter)))
-    left = len(hovers) - design.shape[1]
+    return fit_hover_cost(published_hovers())
+
+
+def fit_hover_cost(hovers: Sequence[PublishedHover]) -> HoverCost:
+    """Return what hovering costs by some multicopters, of three sizes of propellers at least.
+
+    A size counts once, however many drones have it: those of one are built alike.
+    """
+    sizes = sorted({one.propeller_m for one in hovers})
+    squares = [np.mean(np.square(_errors_of_size(hovers, one))) for one in sizes]
+    constant, per_diameter_m = _fit(hovers).tolist()
     return HoverCost(
-        constant=float(constant),
-        per_diameter_m=float(per_diameter),
-        fraction=float(np.sqrt(np.sum(errors**2) / left)),
-        degrees_of_freedom=left,
+        constant=constant,
+        per_diameter_m=per_diameter_m,
+        fraction=float(np.sqrt(np.mean(squares))),
         count=len(hovers),
+        sizes=len(sizes),
     )
+
+
+def _errors_of_size(hovers: Sequence[PublishedHover], propeller_m: float) -> FloatArray:
+    """Return how far the hovers with one size of propeller are from the fit to all others. (n,) [-]"""
+    own = [one for one in hovers if one.propeller_m == propeller_m]
+    design, cost = _design(own)
+    others = [one for one in hovers if one.propeller_m != propeller_m]
+    return np.asarray(np.log(cost / (design @ _fit(others))))
+
+
+def _fit(hovers: Sequence[PublishedHover]) -> FloatArray:
+    design, cost = _design(hovers)
+    return np.asarray(
+        np.linalg.lstsq(design / cost[:, np.newaxis], np.ones_like(cost), rcond=None)[0]
+    )
+
+
+def _design(hovers: Sequence[PublishedHover]) -> tuple[FloatArray, FloatArray]:
+    """Return what the cost of each is made of, (n, 2), and the cost, (n,)."""
+    design = np.array([[1.0, 1.0 / one.propeller_m] for one in hovers])
+    return design, np.array([one.cost for one in hovers])
