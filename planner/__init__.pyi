@@ -8,8 +8,14 @@ from planner.findings import Place as Place
 from planner.findings import Severity as Severity
 from planner.fleet.fleet import Fleet as Fleet
 from planner.fleet.reader import read_fleet as read_fleet
+from planner.geo.terrain import TerrainGrid as TerrainGrid
+from planner.geo.terrain import read_terrain as read_terrain
+from planner.identify.assembly import Identification as Identification
+from planner.identify.assembly import IdentificationSettings as IdentificationSettings
 from planner.identify.refinement import Refinement as Refinement
 from planner.identify.refinement import refine_vehicle as refine_vehicle
+from planner.identify.verification import KnownConditions as KnownConditions
+from planner.identify.verification import Verification as Verification
 from planner.logs.csv import CsvMapping as CsvMapping
 from planner.logs.csv import read_csv_mapping as read_csv_mapping
 from planner.logs.files import read_log as read_log
@@ -34,7 +40,9 @@ from planner.service.fleet_plan import FleetPlan as FleetPlan
 from planner.service.fleet_plan import plan_fleet as plan_fleet
 from planner.service.fleet_plan import write_plan as write_plan
 from planner.service.fleet_volumes import fleet_volumes as fleet_volumes
+from planner.service.identification import identify_logs as identify_logs
 from planner.service.preflight import CheckResult as CheckResult
+from planner.service.preflight import UnreadableMission as UnreadableMission
 from planner.service.preflight import check as check
 from planner.service.separation import check_together as check_together
 from planner.service.speed import SpeedCurve as SpeedCurve
@@ -51,6 +59,7 @@ from planner.service.swarm_timeline import swarm_timeline as swarm_timeline
 from planner.service.sweep.sweep import Sweep as Sweep
 from planner.service.sweep.sweep import sweep as sweep
 from planner.service.sweep.weather import read_weather as read_weather
+from planner.service.verification import verify_logs as verify_logs
 from planner.setup import Reserve as Reserve
 from planner.setup import Setup as Setup
 from planner.site_profile import read_profile as read_profile
@@ -59,5 +68,8 @@ from planner.vehicle.data_sheet import DataSheet as DataSheet
 from planner.vehicle.data_sheet import vehicle_from_data_sheet as vehicle_from_data_sheet
 from planner.vehicle.library import load_vehicle as load_vehicle
 from planner.vehicle.model import VehicleModel as VehicleModel
+from planner.vehicle.parameters.files import ParameterSet as ParameterSet
+from planner.vehicle.parameters.files import read_parameters as read_parameters
+from planner.vehicle.writer import write_vehicle as write_vehicle
 
 __version__: str

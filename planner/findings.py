@@ -20,6 +20,10 @@ class Severity(IntEnum):
         """The lower-case name used in every output format."""
         return self.name.lower()
 
+    def __str__(self) -> str:
+        """Return the name, as it is written everywhere."""
+        return self.label
+
 
 class Place(Value, kw_only=False, gc=False):
     """A place in a text file, both counted from 1."""

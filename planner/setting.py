@@ -551,6 +551,8 @@ class Declared(Value, metaclass=_DeclaredType):
                 continue
             if value is None and setting.is_none_unset:
                 force_setattr(self, name, default)
+            elif type(value) is str and value in getattr(setting.kind, "values", ()):  # by its name
+                force_setattr(self, name, setting.kind.read(value))
             elif problem := _problem(setting, types, value):
                 msg = f"{name} must be {problem}"
                 raise UsageError(msg)

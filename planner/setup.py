@@ -43,7 +43,7 @@ from planner.setting import (
     setting,
 )
 from planner.units import FASTEST_M_S, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
-from planner.values import Value, replace
+from planner.values import Value, brief, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
 from planner.vehicle.pack import LIPO_CELL_V, FlownPack, flown_pack
@@ -378,6 +378,8 @@ class _Vehicle(Declared, kw_only=False):
 
 class Setup(_Vehicle):
     """Everything a user can set besides the mission."""
+
+    __repr__ = brief
 
     parameters: ParameterSet | None = setting(
         File(),

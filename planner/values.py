@@ -6,13 +6,26 @@ does (11 µs for 560 µs and more), making one a sixth.
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import Any, dataclass_transform
 
 import msgspec
 from msgspec import field
 from msgspec.structs import force_setattr, replace
 
-__all__ = ["Value", "ValueType", "field", "field_names", "field_values", "force_setattr", "replace"]
+__all__ = [
+    "Value",
+    "ValueType",
+    "brief",
+    "field",
+    "field_names",
+    "field_values",
+    "force_setattr",
+    "replace",
+]
+
+_LONG = 60
+"""Characters of a text that is no name."""
 
 
 class ValueType(msgspec.StructMeta):
@@ -47,3 +60,21 @@ def field_names(value: msgspec.Struct | type[msgspec.Struct]) -> tuple[str, ...]
 def field_values(value: msgspec.Struct) -> dict[str, Any]:
     """Return the fields of a value by name."""
     return {name: getattr(value, name) for name in field_names(value)}
+
+
+def brief(value: msgspec.Struct) -> str:
+    """Return a large value in a line: its class, its plain fields, of lists how many there are.
+
+    ``<Mission source='survey.plan' file_format=plan items=[31]>``; what is absent or long is left out.
+    """
+    words = [type(value).__name__]
+    for name, held in field_values(value).items():
+        if isinstance(held, Enum):
+            words.append(f"{name}={held}")
+        elif isinstance(held, float):
+            words.append(f"{name}={held:.6g}")
+        elif isinstance(held, tuple | dict):
+            words += [f"{name}=[{len(held)}]"] if held else []
+        elif isinstance(shown := getattr(held, "name", held), bool | int | str):
+            words += [f"{name}={shown!r}"] if shown != "" and len(repr(shown)) <= _LONG else []
+    return f"<{' '.join(words)}>"

@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.errors import described
 from planner.setup import Setup
-from planner.values import Value, field
+from planner.values import Value, brief, field
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
@@ -553,6 +553,8 @@ class Fault(NamedPart):
 
 class Fleet(Value):
     """All that a fleet file says, by the names it gives; paths are as they are opened."""
+
+    __repr__ = brief
 
     source: str
     vehicles: Mapping[str, FleetVehicle]

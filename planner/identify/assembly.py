@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import math
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from planner import quantity
+from planner import __version__, quantity
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
 from planner.findings import Rule, Severity
@@ -25,7 +26,7 @@ from planner.identify.refinement import widened_box
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread, squared_time_errors
 from planner.identify.uncertainty import rounded
-from planner.values import Value, field, replace
+from planner.values import Value, brief, field, replace
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import (
     Basis,
@@ -38,7 +39,6 @@ from planner.vehicle.model import (
 )
 
 if TYPE_CHECKING:
-    import datetime as dt
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from planner.arrays import FloatArray
@@ -69,6 +69,8 @@ class Evidence(Value, eq=False):
 
 class Identification(Value, eq=False):
     """A model made of flights, and how."""
+
+    __repr__ = brief
 
     model: VehicleModel
     states: tuple[StateOutcome, ...]
@@ -256,9 +258,9 @@ class IdentificationSettings(Value):
 
     name: str
     """Of the model; also the stem of its file."""
-    date: dt.date
+    date: dt.date = field(default_factory=dt.date.today)
     """Day the model is made."""
-    version: str
+    version: str = __version__
     """Of this program."""
     description: str | None = None
     readings: tuple[str, ...] = ()

@@ -27,7 +27,7 @@ from planner.identify.log_table import LogTable
 from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, momentum_power_w
-from planner.values import Value, field_values, replace
+from planner.values import Value, brief, field_values, replace
 from planner.vehicle.data_sheet import STATE_FLIGHTS, STEADY_FLIGHTS, steady_power_w
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import Basis
@@ -127,6 +127,8 @@ class NarrowedPower(Value, eq=False):
 
 class Refinement(Value, eq=False):
     """A model narrowed by flights."""
+
+    __repr__ = brief
 
     model: VehicleModel
     power: NarrowedPower

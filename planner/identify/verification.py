@@ -29,7 +29,7 @@ from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.setup import Setup
 from planner.units import wh_from_j
-from planner.values import Value, replace
+from planner.values import Value, brief, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -398,6 +398,8 @@ class Figures(Value):
 
 class Verification(Value):
     """A flight as it was flown and as it was predicted."""
+
+    __repr__ = brief
 
     log: str
     flight: int

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.values import Value, field_values, replace
+from planner.values import Value, brief, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -133,6 +133,8 @@ class FlightRecord(Value, eq=False):
 
     .. warning:: North, east and **up**: climbs are positive, whatever the sign in the log (NED turns sign).
     """
+
+    __repr__ = brief
 
     time_s: FloatArray
     """Since the beginning of the flight, every :data:`STEP_S`. [s]"""

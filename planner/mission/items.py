@@ -8,7 +8,7 @@ from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
 from planner.mission.commands import Command, Frame
-from planner.values import Value, replace
+from planner.values import Value, brief, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -190,6 +190,8 @@ class Home(Value, kw_only=False):
 
 class Mission(Value):
     """A mission read from a file, in flown order, home not counted."""
+
+    __repr__ = brief
 
     source: str
     """File name as the user gave it."""

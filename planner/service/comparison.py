@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from planner.flight.motion.kinematics import STATES
 from planner.mission.files import read_mission
 from planner.service.preflight import bugs_of, check_mission
+from planner.service.presented import Presented
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ class StateShare(Value):
     """``None`` where the power is not known. [Wh]"""
 
 
-class Comparison(Value):
+class Comparison(Presented):
     """Two checks side by side; every difference is the second less the first."""
 
     a: CheckResult

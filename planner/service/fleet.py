@@ -14,6 +14,7 @@ from planner.mission.files import read_mission
 from planner.mission.items import Home
 from planner.quantity import mean_of
 from planner.service.preflight import CheckResult, Verdict, check_read, verdict, verdict_text
+from planner.service.presented import Presented
 from planner.units import wh_from_j
 from planner.values import Value, replace
 
@@ -126,7 +127,7 @@ class FleetFinding(Value):
     """When it happens; ``None``: at no time in particular. [s]"""
 
 
-class FleetResult(Value):
+class FleetResult(Presented):
     """What the check of a fleet comes to."""
 
     file: str

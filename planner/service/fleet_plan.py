@@ -24,6 +24,7 @@ from planner.service.fleet import check_fleet
 from planner.service.fleet_meetings import Meetings
 from planner.service.fleet_separation import Encounters, fleet_spacing, members
 from planner.service.fleet_ways import Ways, listed
+from planner.service.presented import Presented
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class PlanRow(Value):
     operation; ``None``: not known. [Wh]"""
 
 
-class FleetPlan(Value):
+class FleetPlan(Presented):
     """A fleet with its sorties."""
 
     fleet: Fleet

@@ -38,6 +38,7 @@ from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_rout
 from planner.physics.atmosphere import standard_temperature_c
 from planner.rules.assessment import Assessment
 from planner.rules.registry import judge, judge_unflown
+from planner.service.presented import PresentedCheck
 from planner.setting import taking_settings
 from planner.setup import Setup
 from planner.values import Value, field_values, replace
@@ -60,7 +61,7 @@ Verdict = Literal["go", "no-go"]
 VerdictText = Literal["GO", "NO-GO", "NOT CHECKED"]
 
 
-class CheckResult(Value):
+class CheckResult(PresentedCheck):
     """What the check of one mission comes to: what is predicted, the findings and the verdict."""
 
     file: str
@@ -85,13 +86,29 @@ class CheckResult(Value):
     checked: tuple[LedgerEntry, ...] = ()
     """What became of each rule, by its code; none where nothing is flown."""
 
+    def __repr__(self) -> str:
+        """Return file, verdict, figures and how much was found, in a line."""
+        totals = self.totals
+        errors, warnings = (
+            sum(one.severity is severity for one in self.findings)
+            for severity in (Severity.ERROR, Severity.WARNING)
+        )
+        figures = (
+            quantity.duration(totals.time_s),
+            quantity.distance(totals.distance_m),
+            quantity.energy(totals.energy_wh),
+            quantity.count(errors, "error"),
+            quantity.count(warnings, "warning"),
+        )
+        return f"<CheckResult {self.file}: {self.verdict_text}, {', '.join(figures)}>"
+
     @property
     def verdict_text(self) -> VerdictText:
         """The verdict as it is printed."""
         return verdict_text(self.verdict, self.findings, self.setup.fail_on)
 
 
-class UnreadableMission(Value):
+class UnreadableMission(PresentedCheck):
     """A mission that nothing is predicted of, as its file cannot be read or its check failed; never a go."""
 
     file: str

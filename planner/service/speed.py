@@ -15,6 +15,7 @@ from planner.flight.pilot import airspeed_limit_m_s
 from planner.flight.prediction import predict_flight
 from planner.mission.convert import level_speeds, route_at_speed
 from planner.service.preflight import check_mission
+from planner.service.presented import Presented
 from planner.setting import is_finite_number
 from planner.setup import Setup
 from planner.units import wh_from_j
@@ -69,7 +70,7 @@ class FlownSpeed(Value):
     """Codes of the findings that make it a no-go, and of those about the fence."""
 
 
-class SpeedCurve(Value):
+class SpeedCurve(Presented):
     """Energy and time of a mission over the speed of its level legs, and the speeds worth knowing."""
 
     file: str

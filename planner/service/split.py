@@ -27,6 +27,7 @@ from planner.mission.parts import (
 )
 from planner.rules.energy import RESERVE_AT_RISK
 from planner.service.preflight import check_mission
+from planner.service.presented import Presented
 from planner.setup import Setup
 from planner.values import Value, replace
 
@@ -384,7 +385,7 @@ class SplitPart(Value):
     last_own_item: int
 
 
-class Split(Value):
+class Split(Presented):
     """A mission split into flights that fit."""
 
     file: str

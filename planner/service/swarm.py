@@ -33,6 +33,7 @@ from planner.mission.route.stage import Route, Stage, StageKind
 from planner.physics.response import StepResponse, TransferFunction
 from planner.quantity import mean_of
 from planner.service.fleet import initial_charge, setup_with
+from planner.service.presented import Presented
 from planner.service.swarm_faults import drop_of, fault_findings, judge_faults, with_drop
 from planner.service.swarm_missions import fly_as_filed, fly_giving_way
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
@@ -176,7 +177,7 @@ class SwarmAgent(Value, eq=False):
         return 0.0 if self.flight is None else float(self.flight.motion.segments.distance_m.sum())
 
 
-class SwarmResult(Value, eq=False):
+class SwarmResult(Presented, eq=False):
     """What the simulation of a swarm comes to."""
 
     file: str

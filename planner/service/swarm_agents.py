@@ -12,6 +12,7 @@ from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import SwarmAlgorithm
+from planner.service.presented import Presented
 from planner.service.swarm import GOAL_FRACTIONS, SWARM_UNSEEN, simulate_fleet
 from planner.values import Value, field_names, replace
 from planner.workers import done_in_order, end_if_stopped
@@ -93,7 +94,7 @@ class AgentsRow(Value):
 _FIGURES = field_names(AgentsRow)[3:]
 
 
-class SwarmNumbers(Value):
+class SwarmNumbers(Presented):
     """What numbers of agents take, and which of them to choose."""
 
     file: str

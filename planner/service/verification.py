@@ -49,7 +49,7 @@ def calibrate_verified(
 def verify_logs(
     vehicle: VehicleModel,
     paths: Iterable[Path | str],
-    known: KnownConditions,
+    known: KnownConditions | None = None,
     *,
     mapping: CsvMapping | None = None,
     left_out: IdentificationSettings | None = None,
@@ -63,9 +63,10 @@ def verify_logs(
     Raises MissionFileError if a mission cannot be predicted.
     Raises UsageError if the model cannot be flown as the logs were.
     """
-    from planner.identify.verification import verify_flight
+    from planner.identify.verification import KnownConditions, verify_flight
     from planner.logs.files import read_log
 
+    known = known or KnownConditions()
     if left_out is not None:
         from planner.identify.identification import verify_left_out
 

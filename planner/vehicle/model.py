@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.physics.response import MAX_ORDER, StepResponse, TransferFunction
+from planner.values import brief
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
@@ -403,6 +404,8 @@ class Speed(Part):
 
 class VehicleModel(Part):
     """What was identified about one vehicle."""
+
+    __repr__ = brief
 
     source: str
     """Where the model was read from, as it is shown to users."""
