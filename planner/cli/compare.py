@@ -92,7 +92,7 @@ def command(
             from planner.cli.check_output import write_page
             from planner.report.html.comparison import comparison_section
 
-            section = comparison_section(comparison.a, comparison.b)
+            section = comparison_section(comparison.a, comparison.b, options=own)
             both = (comparison.a, comparison.b)
             title = "Two checks side by side"
             write_page(both, report, sections=[section], title=title, names=("A", "B"))

@@ -19,6 +19,7 @@ from planner.report.json import (
 from planner.report.text import (
     example_remark,
     finding_lines,
+    given_text,
     headline,
     ledger_lines,
     printable,
@@ -58,6 +59,7 @@ def comparison_text(
         lines.append(
             f"{letter}  {printable(f'{result.file} {own}'.rstrip())}{example_remark(result)}"
         )
+        lines.append(f"   {given_text(result)}")
         if (settings := result.setup.settings_file) is not None:
             lines.append(f"   settings {printable(str(settings))}")
     rows = [

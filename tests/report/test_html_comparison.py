@@ -48,7 +48,9 @@ def test_an_item_has_no_difference(flown: CheckResult, longer: CheckResult) -> N
 def test_a_section_stands_on_the_page_with_its_text_escaped(
     flown: CheckResult, longer: CheckResult
 ) -> None:
-    section = comparison_section(flown, longer)
+    section = comparison_section(flown, longer, options=("", "--wind 8@270"))
+    assert "wind 5.0 m/s from 270°" in section
+    assert "<code>--wind 8@270</code>" in section
     made_at = datetime(2026, 1, 2, tzinfo=UTC)
     page = check_html([flown, longer], version="1", made_at=made_at, sections=[section])
     assert "The difference is B less A." in page

@@ -101,6 +101,8 @@ def test_every_number_of_the_page_is_that_of_the_json(
 ) -> None:
     document = json.loads(check_json([survey], version="1.2.3"))
     opened(browser, address)
+    basis = browser.find_element("css selector", ".basis").text
+    assert all(told in basis for told in ("77.0 Wh", "wind 4.0 m/s from 200°", "falkowski"))
     texts = {one.path: one.text for _, members in FIGURES for one in members}
     found = shown(browser)
     for path, value, text in found:

@@ -8,7 +8,7 @@ from planner import quantity
 from planner.report.figures import FIGURES, Figure, figures_at, number_at
 from planner.report.html.page import template
 from planner.report.json import figures
-from planner.report.text import flight_phases, headline, printable
+from planner.report.text import flight_phases, given_text, headline, printable
 from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
@@ -34,10 +34,12 @@ class ComparedRow(NamedTuple):
     values: tuple[float | None, float | None]
 
 
-def comparison_section(first: Result, second: Result) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
+def comparison_section(
+    first: Result, second: Result, *, options: tuple[str, str] = ("", "")
+) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
     """Return a ``section`` that sets two results side by side, for `check_html`; its text is escaped.
 
-    The difference is the second less the first.
+    The difference is the second less the first; ``options`` are what each was asked for besides.
     """
     sides = [
         {
@@ -45,8 +47,10 @@ def comparison_section(first: Result, second: Result) -> Any:  # noqa: ANN401 - 
             "verdict": result.verdict_text,
             "file": printable(result.file),
             "headline": headline(result),
+            "basis": given_text(result) if isinstance(result, CheckResult) else "",
+            "options": printable(own),
         }
-        for name, result in (("A", first), ("B", second))
+        for name, result, own in (("A", first, options[0]), ("B", second, options[1]))
     ]
     tables = compared_tables(first, second)
     return template("comparison.html.j2").module.comparison("Compared", sides, tables)
