@@ -13,7 +13,7 @@ VEHICLE := falkowski-2023-quadrotor
 # starts would compile them all again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules drones models matrice calibration clean
+.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules drones models matrice sheets calibration clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -125,6 +125,9 @@ $(MATRICE_TABLE): $(MATRICE)/PAYLOAD.csv
 
 matrice: $(MADE) $(MATRICE_TABLE) ## predict each flight of the Matrice by the others: make matrice FLIGHTS=folder
 	PYTHONPATH=tests:. $(BIN)/python tests/matrice_figures.py $(MATRICE) $(MATRICE_TABLE) $(FLIGHTS)/real/matrice-100-missions
+
+sheets: $(MADE) ## try models of data sheets on recorded flights: make sheets FLIGHTS=folder
+	PYTHONPATH=tests:. $(BIN)/python tests/data_sheet_figures.py $(FLIGHTS)
 
 calibration: $(MADE) ## how often recorded flights lie between p10 and p90: make calibration FLIGHTS=folder
 	PYTHONPATH=tests:. $(BIN)/python tests/calibration_table.py $(FLIGHTS)

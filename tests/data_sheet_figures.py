@@ -1,21 +1,20 @@
-"""How far models from data sheets are off, on recorded flights of vehicles they were not made from.
+"""How far models from data sheets are off, on the recorded flights of vehicles they were not made from.
 
-Run as::
-
-    python tests/data_sheet_figures.py FLIGHTS
-
-``FLIGHTS`` is the folder of the recorded flights.  Each model is compared as the data sheet makes it, and
-narrowed by one flight with the others, for several flights in turn.  The motion of the DJI Matrice 100,
-whose autopilot is closed, is that of its shipped model; everything else of it is its data sheet's, and
-what hovering costs is found without its own published hovers.
+Run as ``make sheets FLIGHTS=folder``: writes the table in ``models/README.md``.  Each model is compared as
+the data sheet makes it, and narrowed by one flight with the others, for several flights in turn.  The
+motion of the DJI Matrice 100, whose autopilot is closed, is that of its shipped model; everything else of
+it is its data sheet's, and what hovering costs by mass and rotors is found without its own flight times.
+The simulated vehicles have no data sheet but mass and battery; PX4's simulator logs no power.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from functools import cache
 from pathlib import Path
-from statistics import median
+from statistics import mean, median
+from typing import TYPE_CHECKING
 from unittest import mock
 
 import planner
@@ -23,100 +22,185 @@ from planner.autopilot import Autopilot
 from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import refine_vehicle
 from planner.logs.files import read_log
+from planner.quantity import percent, signed
 from planner.setup import read_battery
-from planner.values import replace
-from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
+from planner.values import Value, replace
+from planner.vehicle.data_sheet import DataSheet, drone_sheet, vehicle_from_data_sheet
+from planner.vehicle.drones import drone_table
 from planner.vehicle.parameters.files import read_parameters
 from planner.vehicle.priors import fit_hover_cost, published_hovers
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+README = Path(__file__).parents[1] / "models" / "README.md"
+BEGIN, END = "<!-- sheets begins -->\n\n", "\n<!-- sheets ends -->"
 _EVERY = 11
 """Of the many flights of the Matrice 100 each eleventh narrows the model of all others."""
-_SHEETS = {
-    "DJI Matrice 100, 3.715 kg, four rotors of 13 in": (
-        "real/matrice-100-missions/*",
-        {"mass_kg": 3.715, "battery": "5.7Ah@22.8V", "rotors": 4, "propeller_m": 0.330},
-    ),
-    "simulated survey quadrotor, 3.5 kg": (
-        "ardupilot-S_*",
-        {"mass_kg": 3.5, "battery": "8Ah@22.2V", "rotors": 4},
-    ),
-    "stock simulated quadrotor, 3 kg": (
-        "ardupilot-Q_*",
-        {"mass_kg": 3.0, "battery": "10Ah@11.1V", "rotors": 4},
-    ),
-}
+_MATRICE_KG = 3.715
+"""Of the recorded Matrice 100 with its battery and instruments, without payload. [kg]"""
+_MATRICE_1_KG = "dji-matrice-100-tb48d-1kg"
+"""The configuration of DJI's table that is nearest to it."""
 
 
-def _vehicle(name: str, sheet: dict[str, object]) -> planner.VehicleModel:
-    battery = read_battery(str(sheet["battery"]))
-    given = {**sheet, "battery": battery}
+class Scored(Value):
+    """A vehicle by a data sheet, and the flights it is tried on."""
+
+    name: str
+    patterns: tuple[str, ...]
+    vehicle: planner.VehicleModel
+    added_kg: float = 0.0
+    """What flew beyond the mass of the sheet, without payload. [kg]"""
+
+
+class FlightError(Value):
+    """Predicted over flown less one, and whether the flown lay between p10 and p90; ``None``: not logged."""
+
+    time: float
+    energy: float | None
+    is_time_inside: bool
+    is_energy_inside: bool | None
+
+
+def _made(mass_kg: float, battery: str, autopilot: Autopilot) -> planner.VehicleModel:
+    return vehicle_from_data_sheet(
+        DataSheet(
+            name="sheet",
+            mass_kg=mass_kg,
+            battery=read_battery(battery),
+            rotors=4,
+            autopilot=autopilot,
+        )
+    )
+
+
+@cache
+def scored() -> tuple[Scored, ...]:
+    """Return the vehicles by their data sheets."""
+    table = drone_table()
+    timed = drone_sheet(table.named(_MATRICE_1_KG), date=table.date)
+    assert timed.mass_kg is not None
+    plain = replace(timed, mass_kg=_MATRICE_KG, hover=None)
+    missions = ("real/matrice-100-missions/*",)
     others = [one for one in published_hovers() if "matrice-100" not in one.name]
     with mock.patch("planner.vehicle.data_sheet.hover_cost", return_value=fit_hover_cost(others)):
-        made = vehicle_from_data_sheet(
-            DataSheet(name="sheet", autopilot=Autopilot.ARDUPILOT, **given)  # type: ignore[arg-type]
-        )
-    if "Matrice" not in name:
-        return made
-    own = planner.load_vehicle("dji-matrice-100")
-    return replace(made, reference=own.reference, ramps=own.ramps, speed=own.speed, parameters=())
+        by_rotors = vehicle_from_data_sheet(plain)
+    return (
+        Scored(name="DJI Matrice 100 by mass and rotors", patterns=missions, vehicle=by_rotors),
+        Scored(
+            name="DJI Matrice 100 by DJI's flight time with 1 kg",
+            patterns=missions,
+            vehicle=vehicle_from_data_sheet(timed),
+            added_kg=_MATRICE_KG - timed.mass_kg,
+        ),
+        Scored(
+            name="ArduPilot, survey quad of 3.5 kg (simulated)",
+            patterns=("ardupilot-S_*",),
+            vehicle=_made(3.5, "8Ah@22.2V", Autopilot.ARDUPILOT),
+        ),
+        Scored(
+            name="ArduPilot, stock quad of 3 kg (simulated)",
+            patterns=("ardupilot-[NQR]_*",),
+            vehicle=_made(3.0, "10Ah@11.1V", Autopilot.ARDUPILOT),
+        ),
+        Scored(
+            name="PX4, quad of 1 kg (simulated)",
+            patterns=("px4-*",),
+            vehicle=_made(1.0, "3S2200", Autopilot.PX4),
+        ),
+    )
 
 
-def _errors(folder: Path, vehicle: planner.VehicleModel) -> tuple[float, float, bool]:
-    """Return the errors of time and energy, and whether the energy flown was in the interval."""
+def error_of(folder: Path, one: Scored) -> FlightError:
+    """Return how far the prediction of a flight is off."""
     flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
-    parameters = folder / "vehicle.param"
+    parameters = next(folder.glob("vehicle.param*"), None)
     totals = planner.check(
         planner.read_mission(folder / "mission.plan"),
-        vehicle,
-        payload_kg=flown.get("payload_kg", 0.0),
-        parameters=read_parameters(parameters) if parameters.exists() else None,
+        one.vehicle,
+        payload_kg=(flown.get("payload_kg") or 0.0) + one.added_kg,
+        parameters=None if parameters is None else read_parameters(parameters),
         home_amsl_m=flown["home"]["amsl_m"],
         wind=planner.Wind(speed_m_s=flown["wind"]["speed_m_s"], from_deg=flown["wind"]["from_deg"]),
     ).totals
+    energy_wh = flown["energy_wh"]
     assert totals.energy_wh_p10 is not None
     assert totals.energy_wh_p90 is not None
-    is_inside = totals.energy_wh_p10 <= flown["energy_wh"] <= totals.energy_wh_p90
-    time = totals.time_s / flown["time_s"] - 1.0
-    return time, totals.energy_wh / flown["energy_wh"] - 1.0, is_inside
+    assert totals.time_s_p10 is not None
+    assert totals.time_s_p90 is not None
+    return FlightError(
+        time=totals.time_s / flown["time_s"] - 1.0,
+        energy=energy_wh and totals.energy_wh / energy_wh - 1.0,
+        is_time_inside=totals.time_s_p10 <= flown["time_s"] <= totals.time_s_p90,
+        is_energy_inside=energy_wh and totals.energy_wh_p10 <= energy_wh <= totals.energy_wh_p90,
+    )
 
 
-def _narrowed(folder: Path, log: Path, vehicle: planner.VehicleModel) -> planner.VehicleModel:
-    """Return a model narrowed by one flight."""
+def narrowed(one: Scored, folder: Path, log: Path) -> Scored:
+    """Return the vehicle with its model narrowed by one flight."""
     flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
-    known = LogTable(of_all=LogConditions(payload_kg=flown.get("payload_kg", 0.0)))
-    return refine_vehicle(vehicle, read_log(log), logs=known).model
+    payload_kg = (flown.get("payload_kg") or 0.0) + one.added_kg
+    known = LogTable(of_all=LogConditions(payload_kg=payload_kg))
+    return replace(one, vehicle=refine_vehicle(one.vehicle, read_log(log), logs=known).model)
 
 
-def _log_of(folder: Path) -> Path | None:
+def log_of(folder: Path) -> Path | None:
     """Return the log of a flight, which the Matrice 100 keeps in a folder of its own."""
     own = [folder / "flight.BIN", folder.parents[1] / "matrice-100" / f"{folder.name}.csv.gz"]
     return next((path for path in own if path.exists()), None)
 
 
-def _row(name: str, errors: list[tuple[float, float, bool]]) -> None:
-    energy = sorted(abs(one[1]) for one in errors)
-    inside = sum(one[2] for one in errors)
-    bias = sum(one[1] for one in errors) / len(errors)
-    sys.stdout.write(
-        f"| {name} | {len(errors)} | {median(energy):.1%} | {bias:+.1%} | {energy[-1]:.1%} "
-        f"| {inside} of {len(errors)} ({inside / len(errors):.0%}) |\n"
-    )
+def rows_of(one: Scored, folders: Sequence[Path]) -> list[str]:
+    """Return the rows of a vehicle: as the sheet has it, and narrowed by one flight."""
+    rows = [row_of(one.name, [error_of(folder, one) for folder in folders])]
+    logged = [(folder, log) for folder in folders if (log := log_of(folder)) is not None]
+    after = []
+    for folder, log in logged[:: _EVERY if len(logged) > _EVERY else 1]:
+        refined = narrowed(one, folder, log)
+        after += [error_of(other, refined) for other in folders if other != folder]
+    if after:
+        rows.append(row_of("… after `refine` with one flight, on the others", after))
+    return rows
+
+
+def row_of(name: str, errors: Sequence[FlightError]) -> str:
+    """Return a row of the table."""
+    count = len(errors)
+    time = [error.time for error in errors]
+    energy = [error.energy for error in errors if error.energy is not None]
+    cells = [name, str(count)]
+    if energy:
+        inside = sum(bool(error.is_energy_inside) for error in errors)
+        cells += [*_figures(energy), f"{inside} of {count}"]
+    else:
+        cells += ["—"] * 4
+    cells += [*_figures(time)[:2], f"{sum(error.is_time_inside for error in errors)} of {count}"]
+    return f"| {' | '.join(cells)} |"
+
+
+def _figures(errors: Sequence[float]) -> list[str]:
+    sizes = [abs(error) for error in errors]
+    return [percent(median(sizes)), signed(mean(errors), percent), percent(max(sizes))]
 
 
 def main(flights: str) -> None:
-    """Write two rows of the table in models/README.md for each vehicle."""
-    for name, (pattern, sheet) in _SHEETS.items():
-        folders = [
-            one for one in sorted(Path(flights).glob(pattern)) if (one / "flown.json").exists()
-        ]
-        vehicle = _vehicle(name, sheet)
-        _row(name, [_errors(folder, vehicle) for folder in folders])
-        logged = [(one, log) for one in folders if (log := _log_of(one)) is not None]
-        after = []
-        for folder, log in logged[:: _EVERY if len(logged) > _EVERY else 1]:
-            narrowed = _narrowed(folder, log, vehicle)
-            after += [_errors(other, narrowed) for other in folders if other != folder]
-        _row("… after `refine` with one flight, on the others", after)
+    """Write the table into the README of the models, and to standard output."""
+    head = (
+        "| vehicle | flights | energy: median error | bias | worst | inside 80 % "
+        "| time: median error | bias | inside 80 % |"
+    )
+    lines = [head, "|---|---|---|---|---|---|---|---|---|"]
+    for one in scored():
+        folders = sorted(
+            path.parent
+            for pattern in one.patterns
+            for path in Path(flights).glob(f"{pattern}/flown.json")
+        )
+        lines += rows_of(one, folders)
+    text = README.read_text(encoding="utf-8")
+    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
+    README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
+    sys.stdout.write("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
