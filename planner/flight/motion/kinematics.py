@@ -27,7 +27,16 @@ def horizontal(vectors: FloatArray) -> FloatArray:
 
 def lengths(vectors: FloatArray) -> FloatArray:
     """Return the lengths of vectors. (…,)"""
-    return np.asarray(np.sqrt((vectors**2).sum(axis=-1)))
+    return np.asarray(np.sqrt(dot(vectors, vectors)))
+
+
+def dot(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the scalar products of vectors. (…,)"""
+    # By their components: sums along a last axis of two or three take five times as long.
+    product: FloatArray = one[..., 0] * other[..., 0]
+    for axis in range(1, one.shape[-1]):
+        product = product + one[..., axis] * other[..., axis]
+    return product
 
 
 def quotient(

@@ -12,7 +12,7 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.stages import is_kind, over_home_m
 from planner.flight.motion.ardupilot.track_lag import ATTITUDE_LAG_FACTOR, CORRECTED_S, TrackLag
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.kinematics import horizontal, lengths, quotient
+from planner.flight.motion.kinematics import dot, horizontal, lengths, quotient
 from planner.flight.motion.s_curve import (
     PlannedCurves,
     SpeedLimits,
@@ -70,8 +70,8 @@ class Corners(Value, eq=False):
     ) -> Corners:
         """Return corners by the directions of their legs (n, 3) and the ramps about them."""
         level = np.stack((horizontal(before), horizontal(after)))
-        cosine = (before * after).sum(axis=1)
-        from_above = quotient((before * after)[:, :2].sum(axis=1), level[0] * level[1])
+        cosine = dot(before, after)
+        from_above = quotient(dot(before[:, :2], after[:, :2]), level[0] * level[1])
         return cls(
             ramps=slowing.beside(speeding),
             level=level,

@@ -16,7 +16,7 @@ from planner.flight.motion.ardupilot.legs import faster_findings, limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.ardupilot.track_lag import Behind, TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
-from planner.flight.motion.kinematics import FlightState, lengths, make_manoeuvres, quotient
+from planner.flight.motion.kinematics import FlightState, dot, lengths, make_manoeuvres, quotient
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
@@ -317,7 +317,7 @@ def _bend_limit_m_s(
     tangent: FloatArray, bend: FloatArray, slope_size: FloatArray, parameters: ArduPilotParameters
 ) -> FloatArray:
     """Return the speed at which bends need half the acceleration across. (n, k + 1) [m s⁻¹]"""
-    across = bend - (bend * tangent).sum(axis=-1)[..., None] * tangent
+    across = bend - dot(bend, tangent)[..., None] * tangent
     size = lengths(across)
     allowed = _ACCELERATION_PART * limits_along(
         across, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2

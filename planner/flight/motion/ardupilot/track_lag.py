@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import lengths, quotient
+from planner.flight.motion.kinematics import dot, lengths, quotient
 from planner.flight.motion.s_curve import SpeedRamps
 from planner.units import GRAVITY_M_S2
 from planner.values import field_names
@@ -206,7 +206,7 @@ class TrackLag(NamedTuple):
             real, was = step / slowed, braked.velocity_m_s
             braked = braked.after(real, velocity(then), self, slowed[:, None])
             mean = 0.5 * (was + braked.velocity_m_s)
-            behind = quotient((braked.error_m_s * mean).sum(axis=1), (mean * mean).sum(axis=1))
+            behind = quotient(dot(braked.error_m_s, mean), dot(mean, mean))
             asked = np.clip(1.0 + _TIME_BUFFER - behind, 0.0, 1.0)
             pace = asked + (pace - asked) * np.exp(-real / self.filter_s)
             lost += (1.0 - asked) * real
@@ -255,7 +255,7 @@ class TrackLag(NamedTuple):
             gap = gap + (closing - 0.5 * change * _FROM_MOTION_STEP_S) * _FROM_MOTION_STEP_S
             velocity = velocity + change * _FROM_MOTION_STEP_S
             held = held + VELOCITY_INTEGRAL_PER_S2 * error * _FROM_MOTION_STEP_S
-            behind = quotient((error * target).sum(axis=1), early * early)
+            behind = quotient(dot(error, target), early * early)
             wanted = np.clip(1.0 + _TIME_BUFFER - behind, 0.0, 1.0)
             pace = pace + (wanted - pace) * _FROM_MOTION_STEP_S / self.filter_s
             speed_up_s = speed_up_s + np.where(moving, pace * _FROM_MOTION_STEP_S, 0.0)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
@@ -203,7 +203,7 @@ class _Descents:
         """Return where landings touch the ground. (k, 3) [m]"""
         place = self.ground_m.copy()
         fading = np.exp(-self.settling_per_s * self.elapsed_s[:, None])
-        place[:, :2] += (self.settling_m * fading[:, None, :]).sum(axis=-1)
+        place[:, :2] += dot(self.settling_m, fading[:, None, :])
         return place
 
     def resting_from_s(self) -> FloatArray:
@@ -322,7 +322,7 @@ def settlings(legs: Px4Legs, parameters: Px4Parameters) -> Curves:
     """
     (begin, velocity), target = arrivals(legs), legs.planned.target_m
     way = lengths(target - begin)
-    toward = quotient((velocity * (target - begin)).sum(axis=1), way)
+    toward = quotient(dot(velocity, target - begin), way)
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
     allowed = np.minimum(allowed_speed_m_s(way, 0.0, a, j), legs.planned.speed_m_s)
     vertical_m_s, _ = vertical_limits(target[:, 2] > begin[:, 2], parameters)

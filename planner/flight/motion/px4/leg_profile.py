@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import horizontal
+from planner.flight.motion.kinematics import dot, horizontal
 from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.pieces import (
@@ -200,22 +200,25 @@ def _add_steady_parts(
 
 def _brake_law(
     legs: Px4Legs,
+    rows: IntArray,
     law: IntArray,
     start_m_s: FloatArray,
     half_b_m_s: FloatArray,
+    *,
     beyond_m: FloatArray | float = 0.0,
 ) -> BrakeLaw:
-    """Return the braking of legs by one of their laws, from speeds on."""
+    """Return the braking of some legs by one of the laws of each leg, from speeds on."""
     limits, chosen = legs.limits, legs.limits.law(law)
-    way = limits.length_m + limits.tail_m + beyond_m
+    direction = limits.direction[rows]
+    way = limits.length_m[rows] + limits.tail_m[rows] + beyond_m
     return BrakeLaw(
-        aim_m=legs.straight_m + limits.direction * way[:, None],
-        direction=limits.direction,
+        aim_m=legs.straight_m[rows] + direction * way[:, None],
+        direction=direction,
         start_m_s=start_m_s,
-        final_m_s=chosen.final_m_s,
-        acceleration_m_s2=chosen.acceleration_m_s2,
+        final_m_s=chosen.final_m_s[rows],
+        acceleration_m_s2=chosen.acceleration_m_s2[rows],
         half_b_m_s=half_b_m_s,
-        rate=np.ones(len(law)),
+        rate=np.ones(len(rows)),
     )
 
 
@@ -231,7 +234,7 @@ def _add_brakes(
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
         first, last, b = start[rows], end[rows], half_b[rows]
-        brake = _brake_law(legs.select(rows), law[rows], first, b, straights.beyond_m[rows])
+        brake = _brake_law(legs, rows, law, first, b, beyond_m=straights.beyond_m[rows])
         a, level = brake.acceleration_m_s2, horizontal(brake.direction)
         pieces.add_brakes(
             Places(
@@ -253,13 +256,12 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> N
     creeping, half_b = creeps(flown)
     move = np.flatnonzero(creeping)
     if len(move):
-        legs = flown.select(move)
-        direction, near = legs.limits.direction, legs.straights.near
-        begin = legs.straight_m + direction * legs.limits.length_m[:, None]
+        direction, straights = flown.limits.direction[move], flown.straights
+        begin = flown.straight_m[move] + direction * flown.limits.length_m[move, None]
         pieces.add_brakes(
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
-            _brake_law(legs, near, legs.straights.end_m_s, half_b[move]),
-            ((legs.end_m - begin) * direction).sum(axis=1),
+            _brake_law(flown, move, straights.near, straights.end_m_s[move], half_b[move]),
+            dot(flown.end_m[move] - begin, direction),
         )
     move = np.flatnonzero(holding & ~creeping)
     if not len(move):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
     STILL_M,
     allowed_speed_m_s,
@@ -150,7 +150,7 @@ def final_speeds_m_s(
 
 def _cosine(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the cosines of angles between vectors, zero where one has no length. (n,)"""
-    return quotient((one * other).sum(axis=1), lengths(one) * lengths(other))
+    return quotient(dot(one, other), lengths(one) * lengths(other))
 
 
 def _vertical_corner_speeds_m_s(
@@ -159,10 +159,7 @@ def _vertical_corner_speeds_m_s(
     """Return the vertical speeds at which targets are to be passed. (n,) [m s⁻¹]"""
     distance, upward = horizontal(target_m), direction[:, 2]
     outward = quotient(
-        (direction[:, :2] * target_m[:, :2]).sum(axis=1),
-        distance,
-        -horizontal(direction),
-        above=STILL_M,
+        dot(direction[:, :2], target_m[:, :2]), distance, -horizontal(direction), above=STILL_M
     )
     rise = following_m[:, 2] - target_m[:, 2]
     cosine = _cosine(
@@ -436,7 +433,7 @@ def _starts(
     level = horizontal(limits.direction)
     shallow = level >= np.abs(limits.direction[:, 2])
     scale = np.where(shallow & (level > 0.0), level, 1.0)
-    projected = np.maximum((velocity_m_s * limits.direction).sum(axis=1), 0.0)
+    projected = np.maximum(dot(velocity_m_s, limits.direction), 0.0)
     start = np.where(shallow, turns.speed_m_s / scale, projected)
     turned = ~shallow & (horizontal(velocity_m_s) > SLOWEST_TURN_M_S)
     return start, np.where(turned, 0.0, turns.acceleration_m_s2 / scale)

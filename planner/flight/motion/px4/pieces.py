@@ -12,6 +12,7 @@ from planner.flight.motion.kinematics import (
     Columns,
     KinematicState,
     PolynomialLaw,
+    dot,
     horizontal,
     quotient,
 )
@@ -77,13 +78,13 @@ class Curves(Columns, eq=False):
         fits = np.ones(len(time), dtype=np.bool_)
         for axes, limit in ((slice(2), level_m_s), (slice(2, 3), upright_m_s)):
             u, m, w, b, h = (
-                (v[:, axes] ** 2).sum(axis=1) for v in (velocity_m_s, mean, end_m_s, bent, half)
+                dot(v[:, axes], v[:, axes]) for v in (velocity_m_s, mean, end_m_s, bent, half)
             )
             most = np.maximum(np.maximum(limit**2, m), np.maximum(u, w))
             fits &= b <= _ROUGHLY * most
             # |m − α w|² = (1 − α)² L², w the mean of the velocities at the ends.
             p = np.minimum(h - most, 0.0)
-            q = most - (mean[:, axes] * half[:, axes]).sum(axis=1)
+            q = most - dot(mean[:, axes], half[:, axes])
             r = m - most
             alpha = np.minimum(
                 alpha, quotient(-r, q + np.sqrt(np.maximum(q * q - p * r, 0.0)), alpha)
@@ -382,10 +383,15 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
     """Return collected pieces in flown order, with their segments; those of no duration are left out."""
     parts = pieces.parts
     counts = [len(part.distance_m) for part in parts]
-    move, order, slot, planned_s, time_scale = (
-        np.concatenate([np.broadcast_to(c, n) for c, n in zip(column, counts, strict=True)])
-        for column in zip(*(part.places for part in parts), strict=True)
-    )
+    ends = np.cumsum(counts)
+    move, order, slot = np.empty((3, ends[-1]), dtype=np.intp)
+    planned_s, time_scale = np.empty((2, ends[-1]))
+    for part, count, end in zip(parts, counts, ends.tolist(), strict=True):
+        own = slice(end - count, end)
+        for column, given in zip(
+            (move, order, slot, planned_s, time_scale), part.places, strict=True
+        ):
+            column[own] = given
     lasts = planned_s > _SHORTEST_S
     law = np.repeat([_LAWS.index(type(part.law)) for part in parts], counts)
     row = np.empty(len(law), dtype=np.intp)

@@ -110,7 +110,8 @@ def onsets(limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray, brakes: B
     goes_on = (trails | (time >= whole * (1.0 - 1e-9))) & ~ends
     rate = np.maximum(j * time, 1e-9)
     joined = _joined_m_s(limits, now, here, rate_m_s2=rate, trails=trails)
-    joined = np.clip(joined, limits.final_m_s.min(axis=1, where=limits.binds, initial=np.inf), now)
+    lowest = np.minimum(*np.where(limits.binds, limits.final_m_s, np.inf).T)
+    joined = np.clip(joined, lowest, now)
     after = here - (now**2 - joined**2) / (2.0 * rate)
     short = after < tail
     stopped = np.sqrt(np.maximum(now**2 - 2.0 * rate * np.maximum(here - tail, 0.0), 0.0))
@@ -128,8 +129,7 @@ def _trails(limits: Limits, left_m: FloatArray) -> BoolArray:
 
     What asks for more is braked at full deceleration, not trailed.
     """
-    far = np.argmin(limits.allowed_m_s(left_m), axis=1)
-    near = np.argmin(limits.allowed_m_s(limits.tail_m), axis=1)
+    far, near = limits.lower(left_m), limits.lower(limits.tail_m)
     softer = limits.law(far).acceleration_m_s2 <= limits.ramp_m_s2 * _SOFTER
     return np.asarray((far == near) & softer)
 
@@ -161,7 +161,8 @@ def _joined_m_s(
         rate = law * joined / (joined + half_b)
         trailing = np.where(trails[:, None], 0.5 * rate**2 / limits.brake_m_s3, 0.0)
     # Without a crossing a law that brakes harder than the vehicle allows every speed.
-    return np.asarray(np.where(limits.binds & (square >= 0.0), joined, np.inf).min(axis=1))
+    allowing = np.where(limits.binds & (square >= 0.0), joined, np.inf)
+    return np.asarray(np.minimum(*allowing.T))
 
 
 def _crossings_m_s(limits: Limits, far: IntArray, near: IntArray) -> FloatArray:
@@ -205,8 +206,7 @@ class Followed(Onsets, eq=False):
     def of(cls, limits: Limits, onset: Onsets, brakes: BoolArray) -> Followed:
         """Return the laws from where speeds join them, where anything ``brakes`` and way is left."""
         speed, left, tail = onset.joined_m_s, onset.left_m, limits.tail_m
-        far = np.argmin(limits.allowed_m_s(left), axis=1)
-        near = np.argmin(limits.allowed_m_s(tail), axis=1)
+        far, near = limits.lower(left), limits.lower(tail)
         follows = brakes & (left > tail)
         far_law, near_law = limits.law(far), limits.law(near)
         a, b = far_law.acceleration_m_s2, 2.0 * far_law.half_b_m_s
@@ -436,16 +436,21 @@ class Limits(Columns, eq=False):
         )
         return np.where(self.binds, speed, np.inf)
 
+    def lower(self, distance_m: FloatArray) -> IntArray:
+        """Return the law that allows less at distances from the target; of equals the first. (n,)"""
+        first, second = self.allowed_m_s(distance_m).T
+        return np.asarray(second < first, dtype=np.intp)
+
     def lowest_allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
         """Return the speeds all laws allow at distances from the target. (n,) [m s⁻¹]"""
-        return np.asarray(self.allowed_m_s(distance_m).min(axis=1))
+        return np.asarray(np.minimum(*self.allowed_m_s(distance_m).T))
 
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return how far before the target braking from speeds begins. (n,) [m]"""
         way = braking_distance_m(
             speed_m_s[:, None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
         )
-        return np.asarray(np.where(self.binds, way, 0.0).max(axis=1))
+        return np.asarray(np.maximum(*np.where(self.binds, way, 0.0).T))
 
 
 def limits_along(

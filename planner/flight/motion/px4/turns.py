@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
@@ -69,7 +69,7 @@ def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     way = (begun.planned.target_m - begun.place_m)[:, :2]
     velocity = begun.velocity_m_s[:, :2]
     distance, speed = horizontal(way), horizontal(velocity)
-    along = quotient((way * velocity).sum(axis=1), distance, above=STILL_M)
+    along = quotient(dot(way, velocity), distance, above=STILL_M)
     turning = (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed)
     turning &= distance > begun.planned.radius_m
     turns = Turns(
@@ -144,16 +144,16 @@ class _LegFrame(Value, eq=False):
         length, speed = horizontal(leg), horizontal(velocity)
         along = leg / length[:, None]
         left = np.column_stack((-along[:, 1], along[:, 0]))
-        sideways = (velocity * left).sum(axis=1)
+        sideways = dot(velocity, left)
         across = np.where((sideways < 0.0)[:, None], -left, left)
         offset = place - begins
         return cls(
             along=along,
             across=across,
             length_m=length,
-            x_m=(offset * along).sum(axis=1),
-            y_m=(offset * across).sum(axis=1),
-            cos_turn=(velocity * along).sum(axis=1) / speed,
+            x_m=dot(offset, along),
+            y_m=dot(offset, across),
+            cos_turn=dot(velocity, along) / speed,
             sin_turn=np.abs(sideways) / speed,
             speed_m_s=speed,
         )
@@ -406,7 +406,7 @@ def joined_turns(
     direction, length = directions(part.ends_m - place)
     level, upright = horizontal(direction), np.abs(direction[:, 2])
     shallow = level >= upright
-    projected = np.maximum((velocity * direction).sum(axis=1), 0.0)
+    projected = np.maximum(dot(velocity, direction), 0.0)
     speed = np.where(
         shallow, turns.speed_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected
     )
@@ -441,14 +441,14 @@ def joined_turns(
     growing = np.where(grows & (fraction == 1.0), growing, 0.0)
     after = speed + 0.5 * jerk * growing**2
     end = place + 0.5 * (velocity + direction * after[:, None]) * time[:, None]
-    backward = -(velocity * direction).sum(axis=1)
+    backward = -dot(velocity, direction)
     reverses = joins & ~shallow & (backward > _MOSTLY * lengths(velocity))
     back_m, back_s = turning_back(np.where(reverses, backward, 0.0), vertical, jerk)
     end = np.where(reverses[:, None], place - direction * back_m[:, None], end)
     time = np.where(reverses, back_s, time)
     turned_m_s2 = np.minimum(vertical, np.sqrt(2.0 * jerk * np.where(reverses, backward, 0.0)))
     longest = _LONGEST_JOIN if fraction == 1.0 else _LONGEST_SLOW_JOIN
-    fits = ((end - place) * direction).sum(axis=1) < longest * length
+    fits = dot(end - place, direction) < longest * length
     short = np.flatnonzero(joins & ~fits)
     joins &= fits
     joined = Turns(
@@ -479,7 +479,7 @@ def eased_turns(
     part, velocity = begun.planned, begun.velocity_m_s
     speed, jerk = lengths(velocity), parameters.jerk_m_s3
     direction, _ = directions(part.ends_m - begun.place_m)
-    along = (velocity * direction).sum(axis=1)
+    along = dot(velocity, direction)
     eases = part.is_leg & ~part.is_takeoff & ~slowed & (part.pause_s == 0.0)
     eases &= (turns.duration_s == 0.0) & (along > ALIGNED_COS * speed)
     slowing = np.where(eases, begun.slowing_m_s2, 0.0)
@@ -509,8 +509,8 @@ def cut_short(
     turn its velocity into the leg.
     """
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
-    goal = ((ends_m - place) * part.direction).sum(axis=1)
-    turned = ((turns.end_m - place) * part.direction).sum(axis=1)
+    goal = dot(ends_m - place, part.direction)
+    turned = dot(turns.end_m - place, part.direction)
     flies = part.is_leg & ~part.is_takeoff
     passed = flies & (goal <= 0.0)
     beyond = flies & ~passed & (turned > goal)
@@ -522,7 +522,7 @@ def cut_short(
     least_s = PEAK_OVER_MEAN * np.maximum(
         horizontal(across) / part.speed_m_s, across[:, 2] / slowest
     )
-    along = np.maximum((velocity * part.direction).sum(axis=1), 0.0)
+    along = np.maximum(dot(velocity, part.direction), 0.0)
     turned_m_s = np.abs(velocity - part.direction * along[:, None])
     vertical = min(parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
     accelerations = np.array([parameters.acceleration_m_s2] * 2 + [vertical])
