@@ -200,7 +200,8 @@ def read_in(text: str, units: Mapping[str, float]) -> float:
     names = "|".join(map(re.escape, sorted(units, key=len, reverse=True)))
     found = re.fullmatch(rf"{NUMBER}\s*({names})?", text.strip(), re.IGNORECASE)
     if found is None:
-        msg = f"expected a number of {', '.join(units)}, got {text!r}"
+        point = ": decimals are written with a point" if "," in text else ""
+        msg = f"expected a number of {', '.join(units)}, got {text!r}{point}"
         raise ValueError(msg)
     known = {name.lower(): factor for name, factor in units.items()}
     return float(found[1]) * known.get((found[2] or "").lower(), 1.0)

@@ -15,15 +15,16 @@ from planner.cli.log_conditions import given_log_table, log_options
 from planner.cli.options import KindType, data_options, kind_option, path_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
-from planner.setting import Choice, Form, Number
+from planner.setting import Choice, Form
 from planner.setup import battery_text, read_battery, settings
 from planner.values import replace
 from planner.vehicle.reader import chemistry_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Mapping
 
     from planner.setting import Kind
+    from planner.vehicle.model import VehicleModel
 
 _AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
 
@@ -45,10 +46,20 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         "--battery",
         Form(read_battery, battery_text),
         "4S5200",
-        "battery: 4S5200, 5.2Ah@14.8V",
+        "battery: 4S5200 or 5.2Ah@14.8V",
     ),
-    "rotors": ("--rotors", Number("", 3.0, 16.0), "4", "propellers; two on one arm are two"),
-    "propeller_m": ("--propeller", Form(_later("read_propeller"), str), "10in", "their diameter"),
+    "rotors": (
+        "--rotors",
+        Form(_later("read_rotors"), str),
+        "4",
+        "number of propellers, two on one arm counted as two",
+    ),
+    "propeller_m": (
+        "--propeller",
+        Form(_later("read_propeller"), str),
+        "10in",
+        "diameter of the propellers",
+    ),
     "hover": (
         "--hover",
         Form(_later("read_hover"), str),
@@ -64,7 +75,7 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         "1250g@310W",
         "thrust and power of one motor at full throttle, for a hover throttle",
     ),
-    "autopilot": ("--autopilot", Choice(_AUTOPILOTS), "ardupilot", "that flies it"),
+    "autopilot": ("--autopilot", Choice(_AUTOPILOTS), "ardupilot", "autopilot: ardupilot or px4"),
 }
 """What a data sheet may say: option, how it is written, an example, in words."""
 _ASKED = ("mass_kg", "battery", "rotors", "propeller_m", "hover", "autopilot")
@@ -132,48 +143,63 @@ def new(
         msg = f"{output} exists already: give another name, or --force"
         raise UsageError(msg)
     sheet = {name: value for name, value in given.items() if value is not None}
-    if not sheet and params is None:
-        sheet = _ask()
-    if (rotors := sheet.pop("rotors", None)) is not None:
-        if rotors != round(rotors):
-            msg = f"a number of rotors is whole, got {rotors:g}"
-            raise UsageError(msg)
-        sheet["rotors"] = round(rotors)
     parameters = None if params is None else read_parameters(params)
     like = None if moves_like is None else load_vehicle(moves_like)
-    vehicle = vehicle_from_data_sheet(
-        DataSheet(name=output.stem, parameters=parameters, moves_like=like, **sheet)
-    )
+
+    def made(sheet: Mapping[str, Any]) -> VehicleModel:
+        return vehicle_from_data_sheet(
+            DataSheet(name=output.stem, parameters=parameters, moves_like=like, **sheet)
+        )
+
+    vehicle = made(sheet) if sheet or params is not None else _asked(made)
     write_vehicle(output, vehicle, remarks=(f"Written by mavjoule vehicle new {__version__}.",))
     write_data(endurance_text(predict_endurance(vehicle), medium=standard_medium()))
     narrate(f"{output} written: mavjoule check MISSION --vehicle {output}")
 
 
-def _ask() -> dict[str, Any]:
-    """Return the answers of whoever sits at the terminal; an empty one skips the question."""
+def _asked(made: Callable[[Mapping[str, Any]], VehicleModel]) -> VehicleModel:
+    """Return what is made of the answers of whoever sits at the terminal; ask again for what cannot be."""
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         asked = ", ".join(_KINDS[key][0] for key in _ASKED)
         msg = f"nothing is known of the vehicle: give {asked}, what of it you know"
         raise UsageError(msg)
-    narrate("What the data sheet says, Enter where it says nothing:")
-    answers: dict[str, Any] = {}
+    narrate("What the data sheet says; Enter where it says nothing:")
+    texts: dict[str, str] = {}
+    while True:
+        answers = dict(_ask(texts))
+        try:
+            return made(answers)
+        except UsageError as error:
+            narrate(str(error))
+            narrate(f"Once more; Enter keeps an answer, {_DROPPED} drops it:")
+
+
+_DROPPED = "-"
+
+
+def _ask(texts: dict[str, str]) -> Iterator[tuple[str, object]]:
+    """Yield what was answered, and keep its text; where there is one it is offered again."""
     for key in _ASKED:
         _, kind, example, words = _KINDS[key]
         answer = click.prompt(
-            f"  {words} [{example}]",
-            default="",
-            show_default=False,
+            f"  {words}" if example in words else f"  {words} ({example})",
+            default=texts.get(key, ""),
+            show_default=key in texts,
             value_proc=partial(_answer, kind),
             err=True,
         )
+        texts.pop(key, None)
         if answer is not None:
-            answers[key] = answer
-    return answers
+            texts[key], value = answer
+            yield key, value
 
 
-def _answer(kind: Kind, text: str) -> object:
-    """Return what was answered; ``None`` where nothing was."""
-    return KindType(kind).convert(text.strip(), None, None) if text.strip() else None
+def _answer(kind: Kind, text: str) -> tuple[str, object] | None:
+    """Return what was answered, as text and as read; ``None`` where nothing was."""
+    text = text.strip()
+    if text in {"", _DROPPED}:
+        return None
+    return text, KindType(kind).convert(text, None, None)
 
 
 @command.command("refine", short_help="Narrow a model by the logs of ordinary flights.")

@@ -26,9 +26,11 @@ from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Basis, Loads, ModelSpread, Provenance, ValidFor, VehicleModel
 from planner.vehicle.pack import (
     ASSUMED_CHEMISTRY,
+    FULL_LIPO_CELL_V,
     LIPO_CELL_V,
     LITHIUM_ION,
     MOST_LITHIUM_ION_V,
+    cells_of_full_voltage,
     cells_of_voltage,
     chemistry_of,
 )
@@ -61,6 +63,11 @@ have 0.6 to 0.65. [-]"""
 _COSTLIEST = 3.0
 """Hover power over that of published multicopters with such propellers, beyond which a figure is in
 another unit, or of another vehicle: the worst of them is 1.25 times the mean. [-]"""
+_CHEAPEST = 1.5
+"""Usual hover power over a figure, from which on the figure is worth a word: more than three times what
+published multicopters are apart. [-]"""
+_MOST_AVIONICS = 0.1
+"""Of the hover power. [-]"""
 _THRUST_AGREES = 1.5
 """How far the thrust by throttle and motor table may be from the weight: batteries, props and curves
 explain a third, not more. [-]"""
@@ -241,7 +248,7 @@ class _Sheet:
 
     def _told_cells(self) -> tuple[int, str] | None:
         """Return the number of cells the parameters tell, and which of them."""
-        for name, cell_v in (("BAT1_N_CELLS", 1.0), ("MOT_BAT_VOLT_MAX", 4.2)):
+        for name, cell_v in (("BAT1_N_CELLS", 1.0), ("MOT_BAT_VOLT_MAX", FULL_LIPO_CELL_V)):
             value = self.parameters.get(name, 0.0)
             if value >= 1.0:
                 return round(value / cell_v), name
@@ -273,13 +280,24 @@ class _Sheet:
             raise UsageError(msg)
         volts = f"{quantity.decimals(given.voltage_v, 1)} V"
         cells = cells_of_voltage(given.voltage_v)
+        full = cells_of_full_voltage(given.voltage_v)
+        mah = quantity.exact(round(MILLIAMPERE_HOURS_PER_AMPERE_HOUR * given.new_charge_ah, 3))
         if cells is None:
-            msg = f"{volts} is no number of lithium cells of 3.6 to 3.85 V: give the battery as 4S5200"
+            what = "no number of lithium cells of 3.6 to 3.85 V"
+            if full is not None:
+                what = f"that of {quantity.count(full, 'full cell')}, not their nominal voltage"
+            msg = f"{volts} is {what}: give the battery as {full or 4}S{mah}"
+            raise UsageError(msg)
+        is_lithium_ion = given.voltage_v / cells <= MOST_LITHIUM_ION_V
+        if full is not None and is_lithium_ion and self.sheet.chemistry is None:
+            msg = (
+                f"{volts} is that of {full} full cells or of {cells} lithium-ion cells: give the battery as "
+                f"{full}S{mah}, or --chemistry {LITHIUM_ION}"
+            )
             raise UsageError(msg)
         if told is not None and told[0] != cells:
             msg = f"a battery of {volts} has {cells} cells, {told[1]} says {told[0]}: correct one of them"
             raise UsageError(msg)
-        is_lithium_ion = given.voltage_v / cells <= MOST_LITHIUM_ION_V
         chemistry = load_chemistry(
             self.sheet.chemistry or (LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
         )
@@ -325,10 +343,11 @@ class _Sheet:
         low, high = _DISK_LOADING_N_M2
         if not low <= loading <= high:
             usual = self.priors["disk_loading"]
+            each = quantity.decimals(loading, 0 if loading >= 10.0 else 1)
             msg = (
-                f"{self.mass_kg:g} kg on {self._rotors_text} is {loading:,.0f} N for each m² of disk, "
-                f"multicopters have {usual.low:g} to {usual.high:g}: is the mass in kg, the diameter in "
-                "inches?"
+                f"{self.mass_kg:g} kg on {self._rotors_text} is {each} N for each m² of disk, "
+                f"multicopters have {usual.low:g} to {usual.high:g}: are {self.mass_kg:g} kg and "
+                f"{self.propeller_m:.3g} m of diameter what is meant?"
             )
             raise UsageError(msg)
         if self.battery is None:
@@ -358,13 +377,14 @@ class _Sheet:
                 f"is off by {quantity.percent(usual.fraction)} (standard deviation) from what the others say "
                 "(models/priors/drones.toml)"
             )
+        self._assume("avionics", self.priors["avionics"])
         self._refuse_hover(hover_w, ideal_w)
         priors = self.priors
         return {
             "mass": self.mass_kg,
             "disk": disk_area_m2(self.rotors, self.propeller_m),
             "hover": hover_w,
-            "avionics": min(self._assume("avionics", priors["avionics"]), 0.1 * hover_w),
+            "avionics": self._avionics_w(hover_w),
             "profile_share": self._assume("profile_share", priors["profile_share"]),
             "profile_speed_factor": self._assume(
                 "profile_speed_factor", priors["profile_speed_factor"]
@@ -373,12 +393,20 @@ class _Sheet:
             "drag": self._assume("drag", priors["drag_per_mass"]) * self.mass_kg ** (2.0 / 3.0),
         }
 
+    def _avionics_w(self, hover_w: float) -> float:
+        """Return the power of the avionics of a vehicle that hovers on so much. [W]"""
+        return min(self.priors["avionics"].value, _MOST_AVIONICS * hover_w)
+
     def _hover_w(self) -> float | None:
         """Return the hover power that a figure of the sheet means; ``None`` where there is none. [W]"""
         figure, motor, battery = self.sheet.hover, self.sheet.motor, self.battery
         throttle = self.parameters.get("MOT_THST_HOVER") or self.parameters.get("MPC_THR_HOVER")
         if figure is None and motor is not None and throttle:
             figure = HoverFigure(kind=HoverKind.THROTTLE, value=throttle)
+        if motor is not None and (figure is None or figure.kind is not HoverKind.THROTTLE):
+            beside = "without" if figure is None else f"beside a {figure.kind.label} without"
+            msg = f"the motor at full throttle says nothing {beside} a hover throttle: leave --motor out"
+            raise UsageError(msg)
         if figure is None:
             return None
         if figure.kind is HoverKind.THROTTLE:
@@ -392,6 +420,9 @@ class _Sheet:
             raise UsageError(msg)
         if figure.kind is HoverKind.CURRENT:
             loaded_v = battery.voltage_v - figure.value * (battery.new_resistance_ohm or 0.0)
+            if loaded_v < 0.5 * battery.voltage_v:
+                msg = f"a {what} takes more than half of the battery's voltage: correct one of them"
+                raise UsageError(msg)
             return figure.value * off * loaded_v
         return off * timed_power_w(battery.energy_wh, figure.value)
 
@@ -414,15 +445,28 @@ class _Sheet:
         return self.rotors * motor.power_w * float((self.mass_kg / most_kg) ** 1.5) * off
 
     def _refuse_hover(self, hover_w: float, ideal_w: float) -> None:
-        figure = "" if self.sheet.hover is None else f" ({self.sheet.hover})"
-        hovering = f"hovering on {quantity.power(hover_w)}{figure}"
+        given = self.sheet.hover
+        kind = HoverKind.POWER if given is None else given.kind
+        hovering = f"hovering on {quantity.power(hover_w)}"
+        if kind is not HoverKind.POWER:
+            hovering += f" ({given})"
         carrying = f"{self._rotors_text} to carry {quantity.mass(self.mass_kg)}"
-        correct = "correct the figure, the mass or the propellers"
-        if hover_w < ideal_w:
-            ideal = quantity.power(ideal_w)
-            msg = f"{hovering} is less than the {ideal} of {carrying} without any loss: {correct}"
+        beside = {HoverKind.POWER: "", HoverKind.THROTTLE: "the motor, "}.get(kind, "the battery, ")
+        correct = f"correct the figure, {beside}the mass or the propellers"
+        least_w = ideal_w + self._avionics_w(hover_w)
+        if hover_w < least_w:
+            msg = (
+                f"{hovering} is less than the {quantity.power(least_w)} of {carrying} without any loss, "
+                f"avionics in it: {correct}"
+            )
             raise UsageError(msg)
         usual_w = hover_cost().at(self.propeller_m) * ideal_w
+        if hover_w < usual_w / _CHEAPEST:
+            fraction = quantity.percent(hover_w / usual_w)
+            self.readings.append(
+                f"{hovering} is {fraction} of what published multicopters take with {carrying}: check the "
+                "figure, and log a flight before its energies are relied on"
+            )
         if hover_w > _COSTLIEST * usual_w:
             times = f"{hover_w / usual_w:.1f} times the {quantity.power(usual_w)}"
             msg = (

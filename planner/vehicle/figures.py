@@ -11,7 +11,12 @@ from planner.quantity import NUMBER, read_in
 from planner.units import GRAVITY_M_S2, MASS_UNITS_KG
 from planner.values import Value
 
-_LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, '"': 0.0254}
+_INCH_M = 0.0254
+_LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": _INCH_M, "inch": _INCH_M, '"': _INCH_M}
+_BARE_INCHES = (3.0, 40.0)
+"""What a bare number is taken for inches between; 1045 is the code of a propeller of 10 x 4.5 in."""
+_HEAVIEST_KG = 1000.0
+_ROTORS = (3, 16)
 
 
 class HoverKind(StrEnum):
@@ -65,14 +70,38 @@ class MotorTable(Value):
 
 def read_mass(text: str) -> float:
     """Return the mass of ``3.5``, ``3.5kg``, ``3500g`` or ``7.7lb``. [kg]"""
-    return _above_0(read_in(text, MASS_UNITS_KG), "mass", text)
+    mass_kg = _above_0(read_in(text, MASS_UNITS_KG), "mass", text)
+    if mass_kg > _HEAVIEST_KG:
+        msg = f"{text!r} is {quantity.exact(mass_kg)} kg: write grams as {quantity.exact(mass_kg)}g"
+        raise ValueError(msg)
+    return mass_kg
+
+
+def read_rotors(text: str) -> int:
+    """Return the number of rotors, 3 to 16."""
+    low, high = _ROTORS
+    if not re.fullmatch("[0-9]{1,2}", text.strip()) or not low <= int(text) <= high:
+        msg = f"expected {low} to {high} rotors, two on one arm counted as two, got {text!r}"
+        raise ValueError(msg)
+    return int(text)
 
 
 def read_propeller(text: str) -> float:
-    """Return the diameter of ``10in``, ``254mm`` or ``0.254m``; a bare number of 3 and more is inches. [m]"""
-    found = re.fullmatch(NUMBER, text.strip())
-    if found and float(found[1]) >= 3.0:
-        return float(found[1]) * _LENGTH_UNITS["in"]
+    """Return the diameter of ``10in``, ``10x4.5``, ``254mm`` or ``0.254m``. [m]
+
+    A bare number of 3 to 40 is in inches, and so is the first of two, which are diameter and pitch.
+    """
+    with_pitch = re.fullmatch(
+        rf"{NUMBER}\s*x\s*{NUMBER}(?:\s*(?:in|inch|\"))?", text.strip(), re.IGNORECASE
+    )
+    bare = with_pitch or re.fullmatch(NUMBER, text.strip())
+    inches = float(bare[1]) if bare else 0.0
+    low, high = _BARE_INCHES
+    if inches > high:
+        msg = f"{text!r} is no diameter in inches: write it as 10in, 10x4.5 or 254mm"
+        raise ValueError(msg)
+    if inches >= low or with_pitch:
+        return _above_0(inches * _INCH_M, "diameter", text)
     return _above_0(read_in(text, _LENGTH_UNITS), "diameter", text)
 
 
@@ -108,6 +137,6 @@ def read_motor(text: str) -> MotorTable:
 
 def _above_0(value: float, what: str, text: str) -> float:
     if not 0.0 < value < math.inf:
-        msg = f"a {what} is above 0, got {text!r}"
+        msg = f"a {what} is above 0 and finite, got {text!r}"
         raise ValueError(msg)
     return value

@@ -24,6 +24,10 @@ MOST_LITHIUM_ION_V = 3.65
 """Nominal voltage of a cell up to which its label means lithium-ion: halfway from 3.6 to 3.7 V. [V]"""
 LIPO_CELL_V = 3.7
 """Nominal voltage of a cell where a battery is labelled by its number of cells, as lithium-polymer is. [V]"""
+FULL_LIPO_CELL_V = 4.2
+"""Of such a cell when it is charged. [V]"""
+_LABELLED_WITHIN_V = 0.05
+"""Voltages are labelled to a tenth. [V]"""
 LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
 """Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
 _CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
@@ -159,3 +163,11 @@ def cells_of_voltage(voltage_v: float | None) -> int | None:
         return None
     cells = max(round(voltage_v / LIPO_CELL_V), 1)
     return cells if _CELL_V[0] <= voltage_v / cells <= _CELL_V[1] else None
+
+
+def cells_of_full_voltage(voltage_v: float) -> int | None:
+    """Return the number of lithium-polymer cells in series that have a voltage when full; ``None``: none."""
+    cells = max(round(voltage_v / FULL_LIPO_CELL_V), 1)
+    return (
+        cells if abs(voltage_v / cells - FULL_LIPO_CELL_V) <= _LABELLED_WITHIN_V / cells else None
+    )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
@@ -62,6 +64,27 @@ def test_a_model_is_not_written_over(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_without_a_terminal_nothing_is_asked(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["vehicle", "new", "-o", "mine.toml"]) == ExitCode.UNUSABLE
     assert "give --mass, --battery" in capsys.readouterr().err
+
+
+def test_on_a_terminal_what_cannot_fly_is_asked_again_with_the_answers_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    # 16 kg on four propellers of 10 in: corrected to 1.6 kg, everything else kept, the hover skipped
+    typed = ["16kg", "4S5200", "four", "4", "10x4.5", "", "", "1.6kg", "", "", "", "", ""]
+    monkeypatch.setattr(sys, "stdin", Terminal("\n".join(typed) + "\n"))
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main(["vehicle", "new", "-o", "mine.toml"]) == ExitCode.GO
+    told = capsys.readouterr().err
+    assert "expected 3 to 16 rotors" in told
+    assert "774 N for each m²" in told
+    vehicle = load_vehicle("mine.toml")
+    assert vehicle.mass_kg == 1.6
+    assert vehicle.battery is not None
+    assert vehicle.battery.cells_in_series == 4
 
 
 def test_a_model_is_shown_with_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,7 @@ from planner.errors import UsageError
 from planner.service.endurance import predict_endurance
 from planner.setup import read_battery
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
-from planner.vehicle.figures import read_hover, read_mass, read_motor, read_propeller
+from planner.vehicle.figures import read_hover, read_mass, read_motor, read_propeller, read_rotors
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.priors import (
     PublishedHover,
@@ -178,14 +178,24 @@ def test_parameters_give_autopilot_battery_speed_and_throttle() -> None:
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"mass_kg": 1600.0}, "is the mass in kg"),
+        ({"mass_kg": 1600.0}, "are 1600 kg and 0.254 m of diameter what is meant"),
         ({"mass_kg": 0.016}, "for each m² of disk"),
         ({"battery": read_battery("520Ah@14.8V")}, "weighs 20.7 kg at least"),
         ({"battery": read_battery("0.52Ah@14.8V")}, "faster than any battery bears"),
-        ({"battery": read_battery("5.2Ah@16.8V")}, "no number of lithium cells"),
+        ({"battery": read_battery("5.2Ah@16.8V")}, "4 full cells, not their nominal voltage"),
         ({"battery": read_battery("77Wh")}, "give charge and cells"),
-        ({"hover": read_hover("80W")}, "less than the 88 W"),
-        ({"hover": read_hover("90min")}, "less than the 88 W"),
+        # 88.2 W of the ideal disk; the avionics have 6 W, of so little a tenth
+        ({"hover": read_hover("80W")}, "80 W is less than the 94 W"),
+        ({"hover": read_hover("90min")}, "less than the 93 W"),
+        ({"hover": read_hover("94W")}, "less than the 94 W"),
+        ({"hover": read_hover("2000A")}, "more than half of the battery's voltage"),
+        ({"battery": read_battery("5.2Ah@12.6V")}, "that of 3 full cells.*as 3S5200"),
+        ({"battery": read_battery("5.2Ah@25.2V")}, "6 full cells or of 7 lithium-ion cells"),
+        ({"motor": read_motor("1250g@310W")}, "says nothing without a hover throttle"),
+        (
+            {"hover": read_hover("18A"), "motor": read_motor("1250g@310W")},
+            "says nothing beside a hover current without a hover throttle",
+        ),
         ({"hover": read_hover("2600W")}, "times the"),
         ({"hover": read_hover("38%")}, "needs the motor"),
         ({"hover": read_hover("38%"), "motor": read_motor("4500g@900W")}, "correct one of them"),
@@ -203,6 +213,12 @@ def test_what_cannot_fly_is_refused_with_the_physics(given: dict[str, Any], sent
         _vehicle(**given)
 
 
+def test_a_hover_that_few_have_is_taken_with_a_word() -> None:
+    word = "of what published multicopters take"
+    assert word in " ".join(_vehicle(hover=read_hover("110W")).provenance.readings)
+    assert word not in " ".join(_vehicle(hover=read_hover("180W")).provenance.readings)
+
+
 def test_cells_that_parameters_contradict_are_refused() -> None:
     parameters = parameters_from_text(b"BAT1_N_CELLS,6\nMPC_XY_CRUISE,5\n", source="my.params")
     with pytest.raises(UsageError, match="has 4 cells, BAT1_N_CELLS says 6"):
@@ -213,12 +229,20 @@ def test_units_that_people_write_are_read() -> None:
     assert read_mass("3500g") == read_mass("3.5") == read_mass("3.5 kg") == pytest.approx(3.5)
     assert read_mass("2lb") == pytest.approx(0.90718474)
     assert read_propeller("10in") == read_propeller("10") == read_propeller("254mm")
+    assert read_propeller("10x4.5") == read_propeller("10 inch") == read_propeller('10x4.5"')
     assert read_battery("4S5200") == read_battery("5200mAh@4S") == read_battery("4S5.2Ah")
     for text, reader in (
         ("3 stone", read_mass),
         ("18", read_hover),
         ("0W", read_hover),
         ("120%", read_hover),
+        ("1600", read_mass),
+        ("1,6kg", read_mass),
+        ("1045", read_propeller),
+        ("0", read_rotors),
+        ("-4", read_rotors),
+        ("3.5", read_rotors),
+        ("four", read_rotors),
     ):
-        with pytest.raises(ValueError, match=r"expected|above 0|below 100"):
+        with pytest.raises(ValueError, match=r"expected|above 0|below 100|write"):
             reader(text)
