@@ -32,6 +32,7 @@ from planner.selection import Selection as Selection
 from planner.service.comparison import Comparison as Comparison
 from planner.service.comparison import compare_results as compare_results
 from planner.service.endurance import Endurance as Endurance
+from planner.service.endurance import list_models as list_models
 from planner.service.endurance import predict_endurance as predict_endurance
 from planner.service.fleet import FleetResult as FleetResult
 from planner.service.fleet import check_fleet as check_fleet

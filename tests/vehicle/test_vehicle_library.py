@@ -55,7 +55,7 @@ def test_an_unknown_name_is_told_the_nearest(name: str, nearest: str) -> None:
 @pytest.mark.parametrize(
     ("words", "names"),
     [
-        ("phantom", ["dji-phantom-4-pro"]),
+        ("phantom", ["dji-phantom-4-rtk"]),
         ("X-500", ["holybro-x500-v2"]),
         ("m300", ["dji-matrice-300-rtk"]),
         ("mavic 2", ["dji-mavic-2-pro"]),
