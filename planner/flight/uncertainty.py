@@ -175,7 +175,6 @@ class UnknownSamples(Value, eq=False):
     load_kg: FloatArray
     """Beyond the model's own mass: payload, and what the battery weighs more."""
     temperature_c: FloatArray
-    charge: FloatArray
     errors: ModelErrors
     landing_rank: FloatArray
     """Fraction of landings that are sooner found over."""
@@ -198,7 +197,7 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     """Return samples of the conditions and of the errors of the model, always the same ones.
 
     The temperature is spread about that of the power.  A wind sampled below zero blows the other way; a
-    payload is not below zero, a charge not above all.  The samples of one quantity do not depend on the
+    payload is not below zero.  The samples of one quantity do not depend on the
     spread of another.
     """
     normal, _, uniform = _standard_samples(spread.n_flights)
@@ -211,10 +210,15 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
         load_kg=np.maximum(mean_of(setup.payload_kg) + sd_of(setup.payload_kg) * normal[2], 0.0)
         + setup.flown_pack.added_kg,
         temperature_c=power.home_temperature_c + sd_of(setup.temperature_c) * normal[3],
-        charge=np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0),
         errors=sample_errors(spread),
         landing_rank=uniform,
     )
+
+
+def sample_charge(spread: ModelSpread, setup: Setup) -> FloatArray:
+    """Return samples of the state of charge at the start, not below none and not above all. (samples,) [-]"""
+    normal, _, _ = _standard_samples(spread.n_flights)
+    return np.asarray(np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0))
 
 
 _LEG = 5
@@ -337,6 +341,12 @@ class Scenarios(Value, eq=False):
     """Least energy above the reserve after a return from any stage. [Wh]"""
     stopping_factor: FloatArray | None = None
     """Stopping distances over those predicted. [-]"""
+    return_wh: FloatArray | None = None
+    """Most energy used by the landing of a return from any stage. [Wh]"""
+    time_band_s: tuple[float, float] | None = None
+    """What one flight of ten stays below, and one exceeds. [s]"""
+    energy_band_wh: tuple[float, float] | None = None
+    stopping_factor_p90: float | None = None
 
     def added_to(
         self,
@@ -349,13 +359,13 @@ class Scenarios(Value, eq=False):
 
         Of battery and return it is the fraction of the flights that use part of the reserve.
         """
-        if self.stopping_factor is not None:
-            flight = replace(flight, stopping_factor_p90=_p10_p90(self.stopping_factor)[1])
+        if self.stopping_factor_p90 is not None:
+            flight = replace(flight, stopping_factor_p90=self.stopping_factor_p90)
         spread: dict[str, float] = {}
-        if self.time_s is not None:
-            spread["time_s_p10"], spread["time_s_p90"] = _p10_p90(self.time_s)
-        if self.energy_wh is not None:
-            low_wh, high_wh = _p10_p90(self.energy_wh)
+        if self.time_band_s is not None:
+            spread["time_s_p10"], spread["time_s_p90"] = self.time_band_s
+        if self.energy_band_wh is not None:
+            low_wh, high_wh = self.energy_band_wh
             spread |= {"energy_wh_p10": low_wh, "energy_wh_p90": high_wh}
             if totals.charge_mah is not None:
                 per_wh = totals.charge_mah / totals.energy_wh
@@ -402,6 +412,16 @@ def predict_scenarios(
     sweep : ReturnSweep, optional
         The returns, where they are swept already.
     """
+    scenarios = sample_flights(returns, setup, spread=spread, sweep=sweep)
+    return against_battery(
+        scenarios, returns.flight, setup, spread=spread, battery=battery, budget=budget
+    )
+
+
+def sample_flights(
+    returns: Returns, setup: Setup, *, spread: ModelSpread, sweep: ReturnSweep | None = None
+) -> Scenarios:
+    """Return what many flights of a mission take, whatever they fly on; as for `predict_scenarios`."""
     flight = returns.flight
     power = flight.power
     spread = spread_at_noise(spread, power.vehicle, setup.position_noise_m)
@@ -417,7 +437,12 @@ def predict_scenarios(
         time_s = np.maximum(time_s, 0.0)
     if spread.stopping_distance_fraction is not None:
         stopping_factor = np.maximum(1.0 + errors.stopping, 0.0)
-    timed = Scenarios(time_s=time_s, stopping_factor=stopping_factor)
+    timed = Scenarios(
+        time_s=time_s,
+        stopping_factor=stopping_factor,
+        time_band_s=None if time_s is None else _p10_p90(time_s),
+        stopping_factor_p90=None if stopping_factor is None else _p10_p90(stopping_factor)[1],
+    )
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
     weather = Weather(samples, power)
@@ -425,14 +450,33 @@ def predict_scenarios(
     tightest = None if sweep is None else _tightest_rows(returns, sweep, weather)
     at_points = _energies_j(returns, tightest, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, samples))
-    sampled = replace(timed, energy_wh=energy_wh[0])
-    if budget is None or battery is None:
-        return sampled
-    above_wh = _usable_wh(flight, battery, budget, samples.charge, setup) - budget.reserve_wh
     return replace(
-        sampled,
-        margin_wh=above_wh - energy_wh[0],
-        return_margin_wh=above_wh - energy_wh[1:].max(axis=0) if tightest else None,
+        timed,
+        energy_wh=energy_wh[0],
+        energy_band_wh=_p10_p90(energy_wh[0]),
+        return_wh=energy_wh[1:].max(axis=0) if tightest else None,
+    )
+
+
+def against_battery(
+    scenarios: Scenarios,
+    flight: Flight,
+    setup: Setup,
+    *,
+    spread: ModelSpread,
+    battery: Battery | None,
+    budget: BatteryBudget | None,
+) -> Scenarios:
+    """Return what flights take with what a battery has left of it; as for `predict_scenarios`."""
+    energy_wh, return_wh = scenarios.energy_wh, scenarios.return_wh
+    if budget is None or battery is None or energy_wh is None:
+        return scenarios
+    charge = sample_charge(spread, setup)
+    above_wh = _usable_wh(flight, battery, budget, charge, setup) - budget.reserve_wh
+    return replace(
+        scenarios,
+        margin_wh=above_wh - energy_wh,
+        return_margin_wh=None if return_wh is None else above_wh - return_wh,
     )
 
 

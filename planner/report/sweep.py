@@ -58,14 +58,12 @@ def headline(sweep: Sweep) -> str:
 def _remarks(sweep: Sweep) -> list[str]:
     tally = sweep.tally
     missions = ", ".join(printable(name) for name in sweep.plan.missions)
-    saved = tally.case_count - tally.checks
-    worked = (
-        f"{quantity.count(tally.case_count, 'condition')}: {quantity.count(tally.checks, 'check')}"
-    )
-    if saved:
-        worked += f", {saved} saved as equal"
+    every = sweep.plan.cases.combination_count
+    worked = f"{quantity.count(every, 'combination')}: {quantity.count(tally.checks, 'check')}"
+    if every > tally.checks:
+        worked += f", {every - tally.checks} saved where conditions are equal"
     if tally.flights < tally.checks:
-        worked += f"; {quantity.count(tally.flights, 'flight')} predicted, the others share them"
+        worked += f"; {quantity.count(tally.flights, 'flight')} predicted for all of them"
     lines = [f"{missions}, {printable(sweep.plan.setup.vehicle.name)}", worked]
     if weather := sweep.plan.weather:
         lines.append(f"weather of {printable(weather.source)}, {len(weather.times)} rows")

@@ -21,10 +21,11 @@ from planner.rules.declaration import (
 from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
+    from planner.rules.declaration import Found
     from planner.selection import Selection
     from planner.setup import Setup
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -61,9 +62,15 @@ RULE_NOT_EVALUATED = Rule(
 
 
 def judge(
-    a: Assessment, selection: Selection
+    a: Assessment,
+    selection: Selection,
+    *,
+    made: Callable[[Check, Assessment], Need[Any] | tuple[Found, ...]] = Check.__call__,
 ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
-    """Return what every rule finds, those off by default where selected, and what was checked."""
+    """Return what every rule finds, those off by default where selected, and what was checked.
+
+    ``made`` returns what a check comes to, for whoever remembers that.
+    """
     findings: list[Finding] = []
     entries: list[LedgerEntry] = []
     for subject, needs in SUBJECTS.items():
@@ -78,7 +85,7 @@ def judge(
                     for rule in check.rules
                 )
                 continue
-            found = check(a)
+            found = made(check, a)
             if isinstance(found, Need):
                 entries += (ledger_entry(rule.code, rule.name, found) for rule in check.rules)
                 continue

@@ -49,11 +49,15 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, Totals
+    from planner.flight.pilot import Pilot
     from planner.flight.prediction import ItemArrival, Segment, Trace
-    from planner.flight.returns.tightest import ReturnPlan
+    from planner.flight.returns.path import Returns
+    from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
+    from planner.flight.uncertainty import Scenarios
     from planner.mission.route.stage import Route
     from planner.rules.ledger import LedgerEntry
     from planner.selection import Selection
+    from planner.vehicle.model import ModelSpread
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -155,6 +159,18 @@ class Steps:
     def assess(self, prepared: Preparation) -> Assessment | None:
         """Return everything that is predicted of a flight; ``None``: nothing moves."""
         return assess(prepared)
+
+    def sample(
+        self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
+    ) -> Scenarios:
+        """Return what many flights of the mission take, whatever they fly on."""
+        from planner.flight.uncertainty import sample_flights
+
+        return sample_flights(returns, setup, spread=spread, sweep=sweep)
+
+    def arrivals(self, mission: Mission, returns: Returns) -> tuple[ItemArrival, ...]:
+        """Return when every item is reached, and the energy used by then."""
+        return item_arrivals(mission, returns.route, returns.flight)
 
     def judge(
         self, assessment: Assessment, selection: Selection
@@ -350,43 +366,65 @@ def _is_of_copter(given: ParameterSet | None) -> bool:
 
 def assess(prepared: Preparation) -> Assessment | None:
     """Return everything that is predicted of a flight of at least one stage; ``None``: nothing moves."""
-    mission, setup = prepared.mission, prepared.setup
-    vehicle = setup.vehicle
+    returns = fly(prepared)
+    return None if returns is None else assess_flown(prepared, returns, _STEPS)
+
+
+def fly(
+    prepared: Preparation,
+    *,
+    pilot_of: Callable[[Setup, FlightParameters | None], Pilot] = make_pilot,
+) -> Returns | None:
+    """Return the flight of at least one stage, and how it can be broken off; ``None``: nothing moves.
+
+    It does not depend on what charge the battery has, nor on what is judged.
+    """
+    setup = prepared.setup
     destinations = make_destinations(
-        mission,
+        prepared.mission,
         prepared.route,
         prepared.own_parameters,
         terrain=setup.terrain,
         follows_mission=setup.flown_by is not Autopilot.STEP,
     )
     route = with_own_returns(prepared.route, destinations)
-    pilot = make_pilot(setup, prepared.own_parameters)
+    pilot = pilot_of(setup, prepared.own_parameters)
     flight = predict_flight(route, setup, pilot)
     if not len(flight.motion.segments.item):
         return None
+    return make_returns(route, flight, pilot, destinations)
+
+
+def assess_flown(prepared: Preparation, returns: Returns, steps: Steps) -> Assessment:
+    """Return everything that is predicted of a flight, from its motion and its power."""
+    setup, flight = prepared.setup, returns.flight
+    vehicle = setup.vehicle
     counted = flight_battery(flight, setup)
     totals, budget = counted.totals, counted.budget
-    returns = make_returns(route, flight, pilot, destinations)
     plan, sweep = None, None
     if vehicle.is_power_known:
         sweep = sweep_returns(returns, *return_limits_wh(budget))
         plan = None if sweep is None else plan_return(returns, sweep, budget)
     if vehicle.spread is not None:
-        from planner.flight.uncertainty import predict_scenarios
+        from planner.flight.uncertainty import against_battery
 
-        scenarios = predict_scenarios(
-            returns, setup, spread=vehicle.spread, battery=counted.pack, budget=budget, sweep=sweep
+        spread = vehicle.spread
+        scenarios = against_battery(
+            steps.sample(returns, setup, spread, sweep),
+            flight,
+            setup,
+            spread=spread,
+            battery=counted.pack,
+            budget=budget,
         )
         flight, totals, budget, plan = scenarios.added_to(flight, totals, budget, plan)
-    given = field_values(prepared) | {
-        "route": route,
-        "findings": (*prepared.findings, *flight.motion.findings, *destinations.findings),
-    }
+    found = (*prepared.findings, *flight.motion.findings, *returns.destinations.findings)
+    given = field_values(prepared) | {"route": returns.route, "findings": found}
     return Assessment(
         **given,
         flight=flight,
         totals=totals,
-        items=item_arrivals(mission, route, flight),
+        items=steps.arrivals(prepared.mission, returns),
         pack=counted.pack,
         discharge=counted.discharge,
         battery=budget,

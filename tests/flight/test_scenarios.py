@@ -24,6 +24,7 @@ from planner.flight.uncertainty import (
     kind_of,
     predict_energy_band,
     predict_scenarios,
+    sample_charge,
     sample_unknowns,
     spread_at_noise,
 )
@@ -359,7 +360,7 @@ def test_the_margin_at_every_charge_sampled_is_that_of_a_flight_begun_with_it() 
         returns, setup, spread=EXACT, battery=steep, budget=result.battery
     ).margin_wh
     assert margin_wh is not None
-    samples = sample_unknowns(EXACT, setup, returns.flight.power).charge
+    samples = sample_charge(EXACT, setup)
     for index in [int(samples.argmin()), int(samples.argmax()), *range(0, SAMPLES, 1000)]:
         begun = check(
             ROWS, SURVEYOR, battery=steep, charge=float(samples[index]), reserve=0.0
@@ -429,7 +430,7 @@ def test_a_payload_is_never_sampled_below_nothing() -> None:
     flight = flown(setup).flight
     samples = sample_unknowns(EXACT, setup, flight.power)
     assert samples.load_kg.min() == 0.0
-    assert samples.charge.max() == 1.0
+    assert sample_charge(EXACT, setup).max() == 1.0
 
 
 def test_a_wind_sampled_below_zero_blows_the_other_way() -> None:

@@ -85,7 +85,7 @@ def test_a_calm_has_one_direction() -> None:
             read_axis("temperature=-5,15,30"),
         ]
     )
-    assert len(cases) == 594
+    assert (cases.combination_count, len(cases)) == (720, 594)
     every = {tuple(cases.values(number).items()) for number in range(594)}
     assert len(every) == 594
     calm = [one for one in every if dict(one)["wind_m_s"] == 0.0]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from planner.service.preflight import Steps
+    from planner.service.sweep.memory import RememberingSteps
     from planner.service.sweep.plan import SweepPlan
 
 _NAME = re.compile(r"(\d+)-(\d+)\.json")
@@ -46,10 +46,13 @@ class _Marks(Value):
     marks: dict[str, str]
 
 
-def run_batch(plan: SweepPlan, first: int, count: int, steps: Steps) -> bytes:
+def run_batch(plan: SweepPlan, first: int, count: int, steps: RememberingSteps) -> bytes:
     """Return the batch of some cases as it is written to its file."""
+    before = steps.flights
     outcomes = tuple(check_case(plan, number, steps) for number in range(first, first + count))
-    batch = Batch(mark=plan.mark, first=first, outcomes=outcomes, checks=count, flights=count)
+    batch = Batch(
+        mark=plan.mark, first=first, outcomes=outcomes, checks=count, flights=steps.flights - before
+    )
     return msgspec.json.encode(batch)
 
 

@@ -57,6 +57,18 @@ class Cases(Value, dict=True):
         return tuple(axis for block in self.blocks for axis in block.axes)
 
     @property
+    def combination_count(self) -> int:
+        """Cases there would be if equal conditions were not one: every value with every other."""
+        count = 1
+        for block in self.blocks:
+            listed = [len(axis.values) for axis in block.axes if axis.values]
+            if block.times is not None:
+                count *= sum(map(len, block.times))
+            else:
+                count *= math.prod(listed) if listed else len(block.points)
+        return count
+
+    @property
     def row_count(self) -> int:
         """Rows of the table: a case for each time its weather was measured, and each that has a gap."""
         rows = 1

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from planner import __version__
 from planner.errors import ExitCode, MavjouleError, WorkersError
-from planner.service.preflight import Steps
 from planner.service.sweep.batches import run_batch
+from planner.service.sweep.memory import RememberingSteps
 from planner.service.sweep.plan import program_mark
 from planner.workers import done_in_order
 
@@ -90,7 +90,7 @@ _own: dict[str, Any] = {}
 
 
 def _take(data: bytes) -> None:
-    _own["plan"], _own["steps"] = pickle.loads(data), Steps()
+    _own["plan"], _own["steps"] = pickle.loads(data), RememberingSteps()
 
 
 def _work(job: Job) -> bytes:
@@ -196,5 +196,5 @@ def _work_there(plan: SweepPlan, job: Job, mark: str) -> bytes:
     if program_mark() != mark:
         raise _OtherProgramError(_other_program("one of them", program_mark()))
     if getattr(_there, "mark", None) != plan.mark:
-        _there.mark, _there.plan, _there.steps = plan.mark, plan, Steps()
+        _there.mark, _there.plan, _there.steps = plan.mark, plan, RememberingSteps()
     return run_batch(_there.plan, *job, _there.steps)

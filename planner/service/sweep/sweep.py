@@ -10,11 +10,11 @@ import msgspec
 
 from planner.errors import UsageError
 from planner.mission.items import Mission
-from planner.service.preflight import Steps
 from planner.service.sweep.axes import MISSION, Axis, make_axis, read_axis
 from planner.service.sweep.batches import Batch, BatchFolder, missing, run_batch
 from planner.service.sweep.cases import make_cases
 from planner.service.sweep.engines import CoresEngine
+from planner.service.sweep.memory import RememberingSteps
 from planner.service.sweep.plan import SweepPlan
 from planner.service.sweep.table import CaseTable
 from planner.service.sweep.tally import Tally
@@ -169,7 +169,7 @@ def sweep(
     if jobs:
         first, count = jobs[0]
         asked_s = perf_counter()
-        keep(first, count, run_batch(plan, first, count, Steps()))
+        keep(first, count, run_batch(plan, first, count, RememberingSteps()))
         size = _batch_size((perf_counter() - asked_s) / count)
         jobs = missing(total, done, size)
     if engine is None:

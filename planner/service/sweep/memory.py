@@ -1,0 +1,347 @@
+"""What the checks of a sweep remember of each other, so that nothing is worked out twice.
+
+A step is not made again where everything it looked at the last time is the same now.  What it looks at is
+not declared but watched, so that it cannot be wrong: of a setup by the fields that are read, of an
+assessment by those that a rule reads.  The figures are those of a check that remembers nothing, bit by
+bit, because they are the same values or were worked out from the same ones.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from enum import Enum
+from functools import cached_property
+from types import FunctionType, MethodType
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+
+import msgspec
+
+from planner.flight.pilot import ArduPilotPilot, Px4Pilot, make_pilot
+from planner.flight.returns.path import Returns
+from planner.physics.wind import Wind
+from planner.rules.registry import judge
+from planner.service.preflight import Preparation, Steps, assess_flown, fly, prepare
+from planner.setup import Setup
+from planner.values import Value, field_names, field_values, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable, Iterable
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.findings import Finding
+    from planner.flight.motion.kinematics import Motion
+    from planner.flight.pilot import Pilot
+    from planner.flight.power import Transients
+    from planner.flight.prediction import Flight, ItemArrival
+    from planner.flight.returns.destination import ReturnTargets
+    from planner.flight.returns.path import FlightPoint, FlownReturns, ReturnPoints
+    from planner.flight.returns.tightest import ReturnSweep
+    from planner.flight.uncertainty import Scenarios
+    from planner.mission.items import Mission
+    from planner.mission.route.stage import Route
+    from planner.rules.assessment import Assessment
+    from planner.rules.declaration import Check, Found, Need
+    from planner.rules.ledger import LedgerEntry
+    from planner.selection import Selection
+    from planner.vehicle.model import ModelSpread
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+Made = TypeVar("Made")
+_KEPT = 8
+"""Results of a step that are remembered: of so many cases before."""
+
+
+class _Watched(Setup):
+    """A setup that notes which of its fields are read."""
+
+    read: ClassVar[set[str]] = set()
+
+    def __post_init__(self) -> None:
+        """Refuse nothing: it is made of a setup that was not refused."""
+
+    def __getattribute__(self, name: str) -> object:
+        if name in _FIELDS:
+            _Watched.read.add(name)
+        return super().__getattribute__(name)
+
+
+_FIELDS = frozenset(field_names(Setup))
+
+
+class _Remembered(Value, Generic[Made], eq=False):
+    """What a step came to, and what it looked at."""
+
+    subject: object
+    seen: dict[str, Any]
+    made: Made
+
+
+class _StepMemory(Generic[Made]):
+    """What a step of a subject and a setup came to, the latest first."""
+
+    def __init__(self) -> None:
+        self._known: list[_Remembered[Made]] = []
+
+    def recall(
+        self, subject: object, setup: Setup, make: Callable[[Setup], Made]
+    ) -> tuple[Made, bool]:
+        """Return what the step comes to, and whether it was made for that."""
+        for at, one in enumerate(self._known):
+            if one.subject is subject and _are_same(
+                (value, getattr(setup, name)) for name, value in one.seen.items()
+            ):
+                self._known.insert(0, self._known.pop(at))
+                return one.made, False
+        _Watched.read.clear()
+        made = make(_Watched(**field_values(setup)))
+        seen = {name: getattr(setup, name) for name in _Watched.read}
+        self._known.insert(0, _Remembered(subject=subject, seen=seen, made=made))
+        del self._known[_KEPT:]
+        return made, True
+
+
+def _are_same(pairs: Iterable[tuple[object, object]]) -> bool:
+    return all(before is now or _is_equal(before, now) for before, now in pairs)
+
+
+def _is_equal(before: object, now: object) -> bool:
+    """Return whether two plain values are equal; arrays and the like only are themselves."""
+    is_plain = isinstance(before, int | float | str | Enum | msgspec.Struct)
+    return is_plain and type(before) is type(now) and bool(before == now)
+
+
+class _Latest(Generic[Made]):
+    """The latest results by a key of the content they follow from."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[Hashable, Made] = OrderedDict()
+
+    def recall(self, key: Hashable, make: Callable[[], Made]) -> Made:
+        """Return the result of a key."""
+        if key in self._known:
+            self._known.move_to_end(key)
+            return self._known[key]
+        self._known[key] = made = make()
+        while len(self._known) > _KEPT:
+            self._known.popitem(last=False)
+        return made
+
+
+class _KeptReturns(Returns, eq=False, dict=True):
+    """Returns that remember those that were flown from the same points."""
+
+    @cached_property
+    def _flown(self) -> _Latest[FlownReturns]:
+        return _Latest()
+
+    @cached_property
+    def _points(self) -> _Latest[FlightPoint]:
+        return _Latest()
+
+    @cached_property
+    def _places(self) -> _Latest[ReturnPoints]:
+        return _Latest()
+
+    def points(self, segment: IntArray, fraction: FloatArray) -> ReturnPoints:
+        """Return points of the flight, by segment and fraction of its time. (n,)"""
+        key = (segment.tobytes(), fraction.tobytes())
+        return self._places.recall(key, lambda: Returns.points(self, segment, fraction))
+
+    def flown(self, points: ReturnPoints) -> FlownReturns:
+        """Return the returns the vehicle itself would fly from points."""
+        key = (points.segment.tobytes(), points.fraction.tobytes())
+        return self._flown.recall(key, lambda: Returns.flown(self, points))
+
+    def flight_point(self, segment: int, fraction: float) -> FlightPoint:
+        """Return where along the mission a point of the flight is."""
+        return self._points.recall(
+            (segment, fraction), lambda: Returns.flight_point(self, segment, fraction)
+        )
+
+
+class _KeptPilot:
+    """A pilot that remembers how it flew."""
+
+    def __init__(self, pilot: Pilot) -> None:
+        self._pilot = pilot
+        self._ways: list[tuple[Route, tuple[Motion, Transients]]] = []
+        self._returns: _Latest[tuple[object, tuple[Motion, Transients]]] = _Latest()
+        # with what its key has the identity of
+        self.return_heights_m = pilot.return_heights_m
+        self.stop = pilot.stop
+        self.farthest_stop_m = pilot.farthest_stop_m
+
+    def fly(self, route: Route) -> tuple[Motion, Transients]:
+        """Return the motion along a route of at least one stage, and its power transients."""
+        known = next((one for one in self._ways if one[0] is route or one[0] == route), None)
+        if known is None:
+            known = (route, self._pilot.fly(route))
+            self._ways = [known, *self._ways[: _KEPT - 1]]
+        return known[1]
+
+    def fly_returns(
+        self, points_m: FloatArray, targets: ReturnTargets, route: Route
+    ) -> tuple[Motion, Transients]:
+        """Return the returns from points (n, 3) [m] where it stands still."""
+        ends = (targets.ground_m, targets.above_ground_m, targets.datum_m)
+        own = next((one for one, _ in self._ways if one == route), route)
+        key = (
+            points_m.tobytes(),
+            *(one.tobytes() for one in ends),
+            *map(id, targets.paths),
+            id(own),
+        )
+
+        def fly() -> tuple[tuple[ReturnTargets, Route], tuple[Motion, Transients]]:
+            return (targets, own), self._pilot.fly_returns(points_m, targets, route)
+
+        return self._returns.recall(key, fly)[1]
+
+
+class _Watcher:
+    """A value whose attributes are noted as they are read; its methods run on it, its parts are watched."""
+
+    __slots__ = ("_own", "_path", "_seen")
+
+    def __init__(self, own: object, seen: dict[str, Any], path: str = "") -> None:
+        self._own, self._seen, self._path = own, seen, path
+
+    def __getattr__(self, name: str) -> object:
+        of_class = getattr(type(self._own), name, None)
+        if isinstance(of_class, FunctionType):
+            return MethodType(of_class, self)
+        if isinstance(of_class, property) and of_class.fget is not None:
+            return of_class.fget(self)
+        path, value = f"{self._path}{name}", getattr(self._own, name)
+        if path in _PARTS:
+            return _Watcher(value, self._seen, f"{path}.")
+        self._seen[path] = value
+        return value
+
+
+_PARTS = frozenset({"setup", "flight"})
+"""Parts of an assessment of which rules look at parts."""
+
+
+class RememberingSteps(Steps):
+    """The steps of checks that differ in little: each made where something it looks at has changed."""
+
+    def __init__(self) -> None:
+        self.flights = 0
+        """How many were predicted."""
+        self._prepared: _StepMemory[Preparation] = _StepMemory()
+        self._returns: _StepMemory[_KeptReturns | None] = _StepMemory()
+        self._pilots: list[tuple[Pilot, _KeptPilot]] = []
+        self._found: dict[int, tuple[Check, dict[str, Any], Any]] = {}
+        self._unwatched: set[int] = set()
+        self._latest: Assessment | None = None
+        self._sampled: _Latest[tuple[Returns, _StepMemory[Scenarios]]] = _Latest()
+        # with what its key has the identity of
+        self._arrivals: tuple[Returns, tuple[ItemArrival, ...]] | None = None
+
+    def prepare(self, mission: Mission, setup: Setup) -> Preparation:
+        """Return what the flight of a mission is predicted from."""
+        made, _ = self._prepared.recall(mission, setup, lambda own: prepare(mission, own))
+        changed = {
+            name: value
+            for name, value in field_values(made.setup).items()
+            if value is not getattr(setup, name) and name in _DECIDED
+        }
+        return replace(made, setup=replace(setup, **changed) if changed else setup)
+
+    def assess(self, prepared: Preparation) -> Assessment | None:
+        """Return everything that is predicted of a flight; ``None``: nothing moves."""
+        returns, is_new = self._returns.recall(
+            prepared.route, prepared.setup, lambda setup: self._fly(replace(prepared, setup=setup))
+        )
+        self.flights += is_new
+        if returns is None:
+            return None
+        a = assess_flown(prepared, returns, self)
+        if (before := self._latest) is not None and before.returns is returns:
+            a = _with_kept(a, before)
+        self._latest = a
+        return a
+
+    def sample(
+        self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
+    ) -> Scenarios:
+        """Return what many flights of the mission take, whatever they fly on."""
+        points = b"" if sweep is None else sweep.segment.tobytes() + sweep.fraction.tobytes()
+        sampled = super().sample
+        memory = self._sampled.recall((id(returns), points), lambda: (returns, _StepMemory()))[1]
+        return memory.recall(spread, setup, lambda own: sampled(returns, own, spread, sweep))[0]
+
+    def arrivals(self, mission: Mission, returns: Returns) -> tuple[ItemArrival, ...]:
+        """Return when every item is reached, and the energy used by then."""
+        if self._arrivals is None or self._arrivals[0] is not returns:
+            self._arrivals = (returns, super().arrivals(mission, returns))
+        return self._arrivals[1]
+
+    def judge(
+        self, assessment: Assessment, selection: Selection
+    ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
+        """Return what every rule finds, and what was checked."""
+        now: dict[str, Any] = {}
+        return judge(assessment, selection, made=lambda check, a: self._checked(check, a, now))
+
+    def _fly(self, prepared: Preparation) -> _KeptReturns | None:
+        returns = fly(prepared, pilot_of=self._pilot)
+        return None if returns is None else _KeptReturns(**field_values(returns))
+
+    def _pilot(self, setup: Setup, parameters: FlightParameters | None) -> Pilot:
+        pilot = make_pilot(setup, parameters)
+        if isinstance(pilot, Px4Pilot | ArduPilotPilot) and pilot.airspeed_limit_m_s is None:
+            pilot = replace(pilot, wind=Wind())  # no wind slows it down: the motion is that of calm
+        for known, kept in self._pilots:
+            if known == pilot:
+                return kept
+        kept = _KeptPilot(pilot)
+        self._pilots = [(pilot, kept), *self._pilots[: _KEPT - 1]]
+        return kept
+
+    def _checked(
+        self, check: Check, a: Assessment, now: dict[str, Any]
+    ) -> Need[Any] | tuple[Found, ...]:
+        key = id(check)
+        if key in self._unwatched:
+            return check(a)
+        if key in self._found:
+            _, seen, found = self._found[key]
+            if _are_same((value, _value(a, path, now)) for path, value in seen.items()):
+                return found  # type: ignore[no-any-return] # as it was made below
+        seen = {}
+        try:
+            found = check(_Watcher(a, seen))  # type: ignore[arg-type] # it has what an assessment has
+        except TypeError:  # it hands the assessment on to what takes nothing else
+            self._unwatched.add(key)
+            return check(a)
+        self._found[key] = (check, seen, found)
+        return found
+
+
+_DECIDED = frozenset({"position_noise_m"})
+"""Fields that the preparation decides where a setup leaves them open."""
+
+
+def _value(a: Assessment, path: str, now: dict[str, Any]) -> object:
+    """Return what is at a path of an assessment; looked up once for all rules."""
+    if path not in now:
+        value: Any = a
+        for name in path.split("."):
+            value = getattr(value, name)
+        now[path] = value
+    return now[path]
+
+
+def _with_kept(a: Assessment, before: Assessment) -> Assessment:
+    """Return an assessment of the same flight with what was worked out of it before."""
+    if _is_same_flight(a.flight, before.flight):
+        a = replace(a, flight=before.flight)
+    if "reach" in vars(before):
+        vars(a)["reach"] = before.reach
+    return a
+
+
+def _is_same_flight(one: Flight, other: Flight) -> bool:
+    return _are_same(zip(field_values(one).values(), field_values(other).values(), strict=True))
