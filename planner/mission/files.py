@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 from planner.errors import MissionFileError, UsageError
 from planner.files import write_output_file
 from planner.findings import Rule, Severity
-from planner.mission.formats.exchange import describe_text, describe_xml, read_bytes, read_text
+from planner.mission.formats.exchange import (
+    describe_text,
+    describe_xml,
+    read_bytes,
+    read_text,
+    xml_root,
+)
 from planner.mission.formats.json_document import parse_json
 from planner.mission.formats.plan import read_plan
 from planner.mission.formats.wpl import (
@@ -27,7 +33,7 @@ from planner.mission.items import MissionFormat
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from planner.findings import Finding
     from planner.mission.items import Mission
@@ -53,8 +59,8 @@ def read_mission(path: str | Path) -> Mission:
     Parameters
     ----------
     path : str or Path
-        A plan, a ``QGC WPL`` text, one of their older forms, or either of them compressed; what
-        it is shows in its content.
+        A plan, a ``QGC WPL`` text, one of their older forms, or either of them compressed; a line with
+        altitudes in KML, KMZ or GeoJSON; Litchi's CSV; DJI's WPML.  What it is shows in its content.
 
     Returns
     -------
@@ -130,20 +136,48 @@ def _collection_paused() -> Iterator[None]:
 def _read_content(text: str, *, source: str) -> Mission:
     """Return the mission in a text by what it begins with."""
     if text.lstrip().startswith(("{", "[")):
-        return read_plan(parse_json(text, source=source), source)
+        return _read_json(text, source=source)
     if text.lstrip().startswith("<"):
-        raise MissionFileError(describe_xml(text), source=source)
+        return _read_xml(text, source=source)
     for _, line in read_lines(text, source=source):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        if has_wpl_header(line) or is_row(line):
-            return read_wpl(text, source=source)
-        if is_rally_line(line):
-            return read_rally_list(text, source=source)
-        if is_fence_line(line):
-            return read_fence_list(text, source=source)
+        if reader := _line_reader(line):
+            return reader(text, source=source)
         break
     raise MissionFileError(describe_text(text), source=source)
+
+
+def _read_json(text: str, *, source: str) -> Mission:
+    document = parse_json(text, source=source)
+    root = document.root
+    if isinstance(root, dict) and isinstance(root.get("type"), str) and "items" not in root:
+        from planner.mission.formats.geojson import is_geojson, read_geojson
+
+        if is_geojson(root):
+            return read_geojson(root, source=source)
+    return read_plan(document, source)
+
+
+def _read_xml(text: str, *, source: str) -> Mission:
+    if xml_root(text) != "kml":
+        raise MissionFileError(describe_xml(text), source=source)
+    from planner.mission.formats.kml import read_kml
+
+    return read_kml(text, source=source)
+
+
+def _line_reader(line: str) -> Callable[..., Mission] | None:
+    """Return who reads a text whose first line that says something is this; ``None``: nobody."""
+    if has_wpl_header(line) or is_row(line):
+        return read_wpl
+    if line.lower().startswith("latitude,"):
+        from planner.mission.formats.litchi import is_litchi, read_litchi
+
+        return read_litchi if is_litchi(line) else None
+    if is_rally_line(line):
+        return read_rally_list
+    return read_fence_list if is_fence_line(line) else None
 
 
 FILE_SUFFIX = Rule(
@@ -158,6 +192,8 @@ FILE_SUFFIX = Rule(
 
 def _check_suffix(mission: Mission, name: str) -> list[Finding]:
     """Return the finding about a suffix that belongs to another format."""
+    if mission.file_format is MissionFormat.FOREIGN:
+        return []
     suffix = PurePath(name).suffix.lower()
     if not any(suffix in _SUFFIXES[other] for other in _SUFFIXES if other != mission.file_format):
         return []

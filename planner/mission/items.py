@@ -30,6 +30,8 @@ class MissionFormat(StrEnum):
     """QGroundControl's JSON, ``fileType`` "Plan"."""
     WPL = "wpl"
     """The text format with a ``QGC WPL`` header."""
+    FOREIGN = "foreign"
+    """A drawing or another maker's mission, which is only read."""
 
 
 class VehicleKind(StrEnum):

@@ -119,6 +119,14 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: fence(3, *CORNERS),
         silent=lambda: read(HOME, TAKEOFF),
     ),
+    "L165": RuleCases(
+        fires=lambda: as_bytes(b"latitude,longitude,altitude(m)\n47,8,30\n47.001,8,30\n"),
+        boundary=lambda: as_bytes(
+            b"latitude,longitude,altitude(m)\n47,8,30\n"
+        ),  # one point will do
+        fires_at_boundary=True,
+        silent=lambda: read(HOME, TAKEOFF),
+    ),
     "L163": RuleCases(
         fires=lambda: as_bytes(gzip.compress(TEXT.encode())),
         boundary=lambda: read(HOME, TAKEOFF, name="a.gz"),

@@ -46,10 +46,11 @@ def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
                 if PurePosixPath(name).suffix.lower() in MISSION_SUFFIXES
                 and not name.startswith("__MACOSX/")
             ]
+            if not names:  # what DJI executes, else what Google Earth shows
+                held_kml = [name for name in archive.namelist() if name.lower().endswith(".kml")]
+                names = [name for name in archive.namelist() if name == _DJI_ROUTE] or held_kml
             if len(names) != 1:
                 held = f"{len(names)} missions" if names else "no mission"
-                if "doc.kml" in archive.namelist():
-                    held = "a Google Earth document (KMZ), not a mission"
                 msg = f"a zip archive that holds {held}: unpack it and give one mission file"
                 raise MissionFileError(msg, source=source)
             with archive.open(names[0]) as stream:
@@ -59,6 +60,7 @@ def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
         raise MissionFileError(msg, source=source) from None
 
 
+_DJI_ROUTE = "wpmz/waylines.wpml"
 _GIVE_A_MISSION = "give a .plan or .waypoints file"
 _VERIFY = "compare it with a prediction by 'mavjoule verify'"
 
@@ -86,7 +88,6 @@ _XML_SKIP = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>", re.DOTALL | re.I
 _XML: dict[str, str] = {
     "mission": "this is a MultiWii or iNav mission (XML): those autopilots do not speak MAVLink's "
     "mission items; plan it in QGroundControl or Mission Planner",
-    "kml": "this is a Google Earth document (KML): import it in QGroundControl and save a plan",
     "gpx": "this is a GPS track (GPX): plan it in QGroundControl or Mission Planner",
     "html": "this is a web page, not a mission: the download may have gone wrong",
 }
@@ -111,10 +112,15 @@ def describe_binary(data: bytes) -> str | None:
 
 def describe_xml(text: str) -> str:
     """Return the sentence about a text that begins like XML."""
+    root = xml_root(text)
+    return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), not a mission: {_GIVE_A_MISSION}")
+
+
+def xml_root(text: str) -> str:
+    """Return the name of the element that a text of XML is, without its prefix; ``""`` for none."""
     # Comments may be long; what names the document is near its beginning.
     match = _XML_ROOT.search(_XML_SKIP.sub("", text[:20_000]))
-    root = "" if match is None else match[2]
-    return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), not a mission: {_GIVE_A_MISSION}")
+    return "" if match is None else match[2]
 
 
 def describe_text(text: str) -> str:
@@ -201,7 +207,8 @@ def read_text(data: bytes, *, source: str) -> FileText:
         findings.append(FILE_PACKED.finding("read from a gzip file"))
     elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         data, inner_name = _unpack_zip(data, source=source)
-        findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
+        if not inner_name.lower().endswith((".kml", ".wpml")):  # those are always packed
+            findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
     _refuse_large(data, source=source)
     text, odd = _decode(data, source=source)
     if odd:

@@ -1,0 +1,111 @@
+"""Missions in GeoJSON (RFC 7946): one line with altitudes, and areas about it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from planner.errors import MissionFileError
+from planner.geo.fence import FencePolygon
+from planner.mission.commands import Frame
+from planner.mission.formats.foreign import RoutePoint, foreign_mission
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.mission.items import Mission
+
+
+_COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
+_GEOMETRIES = frozenset(
+    {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
+)
+
+
+def is_geojson(root: object) -> bool:
+    """Return whether the root of a JSON text is that of GeoJSON."""
+    kinds = {*_COLLECTIONS, *_GEOMETRIES, "Feature"}
+    return isinstance(root, dict) and root.get("type") in kinds and "fileType" not in root
+
+
+def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
+    """Return the mission of the one line in parsed GeoJSON.
+
+    Raises MissionFileError where there is none, or more than one, and where altitudes are missing.
+    """
+    shapes = list(_geometries(root))
+    lines = [shape for shape in shapes if shape["type"] == "LineString"]
+    if len(lines) != 1 or any(shape["type"] == "MultiLineString" for shape in shapes):
+        count = len(lines) + sum(
+            len(shape.get("coordinates") or ())
+            for shape in shapes
+            if shape["type"] == "MultiLineString"
+        )
+        msg = f"GeoJSON with {count or 'no'} lines: one line is flown, keep only that in the file"
+        raise MissionFileError(msg, source=source)
+    points = []
+    for number, position in enumerate(_positions(lines[0].get("coordinates"), source), 1):
+        if len(position) < 3:
+            msg = f"point {number} of the line has no altitude: give each longitude, latitude, altitude"
+            raise MissionFileError(msg, source=source)
+        longitude_deg, latitude_deg, altitude_m = position[:3]
+        points.append(
+            RoutePoint(
+                latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=altitude_m
+            )
+        )
+    areas = [_area(shape, source) for shape in shapes if shape["type"] == "Polygon"]
+    return foreign_mission(
+        points,
+        what="the line of a GeoJSON text",
+        source=source,
+        frame=Frame.GLOBAL,
+        assumed=[
+            "altitudes above mean sea level",
+            "a return home at the end",
+            "the vehicle's own speed",
+        ],
+        areas=areas,
+    )
+
+
+def _geometries(root: Any) -> Iterator[dict[str, Any]]:  # noqa: ANN401 - whatever JSON holds
+    """Yield every geometry, of collections in collections too; what is none is left out."""
+    waiting = [root]
+    while waiting:
+        one = waiting.pop()
+        if not isinstance(one, dict) or not isinstance(kind := one.get("type"), str):
+            continue
+        if kind == "Feature":
+            waiting.append(one.get("geometry"))
+        elif kind in _COLLECTIONS and isinstance(members := one.get(_COLLECTIONS[kind]), list):
+            waiting += members[::-1]
+        elif kind in _GEOMETRIES:
+            yield one
+
+
+def _area(shape: dict[str, Any], source: str) -> FencePolygon:
+    rings = shape.get("coordinates")
+    ring = _positions(rings[0], source) if isinstance(rings, list) and len(rings) == 1 else []
+    if len(ring) < 4:
+        msg = "GeoJSON with an area that has holes, or fewer than three corners: mend or remove it"
+        raise MissionFileError(msg, source=source)
+    corners = tuple((position[1], position[0]) for position in ring[:-1])
+    return FencePolygon(inclusion=True, vertices_deg=corners)
+
+
+def _positions(found: object, source: str) -> list[list[float]]:
+    """Return positions, each of two numbers or more."""
+    if isinstance(found, list) and all(
+        isinstance(position, list)
+        and len(position) >= 2
+        and all(_is_number(value) for value in position)
+        for position in found
+    ):
+        return found
+    msg = "GeoJSON with coordinates that are no list of positions: [longitude, latitude, altitude]"
+    raise MissionFileError(msg, source=source)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
