@@ -118,7 +118,8 @@ class ModelErrors(Value, eq=False):
 
         ``by_state_j`` is (..., states).
         """
-        sampled_j = by_state_j @ self.state
+        # Not by `@`: its second thread waits for work on a core of its own, longer than the check takes.
+        sampled_j = np.einsum("...s,sn->...n", by_state_j, self.state)
         sampled_j += by_state_j.sum(axis=-1, keepdims=True)
         sampled_j *= 1.0 + self.energy
         return np.asarray(np.maximum(sampled_j, 0.0, out=sampled_j))
