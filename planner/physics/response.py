@@ -227,8 +227,9 @@ class Modes(Value, eq=False):
         return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), orders))
 
     def _after_impulse(self, t: FloatArray, orders: Sequence[int]) -> FloatArray:
-        shape = np.broadcast_shapes(t.shape, self.feedthrough.shape)
-        totals = np.zeros((len(orders), *shape))
+        if self.feedthrough.ndim:
+            t = np.broadcast_to(t, np.broadcast_shapes(t.shape, self.feedthrough.shape))
+        totals = np.zeros((len(orders), *t.shape))
         for rate, turning, residue in self.fractions:
             turns = turning.any()
             decay = np.exp(rate * t)
@@ -247,11 +248,10 @@ class Modes(Value, eq=False):
                 own += _power_sum(self.steady_series[:powers][::-1], t)
             close = self.is_close | slow if powers > 0 else self.is_close
             if close.any():
-                mask = np.broadcast_to(close & ~early, shape)
-                own[mask] = self._by_differences(np.broadcast_to(t, shape)[mask], mask, k)
+                mask = close & ~early
+                own[mask] = self._by_differences(t[mask], mask, k)
             if some_early:
-                mask = np.broadcast_to(early, shape)
-                own[mask] = self._by_series(np.broadcast_to(t, shape)[mask], mask, k)
+                own[early] = self._by_series(t[early], early, k)
             if k > 0:
                 own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
         return totals
@@ -388,13 +388,11 @@ def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int
 
 def _power_sum(coefficients: FloatArray, t: FloatArray, offset: int = 0) -> FloatArray:
     """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
-    terms, of_one = len(coefficients), coefficients.shape[1:]
-    divisors = _FACTORIALS[offset : offset + terms].reshape(-1, *(1,) * len(of_one))
-    total = np.zeros(np.broadcast_shapes(t.shape, of_one))
-    for term in (coefficients / divisors)[::-1]:
-        total *= t
-        total += term
-    return total
+    divisors = _FACTORIALS[offset : offset + len(coefficients)]
+    *lower, total = coefficients / divisors.reshape(-1, *(1,) * (coefficients.ndim - 1))
+    for term in reversed(lower):
+        total = total * t + term
+    return np.asarray(total)
 
 
 def _at(mask: BoolArray, column: npt.NDArray[Any], trailing: int = 0) -> npt.NDArray[Any]:
