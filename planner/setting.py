@@ -29,8 +29,18 @@ from typing import (
 import msgspec
 
 from planner.errors import UsageError, described, is_number, nearest_hint
-from planner.quantity import PLUS_MINUS, Spread, exact, exact_percent, read_fraction, read_number
+from planner.quantity import (
+    NUMBER,
+    PLUS_MINUS,
+    Spread,
+    exact,
+    exact_percent,
+    read_fraction,
+    read_in,
+    read_number,
+)
 from planner.selection import FileIgnore, make_file_ignore
+from planner.units import LENGTH_UNITS_M, MASS_UNITS_KG, SPEED_UNITS_M_S, TIME_UNITS_S
 from planner.values import Value, ValueType, force_setattr, replace
 
 if TYPE_CHECKING:
@@ -42,6 +52,10 @@ P = ParamSpec("P")
 Subject = TypeVar("Subject")
 Outcome = TypeVar("Outcome")
 _UNIT = re.compile("_(m_s|m|s|c|kg|deg)$")
+_UNITS = {"m/s": SPEED_UNITS_M_S, "m": LENGTH_UNITS_M, "kg": MASS_UNITS_KG, "s": TIME_UNITS_S}
+"""Units that are read for a setting, by the one it counts in."""
+_COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # noqa: SIM905 - read at a glance
+"""Points of the compass, 22.5° apart."""
 SettingValue = Any
 """The value of a setting: each kind has its own."""
 
@@ -137,12 +151,16 @@ class Number(Kind):
         return Spread(mean=mean, sd=sd[0]) if sd and sd[0] else mean
 
     def read_parts(self, parts: list[str]) -> list[float]:
-        """Return a number, or a number and its standard deviation."""
+        """Return a number, or a number and its standard deviation, whose unit counts for both."""
+        units = sorted(_UNITS.get(self.unit, {}), key=len, reverse=True)
+        if len(parts) == 2 and re.fullmatch(NUMBER, parts[0], re.IGNORECASE):
+            parts[0] += next((unit for unit in units if parts[1].lower().endswith(unit)), "")
         return [self.read_one(part) for part in parts]
 
     def read_one(self, text: str) -> float:
         """Return a single number."""
-        return read_number(text, unit=self.unit)
+        units = _UNITS.get(self.unit)
+        return read_number(text, unit=self.unit) if units is None else read_in(text, units)
 
     def write_one(self, value: float) -> str:
         """Return a single number as text."""
@@ -161,6 +179,24 @@ class Number(Kind):
         mean = value.mean if isinstance(value, Spread) else float(value)
         inside = self.low < mean if self.is_open else self.low <= mean
         return "" if inside and mean <= self.high else self.range_text
+
+
+class Bearing(Number):
+    """A direction, clockwise from north, in degrees or by its point of the compass: ``270``, ``W``."""
+
+    def __init__(self, *, with_spread: bool = False) -> None:
+        super().__init__("deg", 0.0, 360.0, with_spread=with_spread)
+
+    def read_one(self, text: str) -> float:
+        """Return a single direction. [°]"""
+        point = text.strip().upper()
+        if point in _COMPASS:
+            return 360.0 * _COMPASS.index(point) / len(_COMPASS)
+        try:
+            return super().read_one(text.replace("°", ""))
+        except ValueError:
+            msg = f"expected degrees or a point of the compass such as NW, got {text!r}"
+            raise ValueError(msg) from None
 
 
 class Fraction(Number):

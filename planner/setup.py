@@ -21,6 +21,7 @@ from planner.physics.wind import Wind
 from planner.quantity import NUMBER, Spread, exact, mean_of, sd_of
 from planner.selection import Selection, read_baseline
 from planner.setting import (
+    Bearing,
     Choice,
     Codes,
     CodesByFile,
@@ -210,15 +211,12 @@ class _ReserveKind(Fraction):
         return super().text(value.fraction or 0.0)
 
 
-_WIND = (
-    Number("m/s", 0.0, FASTEST_M_S, with_spread=True),
-    Number("°", 0.0, 360.0, with_spread=True),
-)
+_WIND = (Number("m/s", 0.0, FASTEST_M_S, with_spread=True), Bearing(with_spread=True))
 """Its speed, and the direction it blows from."""
 
 
 def read_wind(text: str) -> Wind:
-    """Return the wind of ``5@270``, 5 m/s from west, or with standard deviations ``5±2@270±20``."""
+    """Return the wind of ``5@270``, 5 m/s from west, ``10kt@W``, or with deviations ``5±2@270±20``."""
     if _matched(NUMBER, text) and float(text) == 0.0:
         return Wind()
     try:
@@ -228,7 +226,7 @@ def read_wind(text: str) -> Wind:
     except ValueError as error:
         reason = f": {error}" if text.count("@") == 1 else f", got {text!r}"
         msg = (
-            "expected speed in m/s and the direction it blows from, such as 5@270 or 5±2@270±20"
+            "expected speed and the direction it blows from, such as 5@270, 10kt@W or 5±2@270±20"
             f"{reason}"
         )
         raise ValueError(msg) from error
@@ -429,7 +427,7 @@ class Setup(_Vehicle):
     wind: Wind = setting(
         Form(read_wind, wind_text, holds="text or number"),
         Group.FLIGHT,
-        "wind in m/s and where it blows from, 5@270 or 5±2@270±20",
+        "wind and where it blows from, 5@270 in m/s, 10kt@W or 5±2@270±20",
         default=Wind(),
         metavar="SPEED@FROM_DEG",
         unset="none",
@@ -492,7 +490,7 @@ class Setup(_Vehicle):
     payload_kg: float | Spread = setting(
         Number("kg", 0.0, 1000.0, with_spread=True, hint="is it grams?"),
         Group.FLIGHT,
-        "mass carried beyond the model's own, such as 0.5 or 0.5±0.1",
+        "mass carried beyond the model's own, such as 0.5, 500g or 0.5±0.1",
         default=0.0,
         unset="0",
         label="Payload kg",
@@ -518,7 +516,7 @@ class Setup(_Vehicle):
     )
 
     heading_deg: float | None = setting(
-        Number("deg", 0.0, 360.0),
+        Bearing(),
         Group.FLIGHT,
         "heading the vehicle is armed with, clockwise from north, which PX4 turns from and returns to",
         default=None,

@@ -22,8 +22,14 @@ ZERO_CELSIUS_K = 273.15
 JOULES_PER_WATT_HOUR = 3600.0
 SECONDS_PER_HOUR = 3600.0
 SECONDS_PER_MINUTE = 60.0
-MASS_UNITS_KG = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
+MASS_UNITS_KG = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.45359237 / 16}
 """The pound: international agreement of 1959. [kg]"""
+LENGTH_UNITS_M = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048}
+"""The foot: international agreement of 1959. [m]"""
+_KNOT_M_S = 1852 / 3600
+SPEED_UNITS_M_S = {"m/s": 1.0, "km/h": 1 / 3.6, "kt": _KNOT_M_S, "kn": _KNOT_M_S, "mph": 0.44704}
+"""The knot: nautical miles of 1852 m (Monaco, 1929) an hour. [m s⁻¹]"""
+TIME_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 MILLIAMPERE_HOURS_PER_AMPERE_HOUR = 1000.0
 
 FASTEST_M_S = 100.0

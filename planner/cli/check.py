@@ -16,6 +16,7 @@ from planner.cli.link import is_vehicle, link_options, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     KindType,
     data_options,
     given_settings,
@@ -54,7 +55,7 @@ class _PathPattern(Kind):
         return text
 
 
-@click.command("check")
+@click.command("check", cls=GroupedCommand)
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
 @setting_options(*CHECK_GROUPS, Group.FLEET, Group.REPORT)
 @click.option(
@@ -256,7 +257,9 @@ def segments(mission: str, *, file_format: str, output: Path | None, **options: 
     result = check_file(mission, Setup.of(settings))
     if isinstance(result, UnreadableMission):
         show_traceback(result.failure)
-        narrate(result.findings[0].message)
+        place = result.findings[0].place
+        where = "" if place is None else f":{place.line}:{place.column}"
+        narrate(f"{result.file}{where}: {result.findings[0].message}")
         return ExitCode.NO_GO if result.failure else ExitCode.UNUSABLE
     match file_format:
         case "json":

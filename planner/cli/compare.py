@@ -12,6 +12,7 @@ from planner.cli.configuration import mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     data_options,
     given_settings,
     page_option,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command("compare", short_help="Show two checks side by side.")
+@click.command("compare", cls=GroupedCommand, short_help="Show two checks side by side.")
 @click.argument("mission_a", metavar="A", type=MISSION_PATH)
 @click.argument("mission_b", metavar="[B]", required=False, type=MISSION_PATH)
 @click.option(

@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.cli.options import kind_option, path_option, setting_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.mission.items import Home
-from planner.setting import Choice, Number
+from planner.setting import Bearing, Choice, Number
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,9 +46,7 @@ _AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
 @kind_option("--hold", Number("s", 20.0, 600.0), "hover at each level", name="hold_s", default=60.0)
 @kind_option("--speed", Number("m/s", 1.0, 30.0), "of the legs", name="speed_m_s", default=10.0)
 @kind_option("--leg", Number("m", 50.0, 2000.0), "length of a leg", name="leg_m", default=300.0)
-@kind_option(
-    "--direction", Number("deg", 0.0, 360.0), "of the way out", name="bearing_deg", default=0.0
-)
+@kind_option("--direction", Bearing(), "of the way out", name="bearing_deg", default=0.0)
 @click.option("--force", is_flag=True, help="write over missions that are there already")
 def command(
     *,

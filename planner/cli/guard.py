@@ -14,6 +14,7 @@ from planner.cli.configuration import typed_settings
 from planner.cli.link import link_options, link_request, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
+    GroupedCommand,
     given_settings,
     kind_option,
     path_option,
@@ -66,7 +67,9 @@ class Duration(Number):
 _DEFAULTS = GuardSettings()
 
 
-@click.command("guard", short_help="Watch a vehicle and answer its requests to arm.")
+@click.command(
+    "guard", cls=GroupedCommand, short_help="Watch a vehicle and answer its requests to arm."
+)
 @click.argument("url", metavar="URL")
 @setting_options(*CHECK_GROUPS)
 @kind_option(

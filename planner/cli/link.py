@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from planner import __version__
-from planner.cli.options import format_option, kind_option, path_option
-from planner.cli.output import StatusLine, narrate, write_data
+from planner.cli.options import data_options, format_option, kind_option, path_option
+from planner.cli.output import StatusLine, narrate, refuse_overwriting, write_data
 from planner.errors import ExitCode, UsageError
 from planner.setting import Number
 
@@ -191,9 +191,11 @@ def fetch(
 @click.command("diff", short_help="Compare a mission with a vehicle's, or another file's.")
 @click.argument("first", metavar="FILE")
 @click.argument("second", metavar="URL|FILE")
-@format_option("text", "json")
+@data_options("text", "json")
 @link_options
-def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCode:
+def diff(
+    *, first: str, second: str, file_format: str, output: Path | None, **link: object
+) -> ExitCode:
     """Compare a mission with the one on a vehicle, or in another file, item by item.
 
     Frames that mean the same count as one, places and numbers are rounded as MAVLink sends them.
@@ -207,6 +209,7 @@ def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCo
     from planner.service.preflight import bugs_of
     from planner.service.vehicle import compare_files, compare_with_vehicle
 
+    refuse_overwriting(output, (first, second))
     with bugs_of(first):
         mission = read_mission(first)
         if is_vehicle(second):
@@ -221,7 +224,8 @@ def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCo
         write_data(
             comparison_json(comparison, __version__)
             if is_json
-            else mission_comparison_text(comparison)
+            else mission_comparison_text(comparison),
+            output=output,
         )
     return ExitCode.GO if comparison.is_same else ExitCode.NO_GO
 

@@ -8,20 +8,22 @@ import click
 
 from planner import __version__, catalogue
 from planner.catalogue import PX4_EVENTS
-from planner.cli.options import format_option
+from planner.cli.options import data_options
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
 from planner.report.json import rule_json, rules_json
 from planner.report.rule_text import rule_text, rules_text
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from planner.findings import Rule
 
 
 @click.command("models", short_help="List the shipped vehicle models, for --vehicle.")
 @click.argument("words", metavar="[SEARCH]...", nargs=-1)
-@format_option("text", "json")
-def models(words: tuple[str, ...], *, file_format: str) -> None:
+@data_options("text", "json")
+def models(words: tuple[str, ...], *, file_format: str, output: Path | None) -> None:
     """List the shipped vehicle models, for --vehicle: all, or those whose name or description holds SEARCH.
 
     SEARCH is what people call a drone: phantom, x500, M300.
@@ -33,17 +35,19 @@ def models(words: tuple[str, ...], *, file_format: str) -> None:
     write_data(
         models_json(listed, version=__version__)
         if file_format == "json"
-        else models_text(listed, medium=standard_medium(), describes=bool(words))
+        else models_text(listed, medium=standard_medium(output), describes=bool(words)),
+        output=output,
     )
 
 
 @click.command("rules")
-@format_option("text", "json")
-def rules(*, file_format: str) -> None:
+@data_options("text", "json")
+def rules(*, file_format: str, output: Path | None) -> None:
     """List the rules: code, severity, name and summary."""
     listed = tuple(catalogue.rules().values())
     write_data(
-        rules_json(listed, version=__version__) if file_format == "json" else rules_text(listed)
+        rules_json(listed, version=__version__) if file_format == "json" else rules_text(listed),
+        output=output,
     )
 
 
@@ -53,8 +57,8 @@ def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: st
 
 @click.command("explain", short_help="Explain a rule, and how to turn it off.")
 @click.argument("code", shell_complete=_offers)
-@format_option("text", "json")
-def explain(code: str, *, file_format: str) -> None:
+@data_options("text", "json")
+def explain(code: str, *, file_format: str, output: Path | None) -> None:
     """Explain a rule: its meaning, why, how it is computed, what to do.
 
     CODE is the rule's code, such as E101, its name, or the name of PX4's event, such as
@@ -64,7 +68,8 @@ def explain(code: str, *, file_format: str) -> None:
     write_data(
         rule_json(rule, version=__version__)
         if file_format == "json"
-        else rule_text(rule, medium=standard_medium())
+        else rule_text(rule, medium=standard_medium(output)),
+        output=output,
     )
 
 

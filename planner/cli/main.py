@@ -12,7 +12,14 @@ import click
 
 from planner import __version__
 from planner.cli.output import TRACEBACK_VARIABLE, narrate, show_traceback
-from planner.errors import CheckFailedError, ExitCode, MavjouleError, bug_text, missing_library
+from planner.errors import (
+    CheckFailedError,
+    ExitCode,
+    MavjouleError,
+    bug_text,
+    missing_library,
+    nearest_hint,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,6 +60,16 @@ class LazyGroup(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - given by click
         """Return the names of the commands, the main one first."""
         return list(COMMANDS)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is asked for and its words; refuse one that does not exist."""
+        name = args[0]
+        if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
+            msg = f"no command {name!r}{nearest_hint(name, COMMANDS)}"
+            raise click.UsageError(msg, ctx)
+        return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - given by click
         """Return a command by its name."""

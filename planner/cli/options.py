@@ -111,7 +111,8 @@ def setting_option(
     setting = settings()[key]
     asked = {"option": option, "help": help, "unset": unset}
     setting = replace(setting, **{one: text for one, text in asked.items() if text is not None})
-    names = (setting.option, name or key)
+    short = ("-o",) if setting.option == "--output" else ()
+    names = (*short, setting.option, name or key)
     if isinstance(setting.kind, Switch):
         return click.option(*names, default=None, help=setting.help_text)
     return click.option(
@@ -138,6 +139,64 @@ def setting_options(*groups: Group, without: Iterable[str] = ()) -> Callable[[Co
         return command
 
     return decorate
+
+
+_FIRST = (
+    "vehicle",
+    "battery",
+    "charge",
+    "reserve",
+    "wind",
+    "payload_kg",
+    "params",
+    "terrain",
+    "format",
+    "report",
+)
+"""Options that matter first, by their parameters."""
+_HEADS = {
+    Group.FLIGHT: "How it is flown",
+    Group.BATTERY: "The battery",
+    Group.JUDGEMENT: "What makes it a go, and what is reported",
+    Group.FLEET: "Missions flown at the same time",
+    Group.REPORT: "Reports and pictures",
+}
+_MOST_USED, _LINE, _OTHERS = "Most used", "The line to a vehicle", "Other options"
+
+
+class GroupedCommand(click.Command):
+    """A command whose help has its options in groups, those that matter first at the top."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options into the help."""
+        groups: dict[str, list[tuple[str, str]]] = {
+            head: [] for head in (_MOST_USED, *_HEADS.values(), _LINE, _OTHERS)
+        }
+        listed = sorted(
+            self.get_params(ctx),
+            key=lambda one: _FIRST.index(one.name) if one.name in _FIRST else len(_FIRST),
+        )
+        for parameter in listed:
+            record = parameter.get_help_record(ctx)
+            if record is not None and isinstance(parameter, click.Option):
+                groups[_head(parameter)].append(record)
+        for head, records in groups.items():
+            if records:
+                with formatter.section(head):
+                    formatter.write_dl(records)
+
+
+def _head(parameter: click.Parameter) -> str:
+    from planner.cli.link import LINK_OPTIONS  # which imports this module
+
+    if parameter.name in _FIRST:
+        return _MOST_USED
+    if parameter.name in LINK_OPTIONS:
+        return _LINE
+    setting = settings().get(parameter.name or "")
+    if setting is not None:
+        return _HEADS[setting.group]
+    return _OTHERS
 
 
 def given_settings(options: Mapping[str, object]) -> dict[str, Any]:
@@ -190,7 +249,7 @@ def format_option(*formats: str) -> Callable[[Command], Command]:
 
 def data_options(*formats: str) -> Callable[[Command], Command]:
     """Return a decorator that adds ``--format`` and ``--output``, for a command that prints data."""
-    output = path_option("--output", help="write to a file instead of standard output")
+    output = path_option("-o", "--output", help="write to a file instead of standard output")
     return lambda command: format_option(*formats)(output(command))
 
 

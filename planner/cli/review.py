@@ -13,6 +13,7 @@ from planner.cli.link import is_vehicle, link_options, link_request, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     command_text,
     given_settings,
     setting_options,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-@click.command("review")
+@click.command("review", cls=GroupedCommand)
 @click.argument(
     "missions", metavar="[MISSION|FLEET.toml|FOLDER|URL]...", nargs=-1, type=MISSION_PATH
 )

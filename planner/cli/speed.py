@@ -11,6 +11,7 @@ from planner.cli.configuration import mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     data_options,
     given_settings,
     path_option,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from planner.service.speed import SpeedCurve
 
 
-@click.command("speed")
+@click.command("speed", cls=GroupedCommand)
 @click.argument("mission", type=MISSION_PATH)
 @setting_option(
     "speed_m_s", name="from_m_s", option="--from", help="slowest speed over ground", unset="1"

@@ -11,6 +11,7 @@ from planner.cli.configuration import mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     format_option,
     given_settings,
     page_option,
@@ -31,7 +32,11 @@ from planner.service.split import split_under, write_split
 from planner.setup import Setup
 
 
-@click.command("split", short_help="Split a mission into flights that each fit the battery.")
+@click.command(
+    "split",
+    cls=GroupedCommand,
+    short_help="Split a mission into flights that each fit the battery.",
+)
 @click.argument("mission", type=MISSION_PATH)
 @path_option(
     "-o",

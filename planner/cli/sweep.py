@@ -12,6 +12,7 @@ from planner.cli.configuration import common_settings, mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     given_settings,
     path_option,
     setting_options,
@@ -37,7 +38,9 @@ if TYPE_CHECKING:
     from planner.service.sweep.sweep import Sweep, SweepProgress
 
 
-@click.command("sweep", short_help="Check a mission over weather, load and battery.")
+@click.command(
+    "sweep", cls=GroupedCommand, short_help="Check a mission over weather, load and battery."
+)
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
 @click.option(
     "--vary",

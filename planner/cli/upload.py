@@ -14,6 +14,7 @@ from planner.cli.link import TransferProgress, link_options, link_request, taken
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
+    GroupedCommand,
     given_settings,
     kind_option,
     setting_options,
@@ -36,7 +37,9 @@ _LISTEN_S = 3.0
 by then. [s]"""
 
 
-@click.command("upload", short_help="Check a mission for a vehicle and put it there.")
+@click.command(
+    "upload", cls=GroupedCommand, short_help="Check a mission for a vehicle and put it there."
+)
 @click.argument("file", metavar="FILE", type=MISSION_PATH)
 @click.argument("url", metavar="URL")
 @click.option(

@@ -19,6 +19,7 @@ from planner.files import read_bounded, toml_document
 from planner.logs.messages import LONGEST_LINE, MessageColumns, electrical_series, modes_entered
 from planner.logs.record import ABSENCE_COSTS, LOG_DAMAGED, Recording
 from planner.logs.series import Clock, Series, euler_angles_deg, wind_north_east_m_s
+from planner.units import LENGTH_UNITS_M, SPEED_UNITS_M_S
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -32,14 +33,12 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 
-_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048, "km": 1e3}
-_SPEEDS = {"m/s": 1.0, "cm/s": 1e-2, "km/h": 1 / 3.6, "mph": 0.44704, "kn": 1852 / 3600}
-_SPEEDS |= {"ft/s": 0.3048}
+_SPEEDS = SPEED_UNITS_M_S | {"cm/s": 1e-2, "ft/s": LENGTH_UNITS_M["ft"]}
 _ANGLE_UNITS = {"deg": 1.0, "rad": 57.29577951308232, "1e-7deg": 1e-7}
 _UNITS: Mapping[str, Mapping[str, float]] = {
     "_deg": _ANGLE_UNITS,
     "_m_s": _SPEEDS,
-    "_m": _LENGTHS,
+    "_m": LENGTH_UNITS_M,
     "_s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
     "_v": {"V": 1.0, "mV": 1e-3},
     "_a": {"A": 1.0, "mA": 1e-3, "cA": 1e-2},

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
 from planner import catalogue
+from planner.cli import check
 from planner.cli.main import main
 from planner.report.topics import topic_names
 from planner.setup import settings
@@ -67,3 +70,34 @@ def test_a_command_is_a_topic_too(shown: Shown, capsys: pytest.CaptureFixture[st
 def test_a_slip_is_answered_by_what_is_near(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["help", "setings"]) == 2
     assert "did you mean settings?" in capsys.readouterr().err
+
+
+def test_the_help_of_a_check_begins_with_what_matters_and_leaves_no_option_out(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["check", "--help"]) == 0
+    text = capsys.readouterr().out
+    first = text.partition("Most used:")[2].partition("\n\n")[0]
+    shown = re.findall(r"^  (--[a-z-]+)", first, re.MULTILINE)
+    assert shown[:3] == ["--vehicle", "--battery", "--charge"]
+    assert len(shown) == 10
+    known = {one.opts[-1] for one in check.command.params if one.opts[-1].startswith("--")}
+    assert known <= set(re.findall(r"--[a-z-]+", text))
+
+
+def test_a_command_that_does_not_exist_is_answered_by_what_is_near(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["chek", "site.plan"]) == 2
+    assert capsys.readouterr().err == (
+        "mavjoule: no command 'chek'; did you mean check? (see mavjoule --help)\n"
+    )
+
+
+@pytest.mark.parametrize("command", [["models"], ["rules"], ["explain", "E101"], ["check", "x"]])
+def test_what_is_printed_goes_to_a_file_where_one_is_named(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    main([*command, "-o", "there.txt"])
+    assert capsys.readouterr().out == ""
+    assert len(Path("there.txt").read_text(encoding="utf-8").splitlines()) > 3

@@ -55,7 +55,7 @@ def test_values_are_read_as_the_option_reads_them(
         ("wind=0:12:0", "the step of 0:12:0 is 0"),
         ("wind=3,3", "3 is given twice"),
         ("wind=300", "expected 0 to 100 m/s"),
-        ("payload=5kg,7g", "expected a number of kg, got '7g'"),
+        ("payload=5kg,7x", "expected a number of kg, g, lb, oz, got '7x'"),
         ("wind=normal(5)", r"expected normal\(MEAN,SD\)"),
         ("wind=gauss(5,2)", r"expected normal\(MEAN,SD\), uniform"),
         ("health=1", "is ambiguous"),
