@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Job = TypeVar("Job")
 Done = TypeVar("Done")
 
+_THREADS = "OPENBLAS_NUM_THREADS"
+
 _stopped: Event | None = None
 """Of a process that works for another: whether that one wants no more."""
 
@@ -69,7 +71,7 @@ def done_in_order(
         workers, mp_context=context, initializer=_obey, initargs=(stop, start)
     ) as pool:
         try:
-            with _unheard():
+            with _unheard(), _single_threaded():
                 done = pool.map(work, jobs)
             yield _unless_killed(done)
         finally:
@@ -109,6 +111,18 @@ def _unless_killed(done: Iterable[Done]) -> Iterator[Done]:
     except BrokenProcessPool as error:
         msg = "a process of this call was killed, probably for want of memory: give it less at once"
         raise WorkersError(msg) from error
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Start processes whose matrices have one thread: there are as many of them as cores."""
+    before = os.environ.get(_THREADS)
+    os.environ.setdefault(_THREADS, "1")
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_THREADS]
 
 
 @contextmanager

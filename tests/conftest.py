@@ -9,6 +9,9 @@ from hypothesis import settings
 # each other (mavwp then makes MISSION_ITEMs with a field that mavutil's dialect has not).
 os.environ["MAVLINK20"] = "1"
 
+# Two processes of tests share two cores: threads of their matrices, all small, only wait for each other.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
 # The gate draws the same examples every time; look further with --hypothesis-profile=explore.
 settings.register_profile("explore", deadline=None)
 settings.register_profile("gate", derandomize=True, deadline=None)

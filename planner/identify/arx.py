@@ -88,8 +88,8 @@ class ArxModel(Value):
         Raises IdentificationError if no continuous system of this order samples to it, or that
         system is not stable.
         """
-        import control
         from scipy.linalg import companion, logm
+        from scipy.signal import ss2tf
 
         order = len(self.a)
         largest = max(abs(np.roots([1.0, *self.a])))
@@ -107,12 +107,12 @@ class ArxModel(Value):
             raise IdentificationError(msg)
         held = np.block([[sampled, np.eye(order, 1)], [np.zeros((1, order)), np.ones((1, 1))]])
         generator = np.asarray(logm(held)).real / self.step_s
-        system = control.tf(
-            control.ss(generator[:order, :order], generator[:order, order:], [self.b], 0)
+        numerator, denominator = ss2tf(
+            generator[:order, :order], generator[:order, order:], [self.b], [[0.0]]
         )
         return TransferFunction(
-            numerator=tuple(system.num[0][0].tolist()),
-            denominator=tuple(system.den[0][0].tolist()),
+            numerator=tuple(numerator[0, 1:].tolist()),  # without the feedthrough, which is 0
+            denominator=tuple(denominator.tolist()),
             delay_s=self.delay_s,
         )
 

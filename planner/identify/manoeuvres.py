@@ -16,7 +16,7 @@ from planner.values import Value, force_setattr, replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.arrays import BoolArray, FloatArray
+    from planner.arrays import BoolArray, ComplexArray, FloatArray
     from planner.logs.record import FlightRecord
     from planner.physics.response import Modes
 
@@ -132,19 +132,41 @@ class Manoeuvre(Value, eq=False, dict=True):
         The edge (:attr:`edge_order`) is answered at 0, 1, 2, … sampling steps after it, (…, n).
         """
         samples = self.time_s.size
-        edges = self._edges
-        if len(edges) > _MANY_EDGES:
-            train = np.zeros(samples)
-            for position, size in edges:
-                train[position] = size
-            size = 1 << (2 * samples - 1).bit_length()
-            answers = np.fft.rfft(answer_to_edge[..., :samples], size)
-            convolved = np.fft.irfft(np.fft.rfft(train, size) * answers, size)
-            return np.asarray(convolved[..., :samples])
+        if self.has_many_edges:
+            return self.answer_from_transform(self.transform(answer_to_edge))
         total = np.zeros((*answer_to_edge.shape[:-1], samples))
-        for position, size in edges:
+        for position, size in self._edges:
             total[..., position:] += size * answer_to_edge[..., : samples - position]
         return total
+
+    @property
+    def has_many_edges(self) -> bool:
+        """Whether its answer comes faster from a transform than from each edge."""
+        return len(self._edges) > _MANY_EDGES
+
+    def transform(self, answer_to_edge: FloatArray) -> ComplexArray:
+        """Return the transform of an answer to one edge, that of all manoeuvres of one length."""
+        samples = self.time_s.size
+        answer: ComplexArray = np.fft.rfft(answer_to_edge[..., :samples], self._transform_size)
+        return answer
+
+    def answer_from_transform(self, transform: ComplexArray) -> FloatArray:
+        """Answer of a linear system to the reference, from the transform of that to one edge."""
+        convolved = np.fft.irfft(self._train * transform, self._transform_size)
+        return np.asarray(convolved[..., : self.time_s.size])
+
+    @property
+    def _transform_size(self) -> int:
+        return 1 << (2 * self.time_s.size - 1).bit_length()
+
+    @cached_property
+    def _train(self) -> ComplexArray:
+        """The transform of the edges."""
+        train = np.zeros(self.time_s.size)
+        for position, size in self._edges:
+            train[position] = size
+        transform: ComplexArray = np.fft.rfft(train, self._transform_size)
+        return transform
 
     @property
     def edge_order(self) -> int:
@@ -185,7 +207,18 @@ def simulated_answers(
         )
         for (step_s, order), samples in longest.items()
     }
-    return [m.answer_from(edges[m.step_s, m.edge_order]) for m in manoeuvres]
+    transforms: dict[tuple[float, int, int], ComplexArray] = {}
+    answers = []
+    for one in manoeuvres:
+        edge = edges[one.step_s, one.edge_order]
+        if not one.has_many_edges:
+            answers.append(one.answer_from(edge))
+            continue
+        like = (one.step_s, one.edge_order, one.time_s.size)
+        if like not in transforms:
+            transforms[like] = one.transform(edge)
+        answers.append(one.answer_from_transform(transforms[like]))
+    return answers
 
 
 _HELD_OUT_EVERY = 4
