@@ -17,6 +17,7 @@ from planner import quantity
 from planner.autopilot import TARGETS, Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
+from planner.geo.tiles import TileServer, read_tile_server, tile_server_text
 from planner.physics.wind import Wind
 from planner.quantity import NUMBER, Spread, exact, mean_of, sd_of
 from planner.selection import Selection, read_baseline
@@ -840,6 +841,16 @@ class Output(Declared):
         "(needs mavjoule[report])",
         default=None,
         metavar="FILE.html",
+        in_file=False,
+    )
+
+    tiles: TileServer | None = setting(
+        Form(read_tile_server, tile_server_text),
+        Group.REPORT,
+        "base map of the page's map, fetched by whoever opens the page and not before: the address of "
+        "its tiles with {z}, {x} and {y}, then # and whom to name for it",
+        default=None,
+        metavar="URL",
         in_file=False,
     )
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.errors import ExitCode
+    from planner.geo.tiles import TileServer
     from planner.service.preflight import CheckResult
     from planner.setup import Output
 
@@ -43,6 +44,9 @@ def refuse_output(asked: Output, *, missions: int) -> None:
         from planner.report.flight_files import refuse_flight_file
 
         refuse_flight_file(asked.export)
+    if asked.tiles is not None and asked.report is None:
+        msg = "--tiles is the base map of a page: give --report too"
+        raise UsageError(msg)
     if asked.report is not None:
         from planner.report.html.page import refuse_without_libraries
 
@@ -103,7 +107,7 @@ def write_attachments(results: Results, asked: Output) -> None:
     if asked.export is not None:
         _export(results[0], asked.export)
     if asked.report is not None:
-        write_page(results, asked.report)
+        write_page(results, asked.report, server=asked.tiles)
     if asked.plots is not None:
         _draw(results[0], asked.plots)
 
@@ -135,6 +139,7 @@ def write_page(
     sections: Sequence[str] = (),
     title: str = "",
     names: Sequence[str] = (),
+    server: TileServer | None = None,
 ) -> None:
     """Write results as a page, with more sections after the overview, or in its place."""
     import hashlib
@@ -154,6 +159,7 @@ def write_page(
         sections=sections,
         title=title,
         names=names,
+        server=server,
     )
     write_data(page, output=path)
     narrate(f"the page is in {path}")

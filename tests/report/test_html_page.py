@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from datetime import UTC, datetime
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,6 +25,7 @@ from page_browser import (
 )
 
 from planner import quantity
+from planner.geo.tiles import read_tile_server
 from planner.physics.wind import Wind
 from planner.report.figures import FIGURES
 from planner.report.html.page import check_html
@@ -173,6 +176,56 @@ def test_the_page_says_nothing_to_the_console_and_asks_nobody(
     assert address in asked, "requests are seen"
     assert {url for url in asked if not url.startswith(("file:", "about:", "data:"))} == set()
     assert {url for url in asked if url.startswith("file:")} == {address}
+    assert messages(browser) == []
+
+
+def test_a_base_map_is_fetched_only_where_it_is_asked_for(
+    browser: Chrome, folder: Path, survey: Result
+) -> None:
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    asked: list[str] = []
+
+    class Tiles(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            asked.append(self.path)
+            self.send_response(200)
+            self.send_header("Content-Type", "image/svg+xml")
+            self.send_header("Access-Control-Allow-Origin", "*")  # as those of OpenStreetMap
+            self.end_headers()
+            square = '<rect width="256" height="256" fill="#9c9"/>'
+            svg = f'<svg xmlns="http://www.w3.org/2000/svg" width="256" height="256">{square}</svg>'
+            self.wfile.write(svg.encode())
+
+        def log_message(self, *_: object) -> None: ...
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Tiles) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        host = f"http://127.0.0.1:{server.server_port}"
+        path = folder / "tiles.html"
+        page = check_html(
+            [survey],
+            version="1",
+            made_at=datetime(2026, 1, 2, tzinfo=UTC),
+            server=read_tile_server(f"{host}/{{z}}/{{x}}/{{y}}.svg#<b>Me</b>"),
+        )
+        path.write_text(page, encoding="utf-8")
+        messages(browser)
+        opened(browser, path.as_uri())
+        tiles = browser.execute_script(
+            "return [...document.querySelectorAll('.map image')].map(one =>"
+            " [one.getAttribute('href'), one.getBoundingClientRect().width,"
+            " one.getBoundingClientRect().height])"
+        )
+        until(browser, "return [...document.querySelectorAll('.map image')].length > 3")
+        WebDriverWait(browser, WAIT_S).until(lambda _: len(asked) >= len(tiles))
+        server.shutdown()
+    assert 4 <= len(tiles) <= 36
+    assert {href for href, _, _ in tiles} == {f"{host}{path}" for path in asked}
+    # A tile is a square, and together they cover the map of 864 by 648 px.
+    assert all(abs(width / height - 1.0) < 0.02 for _, width, height in tiles)
+    assert sum(width * height for _, width, height in tiles) > 864 * 648
+    assert browser.find_element("css selector", ".attribution").text == "Base map: <b>Me</b>"
     assert messages(browser) == []
 
 

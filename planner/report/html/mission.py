@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from planner import catalogue, quantity
 from planner.findings import Severity
+from planner.geo.tiles import tiles_over
 from planner.report.columns import cell_text
 from planner.report.figures import KEY_FIGURES, shown_figure, shown_figures
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
@@ -31,6 +34,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from planner.findings import Finding
+    from planner.geo.geodesy import LocalFrame
+    from planner.geo.tiles import TileServer
     from planner.report.json import Document
     from planner.report.tables import FlightTables, Row
     from planner.service.preflight import UnreadableMission
@@ -47,14 +52,19 @@ TITLES = {
 }
 
 
-def page_charts(tables: FlightTables, specs: dict[str, Spec]) -> dict[str, object]:
+def page_charts(
+    tables: FlightTables, specs: dict[str, Spec], server: TileServer | None = None
+) -> dict[str, object]:
     """Return the charts of a result and their data, as JSON the page's script reads.
 
-    The specifications are taken over: each gets the layers that the script moves.
+    The specifications are taken over: each gets the layers that the script moves, the map a base map
+    where there is one.
     """
     for name, spec in specs.items():
         if name == "map":
             spec["layer"] += _map_layers(spec)
+            if server is not None:
+                spec["layer"].insert(0, _base_map(spec, tables.assessment.route.frame, server))
         else:
             add_time_layers(spec)
         spec["datasets"] = spec.get("datasets", {})
@@ -163,6 +173,46 @@ def _map_layers(spec: Spec) -> list[Spec]:
     ]
 
 
+def _base_map(spec: Spec, frame: LocalFrame, server: TileServer) -> Spec:
+    """Return the layer of a base map below a map: an image for each tile of what is shown at first."""
+    axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
+    (west_m, east_m), (south_m, north_m) = (axes[key]["scale"]["domain"] for key in ("x", "y"))
+    corners_deg = zip(
+        *(
+            one.tolist()
+            for one in frame.latitude_longitude_deg(
+                np.array([west_m, east_m]), np.array([south_m, north_m])
+            )
+        ),
+        strict=True,
+    )
+    rows = []
+    for tile in tiles_over(*corners_deg, most=_MOST_TILES):
+        west, north = frame.east_north_m(*tile.north_west_deg)
+        east, south = frame.east_north_m(*tile.south_east_deg)
+        ends = (west, east, south, north)
+        keys = ("east_m", "east_end_m", "north_m", "north_end_m")
+        rows.append(
+            {"url": tile.at(server)}
+            | {key: round(float(end), 1) for key, end in zip(keys, ends, strict=True)}
+        )
+    return {
+        "name": "base_map",
+        "data": {"values": rows},
+        "mark": {"type": "image", "aspect": False, "clip": True, "opacity": 0.75},
+        "encoding": {
+            "x": axes["x"],
+            "y": axes["y"],
+            "x2": {"field": "east_end_m"},
+            "y2": {"field": "north_end_m"},
+            "url": {"field": "url", "type": "nominal"},
+        },
+    }
+
+
+_MOST_TILES = 36
+
+
 def zoomable(spec: Spec) -> Spec:
     """Let a map be zoomed; return how its layers place things."""
     axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
@@ -220,12 +270,13 @@ def mission_view(
     most_rows: int,
     has_stills: bool = False,
     name: str = "",
+    server: TileServer | None = None,
 ) -> dict[str, Any]:
     """Return everything the template asks of one mission.
 
     ``number`` is its place in the report, ``sha256`` is empty where that of its file is not known,
     ``most_rows`` are those of each table behind a picture, stills are for readers without
-    JavaScript, and ``name`` is what it is called besides its file.
+    JavaScript, ``name`` is what it is called besides its file, and ``server`` that of a base map.
     """
     document = mission_document(result)
     assessment = result.assessment if isinstance(result, CheckResult) else None
@@ -237,7 +288,7 @@ def mission_view(
             name: panel.to_dict(validate=False) for name, panel in mission_panels(tables).items()
         }
         stills = still_charts(tables, specs) if has_stills else {}
-        payload = page_charts(tables, specs)
+        payload = page_charts(tables, specs, server)
     payload["long"] = {
         name: _long_table(document, name, keys)
         for name, keys in (("segments", SEGMENT_KEYS), ("items", ITEM_KEYS))
@@ -276,6 +327,7 @@ def mission_view(
         "parameters": _parameters(document),
         "charts": [(name, TITLES[name]) for name in payload.get("charts", ())],
         "stills": stills,
+        "base_map": "" if server is None else printable(server.attribution),
         "counts": {name: len(table["text"]) for name, table in payload["long"].items()},
         "sha256": sha256,
         "payload": payload,

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from datetime import datetime
 
+    from planner.geo.tiles import TileServer
     from planner.service.preflight import CheckResult, UnreadableMission
 
     Results = Sequence[CheckResult | UnreadableMission]
@@ -59,13 +60,15 @@ def check_html(
     sections: Sequence[str] = (),
     title: str = "",
     names: Sequence[str] = (),
+    server: TileServer | None = None,
 ) -> str:
     """Return all missions of a call as a page.
 
     Several are led by an overview, worst first; on a page with a title the sections, such as
     `planner.report.html.comparison` makes, say of all missions what there is to overview, and the
     missions follow in the order of the call.  ``sha256`` are of the missions' files by their names,
-    ``names`` what each mission is called besides its file.
+    ``names`` what each mission is called besides its file.  Nothing is fetched by who opens the page but
+    the tiles of a base map, where a ``server`` of them is given.
 
     Raises
     ------
@@ -83,6 +86,7 @@ def check_html(
             most_rows=rows,
             has_stills=len(results) == 1,
             name=names[number] if names else "",
+            server=server,
         )
         for number, result in enumerate(results)
     ]
@@ -100,6 +104,7 @@ def check_html(
         overview=() if title else _overview(results, order),
         sections=sections,
         payloads=[page_json(view["payload"]) for view in missions],
+        images="" if server is None else server.origin,
     )
 
 
@@ -111,9 +116,13 @@ def page_text(
     has_charts: bool,
     is_one: bool = True,
     sections: Sequence[str] = (),
+    images: str = "",
     **missions: object,
 ) -> str:
-    """Return a page of sections and missions; what is one has a heading of its own."""
+    """Return a page of sections and missions; what is one has a heading of its own.
+
+    ``images`` is where those come from that are fetched; by default none are.
+    """
     style, script = (_text(name) for name in ("page.css", "page.js"))
     scripts = [plotting_bundle(), script] if has_charts else [script]
     empty = {"missions": (), "heads": (), "overview": (), "payloads": ()}
@@ -123,7 +132,7 @@ def page_text(
         sections=sections,
         style=style,
         scripts=scripts,
-        policy=_policy(scripts),
+        policy=_policy(scripts, images),
         config=page_json(chart_config("page")),
         version=version,
         made_at=made_at.strftime("%Y-%m-%d %H:%M %Z").strip(),
@@ -185,15 +194,16 @@ def _text(name: str) -> str:
     return (_FOLDER / name).read_text(encoding="utf-8")
 
 
-def _policy(scripts: Sequence[str]) -> str:
-    """Return the page's policy: its own scripts run, nothing is fetched."""
+def _policy(scripts: Sequence[str], images: str) -> str:
+    """Return the page's policy: its own scripts run, nothing is fetched but images of one origin, if any."""
     hashes = (
         base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
         for script in scripts
     )
     allowed = " ".join(f"'sha256-{one}'" for one in hashes)
     return (
-        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
+        f"img-src {f'data: {images}'.strip()}; "
         "base-uri 'none'; form-action 'none'"
     )
 
