@@ -41,7 +41,11 @@ def speed_curve_text(curve: SpeedCurve) -> str:
         lines.append(f"settings {printable(str(file))}")
     lines.append("")
     lines += table_lines([*_HEADS, *map(_row, curve.points)], alignment=_ALIGNMENT)
-    marks = [(name, *_row(flown, digits=2)) for name, flown in curve.marks()]
+    edges = [name.replace("_", " ") for name in curve.edges()]
+    marks = [
+        (f"{name} (edge)" if name in edges else name, *_row(flown, digits=2))
+        for name, flown in curve.marks()
+    ]
     heads = (("", *head) for head in _HEADS)
     lines += ["", *table_lines([*heads, *marks], alignment=f"<{_ALIGNMENT}")]
     lines += ["", *(f"{line}." for line in _remarks(curve))]
@@ -67,6 +71,7 @@ def speed_curve_json(curve: SpeedCurve, *, version: str) -> str:
                 name: None if (flown := getattr(curve, name)) is None else _document(flown)
                 for name in _MARKS
             },
+            "marks_at_edge": list(curve.edges()),
             "checks": checks_document(curve.whole.checked),
             "findings": [finding_document(finding) for finding in curve.findings],
         },
@@ -108,6 +113,7 @@ def _remarks(curve: SpeedCurve) -> list[str]:
         speed = f"{quantity.decimals(curve.best_range.speed_m_s, 2)} m/s"
         fraction = quantity.percent(saved) if saved >= _WORTH_REPORTING else "less than 1 %"
         remarks.append(f"At {speed} the mission uses {fraction} less energy than at its own speeds")
+    remarks += [_edge_remark(curve, name) for name in curve.edges()]
     if remark := not_checked_text(curve.whole.checked):
         remarks.append(remark)
     if curve.present.fits is None:
@@ -124,6 +130,21 @@ def _remarks(curve: SpeedCurve) -> list[str]:
     else:
         remarks.append("The model does not state the speeds it was identified at")
     return remarks
+
+
+def _edge_remark(curve: SpeedCurve, name: str) -> str:
+    """Return that a best speed is only the edge of the search, and whether the battery lasts there."""
+    flown: FlownSpeed = getattr(curve, name)
+    is_slowest = flown.speed_m_s == curve.points[0].speed_m_s
+    limit = "slowest" if is_slowest else "fastest"
+    option = "--from" if is_slowest else "--to"
+    text = (
+        f"{name.replace('_', ' ').capitalize()} is not found: "
+        f"{quantity.decimals(flown.speed_m_s, 2)} m/s is the {limit} speed looked at ({option})"
+    )
+    if flown.fits is False:
+        text += f", and the battery does not last for the {quantity.duration(flown.time_s)} there"
+    return text
 
 
 def _saved(curve: SpeedCurve) -> float | None:

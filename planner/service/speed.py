@@ -128,6 +128,16 @@ class SpeedCurve(Presented):
     def _column(self, name: str) -> FloatArray:
         return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
 
+    def edges(self) -> tuple[str, ...]:
+        """Return which of the best speeds are only the slowest or fastest looked at: the best lies beyond."""
+        ends_m_s = (self.points[0].speed_m_s, self.points[-1].speed_m_s)
+        best = {"best_endurance": self.best_endurance, "best_range": self.best_range}
+        return tuple(
+            name
+            for name, flown in best.items()
+            if flown is not None and flown.speed_m_s in ends_m_s
+        )
+
     def marks(self) -> tuple[tuple[str, FlownSpeed], ...]:
         """Return the speeds worth knowing by name, those there are."""
         named = (

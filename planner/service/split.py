@@ -337,13 +337,15 @@ class PartSearch:
         others = [one for one in failing if one.code not in MENDED - _BOUNDED]
         why = "".join(f": {one.code} {one.message}" for one in others[:1])
         if battery is not None and not others:
-            left_wh = battery.usable_wh - battery.reserve_wh
-            why = (
-                f": with the way there and home it takes {quantity.energy(totals.energy_wh)}, the "
-                f"battery has {quantity.energy(left_wh)} above the reserve"
-            )
-            if [one.code for one in failing] == [RESERVE_AT_RISK.code]:
-                why = f": {failing[0].message}"
+            why = "".join(f": {one.message}" for one in failing[:1])
+            if battery.margin_wh < 0.0:
+                left_wh = battery.usable_wh - battery.reserve_wh
+                why = (
+                    ": with the way there and home it takes "
+                    f"{quantity.beside(totals.energy_wh, left_wh, quantity.energy)}, the battery has "
+                    f"{quantity.energy(left_wh)} above the reserve: "
+                    f"{quantity.energy(-battery.margin_wh)} short"
+                )
         helps = "a larger battery, a smaller reserve, another speed (mavjoule speed), or a home nearer to it"
         if self._flown.stage(step).hold_s > totals.time_s / 2.0:
             helps = "a shorter hold there, a larger battery, or a smaller reserve"

@@ -85,3 +85,16 @@ def test_the_curve_is_drawn_where_the_energy_is_known(
     assert {path.name for path in Path("drawn").iterdir()} == {"speed.svg", "speed.png"}
     assert main([*arguments, "px4-sih-quad"]) == 0
     assert "nothing is drawn into drawn" in capsys.readouterr().err
+
+
+def test_the_edge_of_the_search_is_no_best_speed(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["speed", mission, "--vehicle", "arducopter-sitl-quad", "--battery", "9Ah@22.2V"]
+    # of this vehicle the power is least near 6.6 m/s, the energy over distance at more than 12 m/s
+    assert main([*arguments, "--from", "1", "--to", "3", "--step", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "\nbest endurance (edge) " in out
+    assert "Best endurance is not found: 3.00 m/s is the fastest speed looked at (--to)" in out
+    assert main([*arguments, "--from", "8", "--to", "9", "--step", "1", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["marks_at_edge"] == ["best_endurance", "best_range"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -94,3 +95,22 @@ def test_a_page_takes_the_place_of_no_mission(across: str, where: str) -> None:
     assert main(["split", across, *FITS, "--report", where]) == 2
     assert Path(across).read_bytes() == before
     assert not Path("across-parts").exists()
+
+
+def test_a_refusal_says_by_how_much_the_shortest_flight_is_short(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", mission, "--battery", "77Wh", "--reserve", "0%", "--format", "json"]) == 0
+    [checked] = json.loads(capsys.readouterr().out)["missions"]
+    needed_wh = checked["totals"]["energy_wh"]
+    charge = f"{100.0 * needed_wh / 3.0 / 77.0:.4f}%"  # not enough to get up and down again
+    asked = ["--battery", "77Wh", "--charge", charge, "--reserve", "0%"]
+    assert main(["split", mission, *asked]) == 1
+    told = re.search(
+        r"it takes ([\d.]+) Wh, the battery has ([\d.]+) Wh above the reserve: ([\d.]+) Wh short",
+        capsys.readouterr().err,
+    )
+    assert told is not None
+    takes_wh, has_wh, short_wh = map(float, told.groups())
+    assert has_wh == pytest.approx(needed_wh / 3.0, abs=0.005)
+    assert short_wh == pytest.approx(takes_wh - has_wh, abs=0.011)
