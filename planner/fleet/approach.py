@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.trajectory import part_of_cubic
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, dot, lengths
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -112,6 +112,15 @@ class _Side(Columns, eq=False):
         )
 
     @property
+    def box_m(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest coordinates of the control points, between which a part stays. (n, 3) [m]"""
+        p0, p1, p2, p3 = np.moveaxis(self.control_m, 1, 0)
+        return (
+            np.minimum(np.minimum(p0, p1), np.minimum(p2, p3)),
+            np.maximum(np.maximum(p0, p1), np.maximum(p2, p3)),
+        )
+
+    @property
     def bend_m(self) -> FloatArray:
         """How far each cubic is from even motion along its chord. (n,) [m]
 
@@ -119,7 +128,7 @@ class _Side(Columns, eq=False):
         """
         p0, p1, p2, p3 = np.moveaxis(self.control_m, 1, 0)
         one, two = p1 - (2.0 * p0 + p3) / 3.0, p2 - (p0 + 2.0 * p3) / 3.0
-        squared = np.maximum(np.sum(one**2, axis=1), np.sum(two**2, axis=1))
+        squared = np.maximum(dot(one, one), dot(two, two))
         return np.asarray(0.75 * np.sqrt(squared))
 
 
@@ -257,14 +266,12 @@ class Meeting(Value, eq=False):
     def near(self, one: _Side, two: _Side, limit_m: float) -> tuple[_Side, _Side]:
         """Return the cells that can be flown at the same time, and in which both may be so near."""
         one, two = _side_by_side(one, two, self.later_s, self._shifts_s(one.part, two.part))
-        gap = np.maximum(
-            one.control_m.min(axis=1) - two.control_m.max(axis=1),
-            two.control_m.min(axis=1) - one.control_m.max(axis=1),
-        )
-        above = two.control_m[..., 2].min(axis=1) > one.control_m[..., 2].max(axis=1)
+        (low_1_m, high_1_m), (low_2_m, high_2_m) = one.box_m, two.box_m
+        gap = np.maximum(low_1_m - high_2_m, low_2_m - high_1_m)
+        above = low_2_m[:, 2] > high_1_m[:, 2]
         gap_m = np.maximum(gap, 0.0)
         if self.zone is None:
-            box_m = np.sqrt(np.sum(gap_m**2, axis=1))
+            box_m = lengths(gap_m)
         else:
             level_m = np.hypot(gap_m[:, 0], gap_m[:, 1])
             apart_m = np.maximum(gap_m[:, 2] - self._lifted_m(one.part, two.part), 0.0)
@@ -431,9 +438,7 @@ def _straight_approach(
     w = (two_m[:, 3] - two_m[:, 0]) / np.maximum(width_2, 1e-12)[:, None]
     p = one_m[:, 0] - two_m[:, 0]
     apart_s = one.start_s - later_s - two.start_s
-    vv, ww, vw, pv, pw = (
-        np.sum(a * b, axis=1) for a, b in ((v, v), (w, w), (v, w), (p, v), (p, w))
-    )
+    vv, ww, vw, pv, pw = (dot(a, b) for a, b in ((v, v), (w, w), (v, w), (p, v), (p, w)))
     zero = np.zeros(len(p))
     tries: list[tuple[FloatArray, FloatArray]] = []
     determinant = vv * ww - vw**2
@@ -454,19 +459,17 @@ def _straight_approach(
         high = np.minimum(width_1, fixed - apart_s + shift_s)
         tries.append((np.where(low <= high, np.clip(best, low, high), np.nan), fixed))
     relative = v - w
-    squared = np.sum(relative**2, axis=1)
+    squared = dot(relative, relative)
     for shift in (-shift_s, shift_s):  # along a shift: r = s + c
         ahead = apart_s + shift
         at = p - w * ahead[:, None]
-        best = np.divide(
-            -np.sum(at * relative, axis=1), squared, out=zero.copy(), where=squared > 0.0
-        )
+        best = np.divide(-dot(at, relative), squared, out=zero.copy(), where=squared > 0.0)
         low, high = np.maximum(0.0, -ahead), np.minimum(width_1, width_2 - ahead)
         s = np.where(low <= high, np.clip(best, low, high), np.nan)
         tries.append((s, s + ahead))
     times = np.array(tries)
     gaps = p + times[:, 0, :, None] * v - times[:, 1, :, None] * w
-    distances = np.sqrt(np.sum(gaps**2, axis=2))
+    distances = lengths(gaps)
     distances[np.isnan(distances)] = np.inf
     found = np.argmin(distances, axis=0)
     every = np.arange(len(found))

@@ -210,20 +210,19 @@ def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> 
     The polar form of the cubic at (begin, begin, begin) … (end, end, end): de Casteljau's scheme with
     another parameter in each step.
     """
+    first, last = begin[:, None, None], end[:, None, None]
 
-    def polar(*parameters: FloatArray) -> FloatArray:
-        points = control_m
-        for parameter in parameters:
-            fraction = parameter[:, None, None]
-            points = points[:, :-1] + fraction * (points[:, 1:] - points[:, :-1])
-        return points[:, 0]
+    def step(points: FloatArray, fraction: FloatArray) -> FloatArray:
+        return points[:, :-1] + fraction * (points[:, 1:] - points[:, :-1])
 
-    return np.stack(
+    from_first, from_last = step(control_m, first), step(control_m, last)
+    twice = step(from_first, first)
+    return np.concatenate(
         (
-            polar(begin, begin, begin),
-            polar(begin, begin, end),
-            polar(begin, end, end),
-            polar(end, end, end),
+            step(twice, first),
+            step(twice, last),
+            step(step(from_first, last), last),
+            step(step(from_last, last), last),
         ),
         axis=1,
     )
