@@ -310,7 +310,7 @@ class _Sheet:
             chemistry=chemistry.name,
             internal_resistance_ohm=_rounded(cells * of_1_ah_ohm / given.new_charge_ah, 3),
             ocv_soc=chemistry.ocv_soc,
-            ocv_v=tuple(cells * one for one in chemistry.cell_ocv_v),
+            ocv_v=tuple(round(cells * one, 3) for one in chemistry.cell_ocv_v),
             resistance_temperature_c=chemistry.resistance_temperature_c,
             resistance_factor=chemistry.resistance_factor,
         )
