@@ -402,7 +402,7 @@ def assemble_model(
     model = replace(model, spread=spread)
     if parts.narrowed is not None and base is not None:
         findings += parts.narrowed.findings
-        model = _narrowed(model, base, parts.narrowed)
+        model = _narrowed(model, base, parts.narrowed, settings)
     return Identification(
         model=model,
         states=tuple(outcomes),
@@ -422,7 +422,9 @@ def assemble_model(
 _OF_POWER = ("energy_fraction", "energy_state_fraction", "law_fraction", "n_flights", "source")
 
 
-def _narrowed(model: VehicleModel, base: VehicleModel, power: NarrowedPower) -> VehicleModel:
+def _narrowed(
+    model: VehicleModel, base: VehicleModel, power: NarrowedPower, settings: IdentificationSettings
+) -> VehicleModel:
     """Return a model whose power is the base's, narrowed: where it holds, and how uncertain, is as well."""
     spread = power.spread
     if model.spread is not None:
@@ -432,6 +434,7 @@ def _narrowed(model: VehicleModel, base: VehicleModel, power: NarrowedPower) -> 
     logs |= dict(zip(own.logs_sha256, own.logs, strict=True))
     return replace(
         model,
+        battery=power.battery if settings.pack == PackSettings() else model.battery,
         spread=spread,
         valid_for=widened_box(base.valid_for, power.steady),
         provenance=replace(

@@ -94,13 +94,19 @@ def identify_vehicle(
     parts = identify(records, settings, on_step)
     if base is not None and is_narrowable(base) and parts.steady:
         on_step(f"narrowing {base.name}")
-        parts = _narrowed(parts, base, records)
+        parts = _narrowed(parts, base, records, settings)
     return assemble_model(records, settings, parts, on_step=on_step)
 
 
-def _narrowed(parts: Parts, base: VehicleModel, records: Sequence[FlightRecord]) -> Parts:
+def _narrowed(
+    parts: Parts,
+    base: VehicleModel,
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+) -> Parts:
     """Return the parts with the power of a base model that flights narrow, as ``vehicle refine`` does."""
-    found = narrowed_power(base, records, parts.steady)
+    conditions = list(map(settings.conditions_of, records))
+    found = narrowed_power(base, records, conditions, parts.steady)
     loads = base.loads
     if loads is not None and parts.power.loads is not None:
         loads = replace(parts.power.loads, avionics_w=loads.avionics_w)
@@ -110,13 +116,15 @@ def _narrowed(parts: Parts, base: VehicleModel, records: Sequence[FlightRecord])
         unit="W",
         estimates=tuple(
             Estimate(
-                name=f"{one.name} over {base.name}'s", value=one.value, error=one.value * one.after
+                name=f"{one.label}, over that of {base.name}",
+                value=one.value,
+                error=one.value * one.after,
             )
             for one in found.factors
         ),
         segments=tuple(one for outcome in parts.power.outcomes for one in outcome.segments),
         rms=float(np.sqrt(np.mean(found.residuals_w**2))),
-        not_shown=tuple(one.name for one in found.factors if not one.is_shown),
+        not_shown=tuple(one.label for one in found.factors if not one.is_shown),
     )
     power = PowerIdentification(cruise=found.law, loads=loads, outcomes=(outcome,))
     return replace(parts, power=power, narrowed=found)

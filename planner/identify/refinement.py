@@ -22,23 +22,32 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
+from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
 from planner.identify.log_table import LogTable
 from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import Value, brief, field_values, replace
-from planner.vehicle.data_sheet import STATE_FLIGHTS, STEADY_FLIGHTS, steady_power_w
+from planner.vehicle.data_sheet import (
+    STATE_FLIGHTS,
+    STEADY_FLIGHTS,
+    THEORY_FRACTION,
+    steady_power_w,
+)
 from planner.vehicle.declared import Interval
-from planner.vehicle.model import Basis
+from planner.vehicle.model import LAW_FACTORS, Basis
 from planner.vehicle.power import MomentumLaw
+from planner.vehicle.repeatability import DAY_FRACTION
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray, IntArray
+    from planner.identify.log_table import LogConditions
     from planner.identify.segments import MeasuredPower
     from planner.logs.record import FlightRecord
+    from planner.vehicle.battery import Battery
     from planner.vehicle.model import ModelSpread, Provenance, ValidFor, VehicleModel
 
 _COEFFICIENTS = {
@@ -48,11 +57,10 @@ _COEFFICIENTS = {
     "drag_area_m2": ("drag_area_m2",),
 }
 """Which coefficients of the law each factor multiplies."""
-_THEORY = 0.03
-"""How far momentum theory is from the mean power of one steady flight, relative: between 1 and 3 % in
-the fits of the shipped models. [-]"""
-_FLIGHT = 0.02
-"""What a flight as a whole is off by: current calibration, air, propellers of the day. [-]"""
+_PACK = 0.2
+"""How far the resistance that a flight shows is from that of the next one's battery, relative: 44 % more
+at 5 °C than at 20 °C (models/chemistries/lipo.toml), and packs of one kind differ. [-]"""
+_RESISTANCE = "internal_resistance_ohm"
 _SPEED_CELL_M_S, _CLIMB_CELL_M_S = 2.0, 1.0
 """Steady flights this much alike are one: theory is off by the same in all of them. [m/s]"""
 _STEP = 1e-4
@@ -97,6 +105,11 @@ class NarrowedFactor(Value):
     after: float
 
     @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return LAW_FACTORS[self.name]
+
+    @property
     def is_shown(self) -> bool:
         """Whether the flights show it: they narrow it by a fifth at least."""
         return self.after <= _SHOWN * self.before
@@ -107,6 +120,8 @@ class NarrowedPower(Value, eq=False):
 
     law: MomentumLaw
     spread: ModelSpread
+    battery: Battery | None
+    """The model's, with the resistance that the flights show."""
     factors: tuple[NarrowedFactor, ...]
     steady: tuple[MeasuredPower, ...]
     """What the flights told."""
@@ -178,9 +193,9 @@ def refine_vehicle(
         msg = f"{stranger.source} is of {stranger.autopilot}, {vehicle.name} of {vehicle.reference}"
         raise UsageError(msg)
     known = LogTable() if logs is None else logs
+    conditions = [known.of(record.source) for record in records]
     steady: list[MeasuredPower] = []
-    for record in records:
-        own = known.of(record.source)
+    for record, own in zip(records, conditions, strict=True):
         density = record_air_density_kg_m3(record, home_temperature_c=own.temperature_c)
         mass_kg = (own.mass_kg or vehicle.mass_kg or 0.0) + (own.payload_kg or 0.0)
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
@@ -190,7 +205,7 @@ def refine_vehicle(
             "straight for 5 s"
         )
         raise IdentificationError(msg)
-    power = narrowed_power(vehicle, records, steady)
+    power = narrowed_power(vehicle, records, conditions, steady)
     parameters, differing = (
         ((), ())
         if vehicle.reference is Autopilot.STEP
@@ -199,6 +214,7 @@ def refine_vehicle(
     model = replace(
         vehicle,
         cruise=power.law,
+        battery=power.battery,
         parameters=tuple((dict(vehicle.parameters) | dict(parameters)).items()),
         valid_for=widened_box(vehicle.valid_for, power.steady),
         spread=power.spread,
@@ -208,9 +224,14 @@ def refine_vehicle(
 
 
 def narrowed_power(
-    vehicle: VehicleModel, records: Sequence[FlightRecord], steady: Sequence[MeasuredPower]
+    vehicle: VehicleModel,
+    records: Sequence[FlightRecord],
+    conditions: Sequence[LogConditions],
+    steady: Sequence[MeasuredPower],
 ) -> NarrowedPower:
     """Return the power of a model that `is_narrowable`, narrowed by the steady flight of some records.
+
+    With it the resistance of its battery.
 
     Raises UsageError if all of it has narrowed the model before.
     Raises IdentificationError for a mass that nothing lifts on the power of the hovers.
@@ -229,10 +250,22 @@ def narrowed_power(
         raise UsageError(msg)
     refuse_impossible_mass(fresh)
     update = PowerUpdate(vehicle, fresh)
-    rotor, factors = update.moved(update.narrowed), update.factors
+    rotor, factors, battery = update.moved(update.narrowed), update.factors, vehicle.battery
+    resistance = _narrowed_resistance(
+        vehicle,
+        [
+            (record, own)
+            for record, own in zip(records, conditions, strict=True)
+            if f"{record.source}#{record.number}" not in counted
+        ],
+    )
+    if battery is not None and resistance is not None:
+        factors = (*factors, resistance)
+        ohm = resistance.value * (battery.internal_resistance_ohm or 0.0)
+        battery = replace(battery, internal_resistance_ohm=float(f"{ohm:.3g}"))
     _refuse_better_than_ideal(rotor, vehicle)
     rounded = {name: float(f"{value:.4g}") for name, value in rotor._asdict().items()}
-    spread = vehicle.spread
+    spread, narrowed = vehicle.spread, [(one.name, one.after) for one in factors]
     assert spread is not None
     flights = quantity.count(len({one.source for one in fresh}), "flight")
     findings = _disagreements(factors)
@@ -243,19 +276,54 @@ def narrowed_power(
         law=MomentumLaw(**rounded),
         spread=replace(
             spread,
-            energy_fraction=round(math.hypot(update.shared_fraction, _FLIGHT), 4),
+            energy_fraction=round(math.hypot(update.shared_fraction, DAY_FRACTION), 4),
             energy_state_fraction=tuple(
-                (state, round(update.state_fractions[flight], 4))
+                (state, round(math.hypot(update.state_fractions[flight], THEORY_FRACTION), 4))
                 for state, flight in STATE_FLIGHTS.items()
             ),
-            law_fraction=tuple((one.name, float(f"{one.after:.3g}")) for one in factors),
+            law_fraction=tuple(
+                (
+                    dict(spread.law_fraction) | {n: float(f"{after:.3g}") for n, after in narrowed}
+                ).items()
+            ),
             n_flights=spread.n_flights + len({one.source for one in fresh}),
             source=f"{flights}, and what was assumed before them",
         ),
+        battery=battery,
         factors=factors,
         steady=tuple(fresh),
         residuals_w=update.residuals_w,
         findings=tuple(findings),
+    )
+
+
+def _narrowed_resistance(
+    vehicle: VehicleModel, flown: Sequence[tuple[FlightRecord, LogConditions]]
+) -> NarrowedFactor | None:
+    """Return what the sag of the voltage tells of the battery's resistance; ``None``: nothing.
+
+    Prior and measurement are normal in the logarithm, so that their mean is by the inverse variances.
+    """
+    battery, spread = vehicle.battery, vehicle.spread
+    before = 0.0 if spread is None else dict(spread.law_fraction).get(_RESISTANCE, 0.0)
+    if battery is None or not battery.internal_resistance_ohm or not before:
+        return None
+    pack = PackSettings(
+        capacity_ah=battery.new_charge_ah,
+        cells_in_series=battery.cells_in_series,
+        chemistry=battery.chemistry,
+    )
+    outcome = identify_battery([one for one, _ in flown], pack, [own for _, own in flown]).outcome
+    shown = next((one for one in outcome.estimates if one.name == _RESISTANCE), None)
+    if shown is None or not shown.error < shown.value:
+        return None
+    variance = (shown.error / shown.value) ** 2 + _PACK**2
+    weight = before**2 / (before**2 + variance)
+    return NarrowedFactor(
+        name=_RESISTANCE,
+        value=(shown.value / battery.internal_resistance_ohm) ** weight,
+        before=before,
+        after=before * math.sqrt(1.0 - weight),
     )
 
 
@@ -336,7 +404,7 @@ def refuse_impossible_mass(steady: Sequence[MeasuredPower]) -> None:
 def _told(factor: NarrowedFactor) -> str:
     change = quantity.signed(factor.value - 1.0, quantity.percent)
     return (
-        f"{factor.name} {change}, standard deviation {quantity.percent(factor.before)} before, "
+        f"{factor.label} {change}, standard deviation {quantity.percent(factor.before)} before, "
         f"{quantity.percent(factor.after)} after"
     )
 
@@ -344,7 +412,7 @@ def _told(factor: NarrowedFactor) -> str:
 def _disagreements(factors: Sequence[NarrowedFactor]) -> list[Finding]:
     return [
         PRIOR_DISAGREES.finding(
-            f"{one.name} is {quantity.signed(one.value - 1.0, quantity.percent)} from where the model had "
+            f"{one.label} is {quantity.signed(one.value - 1.0, quantity.percent)} from where the model had "
             f"it, {abs(math.log(one.value)) / one.before:.1f} of its standard deviations"
         )
         for one in factors
@@ -362,15 +430,15 @@ class PowerUpdate:
         self.rotor = Rotor(**field_values(law))
         self.mass_kg = vehicle.mass_kg or 0.0
         self.avionics_w = 0.0 if vehicle.loads is None else vehicle.loads.avionics_w
-        self.names = tuple(name for name, _ in spread.law_fraction)
-        self.prior = np.array([fraction for _, fraction in spread.law_fraction])
+        known = {name: of for name, of in spread.law_fraction if name in _COEFFICIENTS}
+        self.names, self.prior = tuple(known), np.array(list(known.values()))
         self.steady = steady
         self.cells, self.flights = _cells(steady)
         self.measured = np.log([one.power_w for one in steady])
         errors = np.array([one.error_w / one.power_w for one in steady])
         self.counts = np.bincount(self.cells)
         noise = np.bincount(self.cells, errors**2) / self.counts**2
-        self.sigma = np.sqrt(noise + _THEORY**2)
+        self.sigma = np.sqrt(noise + THEORY_FRACTION**2)
         _, first = np.unique(self.cells, return_index=True)
         self.flight_of = self.flights[first]
         self.narrowed, self.covariance = self._most_likely()
@@ -400,7 +468,9 @@ class PowerUpdate:
         factors, of_flights = unknown[: len(self.names)], unknown[len(self.names) :]
         off = self.measured - self._log_powers(factors)
         of_cells = np.bincount(self.cells, off) / self.counts - of_flights[self.flight_of]
-        return np.concatenate((of_cells / self.sigma, factors / self.prior, of_flights / _FLIGHT))
+        return np.concatenate(
+            (of_cells / self.sigma, factors / self.prior, of_flights / DAY_FRACTION)
+        )
 
     def _most_likely(self) -> tuple[FloatArray, FloatArray]:
         """Return the most likely logarithms of the factors and their covariance."""

@@ -114,7 +114,7 @@ def refinement_text(refined: Refinement, *, medium: Medium) -> str:
     """Return what flights told of a model: each factor before and after, and the hover it has now."""
     rows = [("", "before", "after", "changed by")] + [
         (
-            one.name,
+            one.label,
             f"± {quantity.percent(one.before)}",
             f"± {quantity.percent(one.after)}",
             quantity.signed(one.value - 1.0, quantity.percent),

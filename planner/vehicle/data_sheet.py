@@ -45,9 +45,10 @@ from planner.vehicle.priors import (
     timed_power_w,
 )
 from planner.vehicle.reader import load_chemistry
+from planner.vehicle.repeatability import DAY_FRACTION
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.arrays import FloatArray
     from planner.vehicle.drones import PublishedDrone
@@ -83,6 +84,9 @@ _DENSITY_RANGE = Interval(low=0.9, high=1.35)
 _HEIGHT_RANGE = Interval(low=-1.0, high=500.0)
 _DJI_MOTION = "dji-matrice-100"
 """Whose ramps other vehicles of DJI fly by: the one of which flights were measured."""
+THEORY_FRACTION = 0.03
+"""How far momentum theory is from the mean power of one steady flight, relative: between 1 and 3 % in
+the fits of the shipped models. [-]"""
 STATE_FLIGHTS = {
     "takeoff": "climb",
     "climb": "climb",
@@ -532,9 +536,9 @@ class _Sheet:
         time = "time" if self.sheet.moves_like is None else "moves_like"
         return ModelSpread(
             time_fraction=round(self.priors[time].fraction, 4),
-            energy_fraction=round(math.sqrt(shared), 4),
+            energy_fraction=round(math.hypot(math.sqrt(shared), DAY_FRACTION), 4),
             energy_state_fraction=tuple(
-                (state, round(math.sqrt(beside[steady]), 4))
+                (state, round(math.hypot(math.sqrt(beside[steady]), THEORY_FRACTION), 4))
                 for state, steady in STATE_FLIGHTS.items()
             ),
             law_fraction=(
@@ -542,11 +546,16 @@ class _Sheet:
                 ("profile_speed_factor", round(self.fractions["profile_speed_factor"], 4)),
                 ("axial_factor", round(self.fractions["axial_factor"], 4)),
                 ("drag_area_m2", round(self.fractions["drag"], 4)),
+                *self._resistance_fraction(),
             ),
             n_flights=cost.sizes,
             source="no flight: how far the data sheet and what is assumed beside it may be off, by "
             f"{cost.count} published flight times and models/priors",
         )
+
+    def _resistance_fraction(self) -> Iterator[tuple[str, float]]:
+        if self.battery is not None:
+            yield "internal_resistance_ohm", round(self.fractions["resistance"], 4)
 
     def _kept_parameters(self) -> tuple[tuple[str, float], ...]:
         """Return the parameters that a prediction depends on."""

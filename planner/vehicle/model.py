@@ -45,9 +45,15 @@ HOVER_WITHOUT_LAW = (
 )
 STATE_NAMES = ("takeoff", "climb", "accelerate", "cruise", "brake", "hover", "descend", "land")
 """The flight states, in the order of flights."""
-LAW_FACTORS = ("hover", "profile_speed_factor", "axial_factor", "drag_area_m2")
-"""What of the power by momentum theory is uncertain before any flight: that of hover as a whole, and its
-coefficients."""
+LAW_FACTORS = {
+    "hover": "hover power",
+    "profile_speed_factor": "growth of blade drag with speed",
+    "axial_factor": "power for each watt of climb",
+    "drag_area_m2": "drag area",
+    "internal_resistance_ohm": "battery resistance",
+}
+"""What of a model by momentum theory is uncertain before any flight, in words: the power of hover as a whole,
+coefficients of the law, and the battery."""
 TABLE = Key("")
 """Of a table that the text of its class describes."""
 
@@ -327,10 +333,10 @@ class ModelSpread(Part):
     law_fraction: Annotated[
         Named,
         Key(
-            "Of what the [cruise] law by momentum theory was taken from where no flight told it, as "
-            "standard deviations of logarithms: what mavjoule vehicle refine narrows; optional.",
+            "Of what the [cruise] law by momentum theory and the battery were taken from where no flight "
+            "told it, as standard deviations of logarithms: what mavjoule vehicle refine narrows; optional.",
             range=_FRACTION,
-            choices=LAW_FACTORS,
+            choices=tuple(LAW_FACTORS),
         ),
     ] = ()
 

@@ -15,6 +15,11 @@ ENERGY_FRACTION = 0.006
 et al., Sci. Data 8:155, 2021) took ±0.6 %. [-]"""
 
 
+DAY_FRACTION = 0.02
+"""Of the power of a flight: calibration of the current, air and propellers of the day, where a model knows
+nothing of other days; a power module is calibrated to 1 to 3 %. [-]"""
+
+
 class Repeatability(Value):
     """Standard deviations of the times of an autopilot, where the position is known without noise.
 
