@@ -90,6 +90,12 @@ class CheckResult(PresentedCheck):
     checked: tuple[LedgerEntry, ...] = ()
     """What became of each rule, by its code; none where nothing is flown."""
 
+    def __reduce__(self) -> tuple[Callable[..., CheckResult], tuple[object, ...]]:
+        """Return how it travels to another process: without what is predicted there again."""
+        from planner.service.shipment import packed
+
+        return packed(self)
+
     def __repr__(self) -> str:
         """Return file, verdict, figures and how much was found, in a line."""
         totals = self.totals
