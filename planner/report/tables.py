@@ -515,11 +515,11 @@ def path_rows(
 
 
 LEVELS = (
-    "empty before it lands",
-    "below the reserve",
-    "up to 10 % above it",
-    "10 to 25 % above it",
-    "over 25 % above it",
+    "an empty battery",
+    "less than the reserve",
+    "reserve + up to 10 %",
+    "reserve + 10 to 25 %",
+    "reserve + over 25 %",
 )
 """With what a vehicle lands that turns back, worst first; fractions of the battery, above the reserve."""
 _LEVEL_FRACTIONS = (0.0, 0.1, 0.25)

@@ -348,15 +348,15 @@ def test_the_path_takes_the_colour_of_what_a_return_would_leave(too_far: CheckRe
         wh = np.interp(row["time_min"], times, [needed[time] for time in times])
         above = (budget.usable_wh - budget.reserve_wh - wh) / budget.capacity_wh
         expected = (
-            "empty before it lands"
+            "an empty battery"
             if wh > budget.usable_wh
-            else "below the reserve"
+            else "less than the reserve"
             if above < 0.0
-            else "up to 10 % above it"
+            else "reserve + up to 10 %"
             if above < 0.1
-            else "10 to 25 % above it"
+            else "reserve + 10 to 25 %"
             if above < 0.25
-            else "over 25 % above it"
+            else "reserve + over 25 %"
         )
         limits = (0.0, 0.1, 0.25, -budget.reserve_wh / budget.capacity_wh)
         if min(abs(above - limit) for limit in limits) > 0.01:  # a run ends where the next begins
@@ -365,7 +365,7 @@ def test_the_path_takes_the_colour_of_what_a_return_would_leave(too_far: CheckRe
     assert len(seen) == 5
     assert {row["run"] for row in tables.path} == set(range(max(r["run"] for r in tables.path) + 1))
     # The run below the reserve begins at the point of no return.
-    below = next(row for row in tables.path if row["level"] == "below the reserve")
+    below = next(row for row in tables.path if row["level"] == "less than the reserve")
     assert below["time_min"] * 60.0 == pytest.approx(plan.last_return.time_s, abs=2.0)
 
 

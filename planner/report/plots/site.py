@@ -168,7 +168,7 @@ def _path_layers(layer: Callable[[Chart], Chart], tables: FlightTables) -> list[
     alt = load_altair()
     path = layer(alt.NamedData("path")).encode(order="time_min:Q")
     levels = [one for one in LEVELS if any(row.get("level") == one for row in tables.path)]
-    stroke = alt.Stroke("level:N").title("Turning back, it lands")
+    stroke = alt.Stroke("level:N").title("Return lands with")
     stroke = stroke.scale(domain=levels, range=[_LEVELS[one][0] for one in levels])
     layers = [
         path.transform_filter(f"datum.level === '{one}'")
