@@ -79,6 +79,16 @@ if TYPE_CHECKING:
     metavar="ADDRESS|FILE.json",
     help="work on the Dask cluster of this scheduler (needs mavjoule[cluster])",
 )
+@path_option(
+    "--report",
+    metavar="FILE.html",
+    help="write maps of GO, limits and what moves the margin as a page as well (needs mavjoule[report])",
+)
+@path_option(
+    "--plots",
+    metavar="DIR",
+    help="draw the maps into a folder, as SVG and PNG (needs mavjoule[report])",
+)
 @setting_options(*CHECK_GROUPS)
 def command(
     missions: tuple[str, ...],
@@ -89,6 +99,8 @@ def command(
     output: Path | None,
     workers: int | None,
     scheduler: str | None,
+    report: Path | None,
+    plots: Path | None,
     **options: object,
 ) -> ExitCode:
     """Check a mission in every case of what varies.
@@ -104,6 +116,11 @@ def command(
     from planner.report.sweep_table import refuse_table, write_sweep
     from planner.service.sweep.sweep import sweep
 
+    if report is not None or plots is not None:
+        from planner.report.html.page import refuse_without_libraries
+
+        refuse_without_libraries()
+        refuse_overwriting(report, missions)
     folder = None
     if output is not None:
         refuse_table(output)
@@ -131,6 +148,7 @@ def command(
         line.show("")
         _narrate_before(result)
         write_data(sweep_text(result, medium=standard_medium()))
+        _draw(result, report, plots)
         if output is not None:
             write_sweep(result, output)
             narrate(f"{result.plan.cases.row_count} rows are in {output}")
@@ -150,6 +168,26 @@ def _engine(workers: int | None, scheduler: str | None) -> Engine | None:
         msg = "--workers are processes here, --scheduler has its own: give one of them"
         raise UsageError(msg)
     return ClusterEngine(scheduler)
+
+
+def _draw(result: Sweep, report: Path | None, plots: Path | None) -> None:
+    """Write the page and the pictures of a sweep, where they are asked for."""
+    if report is not None:
+        from datetime import UTC, datetime
+
+        from planner import __version__
+        from planner.report.html.sweep import sweep_html
+
+        write_data(
+            sweep_html(result, version=__version__, made_at=datetime.now(UTC)), output=report
+        )
+        narrate(f"the page is in {report}")
+    if plots is not None:
+        from planner.report.plots import write_figures
+        from planner.report.plots.sweep import sweep_figures
+
+        for path in write_figures(sweep_figures(result.tally), plots):
+            narrate(f"wrote {path}")
 
 
 def _narrate_before(result: Sweep) -> None:

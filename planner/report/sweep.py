@@ -30,14 +30,15 @@ _NAMES = {
 def sweep_text(sweep: Sweep, *, medium: Medium) -> str:
     """Return the answer of a sweep."""
     tally = sweep.tally
-    lines = [medium.paint(headline(sweep), "bold"), *_remarks(sweep), ""]
+    lines = [medium.paint(headline(sweep), "bold"), *remarks(sweep), ""]
     for scale in tally.scales:
         if len(scale.labels) > 1:
             lines += [*_shares(tally, scale), ""]
-    if limits := [*_limits(tally)]:
-        lines += ["flies with every other case a GO:", *(f"  {one}" for one in limits), ""]
-    if tally.breaks:
-        lines += [*_breaks(tally), ""]
+    if limits := limit_lines(tally):
+        lines += ["GO, whatever else varies:", *(f"  {one}" for one in limits), ""]
+    if rows := break_rows(tally):
+        table = table_lines(rows, alignment="<<>")
+        lines += ["what breaks first, in cases:", *(f"  {line}" for line in table), ""]
     if swings := [*_tornado(tally)]:
         lines += ["mean margin at the worst and the best value:", *swings, ""]
     return "\n".join(lines[:-1]) + "\n"
@@ -55,7 +56,8 @@ def headline(sweep: Sweep) -> str:
     return text
 
 
-def _remarks(sweep: Sweep) -> list[str]:
+def remarks(sweep: Sweep) -> list[str]:
+    """Return what was swept, and what it took."""
     tally = sweep.tally
     missions = ", ".join(printable(name) for name in sweep.plan.missions)
     every = sweep.plan.cases.combination_count
@@ -97,7 +99,8 @@ def _shares(tally: Tally, scale: AxisScale) -> list[str]:
     return [head, *table_lines(rows, alignment=">>><")]
 
 
-def _limits(tally: Tally) -> list[str]:
+def limit_lines(tally: Tally) -> list[str]:
+    """Return how far each axis goes, and by direction of the wind where that matters."""
     found = list(tally.limits())
     lines = [_limit_text(one) for one in found if one.within is None]
     by_key: dict[str, list[Limit]] = {}
@@ -105,7 +108,7 @@ def _limits(tally: Tally) -> list[str]:
         if one.within is not None:
             by_key.setdefault(one.key, []).append(one)
     for key, several in by_key.items():
-        if len({one.reaches for one in several}) > 1:
+        if len({(one.every, one.best) for one in several}) > 1:
             lines += [_limit_text(one) for one in several if one.key == key]
     return lines[:_MOST_LIMITS]
 
@@ -115,21 +118,27 @@ def _limit_text(limit: Limit) -> str:
     where = ""
     if limit.within is not None:
         where = f" from {limit.within[1]}{unit_of(limit.within[0])}"
-    if limit.reaches is None:
-        return f"{name}{where}: at none of the values"
-    if limit.is_open:
-        return f"{name}{where}: at every value"
-    side = "up to" if limit.is_upper else "down to"
-    return f"{name}{where}: {side} {quantity.exact(limit.reaches)}{f' {unit}' if unit else ''}"
+
+    def reach(value: float | None) -> str:
+        if value is None:
+            return "at none of the values"
+        if value == limit.last:
+            return "at every value"
+        side = "up to" if limit.is_upper else "down to"
+        return f"{side} {quantity.exact(value)}{f' {unit}' if unit else ''}"
+
+    if limit.every == limit.best:
+        return f"{name}{where}: {reach(limit.every)}"
+    return f"{name}{where}: {reach(limit.every)} in every case, {reach(limit.best)} in the best"
 
 
-def _breaks(tally: Tally) -> list[str]:
+def break_rows(tally: Tally) -> list[tuple[str, str, str]]:
+    """Return what breaks first: code, name, in how many cases; the most frequent first."""
     names = {code: entry.name for code, entry in catalogue.entries().items()}
-    rows = [
-        (f"  {code}", names.get(code, ""), f"{count}")
+    return [
+        (code, names.get(code, ""), str(count))
         for code, count in tally.breaks.most_common(_MOST_BREAKS)
     ]
-    return ["what breaks first, in cases:", *table_lines(rows, alignment="<<>")]
 
 
 def _tornado(tally: Tally) -> list[str]:

@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
 import pytest
 from made_missions import mission as made_mission
 from made_missions import rtl, takeoff, waypoint
 
 import planner
-from planner.errors import OutputError, UsageError
+from planner.cli.main import main
+from planner.errors import ExitCode, OutputError, UsageError
 from planner.physics.wind import Wind
 from planner.report.sweep import sweep_text
 from planner.report.sweep_table import write_sweep
 from planner.report.text import Medium
-from planner.service.sweep.engines import CoresEngine
+from planner.service.sweep.batches import Batch
+from planner.service.sweep.engines import (
+    ClusterEngine,
+    CoresEngine,
+    EngineError,
+    refuse_other_programs,
+)
+from planner.service.sweep.plan import program_mark
 from planner.service.sweep.sweep import make_plan, sweep
 from planner.setup import Setup
 from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from planner.mission.items import Mission
+    from planner.service.sweep.engines import Engine
+    from planner.service.sweep.plan import SweepPlan
     from planner.service.sweep.sweep import SweepProgress
 
+MISSION = Path(__file__).resolve().parents[2] / "missions" / "crossing-too-far.plan"
 VARY = ("wind=0,5,11", "wind-from=0,90,180,270", "temperature=0,30", "health=1,0.3")
 """(1 + 2 x 4) x 2 x 2 = 36 cases."""
 
@@ -136,9 +151,13 @@ def test_a_folder_of_something_else_is_left_alone(
 
 def test_several_workers_make_the_same_batches(mission: Mission, setup: Setup) -> None:
     plan, jobs = make_plan(mission, setup, vary=VARY), [(0, 20), (20, 16)]
-    two, one = (list(CoresEngine(workers).run(plan, jobs)) for workers in (2, 1))
-    assert two == one
-    assert [(first, count) for first, count, _ in two] == jobs
+    assert _outcomes(CoresEngine(2), plan, jobs) == _outcomes(CoresEngine(1), plan, jobs)
+
+
+def _outcomes(engine: Engine, plan: SweepPlan, jobs: list[tuple[int, int]]) -> list[object]:
+    done = sorted(engine.run(plan, jobs))
+    assert [(first, count) for first, count, _ in done] == jobs
+    return [msgspec.json.decode(data, type=Batch).outcomes for *_, data in done]
 
 
 def test_a_table_reads_back_in_one_line(mission: Mission, setup: Setup, tmp_path: Path) -> None:
@@ -175,3 +194,46 @@ def test_what_it_comes_to_is_counted_by_value(mission: Mission, setup: Setup) ->
     assert [checked for *_, checked in result.tally.shares("wind_from_deg")] == [12, 12, 12, 12]
     text = sweep_text(result, medium=Medium())
     assert text.startswith(f"GO in {sum(go)} of 36 cases")
+
+
+def test_a_cluster_makes_the_same_batches(mission: Mission, setup: Setup) -> None:
+    from distributed import LocalCluster
+
+    plan, jobs = make_plan(mission, setup, vary=VARY), [(0, 20), (20, 16)]
+    with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster:
+        there = _outcomes(ClusterEngine(cluster.scheduler_address), plan, jobs)
+    assert there == _outcomes(CoresEngine(1), plan, jobs)
+
+
+def test_a_worker_with_another_mavjoule_is_named(
+    mission: Mission, setup: Setup, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class _Client:
+        def run(self, *_: object, **__: object) -> dict[str, object]:
+            return {"tcp://a": program_mark(), "tcp://b": "0.0.9+0123"}
+
+    with pytest.raises(EngineError, match=r"worker tcp://b has mavjoule 0\.0\.9\+0123, this is"):
+        refuse_other_programs(_Client())
+    plan = make_plan(mission, setup, vary=VARY)
+    monkeypatch.setattr("planner.service.sweep.engines._WAIT_S", 0.2)
+    with pytest.raises(EngineError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        list(ClusterEngine("tcp://127.0.0.1:9").run(plan, [(0, 1)]))
+
+
+def test_a_sweep_that_is_killed_ends_as_if_it_was_not(tmp_path: Path) -> None:
+    """SIGKILL while batches are written; bench/test_sweep_speed.py does it at 50 moments."""
+    arguments = ["sweep", str(MISSION), "--battery", "20Wh", "--workers", "1"]
+    arguments += [word for axis in VARY for word in ("--vary", axis)]
+    code = "import sys; from planner.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    killed = subprocess.Popen(
+        [sys.executable, "-c", code, *arguments, "-o", str(tmp_path / "a.csv")],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    while killed.poll() is None and not list(tmp_path.glob("a.csv.parts/*-*.json")):
+        time.sleep(0.002)
+    killed.kill()
+    killed.wait()
+    for name in ("a.csv", "b.csv"):
+        assert main([*arguments, "-o", str(tmp_path / name)]) == ExitCode.GO
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

@@ -107,7 +107,7 @@ class ClusterEngine:
         """Yield each job with its batch, as it is done; workers may come, go and die."""
         distributed = import_module("distributed")
         with self._connected(distributed) as client:
-            _refuse_other_programs(client)
+            refuse_other_programs(client)
             # A task, not scattered data: the scheduler has it made again where its worker is lost.
             sent = client.submit(
                 _unpacked, pickle.dumps(plan), key=f"sweep-plan-{plan.mark}", pure=False
@@ -150,7 +150,7 @@ class ClusterEngine:
         return client
 
 
-def _refuse_other_programs(client: Any) -> None:  # noqa: ANN401 - Dask has no types
+def refuse_other_programs(client: Any) -> None:  # noqa: ANN401 - Dask has no types
     """Raise ``EngineError`` where a worker has another mavjoule, or none."""
     found = client.run(program_mark, on_error="return")
     for worker, mark in sorted(found.items()):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -168,9 +168,9 @@ def sweep(
     jobs = missing(total, done, _PROBED)
     if jobs:
         first, count = jobs[0]
-        asked_s = perf_counter()
+        asked_s = process_time()
         keep(first, count, run_batch(plan, first, count, RememberingSteps()))
-        size = _batch_size((perf_counter() - asked_s) / count)
+        size = _batch_size((process_time() - asked_s) / count)
         jobs = missing(total, done, size)
     if engine is None:
         left = sum(count for _, count in jobs)

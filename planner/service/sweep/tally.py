@@ -52,18 +52,20 @@ class AxisScale(Value, eq=False):
 
 
 class Limit(Value):
-    """How far an axis goes with every case a go."""
+    """How far an axis goes with a go: in every case of what else varies, and in the best."""
 
     key: str
     """What is limited."""
     within: tuple[str, str] | None
     """Key and label of the value of another axis it holds for; ``None``: for all."""
-    reaches: float | None
-    """The last value, up or down; ``None``: not even the first."""
+    every: float | None
+    """The last value, up or down, with every case a go; ``None``: not even the first."""
+    best: float | None
+    """The last with any case a go."""
+    last: float
+    """The last of the axis: the vehicle may go farther."""
     is_upper: bool
     """Whether more is worse."""
-    is_open: bool
-    """Whether the axis goes no farther, and perhaps the vehicle does."""
 
 
 class Swing(Value):
@@ -217,17 +219,19 @@ class Tally:
         share = go[known] / every[known]
         is_upper = bool(share[0] >= share[-1])
         ordered = known if is_upper else known[::-1]
-        reached = None
-        for at in ordered:
-            if go[at] < every[at]:
-                break
-            reached = at
+        numbers = scale.numbers
+
+        def reached(is_go: BoolArray) -> float | None:
+            count = int(np.argmin(np.append(is_go[ordered], False)))
+            return numbers[ordered[count - 1]] if count else None
+
         return Limit(
             key=scale.key,
             within=within,
-            reaches=None if reached is None else scale.numbers[reached],
+            every=reached(go >= every),
+            best=reached(go > 0),
+            last=numbers[ordered[-1]],
             is_upper=is_upper,
-            is_open=bool(reached is not None and reached == ordered[-1]),
         )
 
     def _position(self, key: str) -> int:
