@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -97,11 +97,9 @@ def command(
     draws: int | None,
     weather: Path | None,
     output: Path | None,
-    workers: int | None,
-    scheduler: str | None,
     report: Path | None,
     plots: Path | None,
-    **options: object,
+    **options: Any,  # noqa: ANN401 - as click reads them
 ) -> ExitCode:
     """Check a mission in every case of what varies.
 
@@ -126,6 +124,7 @@ def command(
         refuse_table(output)
         refuse_overwriting(output, missions)
         folder = output.with_name(f"{output.name}.parts")
+    engine = _engine(options.pop("workers"), options.pop("scheduler"))
     given = given_settings(options)
     settings = [mission_settings(mission, given) for mission in missions]
     line = StatusLine()
@@ -138,7 +137,7 @@ def command(
                 draws=draws,
                 weather=weather,
                 folder=folder,
-                engine=_engine(workers, scheduler),
+                engine=engine,
                 on_progress=_reporter(line, progress_text),
             )
         except KeyboardInterrupt:
