@@ -31,7 +31,7 @@ from planner.service.preflight import bugs_of
 from planner.setup import Setup
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from planner.service.sweep.engines import Engine
@@ -111,19 +111,11 @@ def command(
     was found, 2 unusable input or usage, 3 a cluster is lost, 130 interrupted.
     """
     from planner.report.sweep import progress_text, sweep_text
-    from planner.report.sweep_table import refuse_table, write_sweep
+    from planner.report.sweep_table import write_sweep
     from planner.service.sweep.sweep import sweep
 
-    if report is not None or plots is not None:
-        from planner.report.html.page import refuse_without_libraries
-
-        refuse_without_libraries()
-        refuse_overwriting(report, missions)
-    folder = None
-    if output is not None:
-        refuse_table(output)
-        refuse_overwriting(output, missions)
-        folder = output.with_name(f"{output.name}.parts")
+    _refuse_output((*missions, str(weather)), output, report, plots)
+    folder = None if output is None else output.with_name(f"{output.name}.parts")
     engine = _engine(options.pop("workers"), options.pop("scheduler"))
     given = given_settings(options)
     settings = [mission_settings(mission, given) for mission in missions]
@@ -152,6 +144,22 @@ def command(
             write_sweep(result, output)
             narrate(f"{result.plan.cases.row_count} rows are in {output}")
     return ExitCode.GO
+
+
+def _refuse_output(
+    inputs: Sequence[str], output: Path | None, report: Path | None, plots: Path | None
+) -> None:
+    """Raise ``UsageError`` where what is asked for cannot be written."""
+    if output is not None:
+        from planner.report.sweep_table import refuse_table
+
+        refuse_table(output)
+        refuse_overwriting(output, inputs)
+    if report is not None or plots is not None:
+        from planner.report.html.page import refuse_without_libraries
+
+        refuse_without_libraries()
+        refuse_overwriting(report, inputs)
 
 
 def _engine(workers: int | None, scheduler: str | None) -> Engine | None:
