@@ -431,18 +431,23 @@ class _Sheet:
         return off * timed_power_w(battery.energy_wh, figure.value)
 
     def _motor_hover_w(self, figure: HoverFigure, motor: MotorTable | None) -> float:
-        """Return the hover power by the throttle and the motor's table: P goes by T^1.5. [W]"""
+        """Return the hover power by the throttle and the motor's table: P goes by T^1.5. [W]
+
+        A throttle is a fraction of the most thrust (MOT_THST_HOVER) or of the signal to the motors, which
+        give (1 - e) u + e u² of that: both readings are let pass.
+        """
         if motor is None:
             msg = f"a hover throttle of {figure} needs the motor at full throttle: give it as 1250g@310W"
             raise UsageError(msg)
         expo = self.parameters.get("MOT_THST_EXPO", _THRUST_EXPO)
         most_kg = self.rotors * motor.thrust_n / GRAVITY_M_S2
-        lifted_kg = most_kg * ((1.0 - expo) * figure.value + expo * figure.value**2)
-        if not 1.0 / _THRUST_AGREES <= lifted_kg / self.mass_kg <= _THRUST_AGREES:
+        low_kg = most_kg * ((1.0 - expo) * figure.value + expo * figure.value**2)
+        high_kg = most_kg * figure.value
+        if not low_kg / _THRUST_AGREES <= self.mass_kg <= _THRUST_AGREES * high_kg:
             msg = (
                 f"{self.rotors} motors of {quantity.mass(most_kg)} of thrust in all carry "
-                f"{quantity.mass(lifted_kg)} at {figure} throttle, the vehicle weighs "
-                f"{quantity.mass(self.mass_kg)}: correct one of them"
+                f"{quantity.mass(low_kg)} to {quantity.mass(high_kg)} at {figure} throttle, the vehicle "
+                f"weighs {quantity.mass(self.mass_kg)}: correct one of them"
             )
             raise UsageError(msg)
         off = self._assume("hover", self.priors["motor_table"], why=f"hover throttle of {figure}")

@@ -219,6 +219,16 @@ def test_a_hover_that_few_have_is_taken_with_a_word() -> None:
     assert word not in " ".join(_vehicle(hover=read_hover("180W")).provenance.readings)
 
 
+def test_a_throttle_is_of_the_thrust_or_of_the_signal() -> None:
+    # 1.6 kg under 5 kg of thrust: 32 % of it, the signal of u with 0.35 u + 0.65 u^2 = 0.32 is 48 %
+    motor = read_motor("1250g@310W")
+    watts = {_hover_w(_vehicle(hover=read_hover(text), motor=motor)) for text in ("32%", "48%")}
+    assert len(watts) == 1
+    for text in ("20%", "75%"):  # 1 kg at most, 3.1 kg at least
+        with pytest.raises(UsageError, match=r"the vehicle weighs 1\.60 kg"):
+            _vehicle(hover=read_hover(text), motor=motor)
+
+
 def test_cells_that_parameters_contradict_are_refused() -> None:
     parameters = parameters_from_text(b"BAT1_N_CELLS,6\nMPC_XY_CRUISE,5\n", source="my.params")
     with pytest.raises(UsageError, match="has 4 cells, BAT1_N_CELLS says 6"):
