@@ -16,6 +16,7 @@ from planner.errors import UsageError
 from planner.flight.prediction import sample_trace, used_energy_wh
 from planner.report.tables import fence_outlines, item_rows, joined_places, place_rows, point_rows
 from planner.report.text import headline, printable
+from planner.service.separation import known_home_amsl_m
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,12 +85,15 @@ def flight_file(result: CheckResult, path: PurePath) -> str:
     Raises
     ------
     UsageError
-        If the suffix is none of ``.kml``, ``.geojson``, ``.gpx``, ``.czml``, if nothing is flown, or if a
-        library of ``mavjoule[export]`` is missing.
+        If the suffix is none of ``.kml``, ``.geojson``, ``.gpx``, ``.czml``, if nothing is flown, if the
+        altitude of home is not known, or if a library of ``mavjoule[export]`` is missing.
     """
     refuse_flight_file(path)
     if result.assessment is None:
         msg = f"{result.file}: nothing is flown, so there is no flight to write"
+        raise UsageError(msg)
+    if known_home_amsl_m(result.assessment) is None:
+        msg = f"{path}: holds altitudes above mean sea level, and that of home is not known: give --home-amsl"
         raise UsageError(msg)
     return _WRITERS[path.suffix.lower()](_flight(result, result.assessment))
 

@@ -23,6 +23,7 @@ from planner.geo.barrier import swept_areas
 from planner.mission.route.stage import StageKind
 from planner.rules.energy import destination_name, place_along
 from planner.rules.fenced_flight import make_fenced_flight
+from planner.service.separation import known_home_amsl_m
 from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
@@ -176,15 +177,17 @@ def _item_detail(assessment: Assessment, stage: Stage) -> str:
 
 
 def _heights(assessment: Assessment, stage: Stage) -> str:
-    amsl_m = assessment.route.home_amsl_m + stage.height_m
-    return f"{quantity.height(stage.height_m)} above home, {quantity.height(amsl_m)} AMSL"
+    above = f"{quantity.height(stage.height_m)} above home"
+    home_m = known_home_amsl_m(assessment)
+    return above if home_m is None else f"{above}, {quantity.height(home_m + stage.height_m)} AMSL"
 
 
 def place_rows(assessment: Assessment) -> list[Row]:
     """Return home and the rally points, a row each."""
     frame = assessment.route.frame
-    home_m = quantity.height(assessment.route.home_amsl_m)
-    label = f"Home · {home_m} AMSL"
+    home_m = known_home_amsl_m(assessment)
+    at = "altitude not known" if home_m is None else f"{quantity.height(home_m)} AMSL"
+    label = f"Home · {at}"
     home = _place("home", label, frame, frame.latitude_deg, frame.longitude_deg)
     rally = [
         _place("rally point", f"Rally point {number}", frame, *place) | {"short": f"R{number}"}

@@ -16,6 +16,7 @@ from made_missions import mission, rtl, takeoff
 from planner.errors import UsageError, missing_library
 from planner.geo.fence import Fence
 from planner.report.flight_files import EPOCH, flight_file
+from planner.report.tables import make_tables
 from planner.service.preflight import CheckResult, check
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -112,6 +113,18 @@ def test_without_a_known_power_there_is_no_energy_to_write() -> None:
         text = written(result, suffix)
         assert "energy_used_wh" not in text
         assert "NaN" not in text
+
+
+def test_altitudes_above_an_unknown_home_are_not_written() -> None:
+    items = mission(takeoff(20), at(0, 50), rtl())
+    assert items.home is not None
+    unknown = replace(items, home=replace(items.home, altitude_amsl_m=None))
+    result = check(unknown, load_vehicle("falkowski-2023-quadrotor"))
+    with pytest.raises(UsageError, match="give --home-amsl"):
+        written(result, ".kml")
+    labels = [row["label"] for row in make_tables(result).marks]
+    assert "Home · altitude not known" in labels[0]
+    assert not any("AMSL" in label for label in labels)
 
 
 def test_another_suffix_and_a_missing_library_are_refused(
