@@ -28,12 +28,16 @@ from planner.cli.output import (
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.service.preflight import bugs_of
+from planner.setting import Group
 from planner.setup import Setup
+from planner.setup import settings as settings_by_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from planner.fleet.fleet import Fleet
+    from planner.mission.items import Mission
     from planner.service.sweep.engines import Engine
     from planner.service.sweep.sweep import Sweep, SweepProgress
 
@@ -41,7 +45,9 @@ if TYPE_CHECKING:
 @click.command(
     "sweep", cls=GroupedCommand, short_help="Check a mission over weather, load and battery."
 )
-@click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
+@click.argument(
+    "missions", metavar="MISSION...|FLEET.toml", nargs=-1, required=True, type=MISSION_PATH
+)
 @click.option(
     "--vary",
     multiple=True,
@@ -107,8 +113,9 @@ def command(
     mavjoule check finds with these settings.  Equal conditions are checked once; a calm has no
     direction.  Of gusts the rules take the mean and two standard deviations.
 
-    Several missions are compared with each other.  Exit codes: 0 the cases were checked, whatever
-    was found, 2 unusable input or usage, 3 a cluster is lost, 130 interrupted.
+    Several missions are compared with each other; a fleet is judged as a whole.  Exit codes: 0 the
+    cases were checked, whatever was found, 2 unusable input or usage, 3 a cluster is lost,
+    130 interrupted.
     """
     from planner.report.sweep import progress_text, sweep_text
     from planner.report.sweep_table import write_sweep
@@ -117,14 +124,11 @@ def command(
     _refuse_output((*missions, str(weather)), output, report, plots)
     folder = None if output is None else output.with_name(f"{output.name}.parts")
     engine = _engine(options.pop("workers"), options.pop("scheduler"))
-    given = given_settings(options)
-    settings = [mission_settings(mission, given) for mission in missions]
     line = StatusLine()
     with bugs_of(missions[0]):
         try:
             result = sweep(
-                [read_mission(mission) for mission in missions],
-                Setup.of(common_settings(settings, Setup)),
+                *_subject(missions, given_settings(options)),
                 vary=vary,
                 draws=draws,
                 weather=weather,
@@ -144,6 +148,32 @@ def command(
             write_sweep(result, output)
             narrate(f"{result.plan.cases.row_count} rows are in {output}")
     return ExitCode.GO
+
+
+def _subject(
+    missions: Sequence[str], given: dict[str, Any]
+) -> tuple[list[Mission], Setup] | tuple[Fleet, None]:
+    """Return what is swept: missions with their setup, or a fleet, which has its own.
+
+    Raises UsageError if a fleet is not alone, or a setting is given that its vehicles have of their own.
+    """
+    if not any(name.endswith(".toml") for name in missions):
+        settings = [mission_settings(mission, given) for mission in missions]
+        read = [read_mission(mission) for mission in missions]
+        return read, Setup.of(common_settings(settings, Setup))
+    from planner.fleet.reader import read_fleet
+    from planner.service.sweep.sweep import OF_VEHICLES
+
+    if len(missions) > 1:
+        msg = "a fleet is swept alone: give one FLEET.toml, or missions"
+        raise UsageError(msg)
+    for key in given:
+        if key in OF_VEHICLES or settings_by_key()[key].group is Group.BATTERY:
+            msg = (
+                f"{settings_by_key()[key].option}: each vehicle, pack or job of a fleet has its own"
+            )
+            raise UsageError(msg)
+    return read_fleet(missions[0], given=given), None
 
 
 def _refuse_output(

@@ -64,9 +64,13 @@ def remarks(sweep: Sweep) -> list[str]:
     worked = f"{quantity.count(every, 'combination')}: {quantity.count(tally.checks, 'check')}"
     if every > tally.checks:
         worked += f", {every - tally.checks} saved where conditions are equal"
-    if tally.flights < tally.checks:
+    if 0 < tally.flights < tally.checks:
         worked += f"; {quantity.count(tally.flights, 'flight')} predicted for all of them"
-    lines = [f"{missions}, {printable(sweep.plan.setup.vehicle.name)}", worked]
+    what = f"{missions}, {printable(sweep.plan.setup.vehicle.name)}"
+    if (fleet := sweep.plan.fleet) is not None:
+        sorties = quantity.count(len(fleet.sorties), "sortie")
+        what = f"{printable(fleet.source)}, {sorties} of {quantity.count(len(fleet.vehicles), 'vehicle')}"
+    lines = [what, worked]
     if weather := sweep.plan.weather:
         lines.append(f"weather of {printable(weather.source)}, {len(weather.times)} rows")
         if weather.unused:
@@ -150,6 +154,7 @@ def _tornado(tally: Tally) -> list[str]:
             f"{quantity.energy(one.best_wh)} at {printable(one.best)} {unit_of(one.key)}".rstrip(),
         )
         for one in tally.swings()
+        if one.width_wh > 0.0
     ]
     return table_lines(rows, alignment="<><<") if rows else []
 

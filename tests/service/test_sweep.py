@@ -16,6 +16,7 @@ from made_missions import rtl, takeoff, waypoint
 import planner
 from planner.cli.main import main
 from planner.errors import ExitCode, OutputError, UsageError
+from planner.fleet.reader import read_fleet
 from planner.physics.wind import Wind
 from planner.report.sweep import sweep_text
 from planner.report.sweep_table import write_sweep
@@ -194,6 +195,21 @@ def test_what_it_comes_to_is_counted_by_value(mission: Mission, setup: Setup) ->
     assert [checked for *_, checked in result.tally.shares("wind_from_deg")] == [12, 12, 12, 12]
     text = sweep_text(result, medium=Medium())
     assert text.startswith(f"GO in {sum(go)} of 36 cases")
+
+
+def test_a_fleet_is_judged_as_a_whole_in_every_case() -> None:
+    path = MISSION.parent / "fleets" / "survey-two-quads.toml"
+    columns = sweep(planner.read_fleet(path), vary=["wind=0,9", "wind-from=90"]).columns()
+    for row, wind in enumerate([Wind(), Wind(speed_m_s=9.0, from_deg=90.0)]):
+        found = planner.check_fleet(read_fleet(path, given={"wind": wind}))
+        assert columns["verdict"][row] == found.verdict
+        assert columns["codes"][row] == ",".join(
+            dict.fromkeys(one.code for one in found.all_findings)
+        )
+        assert columns["energy_wh"][row] == pytest.approx(found.totals.energy_wh, rel=1e-9)
+    assert columns["verdict"] == ["go", "no-go"]
+    with pytest.raises(UsageError, match="each vehicle, pack or job of a fleet has its own"):
+        sweep(planner.read_fleet(path), vary=["payload=0,1"])
 
 
 def test_a_cluster_makes_the_same_batches(mission: Mission, setup: Setup) -> None:

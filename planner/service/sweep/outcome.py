@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.errors import MavjouleError
 from planner.service.preflight import CheckResult, Steps, check_mission, shielded
 from planner.service.sweep.cases import case_setup
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.fleet.fleet import Fleet
+    from planner.mission.items import Mission
     from planner.service.preflight import UnreadableMission
     from planner.service.sweep.plan import SweepPlan
 
@@ -54,11 +58,44 @@ def check_case(plan: SweepPlan, number: int, steps: Steps) -> CaseOutcome:
     for key, known in plan.loaded.items():
         values[key] = known[values[key]]
     try:
+        if plan.fleet is not None:
+            return _check_fleet(plan.fleet, plan.missions, values)
         setup = case_setup(plan.setup, values)
         result = shielded(lambda: check_mission(plan.missions[name], setup, steps=steps), file=name)
     except MavjouleError as error:
         return CaseOutcome(verdict=None, refused=str(error))
     return outcome_of(result)
+
+
+def _check_fleet(
+    fleet: Fleet, missions: Mapping[str, Mission], values: Mapping[str, Any]
+) -> CaseOutcome:
+    """Return what a fleet comes to in the conditions of a case: its group, and its tightest sortie."""
+    from planner.service.fleet import SortieChecks, check_fleet
+
+    vehicles = {
+        name: replace(one, setup=case_setup(one.setup, values))
+        for name, one in fleet.vehicles.items()
+    }
+    flown = replace(fleet, vehicles=vehicles)
+    result = check_fleet(flown, checks=SortieChecks(flown, missions))
+    findings = result.all_findings
+    fail_on = next(iter(vehicles.values())).setup.fail_on
+    sorties = [outcome_of(one.result) for one in result.sorties]
+
+    def least(name: str) -> float | None:
+        return min((v for one in sorties if (v := getattr(one, name)) is not None), default=None)
+
+    return CaseOutcome(
+        verdict=result.verdict if result.is_readable else None,
+        codes=",".join(dict.fromkeys(one.code for one in findings)),
+        breaks_first=next((one.code for one in findings if one.severity >= fail_on), ""),
+        time_s=result.totals.makespan_s,
+        energy_wh=_known(result.totals.energy_wh) if result.totals.is_energy_whole else None,
+        margin_wh=least("margin_wh"),
+        return_margin_wh=least("return_margin_wh"),
+        lowest_voltage_v=least("lowest_voltage_v"),
+    )
 
 
 def outcome_of(result: CheckResult | UnreadableMission) -> CaseOutcome:

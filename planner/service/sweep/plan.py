@@ -15,6 +15,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.fleet.fleet import Fleet
     from planner.mission.items import Mission
     from planner.service.sweep.cases import Cases
     from planner.service.sweep.weather import MeasuredWeather
@@ -31,6 +32,8 @@ class SweepPlan(Value, dict=True):
     loaded: Mapping[str, Mapping[str, Any]] = {}
     """What files hold that an axis names, by its key and the name."""
     weather: MeasuredWeather | None = None
+    fleet: Fleet | None = None
+    """That is judged as a whole, with the missions of its sorties; ``None``: missions are."""
 
     @cached_property
     def marks(self) -> dict[str, str]:
@@ -39,7 +42,7 @@ class SweepPlan(Value, dict=True):
         points = [(block.points, block.times) for block in self.cases.blocks]
         return {
             "mavjoule": program_mark(),
-            "the missions": _mark(self.missions),
+            "the missions": _mark((self.missions, self.fleet)),
             "the settings": _mark(
                 (self.setup, [list(one.items()) for one in self.loaded.values()])
             ),

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from planner.errors import UsageError
+from planner.fleet.fleet import Fleet
+from planner.mission.files import read_mission
 from planner.mission.items import Mission
 from planner.service.sweep.axes import MISSION, Axis, make_axis, read_axis
 from planner.service.sweep.batches import Batch, BatchFolder, missing, run_batch
@@ -19,6 +21,7 @@ from planner.service.sweep.plan import SweepPlan
 from planner.service.sweep.table import CaseTable
 from planner.service.sweep.tally import Tally
 from planner.service.sweep.weather import MeasuredWeather, read_weather
+from planner.setting import Group
 from planner.values import Value
 from planner.workers import core_count
 
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
     from planner.service.sweep.engines import Engine
     from planner.setup import Setup
 
+OF_VEHICLES = frozenset({"vehicle", "params", "autopilot", "target", "home_amsl_m", "payload_kg"})
+"""Settings that each vehicle, pad and job of a fleet has of its own."""
 _BATCH_S = 1.0
 """What a batch is to take: the overhead of one is some milliseconds."""
 _MOST_IN_BATCH = 5000
@@ -102,8 +107,8 @@ class Sweep(Value, eq=False):
 
 
 def sweep(
-    mission: Mission | Sequence[Mission],
-    setup: Setup,
+    mission: Mission | Sequence[Mission] | Fleet,
+    setup: Setup | None = None,
     *,
     vary: Mapping[str, str | Sequence[object]] | Iterable[str] = (),
     draws: int | None = None,
@@ -116,10 +121,10 @@ def sweep(
 
     Parameters
     ----------
-    mission : Mission or sequence of Mission
-        As `planner.read_mission` returns them.
+    mission : Mission, sequence of Mission or Fleet
+        As `planner.read_mission` and `planner.read_fleet` return them.
     setup : Setup
-        Vehicle, battery and everything else that all cases have in common.
+        Vehicle, battery and everything else that all cases have in common; a fleet has its own.
     vary : mapping or iterable of str
         What varies, ``{"wind": "0:12:1", "payload": [0, 0.25]}`` or ``["wind=0:12:1"]``: settings by the
         names of their options, the parts of the wind ``wind``, ``wind-from`` and ``gust``.
@@ -192,29 +197,29 @@ def sweep(
 
 
 def make_plan(
-    mission: Mission | Sequence[Mission],
-    setup: Setup,
+    mission: Mission | Sequence[Mission] | Fleet,
+    setup: Setup | None,
     *,
     vary: Mapping[str, str | Sequence[object]] | Iterable[str] = (),
     draws: int | None = None,
     weather: Path | str | MeasuredWeather | None = None,
 ) -> SweepPlan:
     """Return the plan of a sweep, as for `sweep`."""
-    missions = [mission] if isinstance(mission, Mission) else list(mission)
-    if not missions or not all(isinstance(one, Mission) for one in missions):
-        msg = f"mission must be planner.read_mission(path), or several: got {mission!r:.60}"
-        raise UsageError(msg)
+    fleet = mission if isinstance(mission, Fleet) else None
+    missions = _missions_of(mission)
     axes = (
         [make_axis(name, values) for name, values in vary.items()]
         if isinstance(vary, dict)
         else [one if isinstance(one, Axis) else read_axis(str(one)) for one in vary]
     )
-    by_name = {one.source: one for one in missions}
-    if len(by_name) < len(missions):
-        msg = "each mission is given once"
+    if fleet is not None:
+        _refuse_of_vehicles(axes)
+        setup = next(iter(fleet.vehicles.values())).setup
+    if setup is None:
+        msg = "setup must be planner.Setup(vehicle=…): which vehicle flies the mission?"
         raise UsageError(msg)
-    if len(missions) > 1:
-        axes.append(Axis(key=MISSION.key, name="mission", values=tuple(by_name)))
+    if fleet is None and len(missions) > 1:
+        axes.append(Axis(key=MISSION.key, name="mission", values=tuple(missions)))
     if weather is not None and not isinstance(weather, MeasuredWeather):
         weather = read_weather(Path(weather))
     loaded = {
@@ -223,12 +228,44 @@ def make_plan(
         if axis.setting.load is not None
     }
     return SweepPlan(
-        missions=by_name,
+        missions=missions,
         setup=setup,
         cases=make_cases(axes, draws=draws, weather=weather),
         loaded=loaded,
         weather=weather,
+        fleet=fleet,
     )
+
+
+def _missions_of(mission: Mission | Sequence[Mission] | Fleet) -> dict[str, Mission]:
+    """Return what is flown, by its names.
+
+    Raises UsageError where that is no mission, or one twice.
+    """
+    if isinstance(mission, Fleet):
+        paths = [mission.mission_of(one) for one in mission.sorties.values()]
+        return {path: read_mission(path) for path in dict.fromkeys(paths)}
+    several = [mission] if isinstance(mission, Mission) else list(mission)
+    if not several or not all(isinstance(one, Mission) for one in several):
+        msg = f"mission must be planner.read_mission(path), or several: got {mission!r:.60}"
+        raise UsageError(msg)
+    by_name = {one.source: one for one in several}
+    if len(by_name) < len(several):
+        msg = "each mission is given once"
+        raise UsageError(msg)
+    return by_name
+
+
+def _refuse_of_vehicles(axes: Iterable[Axis]) -> None:
+    """Raise ``UsageError`` where what varies is of each vehicle, pack or job of a fleet."""
+    for axis in axes:
+        if (
+            axis.key in OF_VEHICLES
+            or axis.setting.group is Group.BATTERY
+            or axis.key == MISSION.key
+        ):
+            msg = f"--vary {axis.name}: each vehicle, pack or job of a fleet has its own: vary its file"
+            raise UsageError(msg)
 
 
 def _whole(folder: BatchFolder) -> dict[int, int]:
