@@ -145,27 +145,31 @@ def test_states_add_up_to_the_segments_of_the_json(
                 assert text == quantity.energy(float(value))
 
 
-@pytest.mark.parametrize("name", ["segments", "items"])
 def test_long_tables_hold_every_row_of_the_json(
-    browser: Chrome, survey: Result, address: str, name: str
+    browser: Chrome, survey: Result, address: str
 ) -> None:
+    mission = json.loads(check_json([survey], version="1"))["missions"][0]
+    opened(browser, address)
+    for name in ("segments", "items"):
+        assert opened_table(browser, name) == [
+            [quantity.ABSENT if value is None else value for value in row.values()]
+            for row in mission[name]
+        ]
+
+
+def opened_table(browser: Chrome, name: str) -> object:
+    """Open a long table and return its rows."""
     from selenium.webdriver.support.wait import WebDriverWait
 
-    rows = json.loads(check_json([survey], version="1"))["missions"][0][name]
-    opened(browser, address)
     details = browser.find_element("css selector", f"details[data-long={name}]")
     details.find_element("css selector", "summary").click()
     WebDriverWait(browser, WAIT_S).until(lambda _: details.get_attribute("data-filled") == "true")
-    cells = browser.execute_script(
+    return browser.execute_script(
         "return [...arguments[0].querySelectorAll('tbody tr')].map(row => [...row.cells]"
         ".map(cell => cell.firstElementChild ? Number(cell.firstElementChild.value)"
         " : cell.textContent))",
         details,
     )
-    expected = [
-        [quantity.ABSENT if value is None else value for value in row.values()] for row in rows
-    ]
-    assert cells == expected
 
 
 def test_the_page_says_nothing_to_the_console_and_asks_nobody(
@@ -370,22 +374,16 @@ def test_marks_of_the_map_tell_what_happens_at_their_place(
 
 
 @pytest.mark.parametrize(("scheme", "width"), [("dark", 0), ("light", PHONE_PX)])
-def test_axe_finds_nothing_serious(browser: Chrome, address: str, scheme: str, width: int) -> None:
+def test_axe_finds_nothing_more_than_minor_and_pictures_take_the_ink_of_the_page(
+    browser: Chrome, address: str, scheme: str, width: int
+) -> None:
     opened(browser, address, scheme=scheme, width=width)
-    assert grave_violations(browser) == []
-
-
-def test_a_phone_does_not_scroll_sideways(browser: Chrome, address: str) -> None:
-    opened(browser, address, width=PHONE_PX)
-    assert browser.execute_script("return document.documentElement.scrollWidth") <= PHONE_PX
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_pictures_take_the_ink_of_the_page(browser: Chrome, address: str, scheme: str) -> None:
-    opened(browser, address, scheme=scheme)
+    if width:
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     ink = "return getComputedStyle(document.querySelector('{}')).{}"
     label = browser.execute_script(ink.format(".map .role-axis-label text", "fill"))
     assert label == browser.execute_script(ink.format("body", "color"))
+    assert grave_violations(browser) == []
 
 
 def test_on_paper_tables_are_open_and_controls_are_gone(browser: Chrome, address: str) -> None:
