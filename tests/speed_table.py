@@ -1,0 +1,304 @@
+"""What has to be fast, as ratios to what other programs take for the same: ``make bench``.
+
+Prints the table and keeps it; ``--compare`` marks what became slower than in the last kept run by more
+than the noise of both.  Of a ratio it is the median over rounds in which both are measured one after
+the other, so that another load on the machine meets both; its noise is half the spread of the middle
+half of the rounds.  Times are of the processor, but for starts, counted in instructions (callgrind).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import re
+import shutil
+import subprocess
+import sys
+import time
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from statistics import median, quantiles
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import msgspec
+from dataflash_writer import copter_log
+from long_missions import plan
+from pymavlink.DFReader import DFReader_binary
+from pymavlink.mavwp import MAVWPLoader
+from pyulog import ULog
+from sampled_flight import Manoeuvre, SampledVehicle
+from ulog_writer import px4_log
+
+from planner.logs.files import read_log
+from planner.mission.convert import convert_mission
+from planner.mission.files import read_mission_bytes
+from planner.mission.items import MissionFormat
+from planner.report.html.page import check_html
+from planner.service.preflight import check
+from planner.service.speed import speed_curve
+from planner.service.split import split_mission
+from planner.setup import Setup
+from planner.values import Value, replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.mission.items import Mission
+
+KEPT = Path(__file__).parents[1] / ".benchmarks" / "speed.json"
+MISSIONS = Path(__file__).parents[1] / "missions"
+ROUNDS = 7
+LEG_M = 120.0
+MODELS = {"falkowski-2023-quadrotor": 12, "px4-quad-2kg": 12, "arducopter-sitl-quad": 3}
+"""By the autopilot of the mission each flies."""
+WORSE = 0.05
+"""Beyond the noise of both: how much slower is told at least. [-]"""
+
+
+class Row(Value, kw_only=False):
+    """One line of the table."""
+
+    what: str
+    ours: str
+    """What it takes, with its unit."""
+    than: str
+    ratio: float
+    noise: float
+    goal: str
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Return the processor time of one run."""
+    begun = time.process_time()
+    work()
+    return time.process_time() - begun
+
+
+def against(
+    what: str,
+    work: Callable[[], object],
+    than: str,
+    other: Callable[[], object],
+    *,
+    goal: str,
+    rounds: int = ROUNDS,
+) -> Row:
+    """Return how many times as long one takes as another."""
+    work(), other()
+    pairs = [(seconds(work), seconds(other)) for _ in range(rounds)]
+    ratios = [ours / max(theirs, 1e-6) for ours, theirs in pairs]
+    low, _, high = quantiles(ratios, n=4)
+    ours_ms = 1e3 * median(ours for ours, _ in pairs)
+    return Row(what, f"{ours_ms:.3g} ms", than, median(ratios), 0.5 * (high - low), goal)
+
+
+def instructions(*arguments: str) -> int:
+    """Return how many instructions Python takes for something, its modules compiled."""
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable]
+    done = subprocess.run(
+        [*command, *arguments],
+        env={**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": ""},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    found = re.search(r"Collected : (\d+)", done.stderr)
+    assert found is not None, done.stderr
+    return int(found[1])
+
+
+def starts() -> Iterator[Row]:
+    """Yield what it takes from start to verdict of the shipped missions."""
+    if shutil.which("valgrind") is None:
+        sys.stderr.write("starts are not measured: valgrind is not installed\n")
+        return
+    run = ("-c", "from planner.cli.main import main; main()", "check")
+    names = sorted(one.name for one in MISSIONS.iterdir() if one.suffix in {".plan", ".waypoints"})
+    for name in names:  # for the compiled modules
+        subprocess.run(
+            [sys.executable, *run, str(MISSIONS / name)],
+            env={**os.environ, "PYTHONDONTWRITEBYTECODE": ""},
+            capture_output=True,
+            check=False,
+        )
+    numpy = instructions("-c", "import numpy")
+    for name in names:
+        ours = instructions(*run, str(MISSIONS / name))
+        what = f"start to verdict, {name}"
+        yield Row(
+            what, f"{ours / 1e6:.0f} M instructions", "import numpy", ours / numpy, 0.0, "2.0"
+        )
+
+
+def mission_of(count: int, autopilot: int) -> Mission:
+    """Return a mission of so many items."""
+    return read_mission_bytes(plan(count, autopilot=autopilot).encode(), source="bench.plan")
+
+
+def fly(vehicle: SampledVehicle, moves: list[Manoeuvre]) -> None:
+    """Fly each of some manoeuvres, sampled."""
+    for one in moves:
+        vehicle.fly(one)
+
+
+def checks() -> Iterator[Row]:
+    """Yield what checks take, and what is made of them."""
+    article = load_vehicle("falkowski-2023-quadrotor")
+    for count, goal in ((10, "1 / 100"), (100, "1 / 500")):
+        mission, sampled = mission_of(count, 12), SampledVehicle()
+        moves = [
+            Manoeuvre(
+                "level" if s.climb_m == 0.0 else "climb" if s.climb_m > 0.0 else "descent",
+                LEG_M if s.climb_m == 0.0 else s.climb_m,
+                50.0,
+            )
+            for s in check(mission, article).segments
+            if s.climb_m != 0.0 or s.state == "accelerate"
+        ]
+        yield against(
+            f"check, {count} items",
+            partial(check, mission, article),
+            "control.forced_response at 50 Hz",
+            partial(fly, sampled, moves),
+            goal=goal,
+            rounds=3,
+        )
+    for name, autopilot in MODELS.items():
+        vehicle, mission = load_vehicle(name), mission_of(1_000, autopilot)
+        text = plan(1_000, autopilot=autopilot)
+        yield against(
+            f"check, 1,000 items, {name}",
+            partial(check, mission, vehicle),
+            "json.loads of the plan",
+            partial(json.loads, text),
+            goal="",
+        )
+    vehicle = replace(load_vehicle("arducopter-sitl-quad"), battery=None)
+    mission = mission_of(1_000, 3)
+    result = check(mission, vehicle)
+    battery = Battery(capacity_wh=0.3 * result.totals.energy_wh / 0.8)
+
+    def once() -> object:
+        return check(mission, vehicle, battery=battery)
+
+    yield against(
+        "page, 1,000 items",
+        lambda: check_html([result], version="1", made_at=datetime.now(UTC)),
+        "its check",
+        once,
+        goal="",
+        rounds=5,
+    )
+    yield against(
+        "split, 1,000 items",
+        lambda: split_mission(mission, vehicle, battery=battery),
+        "its check",
+        once,
+        goal="",
+        rounds=3,
+    )
+    yield against(
+        "speed, 1,000 items",
+        lambda: speed_curve(mission, Setup(vehicle=vehicle, battery=battery)),
+        "its check",
+        once,
+        goal="",
+        rounds=3,
+    )
+    text = plan(1_000, autopilot=3)
+    shipped = against(
+        "result to ship, 1,000 items",
+        lambda: pickle.dumps(result),
+        "json.loads of the plan",
+        lambda: json.loads(text),
+        goal="20 kB",
+    )
+    yield replace(shipped, ours=f"{shipped.ours}, {len(pickle.dumps(result)) / 1e3:.1f} kB")
+
+
+def readers(folder: Path) -> Iterator[Row]:
+    """Yield what reading missions and logs takes."""
+    text = plan(1_000)
+    data = text.encode()
+    yield against(
+        "read .plan, 1,000 items",
+        lambda: read_mission_bytes(data, source="bench.plan"),
+        "json.loads",
+        lambda: json.loads(text),
+        goal="2.5",
+        rounds=31,
+    )
+    rows = convert_mission(mission_of(1_000, 12), MissionFormat.WPL).text
+    wpl = folder / "bench.waypoints"
+    wpl.write_text(rows, encoding="utf-8")
+    yield against(
+        "read WPL, 1,000 items",
+        lambda: read_mission_bytes(rows.encode(), source="bench.waypoints"),
+        "pymavlink",
+        lambda: MAVWPLoader().load(str(wpl)),
+        goal="",
+        rounds=15,
+    )
+    flight, topics = folder / "bench.bin", folder / "bench.ulg"
+    flight.write_bytes(copter_log().content())
+    topics.write_bytes(px4_log().content())
+
+    def by_pymavlink() -> None:
+        log = DFReader_binary(str(flight))
+        while log.recv_msg() is not None:
+            pass
+
+    yield against(
+        f"read DataFlash, {flight.stat().st_size / 1e6:.1f} MB",
+        lambda: read_log(flight),
+        "pymavlink",
+        by_pymavlink,
+        goal="",
+        rounds=3,
+    )
+    yield against(
+        f"read ULog, {topics.stat().st_size / 1e6:.1f} MB",
+        lambda: read_log(topics),
+        "pyulog",
+        lambda: ULog(str(topics)),
+        goal="",
+        rounds=3,
+    )
+
+
+def table(rows: list[Row], before: dict[str, Row]) -> list[str]:
+    """Return the table, with what became slower than before."""
+    lines = ["| | takes | times | of | goal | |", "|---|---|---|---|---|---|"]
+    for row in rows:
+        old, told = before.get(row.what), ""
+        if old is not None and row.ratio > old.ratio * (1.0 + WORSE) + row.noise + old.noise:
+            told = f"slower: was {old.ratio:.3g}"
+        times = f"{row.ratio:.3g} ± {row.noise:.1g}" if row.noise else f"{row.ratio:.3g}"
+        lines.append(f"| {row.what} | {row.ours} | {times} | {row.than} | {row.goal} | {told} |")
+    return lines
+
+
+def main(*arguments: str) -> int:
+    """Measure, print and keep; with ``--compare`` end in 1 where something became slower."""
+    before: dict[str, Row] = {}
+    if "--compare" in arguments:
+        if not KEPT.exists():
+            sys.stderr.write(f"{KEPT} is not there: run make bench first, then with --compare\n")
+            return 2
+        before = {row.what: row for row in msgspec.json.decode(KEPT.read_bytes(), type=list[Row])}
+    with TemporaryDirectory() as folder:
+        rows = [*starts(), *readers(Path(folder)), *checks()]
+    lines = table(rows, before)
+    sys.stdout.write("\n".join(lines) + "\n")
+    KEPT.parent.mkdir(exist_ok=True)
+    KEPT.write_bytes(msgspec.json.format(msgspec.json.encode(rows)))
+    return int(any("| slower" in line for line in lines))
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
