@@ -46,7 +46,7 @@ def test_two_vehicles_side_by_side(mission: str, capsys: pytest.CaptureFixture[s
     ("arguments", "said"),
     [
         ([], "give B or --b"),
-        (["--b", "--wind fast"], "expected speed in m/s"),
+        (["--b", "--wind fast"], "expected speed and the direction"),
         (["--b", "--wind '8@270"], "--b: No closing quotation"),
         (["--b", "--nothing 3"], "--b: No such option"),
         (["no-such.plan"], "no-such.plan: no such file"),

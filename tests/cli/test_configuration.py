@@ -217,7 +217,7 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
         ("ignore = 'Q999'", "ignore: no rule's code begins with 'Q999'"),
         (
             "format = 'xml'",
-            "format: expected one of text, json, json-lines, sarif, junit, github, gitlab, got 'xml'",
+            "format: expected one of text, concise, json, json-lines, sarif, junit, github, gitlab",
         ),
         ("fail_on = 'info'", "fail_on: expected one of error, warning, got 'info'"),
         ("autopilot = 'apm'", "autopilot: expected one of auto, step, px4, ardupilot, got 'apm'"),
@@ -225,7 +225,7 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
             "battery = '5Ah'",
             "battery: expected a battery, such as 5.2Ah@14.8V, 5.2Ah@4S or 77Wh, got '5Ah'",
         ),
-        ("wind = 5", "wind: expected speed in m/s and the direction it blows from"),
+        ("wind = 5", "wind: expected speed and the direction it blows from"),
         ("params = []", "params: must be path, got []"),
         ("fail-on = 'error'\nfail_on = 'error'", "fail_on is given twice"),
         ("per_file_ignores = 'E1'", "per_file_ignores: must be table of codes by file, got 'E1'"),
@@ -338,5 +338,5 @@ def test_a_file_beside_a_mission_names_nothing_to_write(
 
 
 def test_the_settings_that_write_are_all_of_the_report() -> None:
-    assert {setting.key for setting in WRITING} == {"output", "trace", "report", "plots"}
+    assert {setting.key for setting in WRITING} == {"output", "trace", "export", "report", "plots"}
     assert not any(setting.in_file for setting in WRITING)

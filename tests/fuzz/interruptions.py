@@ -147,9 +147,9 @@ def commands() -> tuple[Command, ...]:
             "check",
             (
                 *("check", "in.plan", *VEHICLE, "--format", "json", "--output", "a.json"),
-                *("--trace", "a.csv", "--report", "a.html"),
+                *("--trace", "a.csv", "--export", "a.kml", "--report", "a.html"),
             ),
-            {"in.plan": near, **old("a.json", "a.csv", "a.html")},
+            {"in.plan": near, **old("a.json", "a.csv", "a.kml", "a.html")},
         ),
         Command(
             "check --write-baseline",
