@@ -70,7 +70,11 @@ powers, which has corners.  Against direct evaluation of samples of surveys in w
 from anywhere: within 0.1 % for momentum theory, 1.2 % (standard deviation 0.5 %) for a table."""
 _AIR_AND_MASS_POINTS = 3
 """On payload and temperature, over which the power bends little."""
-_ROWS_AT_ONCE = 1000
+_LEAST_ROWS, _MOST_ROWS = 64, 1000
+"""Samples at once, at least and at most."""
+_PRODUCTS = 2**18
+"""Of numbers, no more of which OpenBLAS works out in one thread.  A second one goes on waiting for work on a
+core of its own: a check in an uncertain wind took up to twice the processor time."""
 _CHARGE_POINTS = 5
 _TIGHTEST = 8
 """Points whose return is looked at besides those tightest at the corners of the conditions."""
@@ -118,7 +122,7 @@ class ModelErrors(Value, eq=False):
 
         ``by_state_j`` is (..., states).
         """
-        # Not by `@`: its second thread waits for work on a core of its own, longer than the check takes.
+        # By einsum, which has one thread: see `_PRODUCTS`.
         sampled_j = np.einsum("...s,sn->...n", by_state_j, self.state)
         sampled_j += by_state_j.sum(axis=-1, keepdims=True)
         sampled_j *= 1.0 + self.energy
@@ -284,8 +288,9 @@ class Weather:
         count, states = at_points_j.shape[1:]
         flat_j = at_points_j.reshape(len(at_points_j), -1)
         energy_j = np.empty((count, SAMPLES))
-        for first in range(0, SAMPLES, _ROWS_AT_ONCE):
-            rows = slice(first, first + _ROWS_AT_ONCE)
+        at_once = min(max(_PRODUCTS // flat_j.size, _LEAST_ROWS), _MOST_ROWS)
+        for first in range(0, SAMPLES, at_once):
+            rows = slice(first, first + at_once)
             factor = 1.0 + errors.state[:, rows]
             by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
             energy_j[:, rows] = np.einsum("nks,sn->kn", by_state_j, factor)
@@ -326,9 +331,9 @@ class ChebyshevAxis:
         unit = chebpts1(count)
         self.points = middle + half * unit
         self.ends = np.array([low, high])
-        self.weights = chebvander((sampled - middle) / half, count - 1) @ np.linalg.inv(
-            chebvander(unit, count - 1)
-        )
+        of_samples = chebvander((sampled - middle) / half, count - 1)
+        of_points = np.linalg.inv(chebvander(unit, count - 1))
+        self.weights = np.einsum("sn,np->sp", of_samples, of_points)
 
 
 class Scenarios(Value, eq=False):

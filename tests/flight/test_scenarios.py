@@ -453,7 +453,7 @@ def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
     spread = replace(EXACT, energy_fraction=0.05)
     first = checked(SURVEYOR, spread=spread, wind=WINDY)
     assert checked(SURVEYOR, spread=spread, wind=WINDY).totals == first.totals
-    monkeypatch.setattr(uncertainty, "_ROWS_AT_ONCE", 37)
+    monkeypatch.setattr(uncertainty, "_MOST_ROWS", 37)
     again = checked(SURVEYOR, spread=spread, wind=WINDY)
     # sums of products in another order
     assert again.totals.energy_wh_p90 == pytest.approx(first.totals.energy_wh_p90, rel=1e-12)
