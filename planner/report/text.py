@@ -238,8 +238,10 @@ def check_concise(results: Sequence[CheckResult | UnreadableMission]) -> str:
             where = "1:1" if place is None else f"{place.line}:{place.column}"
             kind = "note" if finding.severity is Severity.INFO else finding.severity.label
             lines.append(f"{file}:{where}: {kind}: {label(finding)}: {finding_message(finding)}")
-        if missing := not_checked_text(result.checked):
-            lines.append(f"{file}:1:1: note: {missing}")
+        lines += [
+            f"{file}:1:1: note: not checked (needs {needs}): {rules}"
+            for needs, rules in not_checked(result.checked)
+        ]
     return "\n".join(lines) + "\n"
 
 
