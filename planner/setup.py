@@ -212,6 +212,27 @@ class _ReserveKind(Fraction):
         return super().text(value.fraction or 0.0)
 
 
+class RestVoltage(Value):
+    """A battery's voltage without load, from which its charge follows."""
+
+    voltage_v: float
+
+
+class _ChargeKind(Fraction):
+    """A fraction of the full charge, or the voltage at rest: ``95%``, ``16.2V``."""
+
+    def read(self, text: str) -> SettingValue:
+        """Return the fraction or the voltage."""
+        found = _matched(rf"{NUMBER}\s*V", text)
+        return RestVoltage(voltage_v=float(found[1])) if found else super().read(text)
+
+    def text(self, value: SettingValue) -> str:
+        """Return what reads back as a charge."""
+        return (
+            f"{exact(value.voltage_v)}V" if isinstance(value, RestVoltage) else super().text(value)
+        )
+
+
 _WIND = (Number("m/s", 0.0, FASTEST_M_S, with_spread=True), Bearing(with_spread=True))
 """Its speed, and the direction it blows from."""
 
@@ -619,9 +640,9 @@ class Setup(_Vehicle):
     )
 
     charge: float | Spread = setting(
-        Fraction(with_spread=True),
+        _ChargeKind(with_spread=True),
         Group.BATTERY,
-        "state of charge at the start, 95% or 95±2%",
+        "state of charge at the start: 95%, 95±2%, or the voltage without load, 16.2V",
         default=1.0,
         unset="100%",
         label="Charge",
@@ -712,6 +733,8 @@ class Setup(_Vehicle):
         is_option=False,
     )
 
+    rest_voltage_v: float | None = None
+    """Voltage without load that the charge was taken from; ``None``: it was given. [V]"""
     is_vehicle_named: bool = True
     """Whether somebody said what flies; else the article's quadrotor is only an example."""
     settings_file: SettingsFile | None = None
@@ -726,10 +749,15 @@ class Setup(_Vehicle):
     ) -> Self:
         """Return what settings by key make; the article's quadrotor flies where none is named."""
         named = {key: value for key, value in values.items() if value is not None}
+        at_rest = named.pop("charge") if isinstance(named.get("charge"), RestVoltage) else None
         setup = super().of({"vehicle": DEFAULT_MODEL} | named, loaded=loaded)
-        return replace(
+        setup = replace(
             setup, is_vehicle_named="vehicle" in named, settings_file=values.get(SETTINGS_FILE)
         )
+        if at_rest is None:
+            return setup
+        charge = setup.flown_pack.charge_at_rest(at_rest.voltage_v)
+        return replace(setup, charge=charge, rest_voltage_v=at_rest.voltage_v)
 
     def require_named(self, command: str) -> None:
         """Raise ``UsageError`` where nobody said what flies, or on which battery."""

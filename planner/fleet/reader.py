@@ -32,7 +32,7 @@ from planner.fleet.fleet import (
     VehicleTable,
 )
 from planner.setting import Group
-from planner.setup import Setup, settings
+from planner.setup import RestVoltage, Setup, settings
 from planner.values import field_values, replace
 from planner.vehicle.declared import Draft, Part, shown
 from planner.vehicle.library import load_vehicle
@@ -253,6 +253,11 @@ class _FleetReading(Reading):
                 values[key] = known[key].kind.from_toml(written, self._path)
             except ValueError as error:
                 self.note(f"{where}{key}", str(error))
+            if isinstance(values.get(key), RestVoltage):
+                del values[key]
+                self.note(
+                    f"{where}{key}", "give it as a percentage: packs of a fleet are charged anew"
+                )
         return values, rest
 
     def _setup(self, vehicle: Part | Draft, own: Settings, where: str) -> Setup:

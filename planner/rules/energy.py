@@ -631,7 +631,7 @@ def _needed_wh(a: Assessment, budget: BatteryBudget) -> float:
 BATTERY_ASSUMED = Rule(
     "E125 battery-assumed",
     Severity.INFO,
-    summary="What the battery is made of, or weighs, was assumed.",
+    summary="What the battery is made of, weighs or holds was assumed.",
     why="A label names energy, charge or voltage; failsafes look at volts under load, and a larger "
     "battery has to be lifted.",
     how="A battery given as --battery 8Ah@22.2V or 177Wh has the cells of the model's own, its curve "
@@ -639,7 +639,8 @@ BATTERY_ASSUMED = Rule(
     "battery the cells in series that its voltage means, lithium-ion up to 3.65 V a cell and "
     "lithium-polymer above.  What it holds more than the model's "
     "own it weighs more, by the typical energy over mass of its kind of cell (175 Wh/kg, "
-    "models/chemistries); a smaller one is taken to weigh as much.",
+    "models/chemistries); a smaller one is taken to weigh as much.  A charge given as a voltage, --charge "
+    "16.2V, is read off the curve of its kind of cell: it has to be measured without load.",
     fix="put the battery that flies into the [battery] of the vehicle model, its mass into mass_kg",
 )
 
@@ -649,6 +650,12 @@ def _battery_assumed(a: Assessment, pack: Battery) -> Iterator[Finding]:
     flown = a.setup.flown_pack
     if flown.assumed:
         yield a.finding(BATTERY_ASSUMED, f"battery assumed to have {flown.assumed}")
+    if a.setup.rest_voltage_v is not None:
+        yield a.finding(
+            BATTERY_ASSUMED,
+            f"charge of {quantity.percent(a.charge)} taken from {quantity.exact(a.setup.rest_voltage_v)} V "
+            "without load, by the curve of the battery's cells",
+        )
     if flown.added_kg > 0.0 and a.vehicle.mass_kg is not None:
         own = a.vehicle.battery
         more_wh = pack.new_energy_wh - (0.0 if own is None else own.new_energy_wh)

@@ -12,7 +12,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from planner import quantity
+from planner.errors import UsageError
 from planner.values import Value, field_values, replace
 from planner.vehicle.battery import Battery, Chemistry
 from planner.vehicle.reader import load_chemistry
@@ -38,6 +41,10 @@ _SAME_LABEL = 0.02
 _LABEL = frozenset({"capacity_ah", "capacity_wh", "nominal_voltage_v"})
 
 
+_OVERCHARGED = 1.01
+"""A full battery shows up to this over its curve: chargers and voltmeters are as far off."""
+
+
 class FlownPack(Value):
     """The battery that flies, and what had to be assumed of it."""
 
@@ -48,6 +55,37 @@ class FlownPack(Value):
     """Its mass over that of the model's own, never below 0: how light a small pack is nobody said. [kg]"""
     assumed: str = ""
     """What is assumed of its cells, in words; empty where nothing is."""
+
+    def charge_at_rest(self, voltage_v: float) -> float:
+        """Return the state of charge that a voltage without load means. [-]
+
+        By the curve of its kind of cell, which no label scales, else by its own.
+
+        Raises
+        ------
+        UsageError
+            If no curve is known, or the voltage is none of this battery.
+        """
+        pack = self.battery
+        shown = quantity.exact(voltage_v)
+        soc, volts = (None, None) if pack is None else (pack.ocv_soc, pack.ocv_v)
+        if pack is not None and pack.chemistry is not None and pack.cells_in_series is not None:
+            cell = load_chemistry(pack.chemistry)
+            soc = cell.ocv_soc
+            volts = tuple(pack.cells_in_series * one for one in cell.cell_ocv_v)
+        if soc is None or volts is None:
+            msg = (
+                f"a charge of {shown} V needs the curve of the battery: give --battery with cells, "
+                "such as 5.2Ah@4S, or the charge as a percentage"
+            )
+            raise UsageError(msg)
+        if not volts[0] <= voltage_v <= volts[-1] * _OVERCHARGED:
+            low, high = (quantity.decimals(one, 1) for one in (volts[0], volts[-1]))
+            msg = (
+                f"a charge of {shown} V: this battery has {low} V when empty and {high} V when full"
+            )
+            raise UsageError(msg)
+        return float(np.interp(voltage_v, volts, soc))
 
 
 def chemistry_of(battery: Battery | None) -> Chemistry:

@@ -387,6 +387,26 @@ def test_where_every_mission_is_excluded_nothing_is_green(
     assert "with forward slashes, such as *.plan" in capsys.readouterr().err
 
 
+def test_a_charge_is_given_by_the_voltage_without_load(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["check", mission, "--battery", "5200mAh@4S", "--format", "json", "--charge"]
+    # 4.05 V a cell are 0.8 of the way from 3.93 V at 75 % to 4.08 V at 90 % (models/chemistries/lipo.toml)
+    usable_wh = {}
+    for charge in ("16.2V", "87%"):
+        assert main([*asked, charge]) == 0
+        [checked] = json.loads(capsys.readouterr().out)["missions"]
+        usable_wh[charge] = checked["battery"]["usable_wh"]
+        told = [one["message"] for one in checked["findings"] if one["code"] == "E125"]
+        assert ("charge of 87 % taken from 16.2 V" in told[-1]) is (charge == "16.2V")
+    assert usable_wh["16.2V"] == pytest.approx(usable_wh["87%"], rel=1e-9)
+    for charge, why in (("17.1V", "16.8 V when full"), ("13V", "14.0 V when empty")):
+        assert main([*asked, charge]) == 2
+        assert why in capsys.readouterr().err
+    assert main(["check", mission, "--battery", "77Wh", "--charge", "16.2V"]) == 2
+    assert "give --battery with cells" in capsys.readouterr().err
+
+
 def test_vehicle_battery_and_wind_stand_below_the_verdict(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
