@@ -82,7 +82,6 @@ class ReviewApp(App[None]):
     TITLE = "mavjoule review"
     CSS = """
     Input > .input--placeholder { color: $text-muted; }
-    HelpPanel { min-width: 22; padding: 0; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("t", "turn_theme", "Theme", show=False)]
 
@@ -149,12 +148,11 @@ class ReviewApp(App[None]):
         at = THEMES.index(self.theme) if self.theme in THEMES else -1
         self.theme = THEMES[(at + 1) % len(THEMES)]
 
-    def action_toggle_help(self) -> None:
-        """Show or hide the keys of what is in use."""
-        if self.screen.query("HelpPanel"):
-            self.action_hide_help_panel()
-        else:
-            self.action_show_help_panel()
+    def action_show_help(self) -> None:
+        """Show the help of what is in use."""
+        from planner.tui.screens.help import HelpScreen
+
+        self.push_screen(HelpScreen(self.screen))
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Return what the palette offers: Textual's own, and the screen's keys by their names."""

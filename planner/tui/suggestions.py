@@ -31,6 +31,8 @@ _CHARGE_STEP_AH = 0.1
 _ENERGY_STEP_WH = 1.0
 _RESERVE_STEP = 0.01
 _MOST_TRIES = 6
+_MOST_LARGER = 1.5
+"""A pack beyond half as much again is for another frame. [-]"""
 _MOST_ITEMS = 300
 """Of a longer mission no speed is looked for: that takes many checks."""
 
@@ -131,25 +133,40 @@ def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
 
 
 def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
-    """Yield the least battery of the same voltage that goes, carried and lifted as the check has it."""
+    """Yield the least battery of the same voltage that goes, carried and lifted as the check has it.
+
+    None beyond half as much again, and none heavier than the model knows its vehicle to lift; where the
+    throttle of the hover is known, E116 judges that too.
+    """
     battery = result.setup.battery
     if battery is None or battery.ocv_v is not None or result.setup.battery_health is not None:
         return  # a label does not say the curve, and would promise too much
-    now = result
+    now, most_wh = result, battery.new_energy_wh * _MOST_LARGER
     for _ in range(_MOST_TRIES):
         battery = None if battery is None else _enlarged(battery, now)
-        if battery is None:
+        if battery is None or battery.new_energy_wh > most_wh:
             return
         change = {"battery": battery_text(battery)}
         tried = check_again(checked, change)
-        if tried.verdict == "go":
+        if tried.verdict == "go" and _is_lifted(tried):
             text = f"battery {change['battery']}, {_weight(tried)}"
             outcome = headline(tried)
             yield Suggestion(text=text, changes=(*change.items(),), is_go=True, outcome=outcome)
             return
-        if not isinstance(tried, CheckResult):
+        if not isinstance(tried, CheckResult) or not _is_lifted(tried):
             return
         now = tried
+
+
+def _is_lifted(tried: CheckResult | UnreadableMission) -> bool:
+    """Return whether nothing is known against the take-off mass of a check."""
+    if not isinstance(tried, CheckResult) or tried.assessment is None:
+        return False
+    flown_kg, known_kg = (
+        tried.assessment.flight.power.mass_kg,
+        tried.setup.vehicle.valid_for.mass_kg,
+    )
+    return flown_kg is None or known_kg is None or flown_kg <= known_kg.high
 
 
 def _weight(tried: CheckResult | UnreadableMission) -> str:

@@ -10,6 +10,7 @@ from reviews import SURVEY, TOO_FAR, TOO_SMALL, review_app, rows_of, settled, te
 from textual.widgets import Input
 
 from planner.service.preflight import CheckResult
+from planner.setup import read_battery, settings
 from planner.tui.checked import checked
 from planner.tui.screens.save import SplitScreen, save, save_parts
 from planner.tui.suggestions import suggestions
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from textual.pilot import Pilot
 
     from planner.tui.suggestions import Suggestion
+
+
+MODELS = Path(__file__).parents[2] / "models"
 
 
 def _offered(file: str, given: Mapping[str, object]) -> dict[str, Suggestion]:
@@ -64,6 +68,28 @@ def test_the_parts_of_the_offered_split_go_from_their_files() -> None:
         result = checked(str(file), what_if_of(str(file), TOO_SMALL)).result
         assert result.verdict == "go"
         assert isinstance(result, CheckResult)
+
+
+def test_no_battery_beyond_half_as_much_again_is_offered() -> None:
+    assert list(_offered(TOO_FAR, {})) == ["battery"]
+    # 73.2 Wh and the reserve of 20 % take 92 Wh: more than 1.5 times 60 Wh, which is 90 Wh
+    assert _offered(TOO_FAR, {"battery": read_battery("60Wh")}) == {}
+
+
+def test_no_battery_is_offered_that_the_model_does_not_know_its_vehicle_to_lift() -> None:
+    model = (MODELS / "px4-quad-2kg.toml").read_text(encoding="utf-8")
+    model = model.replace('name = "px4-quad-2kg"', 'name = "own"')
+    Path("own.toml").write_text(model, encoding="utf-8")
+    given = {
+        "vehicle": "own.toml",
+        "battery": read_battery("5Ah@14.8V"),
+        "reserve": settings()["reserve"].kind.read("65%"),
+    }
+    assert "battery" in _offered(SURVEY, given)
+    limited = model.replace("mass_kg = [1.6, 2.5]", "mass_kg = [1.6, 2.0]")
+    assert limited != model
+    Path("own.toml").write_text(limited, encoding="utf-8")
+    assert "battery" not in _offered(SURVEY, given)
 
 
 def test_a_mission_that_no_flight_can_begin_is_offered_no_split() -> None:

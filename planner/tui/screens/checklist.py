@@ -197,7 +197,7 @@ class ChecklistScreen(Screen[None]):
         Binding("space", "tick", "Tick off, open"),
         Binding("n", "sign", "Sign"),
         Binding("escape", "back", "Back"),
-        Binding("question_mark", "app.toggle_help", "Keys"),
+        Binding("question_mark", "app.show_help", "Help"),
     ]
 
     def __init__(self, checked: Checked) -> None:

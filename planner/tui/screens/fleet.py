@@ -226,7 +226,7 @@ class FleetScreen(Screen[None]):
         ),
         Binding("r", "recheck", "Check again", show=False),
         Binding("m", "app.missions", "Missions", show=False),
-        Binding("question_mark", "app.toggle_help", "Keys"),
+        Binding("question_mark", "app.show_help", "Help"),
         Binding("escape", "app.missions", "Back"),
         Binding("q", "app.quit", "Quit", show=False),
     ]

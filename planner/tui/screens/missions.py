@@ -193,7 +193,8 @@ class MissionsScreen(Screen[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("r", "recheck", "Check again"),
         Binding("backspace", "up", "Folder up"),
-        Binding("question_mark", "app.toggle_help", "Keys"),
+        Binding("escape", "back", "Back", show=False),
+        Binding("question_mark", "app.show_help", "Help"),
         Binding("q", "app.quit", "Quit"),
     ]
 
@@ -204,6 +205,8 @@ class MissionsScreen(Screen[None]):
         self._what_if_of = what_if_of
         self._results: dict[str, Outcome] = {}
         self._watch = FileWatch()
+        self._left: list[Path] = []
+        """The folders that were left for others, the last one last."""
 
     def compose(self) -> ComposeResult:
         """Yield the list, the preview and the keys."""
@@ -317,7 +320,16 @@ class MissionsScreen(Screen[None]):
         if self._folder is not None:
             self._go_to(self._folder / "..")
 
-    def _go_to(self, folder: Path) -> None:
+    def action_back(self) -> None:
+        """Go to the folder this was entered from, or to the review."""
+        if self._left:
+            self._go_to(self._left.pop(), is_back=True)
+        elif len(self.app.screen_stack) > 1:
+            self.app.pop_screen()
+
+    def _go_to(self, folder: Path, *, is_back: bool = False) -> None:
+        if self._folder is not None and not is_back:
+            self._left.append(self._folder)
         self._folder = folder.resolve()
         self._entries = entries_of(self._folder)
         self.workers.cancel_group(self, "missions")

@@ -97,8 +97,8 @@ class ReviewScreen(Screen[None]):
         Binding("m", "missions", "Missions"),
         Binding("f", "whole_flight", "Flight figures", show=False),
         Binding("r", "recheck", "Check again", show=False),
-        Binding("escape", "leave_field", "Leave the field", show=False),
-        Binding("question_mark", "app.toggle_help", "Keys"),
+        Binding("escape", "back", "Back", show=False),
+        Binding("question_mark", "app.show_help", "Help"),
         Binding("q", "app.quit", "Quit"),
     ]
 
@@ -309,12 +309,16 @@ class ReviewScreen(Screen[None]):
 
         self.app.push_screen(SearchScreen(panes.find), go)
 
-    def action_leave_field(self) -> None:
-        """Go from the field in use to the findings."""
-        if self.is_wide:
-            self.query_one("#findings").focus()
-        else:
-            self.action_show_pane("findings")
+    def action_back(self) -> None:
+        """Go from what is in use to the findings, and from them to the list this was opened from."""
+        findings = self.query_one("#findings")
+        if self.focused is not findings:
+            if self.is_wide:
+                findings.focus()
+            else:
+                self.action_show_pane("findings")
+        elif len(self.app.screen_stack) > 1:
+            self.action_missions()
 
     @property
     def is_wide(self) -> bool:

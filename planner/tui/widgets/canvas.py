@@ -178,11 +178,20 @@ class Canvas:
     ) -> None:
         """Write characters from a cell on, if asked where none is; what lies outside is left out."""
         for at, character in enumerate(text, start=column):
-            if only_blank and self._characters.get((row, at), " ") != " ":
+            if only_blank and (row, at) in self._characters:
                 continue
             if 0 <= at < self.columns and 0 <= row < self.rows:
                 self._characters[row, at] = character
                 self._inks[row, at] = ink
+
+    def write_apart(self, column: int, row: int, text: str, ink: str) -> bool:
+        """Write a label where a blank is left before and after it; return whether there was room."""
+        last = column + len(text)
+        taken = any((row, at) in self._characters for at in range(column - 1, last + 1))
+        if taken or column < 0 or last > self.columns:
+            return False
+        self.write(column, row, text, ink)
+        return True
 
     def strike(self, column: int, row: int, character: str, ink: str) -> None:
         """Write a character of a line through everything: of a letter it takes the ink alone."""

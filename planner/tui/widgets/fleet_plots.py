@@ -179,12 +179,11 @@ class FleetPlot(Drawing):
     ) -> None:
         end = quantity.clock(timeline.end_s)
         canvas.write(self._label, line, quantity.clock(0.0), "axis")
-        canvas.write(canvas.columns - len(end), line, end, "axis")
-        if hidden:
-            canvas.write(0, line, f"↑↓ {hidden} more", "axis")
+        canvas.write_apart(canvas.columns - len(end), line, end, "axis")
         used = {span.use for row in timeline.rows for span in row.spans}
         legend = [f"{USE_SIGNS[use]} {_USE_WORDS[use]}" for use in USE_SIGNS if use in used]
         legend += [f"{_CROSS} finding"] if timeline.marks else []
+        legend += [f"↑↓ {hidden} more"] if hidden else []
         canvas.write(0, line + 1, "  ".join(legend), "axis")
 
     def draw_cursor(self, canvas: Canvas) -> None:

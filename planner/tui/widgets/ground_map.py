@@ -96,6 +96,23 @@ class Ground(Value, eq=False):
         east_m, north_m = self.frame.east_north_m([latitude_deg], [longitude_deg])
         return float(east_m[0]), float(north_m[0])
 
+    def stretch_span_s(
+        self, stretch: FlightStretch, within_s: tuple[float, float]
+    ) -> tuple[float, float]:
+        """Return when the ends of a stretch are flown, in a span of time; of a spot, a moment. [s]"""
+        inside = (self.time_s >= within_s[0]) & (self.time_s <= within_s[1])
+        if not inside.any():
+            return within_s
+        times_s = [
+            float(
+                self.time_s[inside][
+                    np.argmin(np.hypot(self.east_m - east_m, self.north_m - north_m)[inside])
+                ]
+            )
+            for east_m, north_m in (self.at_m(*stretch.start_deg), self.at_m(*stretch.end_deg))
+        ]
+        return min(times_s), max(times_s)
+
     def time_near(self, east_m: float, north_m: float) -> float:
         """Return when the vehicle is nearest to a place. [s]"""
         nearest = np.argmin(np.hypot(self.east_m - east_m, self.north_m - north_m))
@@ -322,7 +339,9 @@ class GroundMap(Drawing):
         self._write_legend(canvas, ground, scale)
         if self._zoom:
             text = f"×{2**self._zoom}, 0: all"
-            canvas.write(canvas.columns - len(text), canvas.rows - 1, text, "axis")
+            for row in (canvas.rows - 1, canvas.rows - 2):
+                if canvas.write_apart(canvas.columns - len(text), row, text, "axis"):
+                    break
         return canvas
 
     @staticmethod
@@ -336,8 +355,8 @@ class GroundMap(Drawing):
             wind = f"wind {wind_arrow(ground.wind)} {quantity.speed(ground.wind.speed_m_s)}"
         else:
             wind = "no wind"
-        canvas.write(canvas.columns - len(wind), 0, wind, "axis")
         canvas.write(0, 0, "N↑", "axis")
+        canvas.write_apart(canvas.columns - len(wind), 0, wind, "axis")
 
     def draw_cursor(self, canvas: Canvas) -> None:
         """Draw where the vehicle is, and the stretch in question."""

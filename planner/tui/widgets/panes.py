@@ -255,6 +255,9 @@ class Panes(Container):
         span_s = None
         if assessment is not None and finding.item is not None:
             span_s = item_span_s(assessment, finding.item)
+            ground = None if self._shown is None else self._shown.ground
+            if span_s is not None and finding.stretch is not None and ground is not None:
+                span_s = ground.stretch_span_s(finding.stretch, span_s)
             if span_s is not None:
                 self._point_at(span_s[0], but="findings")
             self.query_one("#items", RowList).select(finding.item - 1)

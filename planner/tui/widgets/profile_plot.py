@@ -276,13 +276,14 @@ class ProfilePlot(Drawing):
         low, high = picture.low_high()
         for row in range(_HEADS, rows - _FEET):
             canvas.write(_LABELS - 1, row, "│", "axis")
-        canvas.write(0, _HEADS, f"{picture.shown(high):>{_LABELS - 1}}", "axis")
-        canvas.write(0, rows - _FEET - 1, f"{picture.shown(low):>{_LABELS - 1}}", "axis")
+        edges = {rows - _FEET - 1: low, _HEADS: high}  # one of them where there is one row
+        for row, edge in edges.items():
+            canvas.write(0, row, f"{picture.shown(edge):>{_LABELS - 1}}", "axis")
         end = quantity.duration(end_s)
         canvas.write(_LABELS, rows - 1, "0", "axis")
-        canvas.write(columns - len(end), rows - 1, end, "axis")
+        canvas.write_apart(columns - len(end), rows - 1, end, "axis")
         middle = quantity.duration(end_s / 2.0)
-        canvas.write(_LABELS + (across - len(middle)) // 2, rows - 1, middle, "axis")
+        canvas.write_apart(_LABELS + (across - len(middle)) // 2, rows - 1, middle, "axis")
         for line in reversed(picture.lines):
             x, value = thinned(line.time_s, line.value, end_s=end_s, columns=across * DOTS_ACROSS)
             canvas.line(x + _LABELS * DOTS_ACROSS, self._y(canvas, value), line.ink)

@@ -45,7 +45,7 @@ class WhatIfForm(VerticalScroll):
         Binding("down", "app.focus_next", "Next field", show=False),
         Binding("up", "app.focus_previous", "Previous field", show=False),
         Binding("ctrl+z", "take_back", "Take back all"),
-        Binding("escape", "screen.leave_field", "Back"),
+        Binding("escape", "screen.back", "Back"),
     ]
 
     @dataclass
