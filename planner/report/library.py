@@ -27,6 +27,7 @@ from planner.report.text import (
     caveat,
     closing_line,
     finding_message,
+    given_text,
     headline,
     label,
     not_checked_text,
@@ -140,12 +141,13 @@ def result_html(result: CheckResult | UnreadableMission) -> str:
     if missing := not_checked_text(result.checked):
         closing += f" {missing[:1].upper()}{missing[1:]}."
     assessment = result.assessment if isinstance(result, CheckResult) else None
+    given = given_text(result) if isinstance(result, CheckResult) else ""
     picture = "" if assessment is None else _map_svg(assessment)
     return (
         "<div style='max-width:60em'>"
         f"<div><b style='color:{colour}'>{result.verdict_text}</b> "
         f"<b>{escape(printable(result.file) + caveat([result]))}</b></div>"
-        f"<div>{escape(headline(result))}</div>"
+        f"<div>{escape(given)}</div><div>{escape(headline(result))}</div>"
         "<div style='display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start'>"
         f"<table>{cells}</table>{picture}</div>"
         f"<ul style='list-style:none;padding-left:0'>{''.join(lines)}</ul>"

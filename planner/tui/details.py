@@ -13,14 +13,14 @@ from planner.report.text import (
     caveat,
     checked_text,
     closing_line,
-    example_remark,
     figure_texts,
     finding_message,
+    given_text,
     headline,
     label,
+    left_unchecked,
     margin_text,
     not_checked,
-    not_checked_text,
     printable,
     tightest_text,
 )
@@ -163,8 +163,16 @@ class Summary(Value):
     """The tightest return; empty where none is known."""
     closing: str
     """How much was found."""
+    given: str = ""
+    """Vehicle, battery and wind; empty where nothing is flown."""
     not_checked: str = ""
-    """How many rules were not checked, and what they need; empty where all were."""
+    """How many rules were not checked; empty where all were."""
+
+
+def left_open_text(checked: Sequence[LedgerEntry]) -> str:
+    """Return how many rules were not checked; nothing where all were."""
+    count = len(left_unchecked(checked))
+    return f"{quantity.count(count, 'rule')} not checked" if count else ""
 
 
 def summary(result: CheckResult | UnreadableMission) -> Summary:
@@ -173,11 +181,12 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
     return Summary(
         verdict="NO VERDICT" if getattr(result, "failure", "") else result.verdict_text,
         is_go=result.verdict == "go",
-        file=printable(result.file) + caveat([result]) + example_remark(result),
+        file=printable(result.file) + caveat([result]),
+        given=given_text(result) if isinstance(result, CheckResult) else "",
         headline=headline(result),
         return_plan="" if way is None else _tightest(way),
         closing=closing_line(result.findings, suppressed=result.suppressed),
-        not_checked=not_checked_text(result.checked),
+        not_checked=left_open_text(result.checked),
     )
 
 

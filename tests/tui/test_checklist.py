@@ -54,11 +54,14 @@ def test_only_what_was_looked_at_is_ticked() -> None:
     assert without["Parameters"].startswith("– ")
     assert without["Terrain"].startswith("– ")
     assert without["parameters"].startswith("– ")  # the family: no rule of it could look at any
+    assert without["wind"].startswith("– ")
+    assert without["wind"].endswith("no wind given")
     assert without["Vehicle"] == "✔ Vehicle: falkowski-2023-quadrotor"
     assert without["Fence"].startswith("✔ Fence: 1 area")
     Path("own.param").write_text("WPNAV_SPEED,500\n", encoding="utf-8")
     given = lines(wind=Wind(speed_m_s=4.0, from_deg=90.0), params=Path("own.param"))
     assert given["Wind"] == "✔ Wind: 4@90"
+    assert given["wind"].startswith("✔ ")
     assert given["Parameters"] == "✔ Parameters: own.param"
 
 

@@ -97,7 +97,7 @@ async def test_every_problem_of_a_fleet_file_is_told_and_none_of_its_old_verdict
     async with review_app(str(fleet)).run_test(size=(80, 24)) as pilot:
         screen = await checked(pilot)
         told = text_of(screen, "#verdict")
-        assert told.startswith("? NO VERDICT")
+        assert told.startswith("– NO VERDICT")
         assert "nonsense" in told
         assert "pad.x" in told
         await pilot.press("right", "n", "space", "end", "4", "enter", "escape")

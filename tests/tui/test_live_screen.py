@@ -194,7 +194,8 @@ async def test_changes_are_offered_for_what_a_vehicle_holds() -> None:
         field = one.screen.query_one("#set-charge", Input)
         # The vehicle's, and not the 100 % that a file is checked with.
         await one.until(lambda: field.placeholder == f"{charge * 100.0:.0f}%")
-        one.screen.query_one("#set-battery", Input).value = "5Wh"
+        one.screen.query_one("#set-battery", Input).value = "60Wh"
+        one.screen.query_one("#set-reserve", Input).value = "65%"
         await one.until(lambda: "would make it a GO" in one.verdict)
         assert "NO-GO" in one.verdict
         assert any("battery" in cells[1] for cells in rows_of(one.screen, "#suggestions"))
@@ -260,7 +261,7 @@ async def test_as_long_as_nothing_was_read_there_is_no_verdict_and_no_check_has_
         await pilot.pause()
         screen = app.screen
         assert isinstance(screen, LiveScreen)
-        assert text_of(screen, "#verdict").startswith("? NO VERDICT")
+        assert text_of(screen, "#verdict").startswith("– NO VERDICT")
         while "LOST" not in text_of(screen, "#live"):
             happened.clear()
             await happened.wait()

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from reviews import SURVEY, TOO_FAR, missions_shown, review_app, rows_of, settled
+from reviews import SURVEY, TOO_FAR, missions_shown, review_app, rows_of, settled, text_of
+from textual.containers import VerticalScroll
 
 from planner.service.preflight import check_file
 from planner.tui.screens.missions import MissionsScreen
@@ -108,10 +109,29 @@ async def test_a_bug_of_ours_is_told_of_its_mission_alone(monkeypatch: pytest.Mo
         assert right[2] == "GO"
 
 
-async def test_the_keys_leave_more_than_half_of_a_small_terminal_to_the_list() -> None:
+async def test_the_help_fits_a_small_terminal_and_escape_leaves_it() -> None:
     async with review_app(".").run_test(size=(60, 16)) as pilot:
         screen = await missions_shown(pilot)
         await pilot.press("question_mark")
         await pilot.pause()
-        assert 20 <= screen.query_one("HelpPanel").size.width <= 24
-        assert screen.query_one("#missions").size.width >= 36
+        page = pilot.app.screen.query_one(VerticalScroll)
+        assert page.border_title == "Help: Missions"
+        assert "Folder up" in text_of(pilot.app.screen, "#help")
+        assert page.region.width <= 60
+        assert page.region.height <= 16
+        await pilot.press("escape")
+        await pilot.pause()
+        assert pilot.app.screen is screen
+
+
+async def test_escape_goes_back_to_the_folder_a_folder_was_entered_from() -> None:
+    Path("inner").mkdir()
+    async with review_app(".").run_test(size=(80, 24)) as pilot:
+        screen = await missions_shown(pilot)
+        rows = rows_of(screen, "#missions")
+        await pilot.press("home", *["down"] * [row[1] for row in rows].index("inner/"), "enter")
+        await missions_shown(pilot)
+        assert rows_of(screen, "#missions") != rows
+        await pilot.press("escape")
+        await missions_shown(pilot)
+        assert [row[1] for row in rows_of(screen, "#missions")] == [row[1] for row in rows]

@@ -6,12 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
-from reviews import TOO_FAR, review_app, rows_of, settled, text_of, typed, what_if_of
+from reviews import TOO_FAR, checked, review_app, rows_of, settled, text_of, typed, what_if_of
 from textual.widgets import Input, Static
 
 from planner import __version__, quantity
+from planner.physics.wind import Wind
 from planner.report.json import check_json
-from planner.service.preflight import check_file
+from planner.service.preflight import CheckResult, check_file
+from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.panes import PANES, DetailsPane
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList
@@ -85,12 +87,12 @@ async def test_the_rules_not_checked_follow_the_findings_with_what_they_need() -
         signs = [cells[0] for cells in rows_of(screen, "#findings")]
         first = signs.index("–")
         assert set(signs[first:]) == {"–"}
-        assert "rules not checked: needs terrain: --terrain" in text_of(screen, "#verdict")
+        assert "18 rules not checked" in text_of(screen, "#verdict")
         await pilot.press(*["down"] * first)
         await pilot.pause()
         details = screen.query_one(DetailsPane).details
         assert details is not None
-        assert details.title.startswith("? ")
+        assert details.title.startswith("– ")
         assert details.title.endswith("(not checked)")
         assert details.tone == "warning"
         assert "Needs" in dict(details.parts)
@@ -232,7 +234,7 @@ async def test_a_bug_of_ours_is_told_and_leaves_no_verdict(monkeypatch: pytest.M
         await pilot.press("r")
         await settled(pilot)
         verdict = text_of(screen, "#verdict")
-        assert verdict.startswith("? NO VERDICT")
+        assert verdict.startswith("– NO VERDICT")
         assert "this is a bug in mavjoule, not in your files: IndexError" in verdict
 
 
@@ -240,7 +242,7 @@ async def test_a_broken_file_is_told_and_not_a_crash() -> None:
     Path("broken.plan").write_text("{", encoding="utf-8")
     async with review_app("broken.plan").run_test(size=NARROW) as pilot:
         screen = await settled(pilot)
-        assert text_of(screen, "#verdict").startswith("? NOT CHECKED")
+        assert text_of(screen, "#verdict").startswith("– NOT CHECKED")
         assert rows_of(screen, "#findings")[0][1] == "X901"
         for key in "1234":
             await pilot.press(key, "down", "right", "escape")
@@ -281,8 +283,64 @@ async def test_the_command_that_says_the_same_is_shown() -> None:
 
 
 async def test_no_speed_is_offered_where_one_is_asked_for() -> None:
-    async with review_app(given={"speed_m_s": 5.0}).run_test(size=WIDE) as pilot:
+    async with review_app(given={"speed_m_s": 9.0}).run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         texts = [cells[1] for cells in rows_of(screen, "#suggestions")]
         assert texts
         assert not any("level legs" in text for text in texts)
+
+
+async def test_the_help_is_of_the_pane_in_use() -> None:
+    async with review_app().run_test(size=NARROW) as pilot:
+        screen = await settled(pilot)
+        for key, name, own in (("1", "Findings", "Choose"), ("3", "Map", "Zoom in")):
+            await pilot.press(key)
+            await pilot.pause()
+            await pilot.press("question_mark")
+            await pilot.pause()
+            text = text_of(pilot.app.screen, "#help")
+            assert f"Keys of {name}" in text
+            assert own in text.partition("Everywhere")[0]
+            assert "Scroll" not in text  # what Textual has besides
+            await pilot.press("escape")
+            await pilot.pause()
+            assert pilot.app.screen is screen
+
+
+async def test_escape_goes_to_the_findings_and_from_them_to_the_list() -> None:
+    async with review_app(".").run_test(size=NARROW) as pilot:
+        listed = await checked(pilot)
+        await pilot.press("home", "enter")
+        screen = await settled(pilot)
+        await pilot.press("3", "escape")
+        await pilot.pause()
+        assert screen.focused is screen.query_one("#findings")
+        await pilot.press("escape")
+        await pilot.pause()
+        assert pilot.app.screen is listed
+
+
+async def test_the_point_of_no_return_is_marked_at_its_place_and_time() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        assert screen.now is not None
+        result = screen.now.result
+        assert isinstance(result, CheckResult)
+        assert result.return_plan is not None
+        point = result.return_plan.last_return
+        assert point is not None
+        assert result.findings[0].code == "E102"
+        start_s = result.items[point.item - 2].arrival_s
+        # not where the leg begins: that is a minute and more before
+        assert start_s is not None
+        assert point.time_s - start_s > 60.0
+        for drawing in (screen.query_one(ProfilePlot), screen.query_one(GroundMap)):
+            assert drawing.cursor_s == pytest.approx(point.time_s, abs=1.0)
+
+
+async def test_the_header_names_vehicle_battery_and_wind() -> None:
+    given = {"wind": Wind(speed_m_s=5.0, from_deg=270.0)}
+    async with review_app(given=given).run_test(size=NARROW) as pilot:
+        screen = await settled(pilot)
+        second = text_of(screen, "#verdict").splitlines()[1]
+        assert second == "falkowski-2023-quadrotor, battery 77.0 Wh, wind 5.0 m/s from 270°"

@@ -16,17 +16,26 @@ import pytest
 
 FOLDER = Path(__file__).parent / "snapshots"
 SHOTS = {
-    "energy-of-a-no-go": ("crossing-too-far.plan", (80, 24), ("p", "p", "p", "2")),
-    "map-of-a-survey": ("survey-vineyard.plan", (80, 24), ("3",)),
-    "fleet-in-time": ("fleets/delivery-two-pads.toml", (80, 24), ("n", "n")),
+    "energy-of-a-no-go": ("crossing-too-far.plan", (80, 24), ("p", "p", "p", "2"), False),
+    "map-of-a-survey": ("survey-vineyard.plan", (80, 24), ("3",), False),
+    "fleet-in-time": ("fleets/delivery-two-pads.toml", (80, 24), ("n", "n"), False),
+    "smallest": ("crossing-too-far.plan", (60, 16), ("p", "p", "p", "2"), False),
+    "smallest-in-ascii": ("survey-vineyard.plan", (60, 16), ("3",), True),
+    "all-panes": ("crossing-too-far.plan", (140, 42), ("p", "p", "p"), False),
+    "all-panes-in-ascii": ("crossing-too-far.plan", (140, 42), (), True),
 }
-"""Mission, size of the terminal and keys, by name."""
+"""Mission, size of the terminal, keys, and whether it is drawn in ASCII, by name."""
 
 
-async def screenshot(mission: str, size: tuple[int, int], keys: tuple[str, ...]) -> str:
+async def screenshot(
+    mission: str,
+    size: tuple[int, int],
+    keys: tuple[str, ...],
+    is_ascii: bool = False,  # noqa: FBT001, FBT002 - as in the table
+) -> str:
     from reviews import checked, review_app
 
-    async with review_app(mission).run_test(size=size) as pilot:
+    async with review_app(mission, is_ascii=is_ascii).run_test(size=size) as pilot:
         await checked(pilot)
         for key in keys:
             await pilot.press(key)

@@ -84,13 +84,13 @@ async def test_another_configuration_counts_and_one_that_is_broken_leaves_no_ver
         assert "mavjoule.toml changed" in verdict
         own.write_text('battery = "1Ah@', encoding="utf-8")  # half written
         verdict = await _looked(pilot, screen)
-        assert verdict.startswith("? NO VERDICT")
+        assert verdict.startswith("– NO VERDICT")
         assert "is not TOML" in verdict
         own.write_text(whole, encoding="utf-8")
         assert (await _looked(pilot, screen)).startswith("✔ GO")
         own.unlink()
         verdict = await _looked(pilot, screen)
-        assert verdict.startswith("? NOT CHECKED")  # neither battery nor vehicle
+        assert verdict.startswith("– NOT CHECKED")  # neither battery nor vehicle
         assert "battery unknown" in verdict
 
 
@@ -104,10 +104,10 @@ async def test_a_model_is_checked_again_and_half_of_one_leaves_no_verdict() -> N
         assert text_of(screen, "#verdict").startswith("✔ GO")
         model.write_text(whole[: len(whole) // 2], encoding="utf-8")
         verdict = await _looked(pilot, screen)
-        assert verdict.startswith("? NO VERDICT")
+        assert verdict.startswith("– NO VERDICT")
         assert "mine.toml" in verdict
         model.unlink()
-        assert (await _looked(pilot, screen)).startswith("? NO VERDICT")
+        assert (await _looked(pilot, screen)).startswith("– NO VERDICT")
         model.write_text(whole, encoding="utf-8")
         verdict = await _looked(pilot, screen)
         assert verdict.startswith("✔ GO")
@@ -128,7 +128,7 @@ async def test_parameters_and_profile_are_checked_again(key: str, name: str, tex
         assert f"{name} changed" in await _looked(pilot, screen)
         file.unlink()
         verdict = await _looked(pilot, screen)
-        assert verdict.startswith("? NO VERDICT")
+        assert verdict.startswith("– NO VERDICT")
         assert name in verdict
 
 
@@ -138,10 +138,10 @@ async def test_a_lost_mission_is_no_go_in_words_until_it_is_back() -> None:
     async with review_app(GOOD).run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         Path(GOOD).unlink()
-        assert (await _looked(pilot, screen)).startswith("? NOT CHECKED")
+        assert (await _looked(pilot, screen)).startswith("– NOT CHECKED")
         assert rows_of(screen, "#findings")[0][1] == "X901"
         Path(GOOD).write_bytes(whole[: len(whole) // 2])
-        assert (await _looked(pilot, screen)).startswith("? NOT CHECKED")
+        assert (await _looked(pilot, screen)).startswith("– NOT CHECKED")
         Path(GOOD).write_bytes(whole)
         assert (await _looked(pilot, screen)).startswith("✔ GO")
 

@@ -124,9 +124,24 @@ def _given_lines(checked: Checked) -> Iterator[ChecklistRow]:
         )
 
 
+def _not_given(checked: Checked) -> dict[str, str]:
+    """Return what the rules of a family look at and nobody gave, by the family."""
+    assessment = checked.assessment
+    if assessment is None:
+        return {}
+    setup = assessment.setup
+    given = {
+        "W": ("no wind given", "wind" in checked.what_if.values() or setup.wind.speed_m_s),
+        "P": ("no parameters given", setup.parameters is not None),
+        "F": ("no fence in the mission", assessment.mission.fence),
+    }
+    return {family: text for family, (text, is_given) in given.items() if not is_given}
+
+
 def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[ChecklistRow]:
     findings = checked.result.findings
     entries = checked.result.checked
+    missing = _not_given(checked)
     known = {one.code[0] for one in findings} | {one.code[0] for one in entries}
     others = known - set(AUTOMATIC_FAMILIES)
     for family in (*AUTOMATIC_FAMILIES, *sorted(others)):
@@ -137,16 +152,18 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Check
         own = [finding for finding in findings if finding.code[0] == family]
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
-        is_passed = looked_at > 0 and not unchecked
+        is_passed = looked_at > 0 and not unchecked and family not in missing
         texts = [finding_tally(own) or ("nothing found" if looked_at else "no rule applies")]
         if looked_at:
             texts.append(f"{quantity.count(looked_at, 'rule')} checked")
         if unchecked:
             texts.append(f"{len(unchecked)} not checked")
+        if family in missing and looked_at:
+            texts.append(missing[family])
         yield ChecklistRow(
             sign=f" {MARKS[worst] if has_failed else '✔' if is_passed else LEFT_OPEN}",
             text=f"{catalogue.FAMILIES.get(family, family)}: {', '.join(texts)}",
-            tone=worst.label if has_failed else "warning" if unchecked else "",
+            tone=worst.label if has_failed else "" if is_passed or not looked_at else "warning",
             family=family,
         )
         if has_failed is not (family in opened):

@@ -16,17 +16,11 @@ from planner import quantity
 from planner.errors import FleetFileError, MavjouleError, bug_text
 from planner.findings import Severity
 from planner.report.fleet import fleet_headline, suppressed_findings
-from planner.report.text import (
-    by_weight,
-    closing_line,
-    finding_message,
-    not_checked_text,
-    printable,
-)
+from planner.report.text import by_weight, closing_line, finding_message, printable
 from planner.service.fleet import check_fleet
 from planner.service.fleet_timeline import fleet_timeline
 from planner.tui.checked import FileWatch
-from planner.tui.details import Summary, finding_details
+from planner.tui.details import Summary, finding_details, left_open_text
 from planner.tui.rows import MARKS
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.canvas import Drawing
@@ -97,7 +91,7 @@ def fleet_summary(result: FleetResult) -> Summary:
         headline=fleet_headline(result),
         return_plan="",
         closing=closing_line(result.all_findings, suppressed=suppressed_findings(result)),
-        not_checked=not_checked_text(result.checked),
+        not_checked=left_open_text(result.checked),
     )
 
 

@@ -145,7 +145,7 @@ def _key_parts(screen: Screen[object], name: str) -> Iterator[Content]:
             continue  # those of text fields and scrollbars are as everywhere
         keys = others if node in (screen, screen.app) else own
         entry = keys.setdefault(binding.action, ([], binding.description))
-        entry[0].append(screen.app.get_key_display(binding))
+        entry[0].append(screen.app.get_key_display(binding).replace("⏎", "enter"))
     for title, keys in ((f"Keys of {name}", own), ("Everywhere", others)):
         if keys:
             rows = [(" ".join(dict.fromkeys(shown)), text) for shown, text in keys.values()]

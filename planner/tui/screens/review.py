@@ -47,7 +47,8 @@ ReviewScreen.-narrow #details, ReviewScreen.-low #details {
     height: 3fr;
 }
 ReviewScreen.-narrow #details.-small, ReviewScreen.-low #details.-small {
-    height: 7;
+    height: 40%;
+    max-height: 7;
     dock: bottom;
 }
 

@@ -19,6 +19,10 @@ _LAST = 2
 """Keys at the end that are shown whatever else there is no room for."""
 
 
+_HIGH = 20
+"""Rows of a terminal that has room for the whole summary."""
+
+
 class KeyBar(Static):
     """Keys with what they do; a click presses one."""
 
@@ -63,7 +67,7 @@ def _taken(parts: list[Content]) -> int:
 
 
 class VerdictStrip(Static):
-    """GO, NO-GO or NOT CHECKED in words, what the flight takes and leaves, and the tightest return."""
+    """GO, NO-GO or NOT CHECKED in words, of what, what the flight takes and leaves, the tightest return."""
 
     DEFAULT_CSS = """
     VerdictStrip {
@@ -79,8 +83,12 @@ class VerdictStrip(Static):
     }
     """
 
+    _summary: Summary | None = None
+    _note = ""
+
     def show(self, summary: Summary, *, note: str = "") -> None:
         """Show another summary; the note tells what is under way or changed."""
+        self._summary, self._note = summary, note
         is_open = summary.verdict == NOT_CHECKED
         self.set_class(summary.is_go, "-go")
         self.set_class(is_open, "-not-checked")
@@ -89,9 +97,17 @@ class VerdictStrip(Static):
         if note:
             first = Content.assemble(first, Content.styled(f"  {note}", "italic"))
         last = summary.return_plan or summary.closing
+        texts = [summary.given, summary.headline, last]
+        if self.app.size.height < _HIGH:  # what is left out the figures of the flight tell
+            texts.pop()
         if summary.not_checked:
-            last = f"{last.rstrip('.')}. {summary.not_checked}"
-        self.update(Content("\n").join([first, Content(summary.headline), Content(last)]))
+            texts[-1] = f"{texts[-1].rstrip('.')}. {summary.not_checked}"
+        self.update(Content("\n").join([first, *map(Content, filter(None, texts))]))
+
+    def on_resize(self) -> None:
+        """Show as much as there is room for."""
+        if self._summary is not None:
+            self.show(self._summary, note=self._note)
 
 
 def verdict_line(summary: Summary) -> Content:

@@ -65,18 +65,23 @@ class PaneBar(Static):
     def __init__(self, panes: Mapping[str, str], **options: Any) -> None:  # noqa: ANN401 - of Widget
         super().__init__(**options)
         self._panes = panes
-
-    def on_mount(self) -> None:
-        """Show that the first pane is shown."""
-        self.show(next(iter(self._panes)))
+        self._current = next(iter(panes))
 
     def show(self, current: str) -> None:
         """Show the names of the panes, and which one is shown."""
+        self._current = current
+        names = [f"{number} {name}" for number, name in enumerate(self._panes.values(), start=1)]
+        widths = [len(name) + 2 for name in names]  # a blank before and after, where there is room
+        gap = " " if sum(widths) <= self.content_size.width else ""
         parts = []
-        for number, (pane, name) in enumerate(self._panes.items(), start=1):
-            part = Content.from_markup(f"[@click=screen.show_pane('{pane}')] {number} {name} [/]")
+        for pane, name in zip(self._panes, names, strict=True):
+            part = Content.from_markup(f"[@click=screen.show_pane('{pane}')]{gap}{name} [/]")
             parts.append(part.stylize("bold reverse") if pane == current else part)
         self.update(Content("").join(parts))
+
+    def on_resize(self) -> None:
+        """Show the names in the room there is."""
+        self.show(self._current)
 
 
 _STYLES = {"error": "bold $text-error", "warning": "bold $text-warning"}

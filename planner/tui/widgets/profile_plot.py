@@ -185,7 +185,14 @@ def item_span_s(assessment: Assessment, item: int) -> tuple[float, float] | None
 
 _LABELS = 9
 """Columns left of the curve."""
-_HEADS, _FEET = 1, 1
+_HEADS = 1
+_ROOMY = 8
+"""Rows from which on marks have a row of their own above the labels of the time."""
+
+
+def _feet(rows: int) -> int:
+    """Return the rows below the curve."""
+    return 2 if rows >= _ROOMY else 1
 
 
 class ProfilePlot(Drawing):
@@ -262,21 +269,21 @@ class ProfilePlot(Drawing):
     def _y(self, canvas: Canvas, value: FloatArray) -> FloatArray:
         picture = self.picture
         low, high = picture.low_high() if picture is not None else (0.0, 1.0)
-        down = (canvas.rows - _HEADS - _FEET) * DOTS_DOWN - 1
+        down = (canvas.rows - _HEADS - _feet(canvas.rows)) * DOTS_DOWN - 1
         return _HEADS * DOTS_DOWN + (high - value) / (high - low) * down
 
     def still_canvas(self, columns: int, rows: int) -> Canvas:
         """Return the curve with its axes."""
         canvas = Canvas(columns, rows)
         picture = self.picture
-        if picture is None or rows < _HEADS + _FEET + 1:
+        if picture is None or rows < _HEADS + _feet(rows) + 1:
             canvas.write(1, 0, "nothing is flown", "axis")
             return canvas
         end_s, across = self.end_s, self._across(columns)
         low, high = picture.low_high()
-        for row in range(_HEADS, rows - _FEET):
+        for row in range(_HEADS, rows - _feet(rows)):
             canvas.write(_LABELS - 1, row, "│", "axis")
-        edges = {rows - _FEET - 1: low, _HEADS: high}  # one of them where there is one row
+        edges = {rows - _feet(rows) - 1: low, _HEADS: high}  # one of them where there is one row
         for row, edge in edges.items():
             canvas.write(0, row, f"{picture.shown(edge):>{_LABELS - 1}}", "axis")
         end = quantity.duration(end_s)
@@ -287,21 +294,29 @@ class ProfilePlot(Drawing):
         for line in reversed(picture.lines):
             x, value = thinned(line.time_s, line.value, end_s=end_s, columns=across * DOTS_ACROSS)
             canvas.line(x + _LABELS * DOTS_ACROSS, self._y(canvas, value), line.ink)
-        column = 1
-        for line in picture.lines[1:]:  # named on the line itself, so that no colour is needed
-            text = f"─ {line.name} "
-            at = float(np.interp(end_s * 0.02, line.time_s, line.value))
-            row = int(self._y(canvas, np.array([at]))[0]) // DOTS_DOWN
-            canvas.write(_LABELS + column, max(row - 1, _HEADS), text, line.ink)
-            column += len(text) + 1
+        for line in picture.lines[1:]:
+            self._label_curve(canvas, line)
         return canvas
+
+    def _label_curve(self, canvas: Canvas, curve: Curve) -> None:
+        """Write the name of a curve beside it where there is room, so that no colour is needed."""
+        text = f"─ {curve.name}"
+        across = self._across(canvas.columns)
+        lowest = canvas.rows - _feet(canvas.rows) - 1
+        for column in range(1, across - len(text), 2):
+            at = float(np.interp(self.end_s * column / across, curve.time_s, curve.value))
+            row = int(self._y(canvas, np.array([at]))[0]) // DOTS_DOWN
+            for beside in (row - 1, row + 1):
+                is_inside = _HEADS <= beside <= lowest
+                if is_inside and canvas.write_apart(_LABELS + column, beside, text, curve.ink):
+                    return
 
     def draw_cursor(self, canvas: Canvas) -> None:
         """Draw the moment, the value there and the marked stretch."""
         picture, end_s = self.picture, self.end_s
-        if picture is None or not end_s > 0.0 or canvas.rows < _HEADS + _FEET + 1:
+        if picture is None or not end_s > 0.0 or canvas.rows < _HEADS + _feet(canvas.rows) + 1:
             return
-        across = self._across(canvas.columns)
+        across, marks = self._across(canvas.columns), canvas.rows - _feet(canvas.rows)
         if self._span_s is not None:
             line, span_s = picture.lines[0], self._span_s
             inside = (line.time_s >= span_s[0]) & (line.time_s <= span_s[1])
@@ -309,16 +324,16 @@ class ProfilePlot(Drawing):
             canvas.line(x, self._y(canvas, line.value[inside]), "stretch")
             first, last = (_LABELS + round(time_s / end_s * (across - 1)) for time_s in span_s)
             for column in range(first, last + 1):
-                canvas.write(column, canvas.rows - 1, "▔", "stretch", only_blank=True)
+                canvas.write(column, marks, "▔", "stretch", only_blank=True)
         column = _LABELS + round(self.cursor_s / end_s * (across - 1))
-        for row in range(_HEADS, canvas.rows - _FEET):
-            canvas.write(column, row, "┊", "cursor")
+        for row in range(_HEADS, marks):
+            canvas.write(column, row, "┊", "cursor", only_blank=True)
         value = picture.at(self.cursor_s)
         row = int(self._y(canvas, np.array([value]))[0]) // DOTS_DOWN
-        canvas.write(column, min(max(row, _HEADS), canvas.rows - _FEET - 1), "◆", "cursor")
+        canvas.write(column, min(max(row, _HEADS), marks - 1), "◆", "cursor")
         if self._vehicle_s is not None:
             column = _LABELS + round(self._vehicle_s / end_s * (across - 1))
-            canvas.write(column, canvas.rows - 1, VEHICLE, "cursor")
+            canvas.write(column, marks, VEHICLE, "cursor")
         text = f"{picture.name}: {picture.shown(value)} at {quantity.duration(self.cursor_s)}"
         hint = "  (p: next)" if len(self._pictures) > 1 else ""
         text += hint if len(text) + len(hint) < canvas.columns else ""
