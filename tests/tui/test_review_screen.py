@@ -173,7 +173,7 @@ async def test_a_text_that_says_no_value_is_told_and_changes_nothing() -> None:
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         await typed(pilot, "wind", "strong")
-        assert "expected speed in m/s" in text_of(screen, "#outcome")
+        assert "expected speed and the direction" in text_of(screen, "#outcome")
         assert "cannot be checked like this" in text_of(screen, "#verdict")
         assert screen.query_one("#set-wind", Input).has_class("-wrong")
 

@@ -153,17 +153,20 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Check
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
         is_passed = looked_at > 0 and not unchecked and family not in missing
+        is_idle = not (looked_at or unchecked or own or family in missing)
         texts = [finding_tally(own) or ("nothing found" if looked_at else "no rule applies")]
         if looked_at:
             texts.append(f"{quantity.count(looked_at, 'rule')} checked")
         if unchecked:
             texts.append(f"{len(unchecked)} not checked")
-        if family in missing and looked_at:
+        if family in missing:
             texts.append(missing[family])
         yield ChecklistRow(
-            sign=f" {MARKS[worst] if has_failed else '✔' if is_passed else LEFT_OPEN}",
+            sign=""
+            if is_idle
+            else f" {MARKS[worst] if has_failed else '✔' if is_passed else LEFT_OPEN}",
             text=f"{catalogue.FAMILIES.get(family, family)}: {', '.join(texts)}",
-            tone=worst.label if has_failed else "" if is_passed or not looked_at else "warning",
+            tone=worst.label if has_failed else "" if is_passed or is_idle else "warning",
             family=family,
         )
         if has_failed is not (family in opened):

@@ -294,7 +294,7 @@ class FleetScreen(Screen[None]):
         """Show why there is no verdict; what was found before holds no longer."""
         self.result = self._timeline = None
         self._found = ()
-        text = Content.styled("? NO VERDICT", "bold $text-warning")
+        text = Content.styled("– NO VERDICT", "bold $text-warning")
         body = Content.assemble(text, Content(f"  {printable(self.file)}\n{problem}"))
         self.query_one("#verdict", VerdictStrip).update(body)
         self.query_one("#panes").display = False
