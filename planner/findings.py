@@ -24,6 +24,10 @@ class Severity(IntEnum):
         """Return the name, as it is written everywhere."""
         return self.label
 
+    def __repr__(self) -> str:
+        """Return the name as a script writes it."""
+        return f"Severity.{self.name}"
+
 
 class Place(Value, kw_only=False, gc=False):
     """A place in a text file, both counted from 1."""

@@ -114,10 +114,15 @@ def result_frame(
             if error.name != name:
                 raise
             continue
-        return frames.DataFrame({key: [row[key] for row in rows] for key in columns})
+        return frames.DataFrame({key: [_cell(row[key]) for row in rows] for key in columns})
     needed = "pandas or polars" if library is None else library
     msg = f"a data frame needs {needed}: pip install {library or _LIBRARIES[0]}"
     raise MissingLibraryError(msg)
+
+
+def _cell(value: object) -> object:
+    """Return a value as a data frame holds it: a name without the class that knows its like."""
+    return str(value) if isinstance(value, str) else value
 
 
 def result_html(result: CheckResult | UnreadableMission) -> str:

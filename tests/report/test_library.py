@@ -62,6 +62,7 @@ def test_what_is_large_is_shown_in_a_line(value: object) -> None:
 
 def test_a_severity_is_its_name_and_may_be_given_by_it() -> None:
     assert f"{planner.Severity.WARNING}" == "warning"
+    assert repr(planner.Severity.WARNING) == "Severity.WARNING"
     mission, vehicle = planner.read_mission(MISSION), planner.load_vehicle()
     named: Any = "warning"
     assert planner.Setup(vehicle, fail_on=named).fail_on is planner.Severity.WARNING
@@ -79,6 +80,7 @@ def test_segments_and_items_are_data_frames(library: FrameLibrary) -> None:
     assert tuple(segments.columns) == SEGMENT_KEYS
     assert segments.shape[0] == len(result.segments)
     assert sum(segments["energy_wh"]) == pytest.approx(result.totals.energy_wh)
+    assert {type(state) for state in segments["state"]} == {str}
     items = result.to_dataframe("items", library=library)
     assert tuple(items.columns) == ITEM_KEYS
     assert next(iter(items["command"])) == "NAV_TAKEOFF"
