@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from typing import TYPE_CHECKING, Self
 
@@ -41,6 +40,8 @@ class FetchMark(Value):
     @classmethod
     def of(cls, time: str, vehicle: str, values: Mapping[str, str]) -> Self:
         """Return the mark of what is fetched now."""
+        import hashlib
+
         lasting = sorted(pair for pair in values.items() if not pair[0].startswith(_SELF_SET))
         content = "\n".join(" ".join(pair) for pair in lasting)
         digest = hashlib.sha256(content.encode()).hexdigest()[:16]

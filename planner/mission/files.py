@@ -19,16 +19,6 @@ from planner.mission.formats.exchange import (
 )
 from planner.mission.formats.json_document import parse_json
 from planner.mission.formats.plan import read_plan
-from planner.mission.formats.wpl import (
-    has_wpl_header,
-    is_fence_line,
-    is_rally_line,
-    is_row,
-    read_fence_list,
-    read_lines,
-    read_rally_list,
-    read_wpl,
-)
 from planner.mission.items import MissionFormat
 from planner.values import replace
 
@@ -139,6 +129,8 @@ def _read_content(text: str, *, source: str) -> Mission:
         return _read_json(text, source=source)
     if text.lstrip().startswith("<"):
         return _read_xml(text, source=source)
+    from planner.mission.formats.wpl import read_lines
+
     for _, line in read_lines(text, source=source):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
@@ -169,15 +161,17 @@ def _read_xml(text: str, *, source: str) -> Mission:
 
 def _line_reader(line: str) -> Callable[..., Mission] | None:
     """Return who reads a text whose first line that says something is this; ``None``: nobody."""
-    if has_wpl_header(line) or is_row(line):
-        return read_wpl
+    from planner.mission.formats import wpl
+
+    if wpl.has_wpl_header(line) or wpl.is_row(line):
+        return wpl.read_wpl
     if line.lower().startswith("latitude,"):
         from planner.mission.formats.litchi import is_litchi, read_litchi
 
         return read_litchi if is_litchi(line) else None
-    if is_rally_line(line):
-        return read_rally_list
-    return read_fence_list if is_fence_line(line) else None
+    if wpl.is_rally_line(line):
+        return wpl.read_rally_list
+    return wpl.read_fence_list if wpl.is_fence_line(line) else None
 
 
 FILE_SUFFIX = Rule(

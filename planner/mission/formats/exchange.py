@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import codecs
-import gzip
 import io
 import re
 import stat
 import sys
-import zipfile
 import zlib
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -23,11 +21,13 @@ if TYPE_CHECKING:
 
 
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
-_UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, ValueError)
+_UNPACK_ERRORS = (OSError, EOFError, zlib.error, RuntimeError, ValueError)
 """What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
 
 
 def _unpack_gzip(data: bytes, *, source: str) -> bytes:
+    import gzip
+
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)
@@ -38,6 +38,8 @@ def _unpack_gzip(data: bytes, *, source: str) -> bytes:
 
 def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
     """Return the content, up to the largest size, and the name of the one mission in a zip archive."""
+    import zipfile
+
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [
@@ -55,7 +57,7 @@ def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
                 raise MissionFileError(msg, source=source)
             with archive.open(names[0]) as stream:
                 return stream.read(LARGEST_FILE_BYTES + 1), names[0]
-    except _UNPACK_ERRORS:
+    except (*_UNPACK_ERRORS, zipfile.BadZipFile):
         msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
         raise MissionFileError(msg, source=source) from None
 
