@@ -140,6 +140,71 @@ def test_a_sweep_killed_at_any_moment_is_the_same_byte_for_byte(tmp_path: Path) 
 
 
 @pytest.mark.bench
+def test_a_cluster_whose_parts_are_killed_makes_the_same_table(tmp_path: Path) -> None:
+    """SIGKILL of a worker, which another replaces, and of the scheduler, after which it is run again."""
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
+    arguments = [*RUN, "sweep", str(MISSION), "--vehicle", "px4-quad-2kg"]
+    arguments += [word for axis in (*AIR, "charge=100%:80%:10%") for word in ("--vary", axis)]
+
+    def start(*words: str) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", *words],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+        )
+
+    def sweep_there(name: str) -> subprocess.Popen[bytes]:
+        words = [*arguments, "-o", str(tmp_path / name), "--scheduler", "tcp://127.0.0.1:18786"]
+        return subprocess.Popen(
+            words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment
+        )
+
+    def cluster() -> list[subprocess.Popen[bytes]]:
+        scheduler = start("scheduler", "--port", "18786", "--no-dashboard", "--host", "127.0.0.1")
+        time.sleep(4.0)
+        return [scheduler, *(worker() for _ in range(2))]
+
+    def worker() -> subprocess.Popen[bytes]:
+        return start(
+            "worker", "tcp://127.0.0.1:18786", "--nthreads", "1", "--no-nanny", "--no-dashboard"
+        )
+
+    def end(parts: list[subprocess.Popen[bytes]]) -> None:
+        for one in parts:
+            one.kill()
+            one.wait()
+
+    def batches(name: str, client: subprocess.Popen[bytes], least: int) -> None:
+        while client.poll() is None and len(list(tmp_path.glob(f"{name}.parts/*-*.json"))) < least:
+            time.sleep(0.05)
+
+    parts = cluster()
+    try:
+        subprocess.run([*arguments, "-o", str(tmp_path / "whole.csv")], check=True, env=environment)
+        client = sweep_there("worker.csv")
+        batches("worker.csv", client, 3)
+        parts[1].kill()
+        parts.append(worker())
+        client.communicate()
+        assert client.returncode == 0
+        client = sweep_there("scheduler.csv")
+        batches("scheduler.csv", client, 3)
+        parts[0].kill()
+        _, told = client.communicate()
+        print(f"\nthe scheduler killed: exit {client.returncode}, {told.decode().splitlines()[-1]}")
+        end(parts)
+        parts = cluster()
+        client = sweep_there("scheduler.csv")
+        client.communicate()
+        whole = (tmp_path / "whole.csv").read_bytes()
+        for name in ("worker.csv", "scheduler.csv"):
+            assert (tmp_path / name).read_bytes() == whole
+    finally:
+        end(parts)
+
+
+@pytest.mark.bench
 def test_the_memory_of_100_000_cases(tmp_path: Path) -> None:
     arguments = [*RUN, "sweep", str(MISSION), "--vehicle", "falkowski-2023-quadrotor"]
     arguments += ["--battery", "77Wh", "--workers", "1", "-o", str(tmp_path / "a.parquet")]
