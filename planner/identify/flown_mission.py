@@ -209,6 +209,7 @@ def flown_parameters(
                 differing.append(spelling.name)
             elif len(values) == len(records):
                 common.append((spelling.name, float(f"{float(np.float32(values[0])):.7g}")))
+                break  # a log may hold the old name beside the new one
     if not differing:
         return tuple(common), ()
     more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""

@@ -37,6 +37,7 @@ from planner.vehicle.data_sheet import (
 )
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import LAW_FACTORS, Basis
+from planner.vehicle.parameters.resolve import kept_parameters
 from planner.vehicle.power import MomentumLaw
 from planner.vehicle.repeatability import DAY_FRACTION
 
@@ -67,7 +68,8 @@ _STEP = 1e-4
 """Of a logarithm, for a slope. [-]"""
 _DISAGREES = 2.0
 """Standard deviations of its prior from which on a factor is worth a word: one in twenty by chance. [-]"""
-
+_OTHER_VEHICLE = 5.0
+"""From which on no chance explains it: one in a million. [-]"""
 _SHOWN = 0.8
 """Of the standard deviation before, up to which a factor is one that flights show. [-]"""
 
@@ -206,16 +208,16 @@ def refine_vehicle(
         )
         raise IdentificationError(msg)
     power = narrowed_power(vehicle, records, conditions, steady)
-    parameters, differing = (
-        ((), ())
-        if vehicle.reference is Autopilot.STEP
-        else flown_parameters(records, vehicle.reference)
-    )
+    parameters = vehicle.parameters
+    differing: tuple[Finding, ...] = ()
+    if vehicle.reference is not Autopilot.STEP:
+        flown, differing = flown_parameters(records, vehicle.reference)
+        parameters = kept_parameters(vehicle.reference, dict(vehicle.parameters), dict(flown))
     model = replace(
         vehicle,
         cruise=power.law,
         battery=power.battery,
-        parameters=tuple((dict(vehicle.parameters) | dict(parameters)).items()),
+        parameters=parameters,
         valid_for=widened_box(vehicle.valid_for, power.steady),
         spread=power.spread,
         provenance=narrowed_provenance(vehicle.provenance, records, power),
@@ -264,6 +266,7 @@ def narrowed_power(
         ohm = resistance.value * (battery.internal_resistance_ohm or 0.0)
         battery = replace(battery, internal_resistance_ohm=float(f"{ohm:.3g}"))
     _refuse_better_than_ideal(rotor, vehicle)
+    _refuse_other_vehicle(factors, vehicle)
     rounded = {name: float(f"{value:.4g}") for name, value in rotor._asdict().items()}
     spread, narrowed = vehicle.spread, [(one.name, one.after) for one in factors]
     assert spread is not None
@@ -325,6 +328,19 @@ def _narrowed_resistance(
         before=before,
         after=before * math.sqrt(1.0 - weight),
     )
+
+
+def _refuse_other_vehicle(factors: Sequence[NarrowedFactor], vehicle: VehicleModel) -> None:
+    """Raise IdentificationError where flights hover on what the vehicle of the model cannot."""
+    for one in factors:
+        deviations = abs(math.log(one.value)) / one.before
+        if one.name == "hover" and deviations > _OTHER_VEHICLE:
+            msg = (
+                f"the flights hover on {quantity.percent(one.value)} of the power that {vehicle.name} has, "
+                f"{deviations:.1f} of its standard deviations away: they are of another vehicle, or its data "
+                "sheet, the current in the logs or the mass that flew is wrong"
+            )
+            raise IdentificationError(msg)
 
 
 def _refuse_better_than_ideal(rotor: Rotor, vehicle: VehicleModel) -> None:

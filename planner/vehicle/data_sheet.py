@@ -34,8 +34,7 @@ from planner.vehicle.pack import (
     cells_of_voltage,
     chemistry_of,
 )
-from planner.vehicle.parameters.resolve import PARAMETERS_OF
-from planner.vehicle.parameters.table import parameter_table
+from planner.vehicle.parameters.resolve import kept_parameters
 from planner.vehicle.power import MomentumLaw
 from planner.vehicle.priors import (
     disk_area_m2,
@@ -562,19 +561,6 @@ class _Sheet:
         if self.battery is not None:
             yield "internal_resistance_ohm", round(self.fractions["resistance"], 4)
 
-    def _kept_parameters(self) -> tuple[tuple[str, float], ...]:
-        """Return the parameters that a prediction depends on."""
-        if not self.parameters:
-            return ()
-        rows = parameter_table(PARAMETERS_OF[self.autopilot]).values()
-        return tuple(
-            (spelling.name, self.parameters[spelling.name])
-            for row in rows
-            for spelling in row.spellings
-            if spelling.name in self.parameters
-            and row.is_possible(spelling.si(self.parameters[spelling.name]))
-        )
-
     def model(self) -> VehicleModel:
         """Return the model."""
         sheet, given, priors = self.sheet, self.quantities, self.priors
@@ -610,7 +596,7 @@ class _Sheet:
                 ground_idle_w=_rounded(idle * given["hover"], 3),
             ),
             battery=self.battery,
-            parameters=self._kept_parameters(),
+            parameters=kept_parameters(self.autopilot, self.parameters) if self.parameters else (),
             valid_for=self._valid_for(),
             spread=spread,
             provenance=Provenance(

@@ -36,7 +36,7 @@ def _sheet() -> VehicleModel:
             mass_kg=2.0,
             battery=read_battery("4S5200"),
             rotors=4,
-            propeller_m=0.254,
+            propeller_m=0.330,
             date=dt.date(2026, 11, 23),
         )
     )
@@ -215,6 +215,30 @@ def test_a_flight_of_noise_leaves_energies_no_less_certain(figure: str | None) -
     before, after = vehicle.spread, power.spread
     assert before is not None
     assert (after.energy_fraction or 1.0) <= (before.energy_fraction or 0.0)
+
+
+@pytest.mark.parametrize(
+    ("off", "is_refused"), [(0.48, True), (0.56, False), (1.8, False), (2.1, True)]
+)
+def test_flights_of_another_vehicle_are_refused(off: float, *, is_refused: bool) -> None:
+    # a hover known to 12 %, seen to 4 %: 0.9 of the difference counts, five deviations are a factor of 1.95
+    vehicle, off = _sheet(), off / _TRUE["hover"]
+    flown = [replace(one, power_w=off * one.power_w) for one in _flown(vehicle, [(0.0, 0.0)] * 3)]
+    if is_refused:
+        with pytest.raises(IdentificationError, match="of its standard deviations away"):
+            narrowed_power(vehicle, [], [], flown)
+    else:
+        findings = narrowed_power(vehicle, [], [], flown).findings
+        assert [one.code for one in findings] == ["I110"]
+
+
+def test_a_log_with_old_names_beside_new_ones_gives_one_of_each() -> None:
+    [record] = records_of(copter_log())
+    both = replace(record, parameters={"WPNAV_SPEED": 500.0, "WP_SPD": 6.0})
+    names = {name for name, _ in refine_vehicle(_sheet(), [both]).model.parameters}
+    assert names == {"WP_SPD"}
+    older = replace(_sheet(), parameters=(("WPNAV_SPEED", 700.0),))
+    assert refine_vehicle(older, [both]).model.parameters == (("WP_SPD", 6.0),)
 
 
 def test_models_without_uncertain_factors_are_refused() -> None:

@@ -453,3 +453,22 @@ def _is_typo(given: str, wanted: str) -> bool:
         return swapped or (replaced and not (before[0].isdigit() or after[0].isdigit()))
     longer, shorter = (before, after) if len(given) > len(wanted) else (after, before)
     return longer[1:] == shorter and not longer[0].isdigit()
+
+
+def kept_parameters(
+    autopilot: Autopilot, *sets: Mapping[str, float]
+) -> tuple[tuple[str, float], ...]:
+    """Return the parameters that a prediction depends on, each by one name.
+
+    A later set goes before an earlier one, in each the newer name before the older.
+    """
+    kept: list[tuple[str, float]] = []
+    for row in parameter_table(PARAMETERS_OF[autopilot]).values():
+        known = (
+            (spelling.name, values[spelling.name])
+            for values in reversed(sets)
+            for spelling in row.spellings
+            if spelling.name in values and row.is_possible(spelling.si(values[spelling.name]))
+        )
+        kept += [one for one in (next(known, None),) if one is not None]
+    return tuple(kept)
