@@ -52,3 +52,8 @@ def test_a_command_names_the_extra_it_lacks(
 def test_a_module_of_our_own_that_is_missing_stays_a_bug() -> None:
     assert missing_library(ModuleNotFoundError("no", name="planner.gone")) is None
     assert missing_library(ValueError()) is None
+
+
+def test_the_readme_names_every_extra() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \| ", readme, re.MULTILINE)) == EXTRAS.keys()
