@@ -8,8 +8,9 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Severity
+from planner.mission.commands import Command
 from planner.mission.route.queue import HELD_BACK
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import LEVEL_FIRST, StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.values import replace
 
@@ -30,6 +31,8 @@ _SAME = 1e-3
 """Fractions of a leg that differ by less are one."""
 _AT_AN_END_M = 0.5
 """Nearer to the beginning or the end of a leg than this it is not divided. [m]"""
+_CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.RETURN})
+"""Stages that are not divided where a speed changes."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -48,15 +51,21 @@ def route_with_queue(
         if not route.held or not route.stages:
             return route
         times = _Times(route, pilot.fly(route)[0])
-        found = {
-            one.visit: fraction
-            for one in route.held
-            if (fraction := times.fraction(one)) is not None
-        }
+        found: dict[int, float] = {}
+        bounded: list[Finding] = []
+        for one in route.held:
+            if times.changes_a_curve(one):
+                others = {visit: at for visit, at in firings.items() if visit != one.visit}
+                fraction, finding = _bound(mission, one, others, make, pilot)
+                bounded += [finding] if finding else []
+            else:
+                fraction = times.fraction(one)
+            if fraction is not None:
+                found[one.visit] = fraction
         if found.keys() == firings.keys() and all(
             abs(found[visit] - firings[visit]) < _SAME for visit in found
         ):
-            reported = tuple(_reported(mission, route.held, times))
+            reported = (*bounded, *_reported(mission, route.held, times))
             return replace(route, findings=(*route.findings, *reported))
         firings = found
         route = make(firings)
@@ -70,6 +79,37 @@ def route_with_queue(
     return replace(route, findings=(*route.findings, unsettled))
 
 
+def _bound(
+    mission: Mission,
+    one: HeldItem,
+    others: Mapping[int, float],
+    make: Callable[[Mapping[int, float]], Route],
+    pilot: Pilot,
+) -> tuple[float | None, Finding | None]:
+    """Return at which end of its leg a speed is carried out that changes on a curve, and say so.
+
+    Until then the leg is flown as without it.  From whichever end it takes longer, it is predicted.
+    """
+    without = make(others)
+    here = next(each for each in without.held if each.visit == one.visit)
+    fraction = _Times(without, pilot.fly(without)[0]).fraction(here)
+    if fraction in {None, 0.0, 1.0}:
+        return fraction, None
+    first_s, last_s = (
+        float(pilot.fly(make({**others, one.visit: end}))[0].segments.end_s[-1])
+        for end in (0.0, 1.0)
+    )
+    end = "beginning" if first_s > last_s else "end"
+    finding = ITEM_NOT_MODELLED.finding(
+        f"{one.command.name} is carried out in the middle of item {without.stages[here.last_stage].item}, "
+        f"which is no straight leg: predicted from its {end}, which takes "
+        f"{quantity.duration(abs(first_s - last_s))} longer",
+        item=one.item,
+        place=mission.items[one.item - 1].place,
+    )
+    return float(first_s <= last_s), finding
+
+
 class _Times:
     """When the legs of a route begin and end, and where the vehicle is."""
 
@@ -77,8 +117,13 @@ class _Times:
         self._motion = motion
         end_s = np.concatenate(([0.0], motion.segments.end_s))
         self._arrival_s = end_s[np.maximum.accumulate(motion.arrival_segment) + 1]
-        self._lands = [stage.kind is StageKind.LAND for stage in route.stages]
+        self._kinds = [stage.kind for stage in route.stages]
         self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])
+
+    def changes_a_curve(self, one: HeldItem) -> bool:
+        """Return whether an item commands the speed of a leg that is not straight."""
+        is_speed = one.command is Command.DO_CHANGE_SPEED
+        return is_speed and self._kinds[one.last_stage] in _CURVES
 
     def span_s(self, one: HeldItem) -> tuple[float, float]:
         """Return when the leg of an item begins and ends. [s]"""
@@ -110,8 +155,10 @@ class _Times:
         start_m = self._places_m[one.first_stage - 1] if one.first_stage else np.zeros(3)
         end_m = self._places_m[one.last_stage]
         here_m = self._place_m(np.array([at_s]))[0]
-        if self._lands[one.last_stage]:  # it flies there level
+        if (kind := self._kinds[one.last_stage]) in LEVEL_FIRST | {StageKind.RETURN}:
             start_m, end_m, here_m = start_m[:2], end_m[:2], here_m[:2]
+        if kind is StageKind.CIRCLE:
+            return 0.5  # anywhere on it
         length_m = float(np.linalg.norm(end_m - start_m))
         ahead_m = float(np.linalg.norm(end_m - here_m))
         if ahead_m < _AT_AN_END_M:

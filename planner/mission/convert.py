@@ -20,7 +20,7 @@ from planner.mission.formats.simple_item import is_complex
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import plan_text, wpl_text, written_items
 from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
-from planner.mission.route.queue import CONDITIONS
+from planner.mission.route.queue import is_queued
 from planner.mission.route.route import flown_order, make_route
 from planner.mission.route.stage import StageKind
 from planner.units import FASTEST_M_S
@@ -397,8 +397,8 @@ def _changed(item: MissionItem, speed_m_s: float, dialect: Autopilot | None) -> 
 def _first_ungoverned(mission: Mission, dialect: Autopilot | None) -> int | None:
     """Return before which item a speed has to be set for the first level leg; ``None``: one is.
 
-    That leg's own, or the first condition before it, which would hold the speed back; a speed behind
-    such a condition is set on the way at best.
+    That leg's own, or on ArduPilot the first of the queue before it: a speed behind another item of the
+    queue is set on the way at best, and one behind a condition wherever that is met.
     """
     route = make_route(mission, dialect=dialect)
     first = next(_level_stages(route), None)
@@ -406,17 +406,17 @@ def _first_ungoverned(mission: Mission, dialect: Autopilot | None) -> int | None
         return None
     leg = route.stages[first].item
     flown = {stage.item for stage in route.stages}
-    condition: int | None = None
+    queue: int | None = None
     for number in flown_order(mission.items, dialect).visits:
         item = mission.items[number - 1]
         if number == leg:
-            return condition or number
+            return queue or number
         if number in flown:
-            condition = None
-        elif item.command in CONDITIONS and dialect is not Autopilot.PX4:
-            condition = condition or number
-        elif condition is None and _sets_level_speed(item, dialect):
+            queue = None
+        elif queue is None and _sets_level_speed(item, dialect):
             return None
+        elif is_queued(item.command) and dialect is not Autopilot.PX4:
+            queue = queue or number
     return None
 
 

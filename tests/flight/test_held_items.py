@@ -156,11 +156,45 @@ def test_a_speed_held_back_counts_on_the_level_leg_to_a_landing(autopilot: Autop
     assert not [one for one in held.findings if one.code == "T102"]
 
 
-def test_a_speed_that_changes_on_a_curve_is_reported() -> None:
-    spline = item(82, waypoint(500, 30).latitude_deg, 30.0)
-    result = flown(takeoff(30), waypoint(100, 30), delay(20.0), speed(3.0), spline, rtl())
-    [finding] = [one for one in result.findings if one.code == "T102"]
-    assert (finding.severity, finding.item) == (Severity.ERROR, 4)
+def circle() -> MissionItem:
+    return item(18, north(200), 30.0, params=(2.0, 0.0, 30.0, None))
+
+
+CURVES = [item(82, north(500), 30.0), circle(), rtl()]
+
+
+@pytest.mark.parametrize("curve", CURVES, ids=["spline", "circle", "return"])
+@pytest.mark.parametrize("then_m_s", [3.0, 12.0])
+def test_a_speed_that_changes_on_a_curve_counts_from_the_end_that_takes_longer(
+    curve: MissionItem, then_m_s: float
+) -> None:
+    rest = () if curve == rtl() else (rtl(),)
+    start = (takeoff(30), speed(8.0), waypoint(100, 30))
+    held = flown(*start, delay(10.0), speed(then_m_s), curve, *rest)
+    [finding] = [one for one in held.findings if one.code == "T102"]
+    assert (finding.severity, finding.item) == (Severity.WARNING, 5)
+    at_once = flown(*start, photo(), speed(then_m_s), curve, *rest)
+    not_yet = flown(*start, photo(), photo(), curve, *rest)
+    assert held.totals.time_s >= max(at_once.totals.time_s, not_yet.totals.time_s) - 0.01
+
+
+def test_the_second_item_of_the_queue_commands_the_speed_of_a_return_that_has_begun() -> None:
+    # 500 m at 2 instead of 10 m/s: 250 s for 50 s, and some seconds less of speeding up and braking.
+    legs = (takeoff(30), waypoint(500, 30))
+    plain = flown(*legs, photo(), rtl()).totals.time_s
+    assert flown(*legs, speed(2.0), rtl()).totals.time_s == plain
+    assert flown(*legs, speed(2.0), photo(), rtl()).totals.time_s == plain
+    late = flown(*legs, photo(), speed(2.0), rtl()).totals.time_s
+    assert late - plain == pytest.approx(200.0, abs=8.0)
+
+
+def test_a_short_leg_from_rest_keeps_the_speed_before_a_late_one() -> None:
+    # 40 m at 10 m/s, whose jerks alone take longer, not at 1 m/s.
+    late = flown(takeoff(30), photo(), speed(1.0), waypoint(40, 30), rtl())
+    assert arrival_s(late, 4) - arrival_s(late, 1) < 20.0
+    assert "E126" in {one.code for one in late.findings}
+    soon = flown(takeoff(30), speed(1.0), photo(), waypoint(40, 30), rtl())
+    assert arrival_s(soon, 4) - arrival_s(soon, 1) > 40.0
 
 
 def test_px4_holds_nothing_back() -> None:
@@ -199,7 +233,7 @@ def test_a_condition_that_holds_back_nothing_changes_nothing(
 
 @settings(deadline=None, max_examples=6)
 @given(
-    length=st.floats(50.0, 1500.0),
+    length=st.floats(300.0, 1500.0),  # so long that it slows down on the way (E126)
     seconds=st.floats(0.0, 200.0),
     slow=st.floats(1.0, 6.0),
     fast=st.floats(6.5, 12.0),
@@ -216,10 +250,11 @@ def test_a_speed_held_back_flies_between_the_slow_leg_and_the_fast_one(
         return arrival_s(result, len(legs) - 1) - arrival_s(result, 1)
 
     held = leg_s(speed(first), delay(seconds), speed(then))
-    # By hand: seconds at one speed, less if it has to be reached first, the rest at the other.
+    # By hand: seconds at one speed, less if it has to be reached first, more if it is reached all the
+    # same before it slows down, the rest at the other.
     ramp_s = fast / 2.5 + 2.5 / 1.0
     by_hand = []
-    for flown_s in (seconds, max(seconds - ramp_s, 0.0)):
+    for flown_s in (seconds + 2.0 * ramp_s, seconds, max(seconds - ramp_s, 0.0)):
         way = min(first * flown_s, length)
         by_hand.append(way / first + (length - way) / then)
     # No stop in the middle: one start and one stop as for any leg, and a change of speed.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.mission.commands import Command
+from planner.mission.commands import Command, is_navigation
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 CONDITIONS = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE, Command.CONDITION_YAW})
 HELD = frozenset({Command.DO_CHANGE_SPEED, Command.DO_SET_HOME, Command.DO_FENCE_ENABLE})
 """Commands that change the flight or how it is judged; of any other it does not matter when."""
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
+"""Followed when the next command is looked for (``AP_Mission::get_next_cmd``)."""
 _TURN_DEG_S = 60.0
 """Rate of a turn whose item gives none: the default of ATC_SLEW_YAW, as of AUTO_YAW_SLEW_RATE before it
 (ArduCopter, ``Mode::AutoYaw::set_fixed_yaw``). [° s⁻¹]"""
@@ -37,6 +39,11 @@ HELD_BACK = Rule(
     "heading, as predicted.  A warning where the leg is over before.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
 )
+
+
+def is_queued(command: int) -> bool:
+    """Return whether ArduPilot carries out a command in its queue, beside the flight to the next place."""
+    return not is_navigation(command) and command not in _JUMPS
 
 
 class Condition(Value):

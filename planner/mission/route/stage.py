@@ -38,6 +38,10 @@ class StageKind(StrEnum):
     """Fly home by the vehicle's own rules and land there."""
 
 
+LEVEL_FIRST = frozenset({StageKind.LAND, StageKind.SET_DOWN, StageKind.CHANGE_HEIGHT})
+"""Stages that lead to their place at the present height."""
+
+
 class Stage(Value, kw_only=False):
     """One thing asked of the vehicle, in the frame of its home."""
 
@@ -72,6 +76,8 @@ class Stage(Value, kw_only=False):
     """Whether the height above the ground is kept on the way, which is known."""
     is_underway: bool = False
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
+    is_speed_late: bool = False
+    """Whether its horizontal speed is commanded when its first leg has begun already."""
     is_here: bool = False
     """Whether its item names no place: the vehicle stays where it is sent to already."""
     above_ground_m: float = 0.0

@@ -26,10 +26,18 @@ from planner.mission.commands import (
     frame_name,
     goes_on_flying,
     is_destination,
+    is_navigation,
     support,
 )
-from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of
-from planner.mission.route.stage import FenceAction, FenceSwitch, HomePlace, Stage, StageKind
+from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of, is_queued
+from planner.mission.route.stage import (
+    LEVEL_FIRST,
+    FenceAction,
+    FenceSwitch,
+    HomePlace,
+    Stage,
+    StageKind,
+)
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -78,10 +86,8 @@ _LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
 """They end on the ground, whatever their altitude."""
 
 
-_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER, StageKind.LAND})
-"""Straight legs; that to a landing is level."""
-_WITHOUT_SPEED = frozenset({StageKind.TAKEOFF, StageKind.DELAY})
-"""Stages on which no level speed is flown."""
+_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER}) | LEVEL_FIRST
+"""Straight legs."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 _GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
 """Commands that make no sense without a place; others are often meant 'here'."""
@@ -314,6 +320,18 @@ def _off_line_m(ground_m: tuple[float, ...], fraction: float) -> float:
     return own_m - (ground_m[0] + fraction * (ground_m[-1] - ground_m[0]))
 
 
+def _acts_at_the_end(stage: Stage, one: HeldItem, item: MissionItem) -> bool:
+    """Return whether an item that is carried out on the way counts from the end of its stage.
+
+    A stage that is no straight leg is not divided: a fence is on for all of it.
+    """
+    if stage.kind in _DIVIDED:
+        return False
+    if one.command is Command.DO_FENCE_ENABLE:
+        return int(item.param1 or 0.0) != FenceAction.ON
+    return True
+
+
 @dataclass(slots=True)
 class MissionState:
     """A mission half followed: place, height, speeds, home, and the stages so far."""
@@ -357,6 +375,11 @@ class MissionState:
     """By command. [s]"""
     visit: int = -1
     """Position of the item being followed among the reached."""
+    queued: int = 0
+    """Items of ArduPilot's queue since the last place: it carries out the first before it sets out, the
+    others when it is on its way (``AP_Mission::advance_current_nav_cmd``)."""
+    is_speed_late: bool = False
+    """Whether one of the others is the last to have commanded a horizontal speed."""
     conditions: list[Condition] = field(default_factory=list)
     """What holds back the next items of the queue."""
     waiting: list[tuple[HeldItem, MissionItem]] = field(default_factory=list)
@@ -380,6 +403,9 @@ class MissionState:
                 self.conditions.clear()
                 if self.waiting:
                     self._fly_with_queue(begun, before)
+        if is_navigation(item.command):
+            self.queued, self.is_speed_late = 0, False
+        self.queued += is_queued(item.command)
         if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
             is_px4 = self.dialect is Autopilot.PX4
             other = "" if is_px4 else ", ArduPilot continues"
@@ -430,13 +456,13 @@ class MissionState:
             fraction = self.firings.get(one.visit)
             if fraction is None:
                 continue
-            if fraction >= 1.0 or (fraction > 0.0 and self._acts_at_the_end(stage, one, item)):
+            if fraction >= 1.0 or (fraction > 0.0 and _acts_at_the_end(stage, one, item)):
                 last.append((one, item))
                 continue
             if fraction > 0.0 and stage.kind in _DIVIDED:
                 here = (a + fraction * (b - a) for a, b in zip(before, after, strict=True))
                 self.latitude_deg, self.longitude_deg, self.height_m = here
-                if stage.kind is StageKind.LAND:
+                if stage.kind in LEVEL_FIRST:
                     self.height_m = before[2]
                 self.height_m += _off_line_m(stage.followed_ground_m, fraction)
                 self._add_part(stage, begin, fraction)
@@ -448,7 +474,10 @@ class MissionState:
         self._add(
             replace(
                 stage,
-                speed_m_s=stage.speed_m_s if stage.kind is StageKind.RETURN else self.speed_m_s,
+                speed_m_s=self._return_speed_m_s()
+                if stage.kind is StageKind.RETURN
+                else self.speed_m_s,
+                is_speed_late=self.is_speed_late and not parts,
                 climb_speed_m_s=self.climb_speed_m_s,
                 descent_speed_m_s=self.descent_speed_m_s,
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
@@ -475,27 +504,6 @@ class MissionState:
             follows_ground=whole.follows_ground,
         )
         self._add(part)
-
-    def _acts_at_the_end(self, stage: Stage, one: HeldItem, item: MissionItem) -> bool:
-        """Return whether an item that is carried out on the way counts from the end of its stage.
-
-        A stage that is no straight leg is not divided: a fence is on for all of it, a speed that changes
-        on a curve is reported.
-        """
-        if stage.kind in _DIVIDED:
-            return False
-        if one.command is Command.DO_FENCE_ENABLE:
-            return int(item.param1 or 0.0) != FenceAction.ON
-        if one.command is Command.DO_CHANGE_SPEED and stage.kind not in _WITHOUT_SPEED:
-            self.remarks.add(
-                ITEM_NOT_MODELLED,
-                f"DO_CHANGE_SPEED is carried out in the middle of item {stage.item}, which is no straight "
-                "leg: predicted from its end",
-                item=one.item,
-                place=item.place,
-                severity=Severity.ERROR,
-            )
-        return True
 
     def go(self, item: MissionItem) -> None:
         """Fly to a place in the manner of the command, and hold there."""
@@ -530,22 +538,31 @@ class MissionState:
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
         self.height_m = self._home_ground_m()
-        # The speed of a return is set in the vehicle: what the mission commanded ends here.
         self._add(
             replace(
                 self._stage(StageKind.RETURN),
-                speed_m_s=None,
+                speed_m_s=self._return_speed_m_s(),
                 above_ground_m=self.datum_m - self.height_m,
                 datum_m=self.datum_m,
             )
         )
         self.is_over = True
 
+    def _return_speed_m_s(self) -> float | None:
+        """Return the speed of a return: that set in the vehicle, unless the mission commands one later."""
+        return self.speed_m_s if self.is_speed_late else None
+
     def _stage(self, kind: StageKind) -> Stage:
         """Return a stage to the present height, at the speeds commanded."""
         at_m = (0.0, 0.0, self.height_m)
         return Stage(
-            kind, self.number, *at_m, self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s
+            kind,
+            self.number,
+            *at_m,
+            self.speed_m_s,
+            self.climb_speed_m_s,
+            self.descent_speed_m_s,
+            is_speed_late=self.is_speed_late,
         )
 
     def _add(self, stage: Stage) -> None:
@@ -737,6 +754,7 @@ class MissionState:
             self.descent_speed_m_s = speed
         elif kind in {0.0, 1.0}:
             self.speed_m_s = speed
+            self.is_speed_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
         else:
             message = f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
             self.remark(ITEM_NOT_MODELLED, message)

@@ -380,7 +380,7 @@ def plan_legs(
     from_rest = start_m_s == 0.0
     from_rest[entered] = ~leads[rows]
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
-    commanded = stage.copy()
+    commanded = _planned_stage(stages, stage, from_rest)
     commanded[entered], commanded[under + 1] = stage[rows], stage[under]
     is_changed = _is_another_speed(stages, stage, commanded)
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
@@ -445,19 +445,27 @@ def plan_legs(
     )
 
 
+def _planned_stage(stages: StageColumns, stage: IntArray, from_rest: BoolArray) -> IntArray:
+    """Return by whose speed each leg is planned: a stage whose own comes late begins with that before."""
+    is_first = np.diff(stage, prepend=-1) > 0
+    is_late = from_rest & is_first & stages.is_speed_late[stage] & (stage > 0)
+    return np.where(is_late, stage - 1, stage)
+
+
 FASTER_THAN_COMMANDED = Rule(
     "E126 faster-than-commanded",
     Severity.WARNING,
     summary="A leg is flown faster than commanded.",
-    why="A slower DO_CHANGE_SPEED at a waypoint that is flown through comes when the next leg has "
-    "begun: ArduPilot keeps the old speed on a short leg and slows down late on a long one.  Photos of "
-    "such a leg are too far apart or blurred, and its time and energy are not those of the speed in the "
-    "file.",
+    why="A slower DO_CHANGE_SPEED at a waypoint that is flown through, or behind another DO_ item, comes "
+    "when the next leg has begun: ArduPilot keeps the old speed on a short leg and slows down late on a "
+    "long one.  Photos of such a leg are too far apart or blurred, and its time and energy are not those of "
+    "the speed in the file.",
     how="``SCurve::set_speed_max``: what is left of the steady acceleration is cut short; the rest is "
     "taken off in the cruise, if that lasts longer than 12 jerk rises.  A spline that continues another "
     "slows down by half the acceleration, from its beginning on.  Fires where the speed reached is "
     "more than 2 % above the commanded one, which is no cruise at it any more.",
-    fix="put DO_CHANGE_SPEED a leg earlier, or let the vehicle stop at the waypoint (a hold of 1 s)",
+    fix="put DO_CHANGE_SPEED a leg earlier, or let the vehicle stop at the waypoint (a hold of 1 s) and put "
+    "it before other DO_ items",
 )
 _CRUISING = 0.98
 """A speed is that of a cruise from this fraction of it on, as for a corner. [-]"""

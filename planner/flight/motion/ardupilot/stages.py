@@ -74,6 +74,8 @@ class StageColumns(Value, eq=False):
     """What circles are flown with, by their rows."""
     is_passed: BoolArray
     """Whether the end is flown through. (n,)"""
+    is_speed_late: BoolArray
+    """Whether the speed is commanded when the first leg has begun already. (n,)"""
     is_underway: BoolArray
     """Whether the end is only a place on the way: one leg to the autopilot. (n,)"""
     is_first_leg: BoolArray
@@ -144,7 +146,9 @@ def stage_columns(
     climb = column("climb_speed_m_s", parameters.climb_speed_m_s)
     descent = column("descent_speed_m_s", parameters.descent_speed_m_s)
     home = kind == KIND_INDEX[StageKind.RETURN]
-    speed[home] = parameters.return_speed_m_s  # ModeRTL::init starts from the parameters again
+    is_speed_late = np.array([stage.is_speed_late for stage in stages], np.bool_)
+    # ModeRTL::init starts from the parameters again.
+    speed[home & ~is_speed_late] = parameters.return_speed_m_s
     climb[home] = parameters.climb_speed_m_s
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
@@ -193,6 +197,7 @@ def stage_columns(
         radius_m=radius,
         circles=circles,
         is_passed=through & np.concatenate((onward[1:], [False])),
+        is_speed_late=is_speed_late,
         is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
         is_here=np.array([stage.is_here for stage in stages], np.bool_),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
@@ -242,6 +247,7 @@ def return_columns(
         is_passed=never,
         is_underway=never,
         is_here=never,
+        is_speed_late=never,
         is_first_leg=never,
         from_ground=never,
         above_ground_m=np.asarray(above_ground_m, np.float64),
