@@ -8,7 +8,7 @@ import shutil
 import sys
 import time
 from threading import Thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.errors import ExitCode
 
@@ -62,12 +62,15 @@ def end_with_terminal(*, grace_s: float = _GRACE_S) -> None:
     leaves its input thread behind, which reads the dead terminal without a pause; a signal cannot
     end that.
     """
-    if hasattr(select, "poll") and os.isatty(_STANDARD_INPUT):  # Windows ends its programs itself
-        Thread(target=_end_when_closed, args=(grace_s,), daemon=True).start()
+    make_poll = getattr(select, "poll", None)  # Windows lacks it, and ends its programs itself
+    if make_poll is not None and os.isatty(_STANDARD_INPUT):
+        Thread(target=_end_when_closed, args=(make_poll(), grace_s), daemon=True).start()
 
 
-def _end_when_closed(grace_s: float) -> None:
-    poll = select.poll()
+def _end_when_closed(
+    poll: Any,  # noqa: ANN401 - a select.poll, a name that Windows lacks
+    grace_s: float,
+) -> None:
     poll.register(_STANDARD_INPUT, 0)  # that it is closed is always reported
     [(_, event)] = poll.poll()
     if event & select.POLLHUP:

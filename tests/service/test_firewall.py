@@ -251,7 +251,7 @@ def test_a_guard_that_cannot_follow_the_energy_says_so_once_and_goes_on(
 async def test_a_review_of_what_fails_has_no_verdict(two: tuple[str, str]) -> None:
     async with review_app(two[0]).run_test(size=(80, 24)) as pilot:
         screen = await settled(pilot)
-        assert text_of(screen, "#verdict").startswith("? NO VERDICT")
+        assert text_of(screen, "#verdict").startswith("– NO VERDICT")
 
 
 def test_a_source_that_no_encoding_takes_is_reported_in_every_format() -> None:
