@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -479,7 +480,7 @@ def test_a_least_thrust_near_the_hover_is_reported(
 def test_px4_averages_its_current_over_50_s() -> None:
     # A step from 2 to 12 A is followed to 1 - 1/e after the time constant.
     mean_a = _mean_current_a(np.full(25, 12.0), 2.0, 2.0)
-    assert mean_a[-1] == pytest.approx(12.0 - 10.0 / np.e)
+    assert mean_a[-1] == pytest.approx(12.0 - 10.0 / math.e)
 
 
 def test_a_failsafe_in_a_landing_that_is_not_the_last_leaves_the_vehicle_there() -> None:
