@@ -13,8 +13,11 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission"})
-"""What mission files are called; a file that is named by the user may be called anything."""
+_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
+"""What mission files alone are called; a file that is named by the user may be called anything."""
+_BEGINNINGS = {".txt": (b"QGC WPL",), ".json": (b'"fileType"', b'"Plan"')}
+"""What missions called as other files are hold in their first bytes."""
+_FIRST_BYTES = 4096
 
 
 class FolderMissions(Value):
@@ -25,11 +28,24 @@ class FolderMissions(Value):
     excluded: int
     """Missions that meet a pattern given."""
     others: int
-    """Files that are no missions by their names."""
+    """Files that are no missions by their names and beginnings."""
+
+
+def is_mission(path: Path) -> bool:
+    """Return whether a file is a mission by its name, or by its beginning where others have such names."""
+    suffix = path.suffix.lower()
+    if suffix not in _BEGINNINGS:
+        return suffix in _SUFFIXES
+    try:
+        with path.open("rb") as file:
+            first = file.read(_FIRST_BYTES)
+    except OSError:
+        return False
+    return all(text in first for text in _BEGINNINGS[suffix])
 
 
 def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMissions:
-    """Return the missions that a folder stands for, by their names; hidden ones are left out.
+    """Return the missions that a folder stands for; hidden ones are left out.
 
     Parameters
     ----------
@@ -54,7 +70,7 @@ def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMission
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(names):
             path = Path(place, name)
-            if name.startswith(".") or path.suffix.lower() not in MISSION_SUFFIXES:
+            if name.startswith(".") or not is_mission(path):
                 others += not name.startswith(".")
             elif is_excluded(path, exclude, folder=folder):
                 excluded += 1

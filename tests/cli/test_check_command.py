@@ -414,3 +414,21 @@ def test_vehicle_battery_and_wind_stand_below_the_verdict(
     verdict, given, *_ = capsys.readouterr().out.splitlines()
     assert verdict.startswith("GO  ")
     assert given == "falkowski-2023-quadrotor, battery 77.0 Wh at 90 %, wind 5.0 m/s from 270°"
+
+
+def test_a_folder_holds_the_missions_that_are_called_as_other_files_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, text in (
+        ("flight.txt", "QGC WPL 110\n"),
+        ("notes.txt", "Fly the QGC plan on Monday.\n"),
+        ("flight.json", '{"fileType": "Plan"}'),
+        ("settings.json", "{}"),
+        ("flight.wpl", ""),
+    ):
+        (tmp_path / name).write_text(text)
+    main(["check", str(tmp_path), "--format", "json"])
+    out, err = capsys.readouterr()
+    files = [Path(one["file"]).name for one in json.loads(out)["missions"]]
+    assert files == ["flight.json", "flight.txt", "flight.wpl"]
+    assert "3 missions, 2 other files" in err

@@ -16,7 +16,7 @@ from planner import quantity
 from planner.errors import FleetFileError, MavjouleError, bug_text
 from planner.findings import Severity
 from planner.fleet.reader import is_fleet_file
-from planner.mission.folder import MISSION_SUFFIXES
+from planner.mission.folder import is_mission
 from planner.report.fleet import fleet_headline
 from planner.report.text import by_weight, headline, printable
 from planner.service.fleet import FleetResult
@@ -66,7 +66,7 @@ def entries_of(folder: Path) -> tuple[MissionEntry, ...]:
     except OSError:
         inside = []
     seen = [path for path in inside if not path.name.startswith(".")][:MOST_LISTED]
-    missions = [path for path in seen if path.suffix.lower() in MISSION_SUFFIXES and path.is_file()]
+    missions = [path for path in seen if path.is_file() and is_mission(path)]
     missions += [
         path for path in seen if path.suffix.lower() == FLEET_SUFFIX and is_fleet_file(path)
     ]
