@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 from planner.errors import NoMissionFileError
 from planner.files import meets_pattern
+from planner.mission.formats.exchange import MISSION_SUFFIXES
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
-"""What mission files alone are called; a file that is named by the user may be called anything."""
 _BEGINNINGS = {".txt": (b"QGC WPL",), ".json": (b'"fileType"', b'"Plan"')}
 """What missions called as other files are hold in their first bytes."""
 _FIRST_BYTES = 4096
@@ -35,7 +34,7 @@ def is_mission(path: Path) -> bool:
     """Return whether a file is a mission by its name, or by its beginning where others have such names."""
     suffix = path.suffix.lower()
     if suffix not in _BEGINNINGS:
-        return suffix in _SUFFIXES
+        return suffix in MISSION_SUFFIXES
     try:
         with path.open("rb") as file:
             first = file.read(_FIRST_BYTES)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
+"""What mission files alone are called; a file that is named by the user may be called anything."""
 _UNPACK_ERRORS = (OSError, EOFError, zlib.error, RuntimeError, ValueError)
 """What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
 

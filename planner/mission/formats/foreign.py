@@ -60,6 +60,30 @@ class RoutePoint(Value):
 _START = Place(1, 1)
 
 
+def line_points(
+    corners: Sequence[Sequence[float]], line: str, *, source: str, advice: str = ""
+) -> list[RoutePoint]:
+    """Return the points of a line whose corners are longitude, latitude [°] and altitude [m].
+
+    Raises
+    ------
+    MissionFileError
+        If a corner has no altitude; ``advice`` ends the sentence.
+    """
+    points = []
+    for number, corner in enumerate(corners, 1):
+        if len(corner) < 3:
+            msg = f"point {number} of {line} has no altitude{advice}"
+            raise MissionFileError(msg, source=source)
+        longitude_deg, latitude_deg, altitude_m = corner[:3]
+        points.append(
+            RoutePoint(
+                latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=altitude_m
+            )
+        )
+    return points
+
+
 def foreign_mission(
     points: Sequence[RoutePoint],
     *,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.errors import MissionFileError
 from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import RoutePoint, foreign_mission
+from planner.mission.formats.foreign import foreign_mission, line_points
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,17 +43,12 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
         )
         msg = f"GeoJSON with {count or 'no'} lines: one line is flown, keep only that in the file"
         raise MissionFileError(msg, source=source)
-    points = []
-    for number, position in enumerate(_positions(lines[0].get("coordinates"), source), 1):
-        if len(position) < 3:
-            msg = f"point {number} of the line has no altitude: give each longitude, latitude, altitude"
-            raise MissionFileError(msg, source=source)
-        longitude_deg, latitude_deg, altitude_m = position[:3]
-        points.append(
-            RoutePoint(
-                latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=altitude_m
-            )
-        )
+    points = line_points(
+        _positions(lines[0].get("coordinates"), source),
+        "the line",
+        source=source,
+        advice=": give each longitude, latitude, altitude",
+    )
     areas = [_area(shape, source) for shape in shapes if shape["type"] == "Polygon"]
     return foreign_mission(
         points,

@@ -14,7 +14,7 @@ from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import Ending, RoutePoint, foreign_mission
+from planner.mission.formats.foreign import Ending, RoutePoint, foreign_mission, line_points
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -147,17 +147,7 @@ def _read_line(root: ET.Element, *, source: str) -> Mission:
             "draw it relative to the ground or absolute, with altitudes"
         )
         raise MissionFileError(msg, source=source)
-    points = []
-    for number, corner in enumerate(_corners(line, name, source=source), 1):
-        if len(corner) < 3:
-            msg = f"point {number} of the line '{name}' has no altitude"
-            raise MissionFileError(msg, source=source)
-        longitude_deg, latitude_deg, altitude_m = corner[:3]
-        points.append(
-            RoutePoint(
-                latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=altitude_m
-            )
-        )
+    points = line_points(_corners(line, name, source=source), f"the line '{name}'", source=source)
     areas = [
         FencePolygon(inclusion=True, vertices_deg=_ring(polygon, source=source))
         for polygon in _all(root, "Polygon")
