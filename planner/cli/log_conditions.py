@@ -8,9 +8,7 @@ import click
 
 from planner.cli.options import KindType, path_option
 from planner.errors import UsageError
-from planner.quantity import read_in
 from planner.setting import Form, Number
-from planner.units import MASS_UNITS_KG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -21,21 +19,13 @@ if TYPE_CHECKING:
 MOST_MASS_KG = 1000.0
 
 
-class _Mass(Number):
-    """A mass in any unit people weigh in: ``0.25``, ``250g``, ``0.5lb``."""
-
-    def read_one(self, text: str) -> float:
-        """Return a single mass. [kg]"""
-        return read_in(text, MASS_UNITS_KG)
-
-
 _KINDS: dict[str, tuple[str, Kind, str]] = {
     "mass_kg": (
         "--mass",
-        _Mass("kg", 0.0, MOST_MASS_KG, is_open=True),
+        Number("kg", 0.0, MOST_MASS_KG, is_open=True),
         "mass with battery, without payload",
     ),
-    "payload_kg": ("--payload", _Mass("kg", 0.0, MOST_MASS_KG), "mass carried beyond it"),
+    "payload_kg": ("--payload", Number("kg", 0.0, MOST_MASS_KG), "mass carried beyond it"),
     "temperature_c": ("--temperature", Number("C", -90.0, 60.0), "air at home"),
 }
 """By the fields of `planner.identify.log_table.LogConditions`: option, how it is written, in words."""
