@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from contextlib import contextmanager
 from enum import IntEnum
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from planner.findings import Place
 
@@ -204,6 +205,19 @@ def missing_library(error: BaseException) -> MissingLibraryError | None:
         rooms.update(trace.tb_frame.f_globals.get("__name__", "").split(".")[1:2])
         trace = trace.tb_next
     extra = next((one for one in extras if one in rooms), extras[0])
+    return _not_installed(library, extra)
+
+
+@contextmanager
+def libraries_of(extra: str) -> Iterator[None]:
+    """Import within it what an extra brings; raise ``MissingLibraryError`` where that is missing."""
+    try:
+        yield
+    except ImportError as error:
+        raise _not_installed((error.name or "").partition(".")[0], extra) from error
+
+
+def _not_installed(library: str, extra: str) -> MissingLibraryError:
     return MissingLibraryError(f"{library} is not installed: pip install 'mavjoule[{extra}]'")
 
 

@@ -846,9 +846,10 @@ class Output(Declared):
     trace: Path | None = setting(
         File(),
         Group.REPORT,
-        "write the flight of a single mission, sampled over time, to a file",
+        "write the flight of a single mission, sampled over time, to a file: CSV, or Parquet by its suffix "
+        "(needs mavjoule[parquet])",
         default=None,
-        metavar="FILE.csv",
+        metavar="FILE.csv|.parquet",
         in_file=False,
     )
 

@@ -26,7 +26,7 @@ from planner.cli.options import (
 from planner.cli.output import narrate, progress, refuse_overwriting, show_traceback, write_data
 from planner.errors import ExitCode, UsageError
 from planner.files import append_output, refuse_pattern
-from planner.mission.folder import find_missions, is_excluded
+from planner.mission.folder import find_missions, patterns_met
 from planner.report.text import caveat, tally
 from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
 from planner.setting import Group, Kind, declared
@@ -128,19 +128,31 @@ def command(
 def _found(named: tuple[str, ...], exclude: tuple[str, ...]) -> tuple[str, ...]:
     """Return the missions that are named, of folders those in them, without what is excluded.
 
-    Raises UsageError if none is left.
+    What is left out is said.  Raises UsageError if no mission is left.
     """
     missions: list[str] = []
+    met: set[str] = set()
     for name in named:
         if not is_vehicle(name) and Path(name).is_dir():
             found = find_missions(Path(name), exclude=exclude)
             # one without any is reported as what it is: no mission file
             missions += map(str, found.files) if found.files or found.excluded else [name]
+            met |= found.met
             left = f", {found.excluded} excluded" if found.excluded else ""
             left += f", {quantity.count(found.others, 'other file')}" if found.others else ""
+            left += f", {found.hidden} hidden left out" if found.hidden else ""
+            if found.links:
+                left += f", {quantity.count(found.links, 'link')} to folders not followed"
             narrate(f"{name}: {quantity.count(len(found.files), 'mission')}{left}")
-        elif name == "-" or is_vehicle(name) or not is_excluded(Path(name), exclude):
+        elif name == "-" or is_vehicle(name):
             missions.append(name)
+        elif meets := patterns_met(Path(name), exclude):
+            met |= meets
+        else:
+            missions.append(name)
+    for pattern in exclude:
+        if pattern not in met:
+            narrate(f"--exclude {pattern} leaves out no mission")
     if not missions:
         msg = f"--exclude {', '.join(exclude)} leaves no mission"
         raise UsageError(msg)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner import __version__, quantity
-from planner.cli.output import narrate, standard_medium, write_data
+from planner.cli.output import narrate, refuse_columns, standard_medium, write_columns, write_data
 from planner.errors import UsageError
 from planner.service.preflight import UnreadableMission
 
@@ -40,6 +40,13 @@ def refuse_output(asked: Output, *, missions: int) -> None:
         ) != option:
             msg = f"--{written[path]} and --{option} name the same file: give them one each"
             raise UsageError(msg)
+    _refuse_formats(asked)
+
+
+def _refuse_formats(asked: Output) -> None:
+    """Raise ``UsageError`` where a file beside the report has no such format, or lacks its library."""
+    if asked.trace is not None:
+        refuse_columns(asked.trace)
     if asked.export is not None:
         from planner.report.flight_files import refuse_flight_file
 
@@ -113,13 +120,11 @@ def write_attachments(results: Results, asked: Output) -> None:
 
 
 def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
-    from planner.report.columns import columns_csv
-
     trace = None if isinstance(result, UnreadableMission) else result.trace
     if trace is None:
         narrate(f"nothing is flown: {path} is not written")
     else:
-        write_data(columns_csv(trace.columns()), output=path)
+        write_columns(trace.columns(), path)
 
 
 def _export(result: CheckResult | UnreadableMission, path: Path) -> None:

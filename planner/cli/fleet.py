@@ -24,9 +24,11 @@ from planner.cli.options import (
 from planner.cli.output import (
     narrate,
     narrate_seldom,
+    refuse_columns,
     refuse_overwriting,
     show_traceback,
     standard_medium,
+    write_columns,
     write_data,
 )
 from planner.errors import ExitCode, FleetFileError, UsageError
@@ -499,26 +501,18 @@ def _with_faults(fleet: Fleet, names: Any) -> Fleet:  # noqa: ANN401 -- of click
 
 def _refuse_trace(trace: Path | None, fleet: str) -> None:
     """Raise ``UsageError`` where the trace cannot be written, before anything is simulated."""
-    from planner.report.columns import load_parquet
-
     refuse_overwriting(trace, (fleet,))
-    if trace is not None and trace.suffix == ".parquet":
-        load_parquet()
+    if trace is not None:
+        refuse_columns(trace)
 
 
 def _write_trace(result: SwarmResult, trace: Path | None) -> None:
     """Write every step of a simulation, where that is asked for."""
     if trace is None:
         return
-    from planner.files import write_output_bytes
-    from planner.report.columns import columns_csv, columns_parquet
     from planner.report.swarm import swarm_trace
 
-    columns = swarm_trace(result)
-    if trace.suffix == ".parquet":
-        write_output_bytes(trace, columns_parquet(columns))
-    else:
-        write_data(columns_csv(columns), output=trace)
+    write_columns(swarm_trace(result), trace)
 
 
 def _simulate_numbers(

@@ -13,13 +13,14 @@ from planner.errors import OutputError, UsageError
 from planner.report.text import Medium
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
 _SILENCE_S = 2.0
 """What takes less needs no report."""
 One = TypeVar("One")
 
+_PARQUET = ".parquet"
 STANDARD_OUTPUT = Path("-")
 """What stands for standard output among files."""
 _WIDEST = 100
@@ -34,6 +35,26 @@ def standard_medium(output: Path | None = None) -> Medium:
         width=min(shutil.get_terminal_size().columns, _WIDEST),
         is_coloured=not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb",
     )
+
+
+def refuse_columns(path: Path) -> None:
+    """Raise ``UsageError`` where columns cannot be written to a file of this name: without pyarrow."""
+    if path.suffix.lower() == _PARQUET:
+        from planner.report.columns import load_parquet
+
+        load_parquet()
+
+
+def write_columns(columns: Mapping[str, Iterable[object]], path: Path) -> None:
+    """Write columns of equal length: as Parquet where the suffix says so, else as CSV."""
+    from planner.report.columns import columns_csv, columns_parquet
+
+    if path.suffix.lower() == _PARQUET:
+        from planner.files import write_output_bytes
+
+        write_output_bytes(path, columns_parquet(columns))
+    else:
+        write_data(columns_csv(columns), output=path)
 
 
 def write_data(text: str, *, output: Path | None = None) -> None:

@@ -16,7 +16,7 @@ from enum import StrEnum
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from planner.errors import UsageError
+from planner.errors import UsageError, libraries_of
 from planner.fleet.turns import MS, closed_ms, first_turns, ms
 from planner.values import Value, field, replace
 
@@ -297,11 +297,8 @@ class _Solver:
         most_vehicles: int | None,
         patience: Patience,
     ) -> None:
-        try:
+        with libraries_of("fleet"):
             from ortools.sat.python import cp_model
-        except ImportError as error:
-            msg = "planning a fleet needs the solver of mavjoule[fleet]: pip install 'mavjoule[fleet]'"
-            raise UsageError(msg) from error
         self._cp = cp_model
         self._tasks = tasks
         self._means = means

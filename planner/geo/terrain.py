@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from planner.errors import TerrainFileError
+from planner.errors import TerrainFileError, libraries_of
 from planner.geo.geodesy import distance_m
 from planner.values import Value
 
@@ -383,13 +383,10 @@ def _read_tile(path: Path) -> TerrainTile:
 @contextmanager
 def _opened(path: Path, driver: str) -> Iterator[Any]:
     """Open a raster; what is wrong with it, then or while it is read, is an error of its file."""
-    try:
+    with libraries_of("terrain"):
         import rasterio
         from rasterio._err import CPLE_BaseError
         from rasterio.errors import NotGeoreferencedWarning, RasterioError
-    except ImportError as error:
-        msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
-        raise TerrainFileError(msg, source=str(path)) from error
     if not path.is_file():
         msg = "no such file"
         raise TerrainFileError(msg, source=str(path))

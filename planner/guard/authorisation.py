@@ -13,7 +13,7 @@ from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
-from planner.errors import LinkError, UsageError
+from planner.errors import LinkError, libraries_of
 from planner.link.connection import OWN_COMPONENT
 from planner.values import Value
 
@@ -233,9 +233,6 @@ def unknown_judgement(why: str) -> Judgement:
     )
 
 
-_MISSING = "mavsdk is missing, which --authoriser mavsdk asks for: pip install 'mavjoule[link]'"
-
-
 class MavsdkAuthoriser:
     """An `planner.guard.session.Authoriser`; to be closed.
 
@@ -244,11 +241,9 @@ class MavsdkAuthoriser:
     """
 
     def __init__(self, connection: Connection) -> None:
-        try:
+        with libraries_of("link"):
             import mavsdk
             from mavsdk.plugins import arm_authorizer_server as plugin
-        except ImportError as error:
-            raise UsageError(_MISSING) from error
         mavsdk.log_subscribe(lambda *_: True)  # it would talk to standard error
         self._connection = connection
         self._plugin: Any = plugin.arm_authorizer_server

@@ -12,7 +12,7 @@ from contextlib import suppress
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from planner.errors import LinkError, UsageError
+from planner.errors import LinkError, libraries_of
 from planner.link.address import LinkKind
 from planner.link.signing import LINK_ID
 from planner.values import Value
@@ -304,14 +304,8 @@ class SerialLine(_Clocked):
     """A serial port."""
 
     def __init__(self, address: LinkAddress) -> None:
-        try:
+        with libraries_of("link"):
             import serial
-        except ImportError as error:
-            msg = (
-                "pyserial is missing, which opens serial lines: install it with "
-                "pip install 'mavjoule[link]'"
-            )
-            raise UsageError(msg) from error
         self._port = serial.Serial(
             address.device,
             address.baud,
@@ -466,19 +460,14 @@ def frame_content(frame: bytes) -> bytes:
     return frame[head : head + frame[1]]
 
 
-_MISSING = (
-    "{library} is missing, which speaks to vehicles: install it with pip install 'mavjoule[link]'"
-)
 _TEXTS = frozenset({"param_id", "text"})
 
 
 @cache
 def load_dialect() -> ModuleType:
     """Return pymavlink's dialect ardupilotmega, which holds common, in version 2; it reads `LAYOUTS` too."""
-    try:
+    with libraries_of("link"):
         from pymavlink.dialects.v20 import ardupilotmega
-    except ImportError as error:
-        raise UsageError(_MISSING.format(library="pymavlink")) from error
     dialect: ModuleType = ardupilotmega
     for name, layout in LAYOUTS.items():
         dialect.mavlink_map[layout.number] = layout.kind(name, dialect)

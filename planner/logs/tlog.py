@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.errors import LogFileError
+from planner.errors import LogFileError, libraries_of
 from planner.logs.messages import (
     GIVE_UP_BYTES,
     Damage,
@@ -248,17 +248,14 @@ _GROUND_STATION, _NO_AUTOPILOT = 6, 8
 _AUTOPILOT_COMPONENT = 1
 
 
-def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, Tables]:
+def messages_by_vehicle(data: mmap, damage: Damage) -> dict[int, Tables]:
     """Return the messages of each vehicle in a telemetry log, by its system id, on its own clock.
 
     Vehicles are systems with a heartbeat of an autopilot; mission items sent to one are among its
     own messages.  What is no frame is noted as damage.
     """
-    try:
+    with libraries_of("identify"):
         from pymavlink.dialects.v20 import ardupilotmega as mavlink
-    except ImportError as error:
-        msg = "telemetry needs pymavlink; install it with: pip install 'mavjoule[identify]'"
-        raise LogFileError(msg, source=source) from error
     names = {kind.id: kind.msgname for kind in mavlink.mavlink_map.values()}
     wanted = frozenset(number for number, name in names.items() if name in WANTED)
     decoder = mavlink.MAVLink(None)
@@ -363,7 +360,7 @@ _UNKNOWN_CA = -1
 def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
     """Return what a telemetry log holds, a recording for each vehicle and run of its clock."""
     damage = Damage()
-    vehicles = messages_by_vehicle(data, file.source, damage)
+    vehicles = messages_by_vehicle(data, damage)
     if not vehicles:
         msg = "no autopilot is heard in it: no heartbeat of a vehicle"
         raise LogFileError(msg, source=file.source)

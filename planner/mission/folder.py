@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _BEGINNINGS = {".txt": (b"QGC WPL",), ".json": (b'"fileType"', b'"Plan"')}
 """What missions called as other files are hold in their first bytes."""
+_OF_GIT = ".git"
 _FIRST_BYTES = 4096
 
 
@@ -26,6 +27,12 @@ class FolderMissions(Value):
     """Sorted by their paths."""
     excluded: int
     """Missions that meet a pattern given."""
+    met: frozenset[str]
+    """The patterns that a mission, or a folder on the way to it, meets."""
+    hidden: int
+    """Missions and folders left out because their names begin with a dot; what git keeps is not counted."""
+    links: int
+    """Links to folders, which are not followed."""
     others: int
     """Files that are no missions by their names and beginnings."""
 
@@ -64,22 +71,36 @@ def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMission
         msg = f"cannot be looked into: {error.strerror or error}"
         raise NoMissionFileError(msg, source=str(error.filename))
 
-    files, excluded, others = [], 0, 0
+    files, excluded, others, hidden, links = [], 0, 0, 0, 0
+    met: set[str] = set()
     for place, folders, names in os.walk(folder, onerror=refuse):
+        hidden += sum(name.startswith(".") and name != _OF_GIT for name in folders)
         folders[:] = sorted(name for name in folders if not name.startswith("."))
+        links += sum(Path(place, name).is_symlink() for name in folders)
         for name in sorted(names):
             path = Path(place, name)
-            if name.startswith(".") or not is_mission(path):
+            if not is_mission(path):
                 others += not name.startswith(".")
-            elif is_excluded(path, exclude, folder=folder):
+            elif name.startswith("."):
+                hidden += 1
+            elif meets := patterns_met(path, exclude, folder=folder):
                 excluded += 1
+                met |= meets
             else:
                 files.append(path)
-    return FolderMissions(files=tuple(files), excluded=excluded, others=others)
+    return FolderMissions(
+        files=tuple(files),
+        excluded=excluded,
+        met=frozenset(met),
+        others=others,
+        hidden=hidden,
+        links=links,
+    )
 
 
-def is_excluded(path: Path, patterns: Sequence[str], *, folder: Path | None = None) -> bool:
-    """Return whether a path, or a folder on the way to it, meets a pattern from either folder."""
+def patterns_met(path: Path, patterns: Sequence[str], *, folder: Path | None = None) -> set[str]:
+    """Return the patterns that a path, or a folder on the way to it, meets from either folder."""
+    met: set[str] = set()
     here = Path.cwd()
     whole = Path(os.path.normpath(here / path))
     for start in (here, *((folder,) if folder is not None else ())):
@@ -88,6 +109,5 @@ def is_excluded(path: Path, patterns: Sequence[str], *, folder: Path | None = No
             continue
         inside = whole.relative_to(below)
         ways = [inside, *inside.parents][:-1]
-        if any(meets_pattern(way, pattern) for way in ways for pattern in patterns):
-            return True
-    return False
+        met |= {one for one in patterns if any(meets_pattern(way, one) for way in ways)}
+    return met

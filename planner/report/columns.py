@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
-from planner.errors import UsageError
+from planner.errors import libraries_of
 from planner.report.json import SEGMENT_KEYS
 from planner.report.text import printable, table_lines
 from planner.setup import UNNAMED
@@ -46,13 +46,8 @@ def columns_parquet(columns: Mapping[str, Iterable[object]]) -> bytes:
 
 def load_parquet() -> tuple[ModuleType, ModuleType]:
     """Return pyarrow and its Parquet files; without them raise ``UsageError``."""
-    try:
+    with libraries_of("parquet"):
         return import_module("pyarrow"), import_module("pyarrow.parquet")
-    except ImportError as error:
-        msg = (
-            ".parquet files need the library of mavjoule[parquet]: pip install 'mavjoule[parquet]'"
-        )
-        raise UsageError(msg) from error
 
 
 def cell(value: object) -> object:

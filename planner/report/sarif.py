@@ -49,6 +49,7 @@ def check_sarif(
     indices = {code: index for index, code in enumerate(rules)}
     driver = {
         "name": "mavjoule",
+        "version": version,
         "semanticVersion": version,
         "rules": [_rule(rule) for rule in rules.values()],
     }

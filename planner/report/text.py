@@ -19,7 +19,7 @@ from planner.setup import UNNAMED, basis_text, conditions_text
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
@@ -170,6 +170,8 @@ def table_lines(rows: Sequence[Sequence[str]], *, alignment: str) -> list[str]:
 
 
 _LABEL_WIDTH = 12
+_MOST_EXCEPTIONS = 3
+"""So many missions are named as those that a note is not of."""
 
 
 def check_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
@@ -226,23 +228,56 @@ def reason_text(result: CheckResult | UnreadableMission) -> str:
 
 
 def check_concise(results: Sequence[CheckResult | UnreadableMission]) -> str:
-    """Return a line for each mission and each finding, ``file:line:column: …`` as editors read it."""
+    """Return a line for each mission and each finding, ``file:line:column: …`` as editors read it.
+
+    Several end in the notes that are the same for nearly all of them, once, and in how many go.
+    """
+    notes = [list(_concise_notes(result)) for result in results]
+    shared = _shared_notes(results, notes) if len(results) > 1 else {}
     lines = []
-    for result in results:
+    for result, some in zip(results, notes, strict=True):
         file = printable(result.file)
         given = f" ({given_text(result)})" if isinstance(result, CheckResult) else ""
         verdict = f"{result.verdict_text}{caveat([result])}"
         lines.append(f"{file}:1:1: {verdict}: {headline(result)}{given}")
-        for finding in result.findings:
-            place = finding.place
-            where = "1:1" if place is None else f"{place.line}:{place.column}"
-            kind = "note" if finding.severity is Severity.INFO else finding.severity.label
-            lines.append(f"{file}:{where}: {kind}: {label(finding)}: {finding_message(finding)}")
-        lines += [
-            f"{file}:1:1: note: not checked (needs {needs}): {rules}"
-            for needs, rules in not_checked(result.checked)
-        ]
+        for finding in by_weight(result.findings)[0]:
+            text = f"{label(finding)}: {finding_message(finding)}"
+            lines.append(f"{file}:{_concise_place(finding)}: {finding.severity.label}: {text}")
+        lines += [f"{file}:{place}: note: {text}" for place, text in some if text not in shared]
+    if len(results) > 1:
+        lines += [f"{whose}: note: {text}" for text, whose in shared.items()]
+        lines.append(f"{tally(results)}{caveat(results)}")
     return "\n".join(lines) + "\n"
+
+
+def _concise_notes(result: CheckResult | UnreadableMission) -> Iterator[tuple[str, str]]:
+    """Yield assumptions and what was not checked, each with its place in the file."""
+    for finding in by_weight(result.findings)[1]:
+        yield _concise_place(finding), f"{label(finding)}: {finding_message(finding)}"
+    for needs, rules in not_checked(result.checked):
+        yield "1:1", f"not checked (needs {needs}): {rules}"
+
+
+def _shared_notes(
+    results: Sequence[CheckResult | UnreadableMission], notes: Sequence[list[tuple[str, str]]]
+) -> dict[str, str]:
+    """Return the notes that nearly all missions checked have, each with whose they are."""
+    files_of: defaultdict[str, list[str]] = defaultdict(list)
+    checked = [printable(one.file) for one in results if isinstance(one, CheckResult)]
+    for result, some in zip(results, notes, strict=True):
+        for text in dict.fromkeys(text for _, text in some):
+            files_of[text].append(printable(result.file))
+    shared = {}
+    for text, files in files_of.items():
+        others = [file for file in checked if file not in files]
+        if len(files) > 1 and len(others) <= min(_MOST_EXCEPTIONS, len(files) // 2):
+            but = f" but {', '.join(others)}" if others else ""
+            shared[text] = f"all {quantity.count(len(checked), 'mission')}{but}"
+    return shared
+
+
+def _concise_place(finding: Finding) -> str:
+    return "1:1" if finding.place is None else f"{finding.place.line}:{finding.place.column}"
 
 
 def figure_texts(result: CheckResult) -> list[tuple[str, str]]:

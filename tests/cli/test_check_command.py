@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -186,6 +187,28 @@ def test_a_trace_is_written_as_csv_and_ends_where_the_flight_does(
     assert rows[-1]["state"] == "land"
     times_s = [float(row["time_s"]) for row in rows]
     assert times_s == sorted(times_s)
+
+
+def test_a_trace_called_parquet_is_parquet_or_refused_before_anything_is_checked(
+    mission: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ["check", mission, "--battery", "77Wh", "--trace"]
+    if find_spec("pyarrow") is not None:
+        assert main([*asked, "t.csv"]) == main([*asked, "t.Parquet"]) == 0
+        from pyarrow.parquet import read_table
+
+        with Path("t.csv").open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        table = read_table("t.Parquet").to_pylist()
+        assert [float(row["time_s"]) for row in rows] == [row["time_s"] for row in table]
+        assert rows[0].keys() == table[0].keys()
+    capsys.readouterr()
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert main([*asked, "u.parquet"]) == 2
+    assert capsys.readouterr() == (
+        "",
+        "mavjoule: pyarrow is not installed: pip install 'mavjoule[parquet]'\n",
+    )
 
 
 def test_a_trace_is_of_one_mission(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -375,7 +398,24 @@ def test_a_folder_stands_for_the_missions_in_it_but_those_excluded(
     assert files == [site / name for name in left]
     gone = f", {3 - len(left)} excluded" if len(left) < 3 else ""
     count = f"{len(left)} mission{'' if len(left) == 1 else 's'}"
-    assert err == f"mavjoule: site: {count}{gone}, 1 other file\n"
+    unmet = "mavjoule: --exclude */c.plan leaves out no mission\n" if "*/c.plan" in excluded else ""
+    assert err == f"mavjoule: site: {count}{gone}, 1 other file, 1 hidden left out\n{unmet}"
+
+
+def test_what_a_folder_leaves_out_by_itself_is_said(
+    site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (site / ".git").mkdir()
+    (site / ".e.waypoints").write_bytes((site / "a.waypoints").read_bytes())
+    (site / ".DS_Store").write_bytes(b"no mission")
+    (site / "elsewhere").symlink_to("old", target_is_directory=True)
+    main(["check", "site", "--battery", "77Wh", "--format", "concise"])
+    out, err = capsys.readouterr()
+    assert "elsewhere" not in out
+    assert err == (
+        "mavjoule: site: 3 missions, 1 other file, 2 hidden left out, "
+        "1 link to folders not followed\n"
+    )
 
 
 def test_where_every_mission_is_excluded_nothing_is_green(

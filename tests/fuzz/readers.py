@@ -103,7 +103,7 @@ def _dataflash_text(data: bytes) -> None:
 
 
 def _tlog(data: bytes) -> None:
-    messages_by_vehicle(data, "a.tlog", Damage())  # type: ignore[arg-type] # as above
+    messages_by_vehicle(data, Damage())  # type: ignore[arg-type] # as above
 
 
 def _plans() -> list[bytes]:

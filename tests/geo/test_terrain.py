@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyproj import Transformer
 
-from planner.errors import ExitCode, TerrainFileError
+from planner.errors import ExitCode, MissingLibraryError, TerrainFileError
 from planner.geo.terrain import TerrainGrid, TerrainTile, WindowedHeights, read_terrain
 
 if TYPE_CHECKING:
@@ -270,7 +270,7 @@ def test_without_rasterio_the_error_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rasterio", None)
-    with pytest.raises(TerrainFileError, match=r"pip install 'mavjoule\[terrain\]'"):
+    with pytest.raises(MissingLibraryError, match=r"pip install 'mavjoule\[terrain\]'"):
         read_terrain(tmp_path / "a.tif")
 
 

@@ -66,7 +66,9 @@ def test_the_schema_sees_what_it_guards_against(flown: CheckResult) -> None:
 def test_a_result_points_to_its_rule_and_to_its_place(flown: CheckResult) -> None:
     log = _log([flown])
     warning, note = _results(log)
-    rules = log["runs"][0]["tool"]["driver"]["rules"]
+    driver = log["runs"][0]["tool"]["driver"]
+    assert driver["version"] == driver["semanticVersion"] == "1.2.3"
+    rules = driver["rules"]
     assert [rule["id"] for rule in rules] == list(catalogue.rules())
     assert rules[warning["ruleIndex"]]["id"] == warning["ruleId"] == "E105"
     assert warning["level"] == "warning"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner import quantity
+from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.report.json import check_json
@@ -188,6 +189,7 @@ def test_a_line_stands_for_each_mission_and_finding_where_editors_look(
     grounded: CheckResult, unreadable: UnreadableMission
 ) -> None:
     lines = check_concise([grounded, unreadable]).splitlines()
+    assert lines.pop() == "2 missions: 0 GO, 1 NO-GO, 1 NOT CHECKED"
     assert len(lines) == 2 + len(grounded.findings) + len(unreadable.findings)
     assert all(re.match(r"(site|broken)\.plan:\d+:\d+: \S", line) for line in lines)
     assert lines[0].startswith("site.plan:1:1: NO-GO: 11 min 32 s")
@@ -197,6 +199,20 @@ def test_a_line_stands_for_each_mission_and_finding_where_editors_look(
         "broken.plan:1:1: NOT CHECKED: the mission cannot be checked",
         "broken.plan:3:7: error: X901 file-unreadable: broken.plan:3:7: this is not JSON",
     ]
+
+
+def test_a_note_of_all_missions_but_some_that_are_named_stands_once(flown: CheckResult) -> None:
+    [note, *_] = [one for one in flown.findings if one.severity is Severity.INFO]
+    results = [replace(flown, file=f"{name}.plan", findings=(note,)) for name in "abc"]
+    bare = replace(flown, file="d.plan", findings=())
+    text = f"note: {note.code} {note.name}: "
+    lines = check_concise([*results, bare]).splitlines()
+    assert [line.partition(text)[0] for line in lines if text in line] == [
+        "all 4 missions but d.plan: "
+    ]
+    lines = check_concise([results[0], bare]).splitlines()
+    assert [line.partition(text)[0] for line in lines if text in line] == ["a.plan:1:1: "]
+    assert lines[-1] == "2 missions: 2 GO, 0 NO-GO"
 
 
 def test_an_unreadable_mission_says_why_and_invents_no_figures(

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
-from planner.errors import OutputError, UsageError
+from planner.errors import OutputError, libraries_of
 from planner.files import write_output_file
 from planner.report.figures import KEY_FIGURES, shown_figure
 from planner.report.html.mission import mission_view
@@ -44,11 +44,8 @@ def refuse_without_libraries() -> None:
     """Raise ``UsageError`` where the libraries of ``mavjoule[report]`` are not installed."""
     load_altair()
     load_converter()
-    try:
+    with libraries_of("report"):
         import jinja2  # noqa: F401 - only whether it is there
-    except ImportError as error:
-        msg = "pages need the libraries of mavjoule[report]: pip install 'mavjoule[report]'"
-        raise UsageError(msg) from error
 
 
 def check_html(

@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from planner.errors import UsageError
+from planner.errors import UsageError, libraries_of
 from planner.files import make_output_folder, write_output_files
 from planner.flight.motion.kinematics import FlightState
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 Chart = Any
 """A chart of Altair, or its data; the library is loaded where it is used."""
-
-_MISSING = "pictures need the libraries of mavjoule[report]: pip install 'mavjoule[report]'"
 
 
 def load_altair() -> ModuleType:
@@ -32,10 +30,8 @@ def load_converter() -> ModuleType:
 
 
 def _load(name: str) -> ModuleType:
-    try:
+    with libraries_of("report"):
         return import_module(name)
-    except ImportError as error:
-        raise UsageError(_MISSING) from error
 
 
 def inline_rows(rows: Sequence[dict[str, Any]], **options: str) -> Chart:
