@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from contextlib import suppress
@@ -98,6 +99,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _tolerate_any_character()
     _stop_as_by_ctrl_c()
+    if os.environ.get("_MAVJOULE_COMPLETE", "").startswith("fish"):
+        _offer_lists_in_fish()
     try:
         done = cli.main(
             args=None if arguments is None else list(arguments),
@@ -115,6 +118,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001 - a pilot reads a sentence, not in a traceback
         return _reported(error)
     return ExitCode(done or ExitCode.GO)
+
+
+def _offer_lists_in_fish() -> None:
+    """Have fish cut an offer at its first comma only: of ``F,E101`` click's script leaves ``F``."""
+    from click.shell_completion import FishComplete, add_completion_class
+
+    class ListComplete(FishComplete):
+        source_template = FishComplete.source_template.replace("split", "split --max 1")
+
+    add_completion_class(ListComplete, "fish")
 
 
 def _reported(error: Exception) -> ExitCode:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+import planner
 from planner import catalogue
 from planner.cli.main import COMMANDS, main
 from planner.setup import FORMATS
@@ -78,7 +84,51 @@ def test_a_shell_gets_the_script_that_asks(
     shell: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("_MAVJOULE_COMPLETE", f"{shell}_source")
+    assert f"_MAVJOULE_COMPLETE={shell}_complete" in _script(shell, monkeypatch, capsys)
+
+
+def _script(shell: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> str:
+    monkeypatch.setenv("_MAVJOULE_COMPLETE", f"{shell}_source")
     with pytest.raises(SystemExit) as ended:
         main([])
+    monkeypatch.delenv("_MAVJOULE_COMPLETE")
     assert ended.value.code == 0
-    assert f"_MAVJOULE_COMPLETE={shell}_complete" in capsys.readouterr().out
+    return capsys.readouterr().out
+
+
+_ASKING = {
+    "bash": """
+        COMP_WORDS=({line}) COMP_CWORD=$(( ${{#COMP_WORDS[@]}} - 1 ))
+        _mavjoule_completion mavjoule; printf '%s\\n' "${{COMPREPLY[@]}}"
+    """,
+    "zsh": """
+        compadd() {{ print -l -- $completions }}
+        words=({line}) CURRENT=$#words
+        _mavjoule_completion
+    """,
+    "fish": "complete -C '{line}'",
+}
+"""What has a shell complete a line by the script sourced before; without a terminal."""
+
+
+@pytest.mark.parametrize("shell", _ASKING)
+def test_each_shell_offers_codes_after_a_comma(
+    shell: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program = shutil.which(shell)
+    if program is None:
+        pytest.skip(f"{shell} is not installed")
+    own = tmp_path / "mavjoule"
+    start = "import sys; from planner.cli.main import main; sys.exit(main())"
+    own.write_text(f'#!/bin/sh\nexec "{sys.executable}" -c "{start}" "$@"\n', encoding="utf-8")
+    own.chmod(0o755)
+    script = tmp_path / "script"
+    text = _script(shell, monkeypatch, capsys)
+    asking = _ASKING[shell].format(line="mavjoule check --ignore F,E100")
+    stub = "compdef() {}\n" if shell == "zsh" else ""  # what compinit defines on a terminal
+    script.write_text(f"{stub}{text}\n{asking}\n", encoding="utf-8")
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setenv("PYTHONPATH", str(Path(planner.__file__).parents[1]))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    done = subprocess.run([program, str(script)], capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["F,E100"], done.stderr
