@@ -504,7 +504,7 @@ def check_read(
         return shielded(lambda: check_mission(read(), setup), file=file)
     except MissionFileError as error:
         fix = {
-            OtherVehicleError: "give a multicopter's mission",
+            OtherVehicleError: "give a multicopter's mission, or leave the file out (--exclude)",
             NoMissionFileError: "give the path of a mission file that can be read",
         }.get(type(error))
         # The report names the file and the place itself.
