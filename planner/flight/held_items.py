@@ -31,7 +31,7 @@ _SAME = 1e-3
 """Fractions of a leg that differ by less are one."""
 _AT_AN_END_M = 0.5
 """Nearer to the beginning or the end of a leg than this it is not divided. [m]"""
-_CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.RETURN})
+_CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE})
 """Stages that are not divided where a speed changes."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""

@@ -20,7 +20,7 @@ from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import StageKind, return_spans
 from planner.physics.response import farthest_stop_s
 from planner.values import Value, replace
 
@@ -317,19 +317,21 @@ class StepPilot(Value):
 
     def _over_home(self, route: Route) -> tuple[FloatArray, float] | None:
         """Return the heights of a route's own returns and their wait, where they are known. [m], [s]"""
-        own = [row for row, one in enumerate(route.stages) if one.kind is StageKind.RETURN]
-        if self.parameters is None or not own:
+        returns = return_spans(route.stages)
+        if self.parameters is None or not returns:
             return None
         places_m = np.array(
             [(0.0, 0.0, 0.0), *((s.east_m, s.north_m, s.height_m) for s in route.stages)]
         )
-        stages = [route.stages[row] for row in own]
+        first, last = np.array(returns).T
+        stages = [route.stages[row] for row in last]
         targets = ReturnTargets(
-            ground_m=places_m[1:][own],
+            ground_m=places_m[1:][last],
             above_ground_m=np.array([one.above_ground_m for one in stages]),
             datum_m=np.array([one.datum_m for one in stages]),
         )
-        return self.return_heights_m(places_m[own], targets), _return_wait_s(self.parameters)
+        heights_m = self.return_heights_m(places_m[first], targets)
+        return np.repeat(heights_m, last - first + 1), _return_wait_s(self.parameters)
 
     def _along(self, legs: StepLegs) -> tuple[Motion, Transients]:
         if self.vehicle.ramps is None:

@@ -22,7 +22,7 @@ from planner.mission.formats.writers import plan_text, wpl_text, written_items
 from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
 from planner.mission.route.queue import is_queued
 from planner.mission.route.route import flown_order, make_route
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.units import FASTEST_M_S
 from planner.values import Value, field_names, replace
 
@@ -426,6 +426,6 @@ def _level_stages(route: Route) -> Iterator[int]:
     for number, stage in enumerate(route.stages):
         there, is_circle = (stage.east_m, stage.north_m), stage.kind is StageKind.CIRCLE
         goes = is_circle or was_circle or math.dist(here, there) > _ELSEWHERE_M
-        if goes and stage.kind is not StageKind.RETURN:
+        if goes and stage.kind not in RETURN_STAGES:
             yield number
         here, was_circle = there, is_circle

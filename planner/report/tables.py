@@ -127,6 +127,7 @@ _STAGE_NAMES = {
     StageKind.CHANGE_HEIGHT: "Altitude change",
     StageKind.SET_DOWN: "Payload place",
     StageKind.LAND: "Landing",
+    StageKind.RETURN_LEG: "Return",
     StageKind.RETURN: "Return",
 }
 

@@ -22,7 +22,7 @@ from planner.flight.failsafe import (
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.items import MissionFormat
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind, return_spans
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.rules.arming import is_checked, numbers
 from planner.rules.arming_checks import BATTERY
@@ -222,11 +222,12 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
     number = int(a.returns.segment_stage[event.segment])
     kind = a.route.stages[number].kind
-    if number + 1 < len(
-        a.route.stages
-    ):  # it lands and takes off again: the failsafe leaves it there
+    last = next(
+        (last for first, last in return_spans(a.route.stages) if first <= number <= last), number
+    )
+    if last + 1 < len(a.route.stages):  # it lands and takes off again: the failsafe leaves it there
         return False
-    if kind is StageKind.RETURN and event.action in {RETURNS, WARNS}:
+    if kind in RETURN_STAGES and event.action in {RETURNS, WARNS}:
         return True
     state = a.flight.motion.segments.state[event.segment]
     return kind in {StageKind.LAND, StageKind.RETURN} and state in _GOES_DOWN
@@ -436,7 +437,7 @@ def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding
     ends = returns.stage_ends
     ends = ends[
         [
-            a.route.stages[stage].kind not in {StageKind.LAND, StageKind.RETURN}
+            a.route.stages[stage].kind not in {StageKind.LAND, *RETURN_STAGES}
             for stage in returns.segment_stage[ends].tolist()
         ]
     ]

@@ -12,7 +12,7 @@ from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
-from planner.mission.route.stage import FenceAction, StageKind
+from planner.mission.route.stage import RETURN_STAGES, FenceAction, StageKind
 from planner.rules.arming import numbers
 from planner.rules.declaration import FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
@@ -49,8 +49,8 @@ _ARDUPILOT_VERTICES = 255
 """ArduPilot counts the vertices of a polygon in one byte."""
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
-_ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
-_PATH_JUDGED = frozenset(StageKind) - {StageKind.RETURN}
+_ON_THE_GROUND = {StageKind.LAND, StageKind.DELAY, *RETURN_STAGES}
+_PATH_JUDGED = frozenset(StageKind) - RETURN_STAGES
 """Stages whose heights between their ends are judged; the mission's own return is as all others."""
 _NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
 

@@ -55,7 +55,6 @@ _THINNER = 1.1
 """Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover. [-]"""
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
-_LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages whose vertical speeds are set in the vehicle, not by the mission."""
 
 MODEL_OUTSIDE_ENVELOPE = Rule(
@@ -136,7 +135,7 @@ def _vertical_speeds(a: Assessment) -> Iterator[Finding]:
         ("descent", [stage.descent_speed_m_s for stage in stages], -columns.climb_m),
     ):
         asked_m_s = np.array([np.nan if v is None else v for v in commanded])[stage_of]
-        asked_m_s[[stages[row].kind in _LANDS for row in stage_of]] = np.nan
+        asked_m_s[[stages[row].kind is StageKind.LAND for row in stage_of]] = np.nan
         begun = np.flatnonzero((climbs > 0.0) & ~np.isnan(asked_m_s))
         if not len(begun):
             continue

@@ -13,7 +13,7 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import HERE, HOME
 from planner.mission.commands import TERRAIN_FRAMES
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.arming import numbers
 from planner.rules.arming_checks import rangefinder_reach_m
@@ -329,7 +329,7 @@ def _may_be_low(a: Assessment) -> bool:
     return any(
         stage.kind is StageKind.SPLINE or stage.height_m < a.setup.clearance_m + _OVERSHOOT_M
         for stage in a.route.stages
-        if stage.kind not in _LANDS
+        if stage.kind not in _LANDS | RETURN_STAGES
     )
 
 

@@ -331,7 +331,12 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
     if route.held:
         from planner.flight.held_items import route_with_queue
 
-        route = route_with_queue(mission, laid_out, make_pilot(setup, own_parameters))
+        def laid_home(firings: Mapping[int, float]) -> Route:
+            own = laid_out(firings)
+            places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
+            return with_own_returns(own, places)
+
+        route = route_with_queue(mission, laid_home, make_pilot(setup, own_parameters))
     is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup.parameters)
     found += [
         replace(one, severity=Severity.WARNING)

@@ -160,15 +160,15 @@ def circle() -> MissionItem:
     return item(18, north(200), 30.0, params=(2.0, 0.0, 30.0, None))
 
 
-CURVES = [item(82, north(500), 30.0), circle(), rtl()]
+CURVES = [item(82, north(500), 30.0), circle()]
 
 
-@pytest.mark.parametrize("curve", CURVES, ids=["spline", "circle", "return"])
+@pytest.mark.parametrize("curve", CURVES, ids=["spline", "circle"])
 @pytest.mark.parametrize("then_m_s", [3.0, 12.0])
 def test_a_speed_that_changes_on_a_curve_counts_from_the_end_that_takes_longer(
     curve: MissionItem, then_m_s: float
 ) -> None:
-    rest = () if curve == rtl() else (rtl(),)
+    rest = (rtl(),)
     start = (takeoff(30), speed(8.0), waypoint(100, 30))
     held = flown(*start, delay(10.0), speed(then_m_s), curve, *rest)
     [finding] = [one for one in held.findings if one.code == "T102"]
@@ -186,6 +186,55 @@ def test_the_second_item_of_the_queue_commands_the_speed_of_a_return_that_has_be
     assert flown(*legs, speed(2.0), photo(), rtl()).totals.time_s == plain
     late = flown(*legs, photo(), speed(2.0), rtl()).totals.time_s
     assert late - plain == pytest.approx(200.0, abs=8.0)
+
+
+@pytest.mark.parametrize("autopilot", FLOWN)
+@pytest.mark.parametrize(("first_m_s", "then_m_s"), [(2.0, 10.0), (10.0, 2.0)])
+def test_a_speed_held_back_on_a_return_counts_from_where_it_is_carried_out(
+    first_m_s: float, then_m_s: float, autopilot: Autopilot
+) -> None:
+    # 500 m from home at one speed, the rest at the other; 18 s to speed up and to slow down at most.
+    legs = (takeoff(30), speed(8.0), waypoint(1500, 30))
+    queue = (distance(5000.0), speed(first_m_s), distance(500.0), speed(then_m_s), rtl())
+    own = (photo(), photo(), photo(), photo(), rtl())
+    held, plain = (flown(*legs, *each, autopilot=autopilot) for each in (queue, own))
+    home_s = plain.totals.time_s - arrival_s(plain, 3)  # at the vehicle's own speed
+    own_m_s = load_vehicle(VEHICLES[STEP]).default_speed_m_s if autopilot is STEP else 10.0
+    assert own_m_s is not None
+    by_hand_s = home_s - 1500.0 / own_m_s + 1000.0 / first_m_s + 500.0 / then_m_s
+    assert held.totals.time_s - arrival_s(held, 3) == pytest.approx(by_hand_s, abs=18.0)
+    assert held.totals.distance_m == pytest.approx(plain.totals.distance_m, abs=6.0)
+    assert not [one for one in held.findings if one.code == "T102"]
+
+
+def test_a_return_held_back_climbs_once_and_waits_once() -> None:
+    # Parameters of the model, but that it returns 60 m above where it is: 60 m at 0.5 instead of 2.5 m/s.
+    from planner.vehicle.parameters.files import ParameterSet, ParameterValue
+
+    def home_s(*queue: MissionItem) -> float:
+        legs = (takeoff(30), waypoint(1000, 30), *queue, rtl())
+        values = {"RTL_ALT": 9000.0, "RTL_CLIMB_MIN": 6000.0, "RTL_CONE_SLOPE": 0.0}
+        given = ParameterSet(
+            source="rtl.param",
+            values={name: ParameterValue(value) for name, value in values.items()},
+            stack=ARDUPILOT,
+        )
+        result = check(
+            mission(*legs),
+            load_vehicle(VEHICLES[ARDUPILOT]),
+            battery=Battery(capacity_wh=5000.0),
+            parameters=given,
+        )
+        assert result.totals.climb_m == pytest.approx(90.0, abs=1.0)
+        return result.totals.time_s - arrival_s(result, 2)
+
+    plain_s = home_s()
+    # Held back to 400 m before home, 400 m at 2 instead of 10 m/s: 160 s; less 11.4 s for slowing down by
+    # 8 m/s in 8 / 2.5 + 2.5 / 1 = 5.7 s at 6 m/s, and 2 s for the end, which is braked to from 2 m/s.
+    queue = (photo(), distance(400.0), speed(2.0))
+    assert home_s(*queue) - plain_s == pytest.approx(146.6, abs=3.0)
+    assert home_s(speed(0.5, kind=2.0)) == pytest.approx(plain_s, abs=0.1)
+    assert home_s(photo(), speed(0.5, kind=2.0)) - plain_s == pytest.approx(120.0 - 24.0, abs=3.0)
 
 
 def test_a_short_leg_from_rest_keeps_the_speed_before_a_late_one() -> None:

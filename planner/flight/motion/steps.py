@@ -18,7 +18,7 @@ from planner.flight.motion.kinematics import (
     SegmentColumns,
 )
 from planner.flight.power import Transients
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -142,9 +142,10 @@ class StepLegs(Value, eq=False):
             if stage.kind is StageKind.SET_DOWN:
                 end[row, 2], hold_s[row] = stage.height_m - stage.above_ground_m, set_down_s
         if over_home is not None:
-            home = first[[s.kind is StageKind.RETURN for s in stages]]
-            end[home, 2], hold_s[home] = over_home
-            landing[home] = False
+            home = np.array([s.kind for s in stages if s.kind in RETURN_STAGES]) == StageKind.RETURN
+            rows = first[[s.kind in RETURN_STAGES for s in stages]]
+            end[rows, 2], hold_s[rows[home]] = over_home
+            landing[rows] = False
         centre = end[:, :2].copy()
         for row, s in enumerate(flown):
             if s.kind is StageKind.CIRCLE:

@@ -8,14 +8,14 @@ is its first landing item; it begins at the first DO_LAND_START before that, els
 
 from __future__ import annotations
 
-from itertools import pairwise
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.findings import Rule, Severity
 from planner.mission.commands import RELATIVE_FRAMES, Command
-from planner.mission.route.stage import ReturnPath, Stage, StageKind
+from planner.mission.route.stage import ReturnPath, Stage, StageKind, return_spans
 from planner.mission.route.walk import ground_amsl_m
 from planner.values import Value, replace
 
@@ -262,11 +262,10 @@ def with_own_returns(route: Route, destinations: Destinations) -> Route:
     They lead straight home in what is given; what takes off again after one does so from there.
     """
     stages = list(route.stages)
-    for number, (before, own) in enumerate(pairwise(route.stages), start=1):
-        if own.kind is not StageKind.RETURN:
-            continue
+    for first, number in return_spans(route.stages):
+        before, own = route.stages[first - 1], route.stages[number]
         place_m = np.array([[before.east_m, before.north_m, before.height_m]])
-        stage = np.array([number])
+        stage = np.array([first])
         chosen = destinations.chosen(place_m, stage)
         if chosen[0] == HOME:
             continue
@@ -280,6 +279,17 @@ def with_own_returns(route: Route, destinations: Destinations) -> Route:
             above_ground_m=float(targets.above_ground_m[0]),
             return_path=targets.paths[0] if targets.paths else None,
         )
+        there_m = east_m - own.east_m, north_m - own.north_m
+        begun = before.east_m, before.north_m
+        whole_m = math.dist(begun, (own.east_m, own.north_m))
+        for at in range(first, number):  # as far along the other way
+            leg = stages[at]
+            fraction = math.dist(begun, (leg.east_m, leg.north_m)) / whole_m
+            stages[at] = replace(
+                leg,
+                east_m=leg.east_m + fraction * there_m[0],
+                north_m=leg.north_m + fraction * there_m[1],
+            )
         if number + 1 < len(stages):
             stages[number + 1] = replace(stages[number + 1], east_m=east_m, north_m=north_m)
     return replace(route, stages=tuple(stages))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -17,7 +17,7 @@ SWEEP_POINTS = 128
 """Points of the sweep, and at most of its refinement: so many cost half of the prediction of a thousand
 items, and the missions they were tried on hide no point that is 0.03 % tighter than the one found."""
 _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
-_LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
+_LANDINGS = frozenset({StageKind.LAND}) | RETURN_STAGES
 
 
 def sample_points(returns: Returns) -> tuple[IntArray, FloatArray] | None:

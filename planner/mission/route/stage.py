@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.findings import Finding
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.queue import HeldItem
@@ -34,12 +36,16 @@ class StageKind(StrEnum):
     """Fly to a place at the present height, descend until the load is down, climb back."""
     LAND = "land"
     """Fly level to a place and descend to the ground."""
+    RETURN_LEG = "return-leg"
+    """Begin to fly home by the vehicle's own rules, up to a place on the way; the rest is the next stage."""
     RETURN = "return"
     """Fly home by the vehicle's own rules and land there."""
 
 
 LEVEL_FIRST = frozenset({StageKind.LAND, StageKind.SET_DOWN, StageKind.CHANGE_HEIGHT})
 """Stages that lead to their place at the present height."""
+RETURN_STAGES = frozenset({StageKind.RETURN_LEG, StageKind.RETURN})
+"""Stages that lead home by the vehicle's own rules."""
 
 
 class Stage(Value, kw_only=False):
@@ -87,6 +93,19 @@ class Stage(Value, kw_only=False):
     """Height above the first home of the home that counts during a return. [m]"""
     return_path: ReturnPath | None = None
     """The items a return flies along; ``None``: straight."""
+
+
+def return_spans(stages: Sequence[Stage]) -> list[tuple[int, int]]:
+    """Return the first and the last position of the stages of each return."""
+    spans: list[tuple[int, int]] = []
+    first = None
+    for at, stage in enumerate(stages):
+        if stage.kind in RETURN_STAGES and first is None:
+            first = at
+        if stage.kind is StageKind.RETURN and first is not None:
+            spans.append((first, at))
+            first = None
+    return spans
 
 
 class FenceAction(IntEnum):

@@ -32,6 +32,7 @@ from planner.mission.commands import (
 from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of, is_queued
 from planner.mission.route.stage import (
     LEVEL_FIRST,
+    RETURN_STAGES,
     FenceAction,
     FenceSwitch,
     HomePlace,
@@ -86,7 +87,7 @@ _LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
 """They end on the ground, whatever their altitude."""
 
 
-_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER}) | LEVEL_FIRST
+_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER}) | LEVEL_FIRST | RETURN_STAGES
 """Straight legs."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 _GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
@@ -380,6 +381,8 @@ class MissionState:
     others when it is on its way (``AP_Mission::advance_current_nav_cmd``)."""
     is_speed_late: bool = False
     """Whether one of the others is the last to have commanded a horizontal speed."""
+    is_climb_late: bool = False
+    """Whether one of the others is the last to have commanded a speed of climbing."""
     conditions: list[Condition] = field(default_factory=list)
     """What holds back the next items of the queue."""
     waiting: list[tuple[HeldItem, MissionItem]] = field(default_factory=list)
@@ -404,7 +407,7 @@ class MissionState:
                 if self.waiting:
                     self._fly_with_queue(begun, before)
         if is_navigation(item.command):
-            self.queued, self.is_speed_late = 0, False
+            self.queued, self.is_speed_late, self.is_climb_late = 0, False, False
         self.queued += is_queued(item.command)
         if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
             is_px4 = self.dialect is Autopilot.PX4
@@ -462,7 +465,7 @@ class MissionState:
             if fraction > 0.0 and stage.kind in _DIVIDED:
                 here = (a + fraction * (b - a) for a, b in zip(before, after, strict=True))
                 self.latitude_deg, self.longitude_deg, self.height_m = here
-                if stage.kind in LEVEL_FIRST:
+                if stage.kind in LEVEL_FIRST | RETURN_STAGES:
                     self.height_m = before[2]
                 self.height_m += _off_line_m(stage.followed_ground_m, fraction)
                 self._add_part(stage, begin, fraction)
@@ -471,15 +474,14 @@ class MissionState:
         self.latitude_deg, self.longitude_deg, self.height_m = after
         parts = len(self.stages) - begun
         self.number, self.place = own
+        now = self._returning() if stage.kind is StageKind.RETURN else self._stage(stage.kind)
         self._add(
             replace(
                 stage,
-                speed_m_s=self._return_speed_m_s()
-                if stage.kind is StageKind.RETURN
-                else self.speed_m_s,
+                speed_m_s=now.speed_m_s,
                 is_speed_late=self.is_speed_late and not parts,
-                climb_speed_m_s=self.climb_speed_m_s,
-                descent_speed_m_s=self.descent_speed_m_s,
+                climb_speed_m_s=now.climb_speed_m_s,
+                descent_speed_m_s=now.descent_speed_m_s,
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
@@ -492,12 +494,18 @@ class MissionState:
 
     def _carry_out_held(self, one: HeldItem, item: MissionItem) -> None:
         self.number, self.place = one.item, item.place
+        level, climb = self.speed_m_s, self.climb_speed_m_s
         self._carry_out(item)
+        # Of what no autopilot is known of, ArduPilot alone has conditions: it commands returns too.
+        self.is_speed_late |= self.speed_m_s != level
+        self.is_climb_late |= self.climb_speed_m_s != climb
 
     def _add_part(self, whole: Stage, begin: float, end: float) -> None:
         """Add a part of a leg, flown through at the speeds commanded until then."""
+        is_return = whole.kind is StageKind.RETURN
         part = replace(
-            self._stage(StageKind.GO),
+            self._returning() if is_return else self._stage(StageKind.GO),
+            kind=StageKind.RETURN_LEG if is_return else StageKind.GO,
             item=whole.item,
             is_underway=True,
             followed_ground_m=_part_of(whole.followed_ground_m, begin, end),
@@ -538,19 +546,21 @@ class MissionState:
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
         self.height_m = self._home_ground_m()
-        self._add(
-            replace(
-                self._stage(StageKind.RETURN),
-                speed_m_s=self._return_speed_m_s(),
-                above_ground_m=self.datum_m - self.height_m,
-                datum_m=self.datum_m,
-            )
-        )
+        above_m = self.datum_m - self.height_m
+        self._add(replace(self._returning(), above_ground_m=above_m, datum_m=self.datum_m))
         self.is_over = True
 
-    def _return_speed_m_s(self) -> float | None:
-        """Return the speed of a return: that set in the vehicle, unless the mission commands one later."""
-        return self.speed_m_s if self.is_speed_late else None
+    def _returning(self) -> Stage:
+        """Return a return at the speeds set in the vehicle, or those the mission commands later.
+
+        It starts from the parameters again (``ModeRTL::init``), and descends as they say.
+        """
+        return replace(
+            self._stage(StageKind.RETURN),
+            speed_m_s=self.speed_m_s if self.is_speed_late else None,
+            climb_speed_m_s=self.climb_speed_m_s if self.is_climb_late else None,
+            descent_speed_m_s=None,
+        )
 
     def _stage(self, kind: StageKind) -> Stage:
         """Return a stage to the present height, at the speeds commanded."""
@@ -750,6 +760,7 @@ class MissionState:
             return
         elif kind == 2.0:
             self.climb_speed_m_s = speed
+            self.is_climb_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
         elif kind == 3.0:
             self.descent_speed_m_s = speed
         elif kind in {0.0, 1.0}:

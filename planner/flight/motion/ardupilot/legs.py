@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.motion.ardupilot.stages import is_kind, over_home_m
+from planner.flight.motion.ardupilot.stages import continues_return, is_kind, over_home_m
 from planner.flight.motion.ardupilot.track_lag import ATTITUDE_LAG_FACTOR, CORRECTED_S, TrackLag
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import dot, horizontal, lengths, quotient
@@ -373,7 +373,7 @@ def plan_legs(
     if splines is not None:
         joined = peak_speed_from_start_m_s(length, start_m_s, speed, limits)
         speed = np.where((start_m_s > 0.0) | (end_m_s > 0.0), joined, speed)
-    under, rows = (rows[stages.is_underway[stage[rows]] == which] for which in (True, False))
+    under, rows = _parted(stages, stage, rows)
     if len(under):
         start_m_s[under + 1] = end_m_s[under] = _speeds_under_way(speed, length, limits, under)
     entered = rows + 1
@@ -518,12 +518,16 @@ def _ways(
     moved = (stages.place_m[height, :2] != stages.start_m[height, :2]).any(axis=1)
     level = stages.where(StageKind.LAND, StageKind.SET_DOWN)
     circle = stages.where(StageKind.CIRCLE)
-    home = stages.where(StageKind.RETURN)
+    leg, home = stages.where(StageKind.RETURN_LEG), stages.where(StageKind.RETURN)
     end = stages.place_m.copy()
     end[level, 2] = stages.start_m[level, 2] + stages.rise_m[level]
     end[circle] = stages.edge_m[circle]
-    single = np.sort(np.concatenate((straight, height[moved], level, circle)))
-    top, over = stages.start_m[home].copy(), over_home_m(stages, home, parameters)
+    end[leg], end[home] = stages.end_m[leg], over_home_m(stages, home, parameters)
+    home = np.sort(np.concatenate((leg, home)))
+    begins = ~continues_return(stages, home)
+    single = np.sort(np.concatenate((straight, height[moved], level, circle, home[~begins])))
+    home = home[begins]
+    top, over = stages.start_m[home].copy(), end[home]
     top[:, 2] = over[:, 2]
     key = np.concatenate((single * SLOTS, home * SLOTS, home * SLOTS + 1))
     start = np.concatenate((stages.start_m[single], stages.start_m[home], top))
@@ -566,6 +570,12 @@ def _corner_rows(stages: StageColumns, key: IntArray, leads: BoolArray) -> IntAr
     onward = (stage[1:] == stage[:-1] + 1) & (slot[1:] == 0) & stages.is_passed[stage[:-1]]
     returning = (stage[1:] == stage[:-1]) & (slot[1:] == 1)
     return np.flatnonzero((onward & leads[1:]) | returning)
+
+
+def _parted(stages: StageColumns, stage: IntArray, rows: IntArray) -> tuple[IntArray, IntArray]:
+    """Return of legs flown through those that are one leg with the next to the autopilot, and the others."""
+    is_under = stages.is_underway[stage[rows]] & (stage[rows + 1] > stage[rows])
+    return rows[is_under], rows[~is_under]
 
 
 def _speed_along(

@@ -13,7 +13,7 @@ from planner.flight.motion.ardupilot.circle_path import CircleTask, circle_path
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
 from planner.flight.motion.kinematics import horizontal
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
 from planner.values import Value
 
@@ -145,11 +145,9 @@ def stage_columns(
     speed = column("speed_m_s", parameters.cruise_speed_m_s)
     climb = column("climb_speed_m_s", parameters.climb_speed_m_s)
     descent = column("descent_speed_m_s", parameters.descent_speed_m_s)
-    home = kind == KIND_INDEX[StageKind.RETURN]
+    home = is_kind(kind, *RETURN_STAGES)
+    speed[home] = column("speed_m_s", parameters.return_speed_m_s)[home]
     is_speed_late = np.array([stage.is_speed_late for stage in stages], np.bool_)
-    # ModeRTL::init starts from the parameters again.
-    speed[home & ~is_speed_late] = parameters.return_speed_m_s
-    climb[home] = parameters.climb_speed_m_s
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
     radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
@@ -160,7 +158,7 @@ def stage_columns(
     followed = [
         row
         for row, each in enumerate(stages)
-        if each.followed_ground_m and each.kind not in {StageKind.CIRCLE, StageKind.RETURN}
+        if each.followed_ground_m and each.kind not in {StageKind.CIRCLE, *RETURN_STAGES}
     ]
     commanded = speed.copy()
     if followed:
@@ -176,8 +174,9 @@ def stage_columns(
         )
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
     landed = np.concatenate(([True], is_kind(kind[:-1], *_LANDED)))
-    through = is_kind(kind, StageKind.GO, StageKind.SPLINE) & (hold == 0.0)
+    through = is_kind(kind, StageKind.GO, StageKind.SPLINE, StageKind.RETURN_LEG) & (hold == 0.0)
     onward = is_kind(kind, *_NEXT_MAY_BE)
+    onward[1:] |= is_kind(kind[:-1], StageKind.RETURN_LEG)
     # Splines ask for the place of the next command alone.
     elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & (place[:, :2] != start[:, :2]).any(axis=1)
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
@@ -286,6 +285,16 @@ def _chained(
                 end[row] = before
             case StageKind.SET_DOWN:
                 end[row, 2] = before[2] + _rise_m(stages[row])
+            case StageKind.RETURN_LEG:
+                if stages[row - 1].kind is StageKind.RETURN_LEG:
+                    end[row, 2] = before[2]
+                    continue
+                last = next(
+                    at for at, s in enumerate(stages) if at > row and s.kind is StageKind.RETURN
+                )
+                home, datum_m = place_m[[last]], np.array([stages[last].datum_m])
+                home[:, 2] += stages[last].above_ground_m
+                end[row, 2] = return_height_m(before[None], home, datum_m, parameters)[0]
             case StageKind.RETURN:
                 datum_m = np.array([stages[row].datum_m])
                 end[row] = _return_end_m(place_m[row : row + 1], datum_m, parameters)[0]
@@ -389,11 +398,17 @@ def return_height_m(
 def over_home_m(
     stages: StageColumns, home: IntArray, parameters: ArduPilotParameters
 ) -> FloatArray:
-    """Return where returns arrive over home. (n, 3) [m]"""
-    over_m = stages.place_m[home].copy()
+    """Return where returns arrive over home; on the way they keep their height. (n, 3) [m]"""
+    start_m, over_m = stages.start_m[home], stages.place_m[home].copy()
     over_m[:, 2] += stages.above_ground_m[home]
-    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, stages.datum_m[home], parameters)
+    height_m = return_height_m(start_m, over_m, stages.datum_m[home], parameters)
+    over_m[:, 2] = np.where(continues_return(stages, home), start_m[:, 2], height_m)
     return over_m
+
+
+def continues_return(stages: StageColumns, home: IntArray) -> BoolArray:
+    """Return whether rows of returns begin on the way home. (n,)"""
+    return is_kind(stages.kind[home - 1], StageKind.RETURN_LEG)
 
 
 RETURN_OVER_TERRAIN = Rule(
