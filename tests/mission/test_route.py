@@ -65,9 +65,9 @@ def test_amsl_altitudes_without_a_home_altitude_are_said() -> None:
 def test_speeds_are_carried_along_and_each_autopilot_reads_them_its_own_way() -> None:
     items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(3.0, kind=2.0), waypoint(1, 9), rtl())
     ardupilot = route(*items, dialect=ARDUPILOT).stages
-    # A return is flown at the speed set in the vehicle.
+    # A return is flown, and climbs, at the speeds set in the vehicle.
     assert [s.speed_m_s for s in ardupilot] == [None, 7.0, 7.0, None]
-    assert [s.climb_speed_m_s for s in ardupilot] == [None, None, 3.0, 3.0]
+    assert [s.climb_speed_m_s for s in ardupilot] == [None, None, 3.0, None]
     # PX4 does not look at the type of a speed.
     assert [s.speed_m_s for s in route(*items, dialect=PX4).stages] == [None, 7.0, 3.0, None]
 
