@@ -161,6 +161,7 @@ def parameter_set(snapshot: VehicleSnapshot) -> ParameterSet:
         stack=identity.autopilot,
         storage_b=snapshot.storage_b,
         version=None if version is None else version[:2],
+        is_development=identity.firmware_release == "dev",
     )
 
 

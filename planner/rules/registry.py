@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from planner import catalogue
 from planner.findings import Finding, Rule, Severity
 from planner.rules.declaration import (
+    ARDUPILOT_TARGET,
     BUDGET,
     FENCE,
     PARAMETERS,
@@ -38,6 +39,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "altitude": (),
     "fence": (FENCE,),
     "feasibility": (TARGET,),
+    "payload_place": (ARDUPILOT_TARGET,),
     "failsafe": (PARAMETERS, BUDGET),
     "arming": (PARAMETERS,),
     "control": (PARAMETERS,),

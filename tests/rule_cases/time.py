@@ -25,6 +25,11 @@ def returning(*items: MissionItem) -> Mission:
     return mission(takeoff(20), waypoint(100, 20), *items, rtl())
 
 
+def placing(most_m: float) -> Mission:
+    """Return a mission that lowers a load, at most so far."""
+    return returning(item(94, north(100), 0.0, params=(most_m, 0.0, 0.0, 0.0)))
+
+
 def at_speed(speed_m_s: float) -> Mission:
     """Return a flight at a commanded speed."""
     return mission(takeoff(20), speed(speed_m_s), waypoint(500, 20), rtl())
@@ -111,6 +116,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(PLAIN, ARDUPILOT, "LAND_SPEED,201\n"),
         boundary=lambda: found(PLAIN, ARDUPILOT, "LAND_SPEED,200\n"),
         silent=lambda: found(PLAIN, PX4, "MPC_LAND_SPEED,1.5\n"),
+    ),
+    "T122": RuleCases(  # 20 m above the ground
+        fires=lambda: found(placing(19.9), ARDUPILOT),
+        boundary=lambda: found(placing(20.0), ARDUPILOT),
+        silent=lambda: found(placing(0.0), ARDUPILOT),
     ),
     "T119": RuleCases(
         # It is armed with a heading nobody knows and returns from where it is home.

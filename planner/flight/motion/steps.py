@@ -140,7 +140,8 @@ class StepLegs(Value, eq=False):
         hold_s = np.array([s.hold_s for s in flown])
         for stage, row in zip(stages, first.tolist(), strict=True):
             if stage.kind is StageKind.SET_DOWN:
-                end[row, 2], hold_s[row] = stage.height_m - stage.above_ground_m, set_down_s
+                is_placed = stage.lowered_m == stage.above_ground_m
+                end[row, 2], hold_s[row] = stage.height_m - stage.lowered_m, is_placed * set_down_s
         if over_home is not None:
             home = np.array([s.kind for s in stages if s.kind in RETURN_STAGES]) == StageKind.RETURN
             rows = first[[s.kind in RETURN_STAGES for s in stages]]

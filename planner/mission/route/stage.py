@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING
 
@@ -89,10 +90,17 @@ class Stage(Value, kw_only=False):
     above_ground_m: float = 0.0
     """Height above its ground of the place a return leads to, as the autopilot has it: of a rally point,
     or of a home that DO_SET_HOME put elsewhere than on the ground; of where a load is set down from. [m]"""
+    gives_up_m: float = 0.0
+    """Way down after which the vehicle carries its load back up where it met no ground; 0: never. [m]"""
     datum_m: float = 0.0
     """Height above the first home of the home that counts during a return. [m]"""
     return_path: ReturnPath | None = None
     """The items a return flies along; ``None``: straight."""
+
+    @property
+    def lowered_m(self) -> float:
+        """How far a load is lowered: to the ground, or until the vehicle gives up. [m]"""
+        return min(self.above_ground_m, self.gives_up_m or math.inf)
 
 
 def return_spans(stages: Sequence[Stage]) -> list[tuple[int, int]]:

@@ -714,13 +714,12 @@ class MissionState:
         """Lower a load to the ground."""
         self.move_to(item)
         above_m = self.height_m - self.ground_m()
-        self._add(replace(self._stage(StageKind.SET_DOWN), above_ground_m=above_m))
+        deepest_m = max(item.param1 or 0.0, 0.0)
+        stage = replace(self._stage(StageKind.SET_DOWN), above_ground_m=above_m)
+        self._add(replace(stage, gives_up_m=deepest_m))
         known = self._known_ground_m() is not None
         level = "" if known else "touch the ground at home's level and to "
         message = f"NAV_PAYLOAD_PLACE: the load is assumed to {level}weigh nothing"
-        deepest_m = item.param1 or 0.0
-        if 0.0 < deepest_m < above_m:
-            message += f"; the vehicle gives up {quantity.height(deepest_m)} down"
         self.remark(ITEM_NOT_MODELLED, message)
 
     def arc(self, item: MissionItem) -> None:

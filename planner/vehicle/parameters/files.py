@@ -44,6 +44,7 @@ _WHAT = "parameter file"
 _AUTOPILOT_COMPONENT = "1"
 """MAV_COMP_ID_AUTOPILOT1; gimbals and cameras have parameters of their own."""
 _NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
+_DEVELOPMENT = re.compile(r"\s*#\s*Version:\s*v?[\d.]+\s*dev\b")
 _NUMBER = re.compile(
     r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)|0[xX][0-9a-fA-F]{1,16}",
     re.ASCII | re.IGNORECASE,
@@ -70,6 +71,8 @@ class ParameterSet(Value):
     """Whose they are; ``None`` where neither a header nor the names say."""
     version: Version | None = None
     """Major and minor version of the firmware, where it is known."""
+    is_development: bool = False
+    """Whether it is a build on the way to that version."""
     fetched: FetchMark | None = None
     """Where ``mavjoule fetch`` wrote the file."""
     storage_b: int | None = None
@@ -128,6 +131,7 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
         values=values,
         stack=_header_stack(header) or stack_of_names(values),
         version=_header_version(header),
+        is_development=any(_DEVELOPMENT.match(line) for line in header),
         fetched=next(filter(None, map(FetchMark.read_comment, header)), None),
         findings=_repetitions(repeated, source=source),
     )

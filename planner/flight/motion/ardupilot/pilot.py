@@ -275,8 +275,9 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
     rows = stages.where(StageKind.SET_DOWN)
     if not len(rows):
         return ()
-    down_m, climb_m_s = stages.above_ground_m[rows], stages.climb_m_s[rows]
-    return set_down(rows * SLOTS + 1, stages.end_m[rows], down_m, climb_m_s, parameters)
+    down_m, climb_m_s = stages.lowered_m[rows], stages.climb_m_s[rows]
+    key, is_placed = rows * SLOTS + 1, down_m == stages.above_ground_m[rows]
+    return set_down(key, stages.end_m[rows], down_m, climb_m_s, parameters, is_placed=is_placed)
 
 
 def _flown_splines(

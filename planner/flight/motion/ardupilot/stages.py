@@ -85,7 +85,10 @@ class StageColumns(Value, eq=False):
     from_ground: BoolArray
     """Whether a take-off leaves the ground. (n,)"""
     above_ground_m: FloatArray
-    """Height above its ground of the place a return leads to, as the autopilot has it. (n,) [m]"""
+    """Height above its ground of the place a return leads to, as the autopilot has it, and of where a load
+    is set down from. (n,) [m]"""
+    lowered_m: FloatArray
+    """How far a load is lowered. (n,) [m]"""
     datum_m: FloatArray
     """Height above the first home of the home that counts during a return. (n,) [m]"""
     rise_m: FloatArray
@@ -202,6 +205,7 @@ def stage_columns(
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
         above_ground_m=column("above_ground_m"),
+        lowered_m=column("lowered_m"),
         datum_m=column("datum_m"),
         rise_m=rise,
     )
@@ -250,6 +254,7 @@ def return_columns(
         is_first_leg=never,
         from_ground=never,
         above_ground_m=np.asarray(above_ground_m, np.float64),
+        lowered_m=zero,
         datum_m=np.asarray(datum_m, np.float64),
         rise_m=zero,
     )

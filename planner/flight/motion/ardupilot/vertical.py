@@ -14,7 +14,7 @@ from planner.flight.motion.kinematics import FlightState, hold, make_vertical, q
 from planner.units import GRAVITY_M_S2
 
 if TYPE_CHECKING:
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Manoeuvres
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -239,8 +239,12 @@ def set_down(
     down_m: FloatArray,
     climb_m_s: FloatArray,
     parameters: ArduPilotParameters,
+    *,
+    is_placed: BoolArray,
 ) -> tuple[Manoeuvres, Manoeuvres, Manoeuvres]:
     """Return how loads are set down on the ground, so far below: descents, waits, climbs back.
+
+    One that is not placed is carried back up at once, where its vehicle gives up.
 
     ``key`` is the place of the descents in the flight; waits and climbs follow.
 
@@ -263,6 +267,6 @@ def set_down(
         duration_s=(fast / a, (down_m - gained) / down),
     )
     low = np.column_stack((start_m[:, :2], high - down_m))
-    placed_s = zero + _PLACED_S + parameters.place_delay_s
+    placed_s = np.where(is_placed, _PLACED_S + parameters.place_delay_s, 0.0)
     wait = hold(key + 1, FlightState.HOVER, place_m=low, duration_s=placed_s)
     return descent, wait, takeoff(key + 2, low, high, climb_m_s, parameters, from_ground=False)
