@@ -92,8 +92,9 @@ SWARM_DEADLOCK = Rule(
     Severity.ERROR,
     summary="Agents of a simulated swarm wait for each other for ever.",
     why="Who yields to one that yields to it hovers until its battery is empty.",
-    how="Nobody who wants to fly on has come nearer to its goal for four minutes, after each had its turn.",
-    fix="use --policy orca-stop, which goes round, or give the agents other ways",
+    how="For four minutes nobody has come nearer to its goal or landed, though they took turns and the "
+    "others cleared the way of one after the other.  Missions as filed stay on their tracks: nobody gets on.",
+    fix="give the agents other goals or other tracks; of missions as filed, other starts",
 )
 
 SWARM_UNFINISHED = Rule(

@@ -14,6 +14,7 @@ from swarm_judge import JUDGED_TO_M, least_distance_m, least_of_flights_m
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.policies import OrcaStop, StopInTime
 from planner.fleet.swarm.simulation import Swarm
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -40,7 +41,7 @@ def test_three_that_each_want_the_place_of_the_next_get_there(policy: Policy) ->
 
 
 @pytest.mark.parametrize("policy", POLICIES)
-@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize("count", [2, 4, 5, 6])
 def test_exact_symmetry_is_broken_by_rank(policy: Policy, count: int) -> None:
     agents, ways = on_circle(count, radius_m=60.0)
     assert judged(with_faults(agents, ways, policy)).has_landed.all()
@@ -64,12 +65,32 @@ def boxed_in(policy: Policy) -> Swarm:
     return judged(Swarm(agents, Stays(goals_m), policy, separation_m=SEPARATION_M, until_s=300.0))
 
 
-def test_an_agent_boxed_in_is_reported_by_name() -> None:
-    assert boxed_in(StopInTime()).deadlock == ("in",)
+@pytest.mark.parametrize("policy", POLICIES)
+def test_an_agent_boxed_in_is_let_out(policy: Policy) -> None:
+    swarm = boxed_in(policy)
+    assert swarm.places()[0][0] == pytest.approx((100.0, 0.0), abs=1.0)
+    # Those that made way are back.
+    assert np.hypot(*swarm.places()[0][1:].T) == pytest.approx([11.4] * 3, abs=1.0)
 
 
-def test_an_agent_boxed_in_is_let_out_by_reciprocal_velocities() -> None:
-    assert boxed_in(OrcaStop()).places()[0][0] == pytest.approx((100.0, 0.0), abs=1.0)
+@pytest.mark.parametrize("policy", POLICIES)
+def test_two_that_want_to_stay_at_one_place_are_reported_by_name(policy: Policy) -> None:
+    agents = [agent("a", -40.0, 0.0), agent("b", 40.0, 0.0), agent("c", 0.0, 60.0)]
+    goals_m = np.array([(0.0, 0.0), (5.0, 0.0), (60.0, 60.0)])
+    swarm = Swarm(agents, Stays(goals_m), policy, separation_m=SEPARATION_M, until_s=900.0)
+    assert judged(swarm).deadlock == ("a", "b")
+
+
+def test_who_waits_to_land_on_pads_next_to_each_other_lands() -> None:
+    """Nine on three rows of pads, come home from everywhere: reciprocal velocities alone jam over them."""
+    home_m = np.array([(16.0 * (n % 3), -16.0 * (1 + n // 3)) for n in range(9)])
+    drawn_m = np.random.default_rng(1).uniform(0.0, 120.0, (9, 1, 2))
+    agents = [
+        replace(agent(f"a{n}", *one), landing_s=20.0, climb_s=10.0)
+        for n, one in enumerate(home_m.tolist())
+    ]
+    ways = [np.vstack((way, home)) for way, home in zip(drawn_m, home_m, strict=True)]
+    assert judged(with_faults(agents, ways, OrcaStop())).has_landed.all()
 
 
 SEPARATION = "[separation]\nhorizontal_m = 10\n"

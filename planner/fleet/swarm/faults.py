@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.fleet import FaultKind
-from planner.fleet.swarm.zones import Capsules, distances_m
+from planner.fleet.swarm.clearing import clearing
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -33,8 +33,6 @@ _LOW_FT, _HIGH_FT = 10.0, 1000.0
 """Heights that the model of gusts at low altitude holds for. [ft]"""
 _LIKELY = 3.0
 """Gusts up to so many standard deviations are allowed for in the zones. [-]"""
-_MIDDLE_M = 1.0
-"""Nearer than this to the middle of a way both sides are as near. [m]"""
 _SETTLED_S = 120.0
 """An agent has answered by then. [s]"""
 
@@ -131,21 +129,14 @@ class SwarmFaults:
     def evading(self, situation: SwarmSituation) -> SwarmSituation:
         """Return a situation in which those in the way of one that keeps its command want out of it."""
         wanted_m_s = np.where(situation.is_deaf[:, None], 0.0, situation.wanted_m_s)
-        is_evading = np.zeros(len(wanted_m_s), np.bool_)
+        situation = replace(situation, wanted_m_s=wanted_m_s)
         for deaf in np.flatnonzero(situation.is_deaf & situation.is_there).tolist():
-            aside_m = _ways_aside_m(situation, deaf)
-            evades = aside_m.any(axis=1)
-            unit = aside_m[evades] / np.hypot(*aside_m[evades].T)[:, None]
-            wanted_m_s[evades] = situation.speed_m_s[evades, None] * unit
-            is_evading |= evades
-        return replace(situation, wanted_m_s=wanted_m_s, is_evading=is_evading)
+            situation = clearing(situation, deaf, situation.zones.select(np.array([deaf])))
+        return situation
 
     def given_m_s(self, situation: SwarmSituation, command_m_s: FloatArray) -> FloatArray:
         """Return the commands by which agents fly, of those that a policy decided on."""
         wanted_m_s = situation.wanted_m_s
-        if situation.is_evading.any():
-            tried = np.where(situation.is_evading[:, None], wanted_m_s, command_m_s)
-            command_m_s = np.where(situation.may(tried)[:, None], tried, 0.0)
         self._decided.append((command_m_s, (command_m_s != wanted_m_s).any(axis=1)))
         del self._decided[: -1 - int(self._late_ticks.max(initial=0))]
         command_m_s = command_m_s.copy()
@@ -184,51 +175,6 @@ class SwarmFaults:
         for _ in range(round(_SETTLED_S / dynamics.tick_s)):
             motions = dynamics.advanced(motions, wind)
         return np.asarray(_SETTLED_S * likely_m_s - motions.place_m[:, 0])
-
-
-def _ways_aside_m(situation: SwarmSituation, deaf: int) -> FloatArray:
-    """Return how agents get out of the way of one that keeps its command. (n, 2) [m]
-
-    Who is in its way goes to the nearer side; who is in the middle of it to the one where nobody is.  Who is
-    in the way of one that goes aside goes ahead of it.
-    """
-    zones, count = situation.zones, len(situation.rank)
-    found = np.zeros((count, 2))
-    its = zones.select(np.full(count, deaf))
-    along = its.end_m[0] - its.begin_m[0]
-    length = float(np.hypot(*along))
-    if length <= 0.0:
-        return found  # where one stands, coming no nearer is enough
-    right = np.array([along[1], -along[0]]) / length
-    beside_m = (situation.rest_m - its.begin_m[0]) @ right
-    clear_m = situation.separation_m + its.radius_m + zones.radius_m
-    near = (distances_m(zones, its) < situation.separation_m) & situation.is_led
-    others = situation.is_there.copy()
-    others[deaf] = False
-
-    def in_way_of(row: int, aside_m: FloatArray) -> BoolArray:
-        begin_m = np.repeat(situation.rest_m[row, None], count, axis=0)
-        swept = Capsules(
-            begin_m=begin_m, end_m=begin_m + aside_m, radius_m=np.full(count, zones.radius_m[row])
-        )
-        blocks = (distances_m(swept, zones) < situation.separation_m) & others
-        blocks[row] = False
-        return blocks
-
-    asked = np.flatnonzero(near).tolist()
-    for row in asked:
-        side = 1.0 if beside_m[row] >= 0.0 else -1.0
-        ways_m = [
-            one * max(clear_m[row] - one * beside_m[row], 1.0) * right for one in (side, -side)
-        ]
-        is_middle = abs(beside_m[row]) < _MIDDLE_M and in_way_of(row, ways_m[0]).any()
-        found[row] = ways_m[int(is_middle and not in_way_of(row, ways_m[1]).any())]
-    while asked:
-        row = asked.pop()
-        blocks = in_way_of(row, found[row]) & situation.is_led & ~found.any(axis=1)
-        found[blocks] = found[row]
-        asked += np.flatnonzero(blocks).tolist()
-    return found
 
 
 def _within(spans_s: FloatArray, time_s: float) -> BoolArray:

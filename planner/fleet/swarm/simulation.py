@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner.fleet.swarm.clearing import cleared_m_s, clearing, enters
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
 from planner.fleet.swarm.situation import SWING, SwarmSituation, zones_ahead
 from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
@@ -28,6 +29,12 @@ _STANDS = 0.02
 _NEAR_GOAL_M = 1e-3
 _TURN_S = 20.0
 """Agents that wait for each other for so long let another of them go first. [s]"""
+_JAMMED_S = 60.0
+"""The others clear the way of an agent that has not come on for so long in spite of all turns. [s]"""
+_LEADS_S = 60.0
+"""For so long at most, before it is another's turn. [s]"""
+_CLEARED_S = 20.0
+"""So much of its way ahead. [s]"""
 _STUCK_S = 240.0
 """Agents none of which has come on for so long, each having had its turn, are in a deadlock. [s]"""
 _COMES_ON_M = 1.0
@@ -160,7 +167,17 @@ class Swarm:
         self._left_m = np.full(count, np.inf)
         """The least that was left of the way to its goal."""
         self._returns = np.zeros(count, np.bool_)
+        self._on_s = np.zeros(count)
+        """When each last came on, or wanted to go nowhere. [s]"""
+        self._leader: int | None = None
+        """Whose way the others clear."""
+        self._led_s = np.full(count, -np.inf)
+        """When each last began to lead. [s]"""
         self._turned_s = self._moved_s = 0.0
+        self._held = np.zeros(count, np.bool_)
+        """Who has not come on for long since anybody did."""
+        self._come_down = 0
+        """How many have begun to land, and landed."""
         self.deadlock: tuple[str, ...] = ()
         """Who could not go on at the end."""
 
@@ -227,7 +244,7 @@ class Swarm:
         if self._faults is not None and self._policy.keeps_apart:
             situation = self._faults.evading(situation)
         wanted = situation.wanted_m_s
-        command = self._policy.commands_m_s(situation)
+        command = self._policy_m_s(situation)
         if self._faults is not None:
             command = self._faults.given_m_s(situation, command)
         wants = (wanted != 0.0).any(axis=1)
@@ -257,8 +274,29 @@ class Swarm:
             self._faults.go_on(self.time_s)
         self._command = command
         self._waited_s = np.where(waits, self._waited_s + ticks * self._tick_s, 0.0)
-        self._take_turns(wants)
+        self._take_turns(wants, situation.has_arrived)
         return step
+
+    def _policy_m_s(self, situation: SwarmSituation) -> FloatArray:
+        """Return what the policy commands, and those that clear the way of another."""
+        leader = self._leader
+        if leader is None:
+            return cleared_m_s(situation, self._policy.commands_m_s(situation))
+        unit = self._goal_m[leader] - situation.place_m[leader]
+        way_m = min(float(np.hypot(*unit)), _CLEARED_S * float(self._speed[leader]))
+        unit = unit / max(float(np.hypot(*unit)), 1e-9)
+        way = Capsules(
+            begin_m=situation.place_m[leader, None],
+            end_m=situation.place_m[leader, None] + way_m * unit,
+            radius_m=self.zones.radius_m[leader, None],
+        )
+        situation = clearing(situation, leader, way)
+        rank, is_evading = situation.rank.copy(), situation.is_evading.copy()
+        rank[leader], is_evading[leader] = -1, True
+        situation = replace(situation, rank=rank, is_evading=is_evading)
+        command = self._policy.commands_m_s(situation)
+        command[enters(situation, command, leader, way)] = 0.0
+        return cleared_m_s(situation, command)
 
     def _renewed(self, situation: SwarmSituation, command: FloatArray) -> Capsules:
         """Return the zones agents are in now.
@@ -383,7 +421,7 @@ class Swarm:
 
     def _ticks_to_skip(self, command: FloatArray, waits: BoolArray) -> int:
         """Return for how many ticks nothing can change: nobody comes near another or to its goal."""
-        has_ticks = self._policy.needs_ticks or self._faults is not None
+        has_ticks = self._policy.needs_ticks or self._faults is not None or self._leader is not None
         if has_ticks or not self._dynamics.is_even(self._motions, command):
             return 1
         speed = np.hypot(*command.T)
@@ -420,14 +458,16 @@ class Swarm:
             ticks = min(ticks, float(np.min(room, initial=np.inf)))
         return max(1 << int(math.log2(max(ticks, 1.0))), 1)
 
-    def _take_turns(self, wants: BoolArray) -> None:
+    def _take_turns(self, wants: BoolArray, has_arrived: BoolArray) -> None:
         """Let another go first where agents wait for each other; see who cannot go on at all."""
         with np.errstate(invalid="ignore"):  # who lands has no goal
             left_m = np.hypot(*(self._goal_m - self._dynamics.rest_m(self._motions)).T)
             comes_on = wants & (left_m < self._left_m - _COMES_ON_M)
         self._left_m[comes_on] = left_m[comes_on]
-        if comes_on.any():
-            self._moved_s = self.time_s
+        comes_down = int((self._phase >= AgentPhase.LANDS).sum() + self.has_landed.sum())
+        if comes_on.any() or comes_down > self._come_down:
+            self._moved_s, self._come_down = self.time_s, comes_down
+            self._held[:] = False
         stuck = self._waited_s >= _TURN_S
         if stuck.any() and self.time_s >= self._turned_s + _TURN_S:
             self._turned_s = self.time_s
@@ -436,5 +476,21 @@ class Swarm:
             order = np.argsort(self._rank[rows])
             self._rank = self._rank.copy()
             self._rank[rows[order]] = np.roll(ranks, 1)
+        self._on_s[comes_on | ~wants] = self.time_s
+        self._held |= self.time_s >= self._on_s + _TURN_S
+        self._choose_leader(wants, has_arrived, left_m)
         if wants.any() and self.time_s >= self._moved_s + _STUCK_S:
-            self.deadlock = tuple(self.agents[row].name for row in np.flatnonzero(wants).tolist())
+            held = np.flatnonzero(self._held & (self._phase == AgentPhase.FLIES)).tolist()
+            self.deadlock = tuple(self.agents[row].name for row in held)
+
+    def _choose_leader(self, wants: BoolArray, has_arrived: BoolArray, left_m: FloatArray) -> None:
+        """Let one lead of those that do not come on: who has not led for longest, the nearest first."""
+        leader, leads = self._leader, (self._phase == AgentPhase.FLIES) & ~has_arrived
+        if leader is not None and leads[leader] and self.time_s < self._led_s[leader] + _LEADS_S:
+            return
+        self._leader = None
+        jammed = wants & leads & ~self._is_deaf & (self.time_s >= self._on_s + _JAMMED_S)
+        jammed = np.flatnonzero(jammed)
+        if len(jammed):
+            self._leader = int(jammed[np.lexsort((left_m[jammed], self._led_s[jammed]))[0]])
+            self._led_s[self._leader] = self.time_s
