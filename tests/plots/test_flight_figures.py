@@ -332,6 +332,23 @@ def too_far() -> CheckResult:
     )
 
 
+def test_texts_of_a_lawn_mower_stand_outside_of_its_lines() -> None:
+    """Six lines of 240 m, 30 m apart: the only place beside the path is left and right of them.
+
+    The last one is where the return is tightest, whose name comes first.
+    """
+    corners = [
+        (30 * row, east) for row in range(1, 7) for east in ((-120, 120), (120, -120))[row % 2]
+    ]
+    wide = Fence(polygons=(box(-300, -100, 300, 300),))
+    shown = checked(takeoff(20), *(at(*corner) for corner in corners), rtl(), fence=wide)
+    spec = plots.map_figure(shown).to_dict()
+    rows = [row for rows in spec["datasets"].values() for row in rows if "text" in row]
+    sides = {(row["east_m"] > 0.0, row["side"]) for row in rows if 0.0 < row["north_m"] < 140.0}
+    assert sides == {(False, -1), (True, 1)}
+    assert sum("Wh" in row["text"] for row in rows) >= len(corners), "each has its time and energy"
+
+
 def test_the_path_takes_the_colour_of_what_a_return_would_leave(too_far: CheckResult) -> None:
     tables = make_tables(too_far)
     budget, plan = too_far.battery, too_far.return_plan

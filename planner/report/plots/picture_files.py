@@ -97,7 +97,14 @@ def chart_config(scheme: Scheme) -> dict[str, Any]:
             "tickColor": ink,
             "tickOpacity": _FRAME_OPACITY,
         },
-        "legend": {**text, "orient": "bottom", "columns": 4, "symbolStrokeWidth": 2},
+        "legend": {
+            **text,
+            "orient": "bottom",
+            "columns": 4,
+            "columnPadding": _LEGEND_GAP_PX,
+            "symbolStrokeWidth": 2,
+            "layout": {"bottom": {"margin": _LEGEND_GAP_PX}},
+        },
         "title": {"color": ink, "fontSize": 14, "anchor": "start", "subtitleColor": ink},
         "text": {"color": ink, "fontSize": 11},
         "rule": {"color": ink},
@@ -105,6 +112,8 @@ def chart_config(scheme: Scheme) -> dict[str, Any]:
     }
 
 
+_LEGEND_GAP_PX = 28
+"""Room for texts that are wider in the fonts of who looks at a picture than of who wrote it."""
 FILE_FORMATS = ("svg", "png")
 _PNG_SCALE = 2.0
 """A PNG is made for a dense screen."""

@@ -131,7 +131,7 @@ def map_panel(tables: FlightTables) -> Chart:
         )
         if rows
     ]
-    labels = _Labels(view)
+    labels = _Labels(view, tables.path)
     spots = [row for row in tables.stretches if row["part"] == row["order"] == 0]
     texts: list[tuple[list[Row], dict[str, object]]] = [
         (labels.placed(tables.points, "short", _POINT_NAME), {}),
@@ -210,23 +210,37 @@ class _Style(NamedTuple):
     character_px: float
     offsets_px: tuple[tuple[int, int], ...]
     """Side of the mark, right or left, and how far below it; the first free one is taken. [px]"""
+    may_cross_path: bool
+    """Whether it stands on the path where no place beside that is free."""
 
 
-_NAME = _Style(6.0, ((1, -10), (-1, -10)))
-_POINT_NAME = _Style(6.0, ((-1, 12), (1, 12), (-1, -10), (1, -10)))
-_DETAIL = _Style(5.2, ((1, 10), (-1, 10), (1, -24), (1, 24)))
+_NAME = _Style(6.0, ((1, -7), (-1, -7), (1, -10), (-1, -10)), may_cross_path=True)
+_POINT_NAME = _Style(6.0, ((-1, 12), (1, 12), (-1, -10), (1, -10)), may_cross_path=True)
+_DETAIL = _Style(5.2, ((1, 6), (-1, 6), (1, 10), (-1, 10), (1, -24), (1, 24)), may_cross_path=False)
+"""Also in the table of the items, so that it is left out where it hides the path."""
 _DETAIL_PX = 10
 _NAME_DX_PX = 6
-_LINE_PX = 13.0
+_TEXT_GAP_PX, _PATH_GAP_PX = 1.0, 3.0
+_PATH_STEP_PX = 4.0
 
 
 class _Labels:
-    """Texts on a map, as far as they do not hide each other."""
+    """Texts on a map: beside the path where there is room, and never one on another."""
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: View, path: Sequence[Row]) -> None:
         self._px_per_m = WIDTH / (view.east_m - view.west_m)
         self._view = view
         self._taken: list[tuple[float, float, float, float]] = []
+        corners = np.array([self._pixel(row) for row in path]).reshape(-1, 2)
+        along = np.concatenate(([0.0], np.hypot(*np.diff(corners, axis=0).T).cumsum()))
+        at = np.arange(0.0, along[-1] + _PATH_STEP_PX, _PATH_STEP_PX)
+        self._path = np.stack([np.interp(at, along, column) for column in corners.T])
+
+    def _pixel(self, place: Row) -> tuple[float, float]:
+        return (
+            (place["east_m"] - self._view.west_m) * self._px_per_m,
+            (self._view.north_m - place["north_m"]) * self._px_per_m,
+        )
 
     def placed(self, marks: Sequence[Row], key: str, style: _Style) -> list[Row]:
         """Return the texts of marks for which there is room, each with its place and its side."""
@@ -234,31 +248,50 @@ class _Labels:
         for mark in marks:
             if not (text := mark.get(key, "")):
                 continue
-            x = (mark["east_m"] - self._view.west_m) * self._px_per_m
-            y = (self._view.north_m - mark["north_m"]) * self._px_per_m
+            x, y = self._pixel(mark)
+            boxes = {}
             for side, dy in style.offsets_px:
-                begin, end = (
-                    x + side * _NAME_DX_PX,
-                    x + side * (_NAME_DX_PX + style.character_px * len(text)),
-                )
-                box = (min(begin, end), max(begin, end), y + dy - 6.0, y + dy + 6.0)
+                ends = [
+                    x + side * away_px
+                    for away_px in (_NAME_DX_PX, _NAME_DX_PX + style.character_px * len(text))
+                ]
+                box = (min(ends), max(ends), y + dy - 6.0, y + dy + 6.0)
                 if self._is_free(box):
-                    self._taken.append(box)
-                    place = {axis: mark[axis] for axis in ("east_m", "north_m")}
-                    rows.append(place | {"text": text, "side": side, "dy": dy})
-                    break
+                    boxes[side, dy] = box
+            beside = [place for place, box in boxes.items() if not self._crosses_path(box)]
+            if taken := beside or (list(boxes) if style.may_cross_path else []):
+                self._taken.append(boxes[taken[0]])
+                side, dy = taken[0]
+                place = {axis: mark[axis] for axis in ("east_m", "north_m")}
+                rows.append(place | {"text": text, "side": side, "dy": dy})
         return rows
 
     def _is_free(self, box: tuple[float, float, float, float]) -> bool:
         left, right, top, bottom = box
+        gap = _TEXT_GAP_PX
         return (
             left >= 0.0
             and right <= WIDTH
             and top >= 0.0
             and bottom <= HEIGHT
             and not any(
-                left < other[1] and right > other[0] and top < other[3] and bottom > other[2]
+                left < other[1]
+                and right > other[0]
+                and top < other[3] + gap
+                and bottom > other[2] - gap
                 for other in self._taken
+            )
+        )
+
+    def _crosses_path(self, box: tuple[float, float, float, float]) -> bool:
+        left, right, top, bottom = box
+        x, y = self._path
+        return bool(
+            np.any(
+                (x > left - _PATH_GAP_PX)
+                & (x < right + _PATH_GAP_PX)
+                & (y > top - _PATH_GAP_PX)
+                & (y < bottom + _PATH_GAP_PX)
             )
         )
 
