@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-from itertools import pairwise
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
@@ -12,6 +11,7 @@ import numpy as np
 from planner.errors import UsageError
 from planner.files import write_output_files
 from planner.report.json import envelope, json_text, plain, value, values
+from planner.report.map_geometry import line_geometry, line_parts, one_or_all
 from planner.report.text import printable, well_formed
 from planner.service.fleet_timeline import TRACK_ERROR_M, fleet_timeline
 from planner.service.fleet_volumes import fleet_volumes, operation_geoid_m, operation_start
@@ -32,7 +32,6 @@ _KML = "http://www.opengis.net/kml/2.2"
 _GX = "http://www.google.com/kml/ext/2.2"
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Of vehicles: told apart by those who do not see red or green (Okabe and Ito 2008)."""
-_HALF_TURN_DEG = 180.0
 
 
 class _Course(Value, eq=False):
@@ -159,25 +158,24 @@ def _geojson(
         about = _about(sortie)
         geometry: Document | None = None
         if course is not None:
-            points: list[tuple[float, ...]] = [
-                *zip(course.longitude_deg, course.latitude_deg, strict=True)
-            ]
-            if course.amsl_m is not None and geoid_m is not None:
-                points = [
-                    (*point, round(amsl_m + geoid_m, 2))
-                    for point, amsl_m in zip(points, course.amsl_m, strict=True)
-                ]
-            cuts = _cuts(course.longitude_deg)
-            about |= {
+            columns = {"longitude_deg": course.longitude_deg, "latitude_deg": course.latitude_deg}
+            told = {
                 "times_s": course.time_s,
                 "altitudes_amsl_m": course.amsl_m,
                 "energies_wh": course.used_wh,
             }
-            lines: list[list[object]] = _cut(points, cuts)
-            geometry = _line(lines)
+            if course.amsl_m is not None and geoid_m is not None:
+                columns["height_m"] = [round(amsl_m + geoid_m, 2) for amsl_m in course.amsl_m]
+            given = {name: column for name, column in told.items() if column is not None}
+            parts = line_parts(columns | given)
+            geometry = line_geometry(
+                [[*zip(*(part[name] for name in columns), strict=True)] for part in parts]
+            )
+            for name, column in told.items():
+                about[name] = None if column is None else one_or_all([part[name] for part in parts])
             if begin is not None:
-                about["coordTimes"] = _one_or_all(
-                    _cut([_instant(begin, time_s) for time_s in course.time_s], cuts)
+                about["coordTimes"] = one_or_all(
+                    [[_instant(begin, time_s) for time_s in part["times_s"]] for part in parts]
                 )
         features.append({"type": "Feature", "geometry": geometry, "properties": about})
     document: Document = {
@@ -187,27 +185,6 @@ def _geojson(
         "features": features,
     }
     return json_text(document)
-
-
-def _line(lines: list[list[object]]) -> Document:
-    kind = "LineString" if len(lines) == 1 else "MultiLineString"
-    return {"type": kind, "coordinates": _one_or_all(lines)}
-
-
-def _one_or_all(lines: list[list[object]]) -> object:
-    return lines[0] if len(lines) == 1 else lines
-
-
-def _cuts(longitude_deg: Sequence[float]) -> list[int]:
-    """Return before which points a line crosses the 180th meridian, where RFC 7946 has it cut."""
-    return (np.flatnonzero(np.abs(np.diff(longitude_deg)) > _HALF_TURN_DEG) + 1).tolist()
-
-
-def _cut(points: Sequence[object], cuts: Sequence[int]) -> list[list[object]]:
-    """Return the parts of a line; a single point stands for a line of no length."""
-    ends = [0, *cuts, len(points)]
-    parts = [[*points[low:high]] for low, high in pairwise(ends)]
-    return [part * 2 if len(part) == 1 else part for part in parts]
 
 
 def _kml(

@@ -7,13 +7,12 @@ Positions are WGS 84, altitudes above mean sea level.  A flight has no day yet: 
 from __future__ import annotations
 
 import json
-import math
 from datetime import UTC, datetime, timedelta
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner.errors import UsageError
 from planner.flight.prediction import sample_trace, used_energy_wh
+from planner.report.map_geometry import area_geometry, line_geometry, line_parts, one_or_all
 from planner.report.tables import fence_outlines, item_rows, joined_places, place_rows, point_rows
 from planner.report.text import headline, printable
 from planner.service.separation import known_home_amsl_m
@@ -179,19 +178,21 @@ def _kml(flight: _Flight) -> str:
 
 def _geojson(flight: _Flight) -> str:
     """Return features by RFC 7946: the flight with a value of each quantity per position, places, fence."""
-    track = flight.track
-    per_position = {
-        name: values
-        for name, values in track._asdict().items()
-        if values and not name.endswith("_deg") and name != "altitude_amsl_m"
-    }
+    parts = line_parts({name: values for name, values in flight.track._asdict().items() if values})
+    places = ("longitude_deg", "latitude_deg", "altitude_amsl_m")
     features: list[Document] = [
         _feature(
-            {"type": "LineString", "coordinates": track.coordinates},
+            line_geometry(
+                [[*zip(*(part[name] for name in places), strict=True)] for part in parts]
+            ),
             name=flight.name,
             kind="flight",
             description=flight.description,
-            **per_position,
+            **{
+                name: one_or_all([part[name] for part in parts])
+                for name in parts[0]
+                if name not in places
+            },
         )
     ]
     for place in flight.places:
@@ -203,23 +204,12 @@ def _geojson(flight: _Flight) -> str:
             _feature({"type": "Point", "coordinates": where}, name=place["short"], **told)
         )
     for is_inside, corners in flight.areas:
-        ring = corners if _is_counter_clockwise(corners) else corners[::-1]
-        features.append(
-            _feature(
-                {"type": "Polygon", "coordinates": [ring]}, kind="fence", is_inclusion=is_inside
-            )
-        )
+        features.append(_feature(area_geometry(corners), kind="fence", is_inclusion=is_inside))
     return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False) + "\n"
 
 
 def _feature(geometry: Document, **properties: object) -> Document:
     return {"type": "Feature", "geometry": geometry, "properties": properties}
-
-
-def _is_counter_clockwise(corners: list[tuple[float, float]]) -> bool:
-    """Return how a closed outline turns, as RFC 7946 asks of those of areas: by twice its signed area."""
-    turns = (x * other_y - other_x * y for (x, y), (other_x, other_y) in pairwise(corners))
-    return math.fsum(turns) > 0.0
 
 
 def _gpx(flight: _Flight) -> str:

@@ -19,7 +19,7 @@ import planner
 from planner.cli.main import main
 from planner.errors import UsageError
 from planner.mission.files import write_mission
-from planner.report.fleet_exports import _cut, _cuts, write_exports
+from planner.report.fleet_exports import write_exports
 from planner.service.fleet_volumes import MOST_VERTICES, fleet_volumes
 from planner.values import replace
 
@@ -267,12 +267,6 @@ def test_heights_are_left_out_of_a_track_where_the_geoid_is_not_known(tmp_path: 
     assert {len(point) for point in about["geometry"]["coordinates"]} == {2}
     assert about["properties"]["altitudes_amsl_m"][0] == 400.0
     assert "coordTimes" not in about["properties"]
-
-
-def test_a_line_is_cut_where_it_crosses_the_180th_meridian() -> None:
-    cuts = _cuts([179.9, 179.99, -179.99, -179.9, 179.9])
-    assert cuts == [2, 4]
-    assert _cut("abcde", cuts) == [["a", "b"], ["c", "d"], ["e", "e"]]
 
 
 ENDS_IN_AIR = mission(up(20), place(100, 0, 20))

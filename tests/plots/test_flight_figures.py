@@ -338,7 +338,9 @@ def test_texts_of_a_lawn_mower_stand_outside_of_its_lines() -> None:
     The last one is where the return is tightest, whose name comes first.
     """
     corners = [
-        (30 * row, east) for row in range(1, 7) for east in ((-120, 120), (120, -120))[row % 2]
+        (east_m, 30 * row)
+        for row in range(1, 7)
+        for east_m in ((-120, 120) if row % 2 else (120, -120))
     ]
     wide = Fence(polygons=(box(-300, -100, 300, 300),))
     shown = checked(takeoff(20), *(at(*corner) for corner in corners), rtl(), fence=wide)
