@@ -9,6 +9,12 @@ deviation in ``[spread.law_fraction]``.  Mean powers of steady flight are the ev
 
 and the inverse of the normal matrix there is their covariance.  What no flight shows keeps its prior,
 and no evidence makes anything less certain.
+
+What flights of one vehicle differ by, :math:`\sigma_b`, is known from many vehicles as from one flight, and
+from each of its own flights besides: one flight narrows the vehicle, not how far its next one is from it.
+Where the minimum, of n cells of steady flight, is above n, sheet, theory and flights contradict each other
+by more than they are said to be off; then all are taken to be off by :math:`\sqrt{\min / n}` times that
+(R. T. Birge, Phys. Rev. 40 (1932) 207).
 """
 
 from __future__ import annotations
@@ -29,13 +35,13 @@ from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import Value, brief, field_values, replace
-from planner.vehicle.data_sheet import (
-    STATE_FLIGHTS,
-    STEADY_FLIGHTS,
-    THEORY_FRACTION,
-    steady_power_w,
-)
 from planner.vehicle.declared import Interval
+from planner.vehicle.law_factors import (
+    THEORY_FRACTION,
+    EnergyFractions,
+    energy_fractions,
+    moved_rotor,
+)
 from planner.vehicle.model import LAW_FACTORS, Basis
 from planner.vehicle.parameters.resolve import kept_parameters
 from planner.vehicle.power import MomentumLaw
@@ -51,27 +57,23 @@ if TYPE_CHECKING:
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import ModelSpread, Provenance, ValidFor, VehicleModel
 
-_COEFFICIENTS = {
-    "hover": ("induced_factor", "profile_factor"),
-    "profile_speed_factor": ("profile_speed_factor",),
-    "axial_factor": ("axial_factor",),
-    "drag_area_m2": ("drag_area_m2",),
-}
-"""Which coefficients of the law each factor multiplies."""
 _PACK = 0.2
 """How far the resistance that a flight shows is from that of the next one's battery, relative: 44 % more
 at 5 °C than at 20 °C (models/chemistries/lipo.toml), and packs of one kind differ. [-]"""
 _RESISTANCE = "internal_resistance_ohm"
 _SPEED_CELL_M_S, _CLIMB_CELL_M_S = 2.0, 1.0
 """Steady flights this much alike are one: theory is off by the same in all of them. [m/s]"""
-_STEP = 1e-4
-"""Of a logarithm, for a slope. [-]"""
+_ROUNDS = 5
+"""After which the scatter of flights changes by less than a hundredth."""
 _DISAGREES = 2.0
 """Standard deviations of its prior from which on a factor is worth a word: one in twenty by chance. [-]"""
 _OTHER_VEHICLE = 5.0
 """From which on no chance explains it: one in a million. [-]"""
 _SHOWN = 0.8
 """Of the standard deviation before, up to which a factor is one that flights show. [-]"""
+
+_SHOWN_RATIO = 1.05
+"""Birge ratio from which on it is worth a word. [-]"""
 
 PRIOR_DISAGREES = Rule(
     "I110 prior-disagrees",
@@ -80,7 +82,7 @@ PRIOR_DISAGREES = Rule(
     why="The data sheet is of another vehicle, battery or load, or the current in the log is not calibrated: "
     "predictions rest on whichever is wrong.",
     how="A factor of the power that the flights put more than two standard deviations from where the model "
-    "had it.",
+    "had it.  What contradicts itself is spread wider: all deviations by the Birge ratio.",
     fix="compare mass, propellers and battery with the data sheet, the current in the log with a charger's",
 )
 
@@ -253,6 +255,7 @@ def narrowed_power(
     refuse_impossible_mass(fresh)
     update = PowerUpdate(vehicle, fresh)
     rotor, factors, battery = update.moved(update.narrowed), update.factors, vehicle.battery
+    energy = update.energy
     resistance = _narrowed_resistance(
         vehicle,
         [
@@ -270,8 +273,9 @@ def narrowed_power(
     rounded = {name: float(f"{value:.4g}") for name, value in rotor._asdict().items()}
     spread, narrowed = vehicle.spread, [(one.name, one.after) for one in factors]
     assert spread is not None
+    of_states = dict(spread.energy_state_fraction)
     flights = quantity.count(len({one.source for one in fresh}), "flight")
-    findings = _disagreements(factors)
+    findings = _disagreements(factors, update.birge_ratio)
     if again:
         message = f"{again}: {vehicle.name} was narrowed by it before; not counted again"
         findings.append(LOG_COUNTED.finding(message))
@@ -279,10 +283,13 @@ def narrowed_power(
         law=MomentumLaw(**rounded),
         spread=replace(
             spread,
-            energy_fraction=round(math.hypot(update.shared_fraction, DAY_FRACTION), 4),
+            energy_fraction=min(
+                round(math.hypot(energy.shared, update.birge_ratio * update.day_fraction), 4),
+                spread.energy_fraction or math.inf,
+            ),
             energy_state_fraction=tuple(
-                (state, round(math.hypot(update.state_fractions[flight], THEORY_FRACTION), 4))
-                for state, flight in STATE_FLIGHTS.items()
+                (state, min(fraction, of_states.get(state, math.inf)))
+                for state, fraction in energy.of_states(update.birge_ratio * THEORY_FRACTION)
             ),
             law_fraction=tuple(
                 (
@@ -425,11 +432,14 @@ def _told(factor: NarrowedFactor) -> str:
     )
 
 
-def _disagreements(factors: Sequence[NarrowedFactor]) -> list[Finding]:
+def _disagreements(factors: Sequence[NarrowedFactor], birge_ratio: float) -> list[Finding]:
+    wider = ""
+    if birge_ratio > _SHOWN_RATIO:
+        wider = f"; all spreads are taken {quantity.decimals(birge_ratio, 1)} times as wide"
     return [
         PRIOR_DISAGREES.finding(
             f"{one.label} is {quantity.signed(one.value - 1.0, quantity.percent)} from where the model had "
-            f"it, {abs(math.log(one.value)) / one.before:.1f} of its standard deviations"
+            f"it, {abs(math.log(one.value)) / one.before:.1f} of its standard deviations{wider}"
         )
         for one in factors
         if abs(math.log(one.value)) > _DISAGREES * one.before
@@ -446,7 +456,7 @@ class PowerUpdate:
         self.rotor = Rotor(**field_values(law))
         self.mass_kg = vehicle.mass_kg or 0.0
         self.avionics_w = 0.0 if vehicle.loads is None else vehicle.loads.avionics_w
-        known = {name: of for name, of in spread.law_fraction if name in _COEFFICIENTS}
+        known = {name: of for name, of in spread.law_fraction if name != _RESISTANCE}
         self.names, self.prior = tuple(known), np.array(list(known.values()))
         self.steady = steady
         self.cells, self.flights = _cells(steady)
@@ -457,16 +467,12 @@ class PowerUpdate:
         self.sigma = np.sqrt(noise + THEORY_FRACTION**2)
         _, first = np.unique(self.cells, return_index=True)
         self.flight_of = self.flights[first]
+        self.day_fraction, self.birge_ratio = DAY_FRACTION, 1.0
         self.narrowed, self.covariance = self._most_likely()
 
     def moved(self, factors: FloatArray) -> Rotor:
         """Return the rotor with its factors multiplied."""
-        changes = {
-            coefficient: getattr(self.rotor, coefficient) * math.exp(one)
-            for name, one in zip(self.names, factors.tolist(), strict=False)
-            for coefficient in _COEFFICIENTS[name]
-        }
-        return self.rotor._replace(**changes)
+        return moved_rotor(self.rotor, dict(zip(self.names, factors.tolist(), strict=True)))
 
     def _log_powers(self, factors: FloatArray) -> FloatArray:
         rotor, powers = self.moved(factors), np.empty(len(self.steady))
@@ -485,18 +491,27 @@ class PowerUpdate:
         off = self.measured - self._log_powers(factors)
         of_cells = np.bincount(self.cells, off) / self.counts - of_flights[self.flight_of]
         return np.concatenate(
-            (of_cells / self.sigma, factors / self.prior, of_flights / DAY_FRACTION)
+            (of_cells / self.sigma, factors / self.prior, of_flights / self.day_fraction)
         )
 
     def _most_likely(self) -> tuple[FloatArray, FloatArray]:
         """Return the most likely logarithms of the factors and their covariance."""
         from scipy.optimize import least_squares
 
-        count = len(self.names)
-        start = np.zeros(count + int(self.flights.max()) + 1)
-        found = least_squares(self._residuals, start, method="lm")
-        covariance = np.linalg.inv(found.jac.T @ found.jac)
-        return np.asarray(found.x[:count]), np.asarray(covariance[:count, :count])
+        count, flights = len(self.names), int(self.flights.max()) + 1
+        unknown = np.zeros(count + flights)
+        for _ in range(_ROUNDS):
+            found = least_squares(self._residuals, unknown, method="lm")
+            unknown, covariance = found.x, np.linalg.inv(found.jac.T @ found.jac)
+            # what all flights are off by is the vehicle's: only what sets them apart is the days'
+            apart = np.eye(flights) - 1.0 / flights
+            second = np.outer(unknown[count:], unknown[count:]) + covariance[count:, count:]
+            mean = (DAY_FRACTION**2 + float(np.sum(apart * second))) / flights
+            self.day_fraction = max(math.sqrt(mean), DAY_FRACTION)
+        covariance = covariance[:count, :count]
+        self.birge_ratio = max(math.sqrt(2.0 * float(found.cost) / self.counts.size), 1.0)
+        wider = np.minimum(self.birge_ratio, self.prior / np.sqrt(np.diag(covariance)))
+        return np.asarray(unknown[:count]), np.asarray(covariance * np.outer(wider, wider))
 
     @property
     def residuals_w(self) -> FloatArray:
@@ -521,33 +536,15 @@ class PowerUpdate:
         )
 
     @property
-    def shared_fraction(self) -> float:
-        """How uncertain the power of hover is. [-]"""
-        [hover] = self._gradient()[list(STEADY_FLIGHTS).index("hover"), np.newaxis]
-        return float(np.sqrt(hover @ self.covariance @ hover))
-
-    @property
-    def state_fractions(self) -> dict[str, float]:
-        """How uncertain the power of each steady flight is besides. [-]"""
-        gradient = self._gradient()
-        beside = gradient - gradient[list(STEADY_FLIGHTS).index("hover")]
-        variances = np.einsum("ij,jk,ik->i", beside, self.covariance, beside)
-        return dict(zip(STEADY_FLIGHTS, np.sqrt(variances).tolist(), strict=True))
-
-    def _gradient(self) -> FloatArray:
-        """Return how the logarithm of each steady flight's power follows each factor's."""
-
-        def log_powers(factors: FloatArray) -> FloatArray:
-            powers = steady_power_w(
-                self.moved(factors), mass_kg=self.mass_kg, avionics_w=self.avionics_w
-            )
-            return np.log(powers)
-
-        columns = [
-            log_powers(self.narrowed + _STEP * one) - log_powers(self.narrowed - _STEP * one)
-            for one in np.eye(len(self.names))
-        ]
-        return np.stack(columns, axis=-1) / (2.0 * _STEP)
+    def energy(self) -> EnergyFractions:
+        """How far the power may still be off."""
+        return energy_fractions(
+            self.moved(self.narrowed),
+            self.names,
+            self.covariance,
+            mass_kg=self.mass_kg,
+            avionics_w=self.avionics_w,
+        )
 
 
 def _cells(steady: Sequence[MeasuredPower]) -> tuple[IntArray, IntArray]:

@@ -16,12 +16,13 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
-from planner.physics.rotor import Rotor, hover_induced_velocity_m_s, momentum_power_w
+from planner.physics.rotor import Rotor, hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value, field
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import Interval
 from planner.vehicle.figures import HoverFigure, HoverKind
+from planner.vehicle.law_factors import energy_fractions
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Basis, Loads, ModelSpread, Provenance, ValidFor, VehicleModel
 from planner.vehicle.pack import (
@@ -49,7 +50,6 @@ from planner.vehicle.repeatability import DAY_FRACTION
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from planner.arrays import FloatArray
     from planner.vehicle.drones import PublishedDrone
     from planner.vehicle.figures import MotorTable
     from planner.vehicle.parameters.files import ParameterSet
@@ -83,35 +83,6 @@ _DENSITY_RANGE = Interval(low=0.9, high=1.35)
 _HEIGHT_RANGE = Interval(low=-1.0, high=500.0)
 _DJI_MOTION = "dji-matrice-100"
 """Whose ramps other vehicles of DJI fly by: the one of which flights were measured."""
-THEORY_FRACTION = 0.03
-"""How far momentum theory is from the mean power of one steady flight, relative: between 1 and 3 % in
-the fits of the shipped models. [-]"""
-STATE_FLIGHTS = {
-    "takeoff": "climb",
-    "climb": "climb",
-    "accelerate": "cruise",
-    "cruise": "cruise",
-    "brake": "cruise",
-    "descend": "descend",
-    "land": "descend",
-}
-"""Which steady flight says how far the energy of a state may be off, besides that of hover."""
-STEADY_FLIGHTS = {
-    "hover": (0.0, 0.0),
-    "cruise": (8.0, 0.0),
-    "climb": (0.0, 2.5),
-    "descend": (0.0, -1.5),
-}
-"""Airspeed and climb rate at which that is looked at: what multicopters fly missions at. [m/s]"""
-
-
-def steady_power_w(rotor: Rotor, *, mass_kg: float, avionics_w: float) -> FloatArray:
-    """Return the power of each of `STEADY_FLIGHTS` at sea level, in their order. [W]"""
-    speed_m_s, climb_m_s = np.array(list(STEADY_FLIGHTS.values())).T
-    power = momentum_power_w(
-        speed_m_s, climb_m_s, rotor, mass_kg=mass_kg, air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3
-    )
-    return power + avionics_w
 
 
 class DataSheet(Value):
@@ -388,7 +359,7 @@ class _Sheet:
             "disk": disk_area_m2(self.rotors, self.propeller_m),
             "hover": hover_w,
             "avionics": self._avionics_w(hover_w),
-            "profile_share": self._assume("profile_share", priors["profile_share"]),
+            "profile_ratio": self._assume("profile_ratio", priors["profile_ratio"]),
             "profile_speed_factor": self._assume(
                 "profile_speed_factor", priors["profile_speed_factor"]
             ),
@@ -504,54 +475,42 @@ class _Sheet:
         return Rotor(
             disk_area_m2=given["disk"],
             drag_area_m2=given["drag"],
-            induced_factor=cost * (1.0 - given["profile_share"]),
+            induced_factor=cost / (1.0 + given["profile_ratio"]),
             axial_factor=given["axial_factor"],
-            profile_factor=cost * given["profile_share"],
+            profile_factor=cost * given["profile_ratio"] / (1.0 + given["profile_ratio"]),
             profile_speed_factor=given["profile_speed_factor"],
         )
 
-    def _steady_w(self, given: Mapping[str, float]) -> dict[str, float]:
-        """Return the power of hover and of each steady flight. [W]"""
-        power = steady_power_w(
-            self._rotor(given), mass_kg=given["mass"], avionics_w=given["avionics"]
-        )
-        return dict(zip(STEADY_FLIGHTS, power.tolist(), strict=True))
-
     def _spread(self) -> ModelSpread:
         """Return how far energies may be off: what all states share is that of hover."""
-        at = self._steady_w(self.quantities)
-        shared = 0.0
-        beside = dict.fromkeys(at, 0.0)
-        # without a figure of the hover its power follows the mass^1.5 and the disk^-0.5 assumed
-        follows = {"mass": 1.5, "disk": -0.5} if self.sheet.hover is None else {}
-        for name, fraction in self.fractions.items():
-            if name not in self.quantities:
-                continue  # what motion and battery go by
-            moved = dict(self.quantities)
-            moved[name] *= math.exp(fraction)
-            moved["hover"] *= math.exp(fraction * follows.get(name, 0.0))
-            change = {
-                state: math.log(power / at[state]) for state, power in self._steady_w(moved).items()
-            }
-            shared += change["hover"] ** 2
-            for state, one in change.items():
-                beside[state] += (one - change["hover"]) ** 2
+        of = self.fractions
+        hover = of.get("hover", 0.0)
+        if self.sheet.hover is None:
+            # without a figure of the hover its power follows the mass^1.5 and the disk^-0.5 assumed
+            hover = math.hypot(hover, 1.5 * of.get("mass", 0.0), 0.5 * of.get("disk", 0.0))
+        known = {
+            "hover": hover,
+            "profile_ratio": of["profile_ratio"],
+            "profile_speed_factor": of["profile_speed_factor"],
+            "axial_factor": of["axial_factor"],
+            "drag_area_m2": of["drag"],
+            "disk_area_m2": of.get("disk", 0.0),
+        }
+        known = {name: round(one, 4) for name, one in known.items() if one}
+        energy = energy_fractions(
+            self._rotor(self.quantities),
+            tuple(known),
+            np.diag(np.square(list(known.values()))),
+            mass_kg=self.mass_kg,
+            avionics_w=self.quantities["avionics"],
+        )
         cost = hover_cost()
         time = "time" if self.sheet.moves_like is None else "moves_like"
         return ModelSpread(
             time_fraction=round(self.priors[time].fraction, 4),
-            energy_fraction=round(math.hypot(math.sqrt(shared), DAY_FRACTION), 4),
-            energy_state_fraction=tuple(
-                (state, round(math.hypot(math.sqrt(beside[steady]), THEORY_FRACTION), 4))
-                for state, steady in STATE_FLIGHTS.items()
-            ),
-            law_fraction=(
-                ("hover", round(math.sqrt(shared), 4)),
-                ("profile_speed_factor", round(self.fractions["profile_speed_factor"], 4)),
-                ("axial_factor", round(self.fractions["axial_factor"], 4)),
-                ("drag_area_m2", round(self.fractions["drag"], 4)),
-                *self._resistance_fraction(),
-            ),
+            energy_fraction=round(math.hypot(energy.shared, DAY_FRACTION), 4),
+            energy_state_fraction=energy.of_states(),
+            law_fraction=(*known.items(), *self._resistance_fraction()),
             n_flights=cost.sizes,
             source="no flight: how far the data sheet and what is assumed beside it may be off, by "
             f"{cost.count} published flight times and models/priors",

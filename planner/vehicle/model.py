@@ -47,9 +47,11 @@ STATE_NAMES = ("takeoff", "climb", "accelerate", "cruise", "brake", "hover", "de
 """The flight states, in the order of flights."""
 LAW_FACTORS = {
     "hover": "hover power",
+    "profile_ratio": "blade drag over induced power",
     "profile_speed_factor": "growth of blade drag with speed",
     "axial_factor": "power for each watt of climb",
     "drag_area_m2": "drag area",
+    "disk_area_m2": "disk area at the same hover",
     "internal_resistance_ohm": "battery resistance",
 }
 """What of a model by momentum theory is uncertain before any flight, in words: the power of hover as a whole,

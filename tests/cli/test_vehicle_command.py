@@ -153,11 +153,14 @@ def test_a_log_narrows_the_model_in_place(
     main(["vehicle", "new", "-o", "mine.toml", *_SHEET, *_FLOWN])
     before = load_vehicle("mine.toml").spread
     assert main(["vehicle", "refine", "mine.toml", "flight.bin"]) == ExitCode.GO
-    assert "changed by" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "changed by" in told
+    # it draws 160 W at any speed and climb rate, which no rotor does
+    assert "times as wide" in told
     after = load_vehicle("mine.toml").spread
     assert before is not None
     assert after is not None
-    assert (after.energy_fraction or 1.0) < 0.5 * (before.energy_fraction or 0.0)
+    assert (after.energy_fraction or 1.0) < 0.9 * (before.energy_fraction or 0.0)
 
 
 def test_a_payload_of_a_log_that_is_not_given_is_refused(

@@ -121,6 +121,44 @@ def test_a_flight_repeated_tells_no_more_than_its_own_error_allows() -> None:
     assert hover.after == pytest.approx(np.hypot(0.02, 0.03), rel=0.1)
 
 
+@pytest.mark.parametrize("off", [0.6, 0.8, 0.99, 1.3])
+def test_what_contradicts_the_prior_leaves_more_uncertain(off: float) -> None:
+    # one hover without noise, by theory and day off by 3 and 2 %, against a prior of s: both are off by
+    # d / sqrt(s^2 + 0.03^2 + 0.02^2) of their deviations, which widens what is left (Birge)
+    flown = replace(_flown(_sheet(), [(0.0, 0.0)])[0], error_w=1e-6)
+    vehicle = _sheet()
+    assert vehicle.cruise is not None
+    assert vehicle.loads is not None
+    law = Rotor(**field_values(vehicle.cruise))
+    own_w = float(momentum_power_w(0.0, 0.0, law, mass_kg=2.0, air_density_kg_m3=1.225))
+    power_w = off * own_w + vehicle.loads.avionics_w
+    update = PowerUpdate(vehicle, [replace(flown, power_w=power_w)])
+    hover = update.factors[0]
+    far = abs(np.log(off)) / np.hypot(hover.before, np.hypot(0.03, 0.02))
+    left = hover.before * np.sqrt(1.0 / (1.0 + hover.before**2 / (0.03**2 + 0.02**2)))
+    # avionics, 4 % of the power, are not the rotors': 5 %
+    assert update.birge_ratio == pytest.approx(max(1.0, far), rel=0.05)
+    # no less certain than before
+    widened = min(left * max(1.0, far), hover.before)
+    assert hover.after == pytest.approx(widened, rel=0.1)
+
+
+def test_one_flight_does_not_tell_how_far_the_next_one_is_from_it() -> None:
+    flown = [replace(one, error_w=1e-6) for one in _flown(_sheet(), _ORDINARY)]
+
+    def of_day(*offs: float) -> float:
+        steady = [
+            replace(one, power_w=off * one.power_w, source=f"{number}#1")
+            for number, off in enumerate(offs)
+            for one in flown
+        ]
+        return PowerUpdate(_sheet(), steady).day_fraction
+
+    # 2 % is what many vehicles have, and counts as one flight: ((0.02^2 + 2 x 0.05^2) / 2)^0.5 = 5.2 %
+    assert of_day(1.0) == of_day(1.0, 1.0) == of_day(1.2) == 0.02
+    assert of_day(0.95, 1.05) == pytest.approx(0.052, rel=0.1)
+
+
 def test_a_log_narrows_the_model_and_the_file_says_by_what() -> None:
     [record] = records_of(copter_log())
     refined = refine_vehicle(_sheet(), [record])

@@ -7,25 +7,33 @@ from __future__ import annotations
 
 import datetime as dt
 import math
+import tomllib
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import planner
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
+from planner.physics.rotor import Rotor, momentum_power_w
 from planner.service.endurance import predict_endurance
 from planner.setup import read_battery
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
 from planner.vehicle.figures import read_hover, read_mass, read_motor, read_propeller, read_rotors
 from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.power import LiuLaw, MomentumLaw, whole_power_w
 from planner.vehicle.priors import (
     PublishedHover,
+    disk_area_m2,
     fit_hover_cost,
     hover_cost,
+    ideal_hover_w,
     multicopter_priors,
     published_hovers,
 )
+from planner.vehicle.reader import models_root
 from planner.vehicle.writer import write_vehicle
 
 if TYPE_CHECKING:
@@ -115,6 +123,64 @@ def test_80_percent_of_published_hovers_are_where_those_of_other_sizes_expect_th
         inside += sum(abs(math.log(one.cost / cost.at(size))) < widest for one in own)
     assert 0.75 <= inside / len(hovers) <= 0.90
     assert hover_cost().fraction < 0.15  # wider, and the size of a propeller would say nothing
+
+
+def _saved(times: dict[str, Any], profile_ratio: float) -> float:
+    """Return the least power of level flight over that of the hover, by the likeliest of all else."""
+    prior = multicopter_priors()
+    mass_kg = times["mass_kg"]
+    area_m2 = mass_kg * 9.80665 / prior["disk_loading"].value
+    propeller_m = times.get("propeller_m", math.sqrt(area_m2 / math.pi))
+    cost = hover_cost().at(propeller_m)
+    avionics_w = prior["avionics"].value
+    hover_w = cost * ideal_hover_w(mass_kg, 4, propeller_m)
+    avionics_w = min(avionics_w, 0.1 * hover_w)
+    cost *= 1.0 - avionics_w / hover_w
+    rotor = Rotor(
+        disk_area_m2=disk_area_m2(4, propeller_m),
+        drag_area_m2=prior["drag_per_mass"].value * mass_kg ** (2.0 / 3.0),
+        induced_factor=cost / (1.0 + profile_ratio),
+        axial_factor=prior["axial_factor"].value,
+        profile_factor=cost * profile_ratio / (1.0 + profile_ratio),
+        profile_speed_factor=prior["profile_speed_factor"].value,
+    )
+    speed_m_s = np.linspace(0.0, 15.0, 31)
+    power_w = avionics_w + momentum_power_w(
+        speed_m_s, 0.0, rotor, mass_kg=mass_kg, air_density_kg_m3=1.225
+    )
+    return float(power_w.min() / power_w[0])
+
+
+def test_published_flight_times_say_what_forward_flight_saves() -> None:
+    path = models_root() / "priors" / "flight_times.toml"
+    drones = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert drones.pop("schema") == 1
+    logs = []
+    for times in drones.values():
+        saves = times["hover_min"] / times["longest_min"]
+        logs.append(brentq(lambda x, t=times, s=saves: _saved(t, math.exp(x)) - s, -3.0, 3.0))
+    prior = multicopter_priors()["profile_ratio"]
+    assert prior.value == pytest.approx(math.exp(np.mean(logs)), rel=0.02)
+    assert prior.fraction == pytest.approx(np.std(logs, ddof=1), rel=0.05)
+
+
+def test_an_iris_saves_in_forward_flight_what_was_measured() -> None:
+    # the law that Liu, Sengupta and Kurzhanskiy fitted to flights of theirs (ICUAS 2017)
+    measured = LiuLaw(
+        k1=0.8554, k2_sqrt_kg_m=0.3051, c2_sqrt_m_kg=0.3177, c4_kg_m=0.0296, c5_kg_m=0.0279
+    )
+    speed_m_s = np.linspace(0.0, 12.0, 25)
+    power_w = measured.power_w(speed_m_s, 0.0, 1.28)
+    saves = float(power_w.min() / power_w[0])
+    iris = planner.load_vehicle("3dr-iris-plus")
+    assert isinstance(iris.cruise, MomentumLaw)
+    assert iris.spread is not None
+    own_w = whole_power_w(
+        iris.cruise, airspeed_m_s=speed_m_s, climb_rate_m_s=0.0, mass_kg=1.28, air_density_kg_m3=1.2
+    )
+    off = math.log(float(own_w.min() / own_w[0]) / saves)
+    # within the middle 80 % of what the model says of level flight beside hover
+    assert abs(off) < 1.28 * dict(iris.spread.energy_state_fraction)["cruise"]
 
 
 def test_hovers_on_one_law_leave_no_spread() -> None:

@@ -1,0 +1,115 @@
+r"""How far a law by momentum theory may be off, and what that does to the power of each steady flight.
+
+A law is taken apart into factors that flights tell one by one: what hovering takes; how that is divided
+between blades and induced flow; the area of the disks, at the same hover; the other coefficients.  How far
+each may be off is the standard deviation of its logarithm, so that with the slopes :math:`g_s` of the
+logarithm of the power of a steady flight s the variance of the latter is :math:`g_s^T C g_s`.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.rotor import momentum_power_w
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.arrays import FloatArray
+    from planner.physics.rotor import Rotor
+
+THEORY_FRACTION = 0.03
+"""How far momentum theory is from the mean power of one steady flight, relative: between 1 and 3 % in
+the fits of the shipped models. [-]"""
+STATE_FLIGHTS = {
+    "takeoff": "climb",
+    "climb": "climb",
+    "accelerate": "cruise",
+    "cruise": "cruise",
+    "brake": "cruise",
+    "descend": "descend",
+    "land": "descend",
+}
+"""Which steady flights say how far the energy of a state may be off, besides that of hover."""
+STEADY_FLIGHTS = {
+    "hover": [(0.0, 0.0)],
+    "cruise": [(5.0, 0.0), (10.0, 0.0)],
+    "climb": [(0.0, 2.5)],
+    "descend": [(0.0, -1.5)],
+}
+"""Airspeeds and climb rates at which that is looked at: the default speeds of PX4 and ArduPilot. [m/s]"""
+_STEP = 1e-4
+"""Of a logarithm, for a slope. [-]"""
+
+
+def moved_rotor(rotor: Rotor, logarithms: Mapping[str, float]) -> Rotor:
+    """Return a rotor with its factors multiplied, given by the logarithms of what they are multiplied by."""
+    factor = {name: math.exp(one) for name, one in logarithms.items()}
+    disk = factor.get("disk_area_m2", 1.0)
+    # of a larger disk the ideal power is less: the same hover takes more for each watt of that
+    hover = factor.get("hover", 1.0) * math.sqrt(disk)
+    induced, profile = rotor.induced_factor, rotor.profile_factor
+    moved_profile = factor.get("profile_ratio", 1.0) * profile
+    kept = (induced + profile) / (induced + moved_profile)
+    return rotor._replace(
+        disk_area_m2=rotor.disk_area_m2 * disk,
+        induced_factor=induced * kept * hover,
+        profile_factor=moved_profile * kept * hover,
+        profile_speed_factor=rotor.profile_speed_factor * factor.get("profile_speed_factor", 1.0),
+        axial_factor=rotor.axial_factor * factor.get("axial_factor", 1.0),
+        drag_area_m2=rotor.drag_area_m2 * factor.get("drag_area_m2", 1.0),
+    )
+
+
+class EnergyFractions(Value):
+    """How far the power by a law may be off, as standard deviations."""
+
+    shared: float
+    """Of hover, which all states share. [-]"""
+    beside: Mapping[str, float]
+    """Of each steady flight besides. [-]"""
+
+    def of_states(self, theory: float = THEORY_FRACTION) -> tuple[tuple[str, float], ...]:
+        """Return how far the energy of each state may be off besides, what theory is off by in it."""
+        return tuple(
+            (state, round(math.hypot(self.beside[flight], theory), 4))
+            for state, flight in STATE_FLIGHTS.items()
+        )
+
+
+def energy_fractions(
+    rotor: Rotor, names: Sequence[str], covariance: FloatArray, *, mass_kg: float, avionics_w: float
+) -> EnergyFractions:
+    """Return how far the power by a law may be off, by the covariance of the logarithms of its factors.
+
+    Of flights at several speeds it is the root mean square.
+    """
+    speed_m_s, climb_m_s = np.concatenate([np.array(one) for one in STEADY_FLIGHTS.values()]).T
+
+    def log_powers(logarithms: FloatArray) -> FloatArray:
+        power = momentum_power_w(
+            speed_m_s,
+            climb_m_s,
+            moved_rotor(rotor, dict(zip(names, logarithms.tolist(), strict=True))),
+            mass_kg=mass_kg,
+            air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
+        )
+        return np.log(power + avionics_w)
+
+    steps = _STEP * np.eye(len(names))
+    slopes = np.stack([log_powers(one) - log_powers(-one) for one in steps], axis=-1) / (2 * _STEP)
+    beside = slopes - slopes[0]
+    variances = iter(np.einsum("ij,jk,ik->i", beside, covariance, beside).tolist())
+    return EnergyFractions(
+        shared=float(np.sqrt(slopes[0] @ covariance @ slopes[0])),
+        beside={
+            name: math.sqrt(sum(islice(variances, len(flights))) / len(flights))
+            for name, flights in STEADY_FLIGHTS.items()
+        },
+    )
