@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 BUFFER = Finding(
-    code="M105",
-    name="unsupported-command",
+    code="M122",
+    name="too-far-for-site",
     severity=Severity.ERROR,
     message="the stop takes 21.4 m, the fence is 14.0 m away",
     item=6,
     place=Place(line=41, column=9),
 )
 
-REST = '"code": "M105", "severity": "error", "message": "so it is"'
+REST = '"code": "M122", "severity": "error", "message": "so it is"'
 
 
 def _knows(folder: Path, finding: Finding, *, file: str | None = None) -> bool:
@@ -57,7 +57,7 @@ def test_a_finding_that_moved_in_the_file_is_still_known(folder: Path) -> None:
         replace(BUFFER, severity=Severity.WARNING),
         replace(BUFFER, item=7),
         replace(BUFFER, item=None),
-        replace(BUFFER, code="M104"),
+        replace(BUFFER, code="A114"),
     ],
     ids=["a number", "the severity", "the item", "no item", "the code"],
 )
@@ -88,7 +88,7 @@ def test_an_error_of_energy_is_never_known(tmp_path: Path) -> None:
     found = [(str(tmp_path / "site.plan"), one) for one in (short, outside, BUFFER)]
     assert write_baseline(path, found) == (2, 1)
     document = json.loads(path.read_text(encoding="utf-8"))
-    assert [one["code"] for one in document["known"]] == ["E105", "M105"]
+    assert [one["code"] for one in document["known"]] == ["E105", "M122"]
     assert _knows(tmp_path, outside)
     # Not even where someone has written it in.
     document["known"].append(

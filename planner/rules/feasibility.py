@@ -97,6 +97,7 @@ REQUIRED_ITEM_MISSING = Rule(
     "DO_LAND_START, 3 NAV_TAKEOFF, 4 VTOL_TAKEOFF, 5 a rally point within RALLY_LIMIT_KM of home, 6 "
     "RETURN_TO_LAUNCH.",
     fix="add the item, or change the parameter on the vehicle",
+    instead="a mission with the items it asks for, or --params",
 )
 
 
@@ -153,6 +154,7 @@ FIRST_WAYPOINT_FAR = Rule(
     how="Distance from home to the first item with a place: MIS_DIST_1WP or more, where that is "
     "positive.  An error for --target px4-1.15.",
     fix="check home and mission, or raise MIS_DIST_1WP",
+    instead="a home near the mission, or MIS_DIST_1WP by --params",
 )
 
 
@@ -184,6 +186,7 @@ TAKEOFF_TOO_LOW = Rule(
     how="Altitude of NAV_TAKEOFF above home less than 1 m more than NAV_ACC_RAD, 2 m by default "
     "(FeasibilityChecker::checkTakeoff).",
     fix="take off to 3 m at least, or to 1 m more than NAV_ACC_RAD",
+    instead="a higher take-off",
 )
 
 
@@ -214,6 +217,7 @@ GATE_AT_WAYPOINT = Rule(
     why="PX4 finds no direction through the gate and refuses the mission.",
     how="CONDITION_GATE less than 5 cm from its neighbour among the items with a place.",
     fix="move the gate between two waypoints",
+    instead="a gate away from its neighbours",
 )
 
 
@@ -280,6 +284,7 @@ TOO_MANY_ITEMS = Rule(
     "not with BRD_SD_MISSION above 0, which stores more on the card) and 2000 on PX4 "
     "(NUM_MISSIONS_SUPPORTED with an SD card; a warning above 500, what boards without one hold).",
     fix="split the mission (mavjoule split)",
+    instead="a mission with fewer items",
 )
 
 

@@ -314,6 +314,7 @@ COMMAND_UNSUPPORTED = Rule(
     how="The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for others), against what "
     "the autopilot's source accepts, in the version of --target.",
     fix="use commands the autopilot flies",
+    instead="commands the autopilot flies, or --target",
 )
 
 
@@ -357,6 +358,7 @@ VALUE_NOT_SET = Rule(
     how="Parameters 1 to 4 and the altitude of every item; only a heading may be unset, in "
     "NAV_WAYPOINT, LOITER_UNLIM, LAND, TAKEOFF, ARC_WAYPOINT, VTOL_TAKEOFF and VTOL_LAND.",
     fix="write 0 for it",
+    instead="a mission with its values, or --target",
 )
 
 

@@ -11,8 +11,6 @@ from virtual_vehicle import VirtualLine
 
 from planner.cli.guard import Duration
 from planner.cli.main import main
-from planner.link.mission import MissionKind
-from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -178,13 +176,14 @@ def test_a_file_that_sets_only_how_reports_look_does_no_harm(
 
 
 def test_an_error_that_is_not_reported_as_asked_is_no_reason_to_arm(
-    vehicle: GuardedVehicle, capsys: pytest.CaptureFixture[str]
+    vehicle: GuardedVehicle, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    take_off, *others = vehicle.lists[MissionKind.MISSION]
-    vehicle.lists[MissionKind.MISSION] = (replace(take_off, z=0.0), *others)
-    assert main(["guard", URL, *CHECK, "--ignore", "A106,M128", "--lost-after", "5s"]) == 3
+    site = tmp_path / "site.toml"
+    site.write_text("[site]\nmax_height_above_home_m = 5\n", encoding="utf-8")
+    asked = ("--profile", str(site), "--ignore", "A114")
+    assert main(["guard", URL, *CHECK, *asked, "--lost-after", "5s"]) == 3
     assert vehicle.results() == [2]  # denied
-    assert "verdict no-go: A106 zero-takeoff" in capsys.readouterr().err
+    assert "verdict no-go: A114 too-high-for-site" in capsys.readouterr().err
 
 
 def test_ctrl_c_ends_in_130(vehicle: GuardedVehicle, capsys: pytest.CaptureFixture[str]) -> None:

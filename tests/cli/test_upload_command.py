@@ -172,13 +172,12 @@ def test_a_mission_of_twice_the_battery_is_not_sent_whatever_is_typed(
 def test_a_go_that_rests_on_an_error_not_reported_is_not_sent(
     on_line: list[VirtualLine], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = (tmp_path / "out.waypoints").read_text(encoding="utf-8")
-    grounded = text.replace("50.0\t20.0\t100\t1", "50.0\t20.0\t0\t1")  # take-off to 0 m
-    (tmp_path / "out.waypoints").write_text(grounded, encoding="utf-8")
+    site = tmp_path / "site.toml"
+    site.write_text("[site]\nmax_height_above_home_m = 50\n", encoding="utf-8")
     vehicle = _vehicle()
     on_line += [VirtualLine(vehicle), VirtualLine(vehicle)]
-    assert main([*SENT, "--ignore", "A106,M128"]) == 1
-    assert "not sent: A106 zero-takeoff is ignored as A106" in capsys.readouterr().err
+    assert main([*SENT, "--profile", str(site), "--ignore", "A114"]) == 1
+    assert "not sent: A114 too-high-for-site is ignored as A114" in capsys.readouterr().err
     assert _flown(vehicle) == OLD
 
 

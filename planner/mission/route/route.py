@@ -300,6 +300,7 @@ HOME_UNKNOWN = Rule(
     why="The flight to the first item and the return depend on it.",
     how="No planned home; the first item with a position is taken as the take-off place.",
     fix="set the planned home position in the mission",
+    instead="a mission with its home",
 )
 
 
@@ -520,6 +521,7 @@ TAKEOFF_MISSING = Rule(
     "error on ArduPilot, which does not enter AUTO on the ground (ModeAuto::init: 'Missing Takeoff "
     "Cmd'), and on PX4 where a take-off comes later: it refuses the mission.",
     fix="add a take-off item at the start",
+    instead="a take-off at the start of the mission",
 )
 
 NOTHING_TO_FLY = Rule(

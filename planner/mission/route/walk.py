@@ -196,6 +196,7 @@ ZERO_POSITION = Rule(
     how="Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both "
     "zero.  Where PX4 flies this is an error: what is predicted is not its flight.",
     fix="give the item the place it should be flown to",
+    instead="a mission whose items have their places",
 )
 
 
@@ -269,6 +270,7 @@ ZERO_TAKEOFF = Rule(
     how="The take-off item's altitude, resolved to a height above home, is 0 m or less.  PX4 refuses "
     "it, ArduPilot does not arm with it from 4.8 on.",
     fix="give the take-off item an altitude above home",
+    instead="a take-off above home",
 )
 
 TERRAIN_NOT_FOLLOWED = Rule(
