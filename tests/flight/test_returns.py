@@ -24,6 +24,7 @@ from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.returns.destination import make_destinations
 from planner.flight.returns.path import Returns, make_returns, return_profile
+from planner.flight.returns.sample import spread_up_to
 from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
@@ -372,3 +373,29 @@ def test_a_return_at_a_height_nobody_gave_is_told(
 def test_a_landing_needs_no_height_to_return_at() -> None:
     flown = mission(takeoff(50), waypoint(300, 35), item(21, 47.0, 0.0))
     assert make_pilot(Setup(ARTICLE), None).fly(make_route(flown))[0].findings == ()
+
+
+@pytest.mark.parametrize("name", ["out and back", "zigzag"])
+@pytest.mark.parametrize("parameters", [ARDUPILOT, Px4Parameters()], ids=["ardupilot", "px4"])
+def test_returns_are_flown_from_the_same_points_in_any_wind_and_for_any_limit(
+    name: str, parameters: FlightParameters
+) -> None:
+    """What a flight that moves alike takes decides nothing about from where returns are flown."""
+    calm = returns_of(MISSIONS[name], parameters)
+    windy = returns_of(MISSIONS[name], parameters, wind=Wind(speed_m_s=0.5, from_deg=200.0))
+    assert calm.sample is not None
+    assert windy.sample is not None
+    assert calm.flight.energy_j != windy.flight.energy_j
+    for own, other in (
+        (calm.sample.points.segment, windy.sample.points.segment),
+        (calm.sample.points.fraction, windy.sample.points.fraction),
+    ):
+        np.testing.assert_array_equal(own, other)
+    # limits in the same half, quarter, … of the flight have the same points; in its last half none
+    time_s = np.array([0.20, 0.21, 0.95]) * calm.flight.time_s
+    limits_wh = np.interp(time_s, calm.start_s, calm.used_wh[:-1]).tolist()
+    (segment, fraction), near, late = (spread_up_to(calm, limit_wh) for limit_wh in limits_wh)
+    np.testing.assert_array_equal(segment, near[0])
+    np.testing.assert_array_equal(fraction, near[1])
+    assert len(segment)
+    assert not len(late[0])

@@ -153,10 +153,15 @@ def test_the_returns_of_a_sweep_keep_the_energies_by_state_of_flying_them_again(
     _, [again_j] = returns.fly_by_state(
         points.stop_m, points.stage, sweep.destination, powers=[returns.flight.power]
     )
+    assert returns.sample is not None
+    sampled = np.isin(sweep.time_s, returns.sample.points.time_s)
+    assert 0 < sampled.sum() < len(sampled)
     # the same arithmetic in another batch
-    np.testing.assert_allclose(sweep.after_stop_j, again_j, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(sweep.after_stop_j[sampled], again_j[sampled], rtol=1e-9, atol=1e-6)
     whole_wh = sweep.stop_wh + again_j.sum(axis=1) / 3600.0
-    np.testing.assert_allclose(sweep.return_wh, whole_wh, rtol=1e-9)
+    np.testing.assert_allclose(sweep.return_wh[sampled], whole_wh[sampled], rtol=1e-9)
+    # 0.1 % of the energy looked for: what the sweep leaves open between the points it flies from
+    np.testing.assert_allclose(sweep.return_wh, whole_wh, atol=1e-3 * sweep.sum_wh.max())
 
 
 def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 SWEEP_POINTS = 128
 """Points of the sweep, and at most of its refinement: so many cost half of the prediction of a thousand
 items, and the missions they were tried on hide no point that is 0.03 % tighter than the one found."""
+_UPRIGHT = 1e-3
+"""Way over climb of a segment that goes straight up or down. [-]"""
 _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
 _LANDINGS = frozenset({StageKind.LAND}) | RETURN_STAGES
 
@@ -24,7 +27,8 @@ def sample_points(returns: Returns) -> tuple[IntArray, FloatArray] | None:
     """Return segments, and fractions of them, in flown order; ``None`` with no point in the air.
 
     Segments of the take-off and of stages that land are left out: there the vehicle stands still, or
-    lands where it is going anyway.
+    lands where it is going anyway.  The points are even in time, so that they follow from the motion alone:
+    flights that differ in what they weigh, in the air or in the battery have the same.
     """
     judged, continues = _judged(returns)
     columns = returns.flight.motion.segments
@@ -33,25 +37,53 @@ def sample_points(returns: Returns) -> tuple[IntArray, FloatArray] | None:
     ends = np.flatnonzero((judged & ~continues[1:]) | lone_takeoff)
     if not len(ends):
         return None
-    spread, fraction = _evenly(returns, judged, _used(returns, judged)[-1])
+    own_s = np.where(judged, columns.duration_s, 0.0)
+    spread, fraction = _evenly(returns, judged, own_s, float(own_s.sum()))
     segment = np.concatenate((ends, starts, spread))
     return in_order(segment, np.concatenate((np.ones(len(ends)), np.zeros(len(starts)), fraction)))
 
 
-def spread_by_energy(returns: Returns, *limits_wh: float) -> tuple[IntArray, FloatArray]:
-    """Return points even in energy up to limits that the flight exceeds, finer than the sample's. [Wh]"""
+def spread_up_to(returns: Returns, *limits_wh: float) -> tuple[IntArray, FloatArray]:
+    """Return points up to limits that the flight exceeds in half of its time or less. [Wh]
+
+    Of the flight they take the half, the quarter, … that the limit is in: so limits near each other, as
+    those of one battery at several charges, have the same points.
+    """
     judged, _ = _judged(returns)
-    used_wh = _used(returns, judged)[-1]
-    spread = [_evenly(returns, judged, limit) for limit in limits_wh if limit < used_wh]
+    own_s = np.where(judged, returns.flight.motion.segments.duration_s, 0.0)
+    used_wh = np.cumsum(np.where(judged, np.diff(returns.used_wh), 0.0))
+    time_s = np.cumsum(own_s)
+    whole_s = float(time_s[-1])
+    within_s = {_halved(float(np.interp(one, used_wh, time_s)), whole_s) for one in limits_wh}
+    spread = [_evenly(returns, judged, own_s, one) for one in sorted(within_s - {whole_s})]
     none = (np.zeros(0, dtype=np.intp), np.zeros(0))
     segments, fractions = zip(none, *spread, strict=True)
     return np.concatenate(segments), np.concatenate(fractions)
+
+
+def _halved(part: float, whole: float) -> float:
+    """Return the least of a whole, its half, its quarter, … that holds a part."""
+    return whole * 0.5 ** math.floor(math.log2(whole / part)) if part > 0.0 else whole
 
 
 def returns_unbroken(returns: Returns) -> IntArray:
     """Return how many segments up to each, it included, do not continue the one before. (s,)"""
     _, continues = _judged(returns)
     return np.cumsum(~continues[:-1])
+
+
+def line_ends(returns: Returns) -> BoolArray:
+    """Return at which segments a line that is flown ends. (s,)
+
+    It does with its stage, and where a climb begins or ends: steps of the reference
+    are answered level first, then upwards.
+    """
+    columns = returns.flight.motion.segments
+    upright = columns.distance_m < _UPRIGHT * np.abs(columns.climb_m)
+    moves = upright | (columns.distance_m > 0.0)
+    latest = np.maximum.accumulate(np.where(moves, np.arange(len(moves)), 0))
+    turns = np.diff(upright[latest], append=False)
+    return np.asarray(turns | (np.diff(returns.segment_stage, append=-1) != 0))
 
 
 def in_order(segment: IntArray, fraction: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -80,32 +112,24 @@ def _judged(returns: Returns) -> tuple[BoolArray, BoolArray]:
     return judged, continues
 
 
-def _own(returns: Returns, judged: BoolArray) -> FloatArray:
-    """Return the energy judged segments use, or where no power is known their time. (s,) [Wh] or [s]"""
-    used = np.diff(returns.used_wh)
-    if not np.isfinite(used).all():
-        used = returns.flight.motion.segments.duration_s
-    return np.where(judged, used, 0.0)
+def _evenly(
+    returns: Returns, judged: BoolArray, own_s: FloatArray, most_s: float
+) -> tuple[IntArray, FloatArray]:
+    """Return segments, and fractions of them, even in the time of judged segments, up to so much of it.
 
-
-def _used(returns: Returns, judged: BoolArray) -> FloatArray:
-    return np.cumsum(_own(returns, judged))
-
-
-def _evenly(returns: Returns, judged: BoolArray, most: float) -> tuple[IntArray, FloatArray]:
-    """Return segments, and fractions of them, even in what judged segments use, up to a limit.
-
-    The end of a stage is taken for a point near it: there the sum has its corners.
+    The end of a line is taken for a point near it: there the sum has its corners.  Of more ends near one
+    point all count, unless there are too many.
     """
-    own = _own(returns, judged)
-    used = np.cumsum(own)
-    stage_ends = returns.stage_ends[judged[returns.stage_ends]]
-    grid = np.linspace(0.0, most, SWEEP_POINTS + 1)[1:]
-    near = np.searchsorted(grid, used[stage_ends])
-    last = np.append(near[1:] != near[:-1], True)[: len(near)] & (near < SWEEP_POINTS)
+    passed_s = np.cumsum(own_s)
+    ends = np.flatnonzero(line_ends(returns) & judged)
+    grid = np.linspace(0.0, most_s, SWEEP_POINTS + 1)[1:]
+    near = np.searchsorted(grid, passed_s[ends])
+    last = near < SWEEP_POINTS
+    if np.count_nonzero(last) > SWEEP_POINTS:
+        last &= np.append(near[1:] != near[:-1], True)
     even = np.delete(grid, near[last])
-    segment = np.minimum(np.searchsorted(used, even), len(used) - 1)
-    left = (used[segment] - even) / np.maximum(own[segment], 1e-12)
-    segment = np.concatenate((stage_ends[last], segment))
+    segment = np.minimum(np.searchsorted(passed_s, even), len(passed_s) - 1)
+    left = (passed_s[segment] - even) / np.maximum(own_s[segment], 1e-12)
+    segment = np.concatenate((ends[last], segment))
     fraction = np.concatenate((np.ones(np.count_nonzero(last)), np.clip(1.0 - left, 0.0, 1.0)))
     return segment[judged[segment]], fraction[judged[segment]]

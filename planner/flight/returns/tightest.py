@@ -2,28 +2,43 @@
 
 The energy used by a point of a flight and that of the return from there are summed over a sweep of points.
 Between two points the sum grows by little more than the flight uses there, so a tighter point, or an earlier
-point of no return, than the sweep has found can hide in few places.  These are swept once more, finer.
+point of no return, than the sweep has found can hide in few places.  These are swept once more, finer: what
+is used, and what a stop takes, changes there with the speed and is worked out at each point, while the
+return from the place of the stop changes evenly along a line, and no flight is needed to know it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, dot, lengths, quotient
 from planner.flight.returns.path import thinned
-from planner.flight.returns.sample import SWEEP_POINTS, in_order, returns_unbroken, spread_by_energy
+from planner.flight.returns.sample import (
+    SWEEP_POINTS,
+    in_order,
+    line_ends,
+    returns_unbroken,
+    spread_up_to,
+)
+from planner.units import wh_from_j
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.budget import BatteryBudget
     from planner.flight.returns.path import FlightPoint, FlownReturns, Returns
 
 TOLERANCE = 5e-4
 """Energy used between points of the refinement, over the energy looked for: half of the 0.1 % by which a
 point may be tighter than the one found. [-]"""
+_UNEVEN = 1e-3
+"""Energy of a return over the energy looked for by which a point may be off the line through the points
+beside it: halfway to them, the interpolation is off by about a quarter of that. [-]"""
+_SAME_PLACE_M2 = 1e-6
+"""Squared distance of stops that are at one place. [m²]"""
 _ALIKE = 1e-9
 """Sums that differ by no more than this fraction, the error of their rounding, are the same. [-]"""
 
@@ -75,6 +90,10 @@ class ReturnSweep(Columns, eq=False):
     """Time to stop, return and land. (n,) [s]"""
     stop_wh: FloatArray
     """Energy of that to stop. (n,) [Wh]"""
+    stop_s: FloatArray
+    """Time of that to stop. (n,) [s]"""
+    stop_m: FloatArray
+    """Where it has stopped. (n, 3) [m]"""
     after_stop_j: FloatArray
     """Energy of that to return and land, by state. (n, states) [J]"""
 
@@ -127,11 +146,10 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
         return None
     limits_wh = tuple(limit_wh for limit_wh in limits_wh if limit_wh > 0.0)
     sweep = _swept(sample)
-    spread = spread_by_energy(returns, *limits_wh)
+    spread = spread_up_to(returns, *limits_wh)
     if len(spread[0]):
         sweep = _with(sweep, returns, *spread)
-    segment, fraction = _between(returns, sweep, limits_wh)
-    return _with(sweep, returns, segment, fraction) if len(segment) else sweep
+    return _refined(sweep, returns, limits_wh)
 
 
 def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | None) -> ReturnPlan:
@@ -177,6 +195,8 @@ def _swept(flown: FlownReturns) -> ReturnSweep:
         return_wh=flown.energy_wh,
         return_s=flown.time_s,
         stop_wh=points.stop_wh,
+        stop_s=points.stop_s,
+        stop_m=points.stop_m,
         after_stop_j=flown.state_energy_j,
     )
 
@@ -184,36 +204,112 @@ def _swept(flown: FlownReturns) -> ReturnSweep:
 def _with(
     sweep: ReturnSweep, returns: Returns, segment: IntArray, fraction: FloatArray
 ) -> ReturnSweep:
-    """Return a sweep and further points, in flown order."""
+    """Return a sweep and further points that returns are flown from, in flown order."""
     points = returns.points(*in_order(segment, fraction))
-    both = ReturnSweep.joined([sweep, _swept(returns.flown(points))])
+    return _merged(sweep, _swept(returns.flown(points)))
+
+
+def _merged(sweep: ReturnSweep, other: ReturnSweep) -> ReturnSweep:
+    both = ReturnSweep.joined([sweep, other])
     return both.select(np.lexsort((both.fraction, both.segment)))
 
 
-def _between(
-    returns: Returns, sweep: ReturnSweep, limits_wh: tuple[float, ...]
-) -> tuple[IntArray, FloatArray]:
-    """Return points between those of a sweep where what is wanted may hide."""
+def _refined(sweep: ReturnSweep, returns: Returns, limits_wh: tuple[float, ...]) -> ReturnSweep:
+    """Return a sweep with points where what is wanted may hide: along a line interpolated, else flown."""
+    parts = _parts_between(returns, sweep, limits_wh)
+    along = _is_along_a_line(returns, sweep)
+    along &= _is_even(sweep, along, _UNEVEN * min(float(sweep.sum_wh.max()), *limits_wh, math.inf))
+    rows = np.flatnonzero((parts > 1) & along)
+    refined = sweep
+    if len(rows):
+        refined = _merged(sweep, _interpolated(sweep, returns, rows, parts[rows]))
+    segments: list[IntArray] = []
+    fractions: list[FloatArray] = []
+    for row in np.flatnonzero((parts > 0) & ~along).tolist():
+        begin_s, end_s = sweep.time_s[row : row + 2]
+        even, fraction = returns.at(np.linspace(begin_s, end_s, parts[row] + 1)[1:-1])
+        ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), parts[row])
+        segments += [even, ends]
+        fractions += [fraction, np.ones(len(ends))]
+    if not segments:
+        return refined
+    return _with(refined, returns, np.concatenate(segments), np.concatenate(fractions))
+
+
+def _parts_between(returns: Returns, sweep: ReturnSweep, limits_wh: tuple[float, ...]) -> IntArray:
+    """Return in how many parts each stretch between points is to be swept once more; 0: not. (n - 1,)"""
     sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
     bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
     inside = np.diff(returns_unbroken(returns)[sweep.segment]) == 0
-    parts = np.zeros(len(used_wh))
+    parts = np.zeros(len(used_wh), dtype=np.intp)
     for limit_wh in (float(sum_wh.max()), *limits_wh):
         over = np.flatnonzero(sum_wh > limit_wh)
         hides = inside & (bound_wh > limit_wh)
         if len(over):  # what comes after the limit is exceeded does not matter
             hides[over[0] :] = False
         left = np.flatnonzero(hides)
-        wanted = np.ceil(used_wh / (TOLERANCE * limit_wh))
+        wanted = np.ceil(used_wh / (TOLERANCE * limit_wh)).astype(np.intp)
         left = left[np.argsort(-bound_wh[left], kind="stable")]
         left = left[np.cumsum(wanted[left]) <= SWEEP_POINTS]
         parts[left] = np.maximum(parts[left], wanted[left])
-    segments: list[IntArray] = [np.zeros(0, dtype=np.intp)]
-    fractions: list[FloatArray] = [np.zeros(0)]
-    for row in np.flatnonzero(parts).tolist():
-        begin_s, end_s = sweep.time_s[row : row + 2]
-        even, fraction = returns.at(np.linspace(begin_s, end_s, int(parts[row]) + 1)[1:-1])
-        ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), int(parts[row]))
-        segments += [even, ends]
-        fractions += [fraction, np.ones(len(ends))]
-    return np.concatenate(segments), np.concatenate(fractions)
+    return parts
+
+
+def _is_along_a_line(returns: Returns, sweep: ReturnSweep) -> BoolArray:
+    """Return between which points of a sweep one line is flown, and returns lead to one place. (n - 1,)"""
+    ends = line_ends(returns)
+    line: IntArray = np.cumsum(ends) - ends
+    after = line[sweep.segment] + (ends[sweep.segment] & (sweep.fraction >= 1.0))
+    is_one = np.asarray(after[:-1] == line[sweep.segment[1:]])
+    return np.asarray(is_one & (np.diff(sweep.destination) == 0))
+
+
+def _is_even(sweep: ReturnSweep, along: BoolArray, tolerance_wh: float) -> BoolArray:
+    """Return where along lines the energy of a return changes with the way, by the points beside. (n - 1,)
+
+    It does not where a height or a wait of the return begins to count: a point is off the line through
+    those before and after it.
+    """
+    way_m = lengths(np.diff(sweep.stop_m, axis=0))
+    after_wh = wh_from_j(sweep.after_stop_j.sum(axis=1))
+    part = quotient(way_m[:-1], way_m[:-1] + way_m[1:], 0.5)
+    off_wh = np.abs(after_wh[:-2] + part * (after_wh[2:] - after_wh[:-2]) - after_wh[1:-1])
+    is_off = along[:-1] & along[1:] & (off_wh > tolerance_wh)
+    return np.asarray(~(np.append(False, is_off) | np.append(is_off, False)))
+
+
+def _interpolated(
+    sweep: ReturnSweep, returns: Returns, rows: IntArray, parts: IntArray
+) -> ReturnSweep:
+    """Return points that divide the stretches after rows of a sweep evenly in time into parts.
+
+    From where it has stopped, a vehicle returns as in between of the two ends of its stretch.
+    """
+    count = parts - 1
+    row = np.repeat(rows, count)
+    number = np.arange(1, len(row) + 1) - np.repeat(np.cumsum(count) - count, count)
+    part = number / np.repeat(parts, count)
+    time_s = sweep.time_s[row] + part * (sweep.time_s[row + 1] - sweep.time_s[row])
+    points = returns.points(*returns.at(time_s))
+    way_m = sweep.stop_m[row + 1] - sweep.stop_m[row]
+    ahead_m2 = dot(points.stop_m - sweep.stop_m[row], way_m)
+    part = np.clip(quotient(ahead_m2, dot(way_m, way_m), part, above=_SAME_PLACE_M2), 0.0, 1.0)
+
+    def between(ends: FloatArray) -> FloatArray:
+        mixed: FloatArray = ends[row].T + part * (ends[row + 1] - ends[row]).T
+        return mixed.T
+
+    after_stop_j = between(sweep.after_stop_j)
+    return ReturnSweep(
+        segment=points.segment,
+        fraction=points.fraction,
+        time_s=points.time_s,
+        destination=sweep.destination[row],
+        used_wh=points.used_wh,
+        return_wh=points.stop_wh + wh_from_j(after_stop_j.sum(axis=1)),
+        return_s=points.stop_s + between(sweep.return_s - sweep.stop_s),
+        stop_wh=points.stop_wh,
+        stop_s=points.stop_s,
+        stop_m=points.stop_m,
+        after_stop_j=after_stop_j,
+    )
