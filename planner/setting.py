@@ -30,7 +30,6 @@ import msgspec
 
 from planner.errors import UsageError, described, is_number, nearest_hint
 from planner.quantity import (
-    NUMBER,
     PLUS_MINUS,
     Spread,
     exact,
@@ -40,11 +39,18 @@ from planner.quantity import (
     read_number,
 )
 from planner.selection import FileIgnore, make_file_ignore
-from planner.units import LENGTH_UNITS_M, MASS_UNITS_KG, SPEED_UNITS_M_S, TIME_UNITS_S
+from planner.units import (
+    FREEZING_F,
+    KELVINS_PER_FAHRENHEIT,
+    LENGTH_UNITS_M,
+    MASS_UNITS_KG,
+    SPEED_UNITS_M_S,
+    TIME_UNITS_S,
+)
 from planner.values import Value, ValueType, force_setattr, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from planner.selection import Exemption
 
@@ -152,10 +158,9 @@ class Number(Kind):
 
     def read_parts(self, parts: list[str]) -> list[float]:
         """Return a number, or a number and its standard deviation, whose unit counts for both."""
-        units = sorted(_UNITS.get(self.unit, {}), key=len, reverse=True)
-        if len(parts) == 2 and re.fullmatch(NUMBER, parts[0], re.IGNORECASE):
-            parts[0] += next((unit for unit in units if parts[1].lower().endswith(unit)), "")
-        return [self.read_one(part) for part in parts]
+        return [
+            self.read_one(part) for part in with_unit_of_other(parts, _UNITS.get(self.unit, ()))
+        ]
 
     def read_one(self, text: str) -> float:
         """Return a single number."""
@@ -179,6 +184,39 @@ class Number(Kind):
         mean = value.mean if isinstance(value, Spread) else float(value)
         inside = self.low < mean if self.is_open else self.low <= mean
         return "" if inside and mean <= self.high else self.range_text
+
+
+def with_unit_of_other(parts: Sequence[str], units: Iterable[str]) -> list[str]:
+    """Return a number and its standard deviation with the unit that one of both has."""
+    ends = [
+        next(
+            (one for one in sorted(units, key=len, reverse=True) if part.lower().endswith(one)), ""
+        )
+        for part in parts
+    ]
+    return [
+        part if end else f"{part}{''.join(ends)}" for part, end in zip(parts, ends, strict=True)
+    ]
+
+
+class Temperature(Number):
+    """A temperature in °C, or in °F where it says so: ``15``, ``15±5``, ``59F``, ``59±9 °F``."""
+
+    def __init__(self, *, with_spread: bool = False) -> None:
+        super().__init__("C", -90.0, 60.0, with_spread=with_spread)
+
+    def read_parts(self, parts: list[str]) -> list[float]:
+        """Return a temperature, or one and its standard deviation: a difference. [°C, K]"""
+        return [
+            self._difference(part, zero_f=0.0 if number else FREEZING_F)
+            for number, part in enumerate(with_unit_of_other(parts, ("f", "c")))
+        ]
+
+    def _difference(self, text: str, *, zero_f: float) -> float:
+        """Return how far a temperature is from what counts as zero. [K]"""
+        if not text.lower().endswith("f"):
+            return self.read_one(text)
+        return (read_number(text, unit="F") - zero_f) * KELVINS_PER_FAHRENHEIT
 
 
 class Bearing(Number):

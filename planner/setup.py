@@ -40,6 +40,7 @@ from planner.setting import (
     Setting,
     SettingValue,
     Switch,
+    Temperature,
     declared,
     is_finite_number,
     setting,
@@ -495,9 +496,9 @@ class Setup(_Vehicle):
     )
 
     temperature_c: float | Spread | None = setting(
-        Number("C", -90.0, 60.0, with_spread=True),
+        Temperature(with_spread=True),
         Group.FLIGHT,
-        "air temperature at home, 15 or 15±5",
+        "air temperature at home, 15, 15±5 or 59F",
         default=None,
         unset="standard for its altitude",
         label="Air °C",
@@ -630,7 +631,7 @@ class Setup(_Vehicle):
     )
 
     battery_temperature_c: float | None = setting(
-        Number("C", -90.0, 60.0),
+        Temperature(),
         Group.BATTERY,
         "temperature of the battery, on which its resistance depends",
         default=None,

@@ -19,6 +19,10 @@ GRAVITY_M_S2 = 9.80665
 ZERO_CELSIUS_K = 273.15
 """0 °C on the thermodynamic scale: 13th CGPM (1967), resolution 3. [K]"""
 
+KELVINS_PER_FAHRENHEIT = 5.0 / 9.0
+FREEZING_F = 32.0
+"""0 °C on Fahrenheit's scale. [°F]"""
+
 JOULES_PER_WATT_HOUR = 3600.0
 SECONDS_PER_HOUR = 3600.0
 SECONDS_PER_MINUTE = 60.0

@@ -23,6 +23,9 @@ def command(sign_off: Path, *, file_format: str, output: Path | None) -> ExitCod
     for from its own folder, and settings files as mavjoule check finds them now.  Inputs, verdict,
     figures and findings are compared.
 
+    The hashes show that an input has changed since, not who signed: the file is not signed
+    cryptographically, and whoever may write it can write another.
+
     Exit codes: 0 released and nothing has changed, 1 refused or changed, 2 unusable input.
     """
     from planner.report.sign_off import (

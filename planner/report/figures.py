@@ -94,7 +94,7 @@ _TABLES: dict[tuple[str, str], tuple[_Row, ...]] = {
         ("reserve_wh", "Reserve", quantity.energy),
         ("margin_wh", "Above the reserve", quantity.energy),
         ("below_reserve_probability", "Chance of landing below it", quantity.chance),
-        ("hover_left_s", "Hover left at landing", quantity.duration),
+        ("hover_left_s", "Hover left at the end", quantity.duration),
         ("charge_left_fraction", "Charge left", quantity.percent),
         ("lowest_voltage_v", "Lowest voltage", _number(1, " V")),
         ("highest_c_rate", "Highest discharge rate", _number(1, " C")),

@@ -284,7 +284,7 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
     """Return what a flight takes, leaves and meets, each with its label: ``Flight``, ``Energy``, …"""
     figures = [("Flight", _flight(result.totals)), ("Energy", _energy(result.totals))]
     if result.battery is not None:
-        figures.append(("Battery", _battery(result.battery)))
+        figures.append(("Battery", _battery(result.battery, ends_in_air=_ends_in_air(result))))
     if result.return_plan is not None:
         figures.append(("Return", _return_plan(result.return_plan)))
     vehicle = result.setup.vehicle
@@ -445,7 +445,11 @@ def _energy(totals: Totals) -> str:
     )
 
 
-def _battery(battery: BatteryBudget) -> str:
+def _ends_in_air(result: CheckResult) -> bool:
+    return result.assessment is not None and result.assessment.route.ends_in_air
+
+
+def _battery(battery: BatteryBudget, *, ends_in_air: bool) -> str:
     chance = battery.below_reserve_probability
     text = (
         f"{quantity.energy(battery.capacity_wh)} full, "
@@ -453,7 +457,8 @@ def _battery(battery: BatteryBudget) -> str:
         f"{quantity.percent(battery.used_fraction)} used"
     )
     if battery.hover_left_s is not None:
-        text += f", {quantity.duration(battery.hover_left_s)} of hover left at landing"
+        end = "the last item, where it stays in the air" if ends_in_air else "landing"
+        text += f", {quantity.duration(battery.hover_left_s)} of hover left at {end}"
     if battery.charge_left_fraction is not None and battery.lowest_voltage_v is not None:
         left = quantity.percent(max(battery.charge_left_fraction, 0.0))
         text += f", {left} of the charge left, lowest {quantity.decimals(battery.lowest_voltage_v, 1)} V"

@@ -231,7 +231,7 @@ def _where_returns_hover(a: Assessment) -> str | None:
 
 
 def _until(name: str) -> str:
-    return f"until {name}" if name else "until the battery is empty: no failsafe lands it"
+    return f"until {name} acts" if name else "until the battery is empty, as no failsafe lands it"
 
 
 def _until_what(a: Assessment) -> str:
@@ -245,7 +245,7 @@ def _until_what(a: Assessment) -> str:
     if hover_wh <= 0.0 or not hover_w > 0.0:
         return until
     time = quantity.duration(hover_wh * JOULES_PER_WATT_HOUR / hover_w)
-    return f"{until}, after {time} and {quantity.energy(hover_wh)}"
+    return f"{until}: {time} later, with {quantity.energy(hover_wh)} more"
 
 
 HOME_FAR = Rule(

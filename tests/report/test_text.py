@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
+from made_missions import mission, takeoff, waypoint
 
 from planner import quantity
 from planner.findings import Severity
@@ -15,7 +16,10 @@ from planner.quantity import Spread
 from planner.report.json import check_json
 from planner.report.text import Medium, check_concise, check_text, headline, tally
 from planner.rules.energy import RESERVE_BELOW_MINIMUM
+from planner.service.preflight import check
 from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.service.preflight import CheckResult, UnreadableMission
@@ -284,3 +288,19 @@ def test_a_mission_that_flies_nothing_says_so_and_not_that_no_battery_is_known(
 ) -> None:
     text = check_text([replace(flown, segments=(), battery=None)], medium=Medium())
     assert text.splitlines()[2] == "nothing is flown"
+
+
+def test_a_flight_that_never_lands_has_no_hover_left_at_a_landing() -> None:
+    result = check(
+        mission(takeoff(20), waypoint(100, 20)),
+        load_vehicle("falkowski-2023-quadrotor"),
+        battery=Battery(capacity_wh=77.0),
+    )
+    text = check_text([result], medium=Medium())
+    assert "of hover left at the last item, where it stays in the air" in text
+    assert "at landing" not in text
+    [ending] = [one for one in result.findings if one.code == "M102"]
+    assert "until the battery is empty, as no failsafe lands it: " in ending.message
+    assert result.battery is not None
+    left_wh = 77.0 - result.totals.energy_wh
+    assert ending.message.endswith(f" later, with {left_wh:.1f} Wh more")

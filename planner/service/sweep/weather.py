@@ -19,7 +19,7 @@ from planner.logs.csv import units_of
 from planner.service.sweep.axes import GUST_M_S, WIND_FROM_DEG, WIND_M_S
 from planner.setting import declared
 from planner.setup import Setup
-from planner.units import ZERO_CELSIUS_K
+from planner.units import FREEZING_F, KELVINS_PER_FAHRENHEIT, ZERO_CELSIUS_K
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 _MOST_BYTES = 1 << 28
 _WHAT = "weather file"
 TEMPERATURE_C = next(one for one in declared(Setup) if one.key == "temperature_c")
-_KELVIN_A_FAHRENHEIT = 5.0 / 9.0
-_FREEZING_F = 32.0
 
 
 class WeatherFileError(InputError):
@@ -71,7 +69,7 @@ _DEGREES = dict.fromkeys(("deg", "°", "degrees"), _scaled(1.0))
 _TEMPERATURES = {
     "c": _scaled(1.0),
     "k": _scaled(1.0, -ZERO_CELSIUS_K),
-    "f": _scaled(_KELVIN_A_FAHRENHEIT, -_KELVIN_A_FAHRENHEIT * _FREEZING_F),
+    "f": _scaled(KELVINS_PER_FAHRENHEIT, -KELVINS_PER_FAHRENHEIT * FREEZING_F),
 }
 _COLUMNS: Sequence[tuple[str, Setting, Callable[[], Mapping[str, Callable[[float], float]]]]] = (
     (r"gust", GUST_M_S, _speeds),
