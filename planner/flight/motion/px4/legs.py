@@ -81,23 +81,36 @@ def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> 
     before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
     along = np.arctan2(direction[:, 0], direction[:, 1])
     wanted = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
-    flies = (horizontal(direction) > 0.0) & ~moves.is_landing
+    flies = ((horizontal(direction) > 0.0) | ~np.isnan(moves.yaw_rad)) & ~moves.is_landing
     return np.where(flies, yaw_time_s(heading_changes_rad(before, wanted), parameters), 0.0)
 
 
 def yaw_waits_s(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
-    """Return how long after their arrival waypoints still wait for their heading. (n,) [s]
+    """Return how long after their arrival waypoints still wait for a heading. (n,) [s]
 
-    The heading turns while the vehicle flies there, and is waited for unless MIS_YAW_TMT is above zero
-    (``MissionBlock::is_mission_item_reached``).
+    That asked for there, and before a landing that of the landing.
+    """
+    waits, landing = _waits_s(legs, parameters)
+    return np.asarray(waits + np.append(landing[1:], 0.0))
+
+
+def _waits_s(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+    """Return the waits for the headings that moves ask for, after waypoints and before landings. (n,) [s]
+
+    The heading turns while the vehicle flies to a waypoint, and is waited for unless MIS_YAW_TMT is above
+    zero (``MissionBlock::is_mission_item_reached``).  That of a landing turns on the way down, but for
+    MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).
     """
     moves = legs.planned
-    asked = ~np.isnan(moves.yaw_rad) & ~moves.is_landing
-    if not asked.any() or parameters.yaw_timeout_s > 0.0:
-        return np.zeros(len(asked))
+    asked = ~np.isnan(moves.yaw_rad)
+    flown = asked & ~moves.is_landing & (not parameters.yaw_timeout_s > 0.0)
+    landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == _TURNS_FIRST)
+    if not (flown.any() or landed.any()):
+        return np.zeros(len(asked)), np.zeros(len(asked))
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
     needed = yaw_time_s(heading_changes_rad(before, moves.yaw_rad), parameters)
-    return np.where(asked, np.maximum(needed - flight_times_s(legs), 0.0), 0.0)
+    waits = np.where(flown, np.maximum(needed - flight_times_s(legs), 0.0), 0.0)
+    return waits, np.where(landed, needed, 0.0)
 
 
 def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
@@ -105,7 +118,9 @@ def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
     moves = legs.planned
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
     known = (np.isfinite(before) & np.isfinite(moves.yaw_rad)) | (before == moves.yaw_rad)
-    return np.where(known, 0.0, yaw_waits_s(legs, parameters))
+    begun = np.where(moves.is_leg & ~np.isfinite(before), moves.pause_s, 0.0)
+    waits, landing = _waits_s(legs, parameters)
+    return np.where(known, 0.0, waits + landing) + begun
 
 
 _SAME_PLACE_M = 0.001

@@ -104,10 +104,11 @@ def return_looks_home(
     Notes
     -----
     ``RtlDirect::set_rtl_item``: the leg home asks for it where it begins within RTL_MIN_DIST; the descent
-    to where the vehicle waits always does, which RTL_LAND_DELAY other than 0 asks for.
+    to where the vehicle waits always does, which RTL_LAND_DELAY other than 0 asks for; and the landing,
+    which turns as it sinks but with MPC_YAW_MODE 4.
     """
     near = distance_m < parameters.return_min_distance_m
-    return np.asarray(((leg == _HOMEWARD) & near) | (leg == _DOWN))
+    return np.asarray(((leg == _HOMEWARD) & near) | (leg == _DOWN) | (leg == _LANDING))
 
 
 _SMALLEST_RADIUS_M = 0.001

@@ -88,7 +88,7 @@ HEADING_ASSUMED = Rule(
     "is armed, which is the heading it returns to; on the line the vehicle reports it.",
     how="The first waypoint with a heading, a return begun within RTL_MIN_DIST of home, and one that "
     "waits before it lands (RTL_LAND_DELAY), where the turn is not over when the vehicle is there, and "
-    "MIS_YAW_TMT does not end the wait.",
+    "MIS_YAW_TMT does not end the wait; with MPC_YAW_MODE 4 the first leg and any return's landing.",
     fix="give the heading the vehicle is armed with by --heading, or leave that of the waypoint free",
 )
 
