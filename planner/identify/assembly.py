@@ -26,7 +26,8 @@ from planner.identify.refinement import widened_box
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread, squared_time_errors
 from planner.identify.uncertainty import rounded
-from planner.values import Value, brief, field, replace
+from planner.presented import Shown
+from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import (
     Basis,
@@ -67,10 +68,8 @@ class Evidence(Value, eq=False):
     battery: BatteryFit | None
 
 
-class Identification(Value, eq=False):
+class Identification(Shown, eq=False):
     """A model made of flights, and how."""
-
-    __repr__ = brief
 
     model: VehicleModel
     states: tuple[StateOutcome, ...]

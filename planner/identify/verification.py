@@ -27,9 +27,10 @@ from planner.identify.segments import find_states, smoothed
 from planner.logs.record import STEP_S
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
+from planner.presented import Shown
 from planner.setup import Setup
 from planner.units import wh_from_j
-from planner.values import Value, brief, replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -396,10 +397,8 @@ class Figures(Value):
     """Horizontal length of the track. [m]"""
 
 
-class Verification(Value):
+class Verification(Shown):
     """A flight as it was flown and as it was predicted."""
-
-    __repr__ = brief
 
     log: str
     flight: int

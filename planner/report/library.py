@@ -1,9 +1,9 @@
-"""What results answer to scripts and notebooks; `planner.service.presented` asks for it."""
+"""What results answer to scripts and notebooks; `planner.presented` asks for it."""
 
 from __future__ import annotations
 
 import json
-from functools import singledispatch
+from functools import partial, singledispatch
 from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -13,16 +13,21 @@ import numpy as np
 from planner import __version__, quantity
 from planner.errors import MissingLibraryError, UsageError
 from planner.findings import Severity
-from planner.report.comparison import comparison_json
-from planner.report.endurance import endurance_json
+from planner.identify.assembly import Identification
+from planner.identify.verification import Verification
+from planner.report.comparison import comparison_json, comparison_text
+from planner.report.endurance import endurance_json, endurance_text
 from planner.report.figures import KEY_FIGURES, shown_figure
-from planner.report.fleet import fleet_json, plan_json
+from planner.report.fleet import fleet_json, fleet_text, plan_json, plan_text
+from planner.report.identification import identification_text, verification_text
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, json_text, mission_document
-from planner.report.speed_curve import speed_curve_json
-from planner.report.split import split_json
-from planner.report.swarm import numbers_json, swarm_json
+from planner.report.speed_curve import speed_curve_json, speed_curve_text
+from planner.report.split import split_json, split_text
+from planner.report.swarm import numbers_json, numbers_text, swarm_json, swarm_text
+from planner.report.sweep import sweep_text
 from planner.report.tables import fence_outlines, place_rows
 from planner.report.text import (
+    Medium,
     by_weight,
     caveat,
     closing_line,
@@ -42,14 +47,15 @@ from planner.service.speed import SpeedCurve
 from planner.service.split import Split
 from planner.service.swarm import SwarmResult
 from planner.service.swarm_agents import SwarmNumbers
+from planner.service.sweep.sweep import Sweep
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.arrays import FloatArray
+    from planner.presented import Presented, Shown
     from planner.report.json import Document
     from planner.rules.assessment import Assessment
-    from planner.service.presented import Presented
 
 _LIBRARIES = ("pandas", "polars")
 _COLUMNS = {"segments": SEGMENT_KEYS, "items": ITEM_KEYS}
@@ -125,8 +131,32 @@ def _cell(value: object) -> object:
     return str(value) if isinstance(value, str) else value
 
 
-def result_html(result: CheckResult | UnreadableMission) -> str:
-    """Return verdict, figures, findings and a small map of a check, without scripts and outer files."""
+@singledispatch
+def result_html(result: Shown) -> str:
+    """Return a result as a notebook shows it, without scripts and outer files: what its command prints."""
+    text = _TEXTS[type(result)](result)
+    return f"<pre style='line-height:1.3'>{escape(text)}</pre>"
+
+
+_TEXTS: dict[type, Callable[[Any], str]] = {
+    Comparison: partial(comparison_text, options=("", ""), medium=Medium()),
+    Endurance: partial(endurance_text, medium=Medium()),
+    FleetPlan: partial(plan_text, medium=Medium()),
+    FleetResult: partial(fleet_text, medium=Medium()),
+    Identification: partial(identification_text, medium=Medium(), with_segments=False),
+    SpeedCurve: speed_curve_text,
+    Split: partial(split_text, medium=Medium()),
+    SwarmNumbers: partial(numbers_text, medium=Medium()),
+    SwarmResult: partial(swarm_text, medium=Medium()),
+    Sweep: partial(sweep_text, medium=Medium()),
+    Verification: lambda one: verification_text([one], medium=Medium()),
+}
+
+
+@result_html.register(CheckResult)
+@result_html.register(UnreadableMission)
+def _(result: CheckResult | UnreadableMission) -> str:
+    """Return verdict, figures, findings and a small map of a check."""
     document = mission_document(result)
     colour = _COLOURS[result.verdict_text]
     figures = [one for path in KEY_FIGURES if (one := shown_figure(document, path)) is not None]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from planner.flight.motion.kinematics import STATES
 from planner.mission.files import read_mission
+from planner.presented import Presented
 from planner.service.preflight import bugs_of, check_mission
-from planner.service.presented import Presented
 from planner.values import Value
 
 if TYPE_CHECKING:

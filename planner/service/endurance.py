@@ -13,7 +13,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState, Kinematic
 from planner.flight.power import SteadyPower
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
-from planner.service.presented import Presented
+from planner.presented import Presented
 from planner.units import JOULES_PER_WATT_HOUR
 from planner.values import Value
 from planner.vehicle.library import is_named_by, load_vehicle, model_names

@@ -12,9 +12,9 @@ from planner.fleet.fleet import ContingencyKind, Fleet
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.mission.files import read_mission
 from planner.mission.items import Home
+from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.preflight import CheckResult, Verdict, check_read, verdict, verdict_text
-from planner.service.presented import Presented
 from planner.units import wh_from_j
 from planner.values import Value, replace
 

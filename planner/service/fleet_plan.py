@@ -20,11 +20,11 @@ from planner.fleet.schedule import EFFORT_S, Objective, Patience, best_schedule,
 from planner.fleet.separation import predict_conflicts
 from planner.fleet.writer import fleet_file_text
 from planner.mission.formats.exchange import read_bytes
+from planner.presented import Presented
 from planner.service.fleet import check_fleet
 from planner.service.fleet_meetings import Meetings
 from planner.service.fleet_separation import Encounters, fleet_spacing, members
 from planner.service.fleet_ways import Ways, listed
-from planner.service.presented import Presented
 from planner.values import Value, replace
 
 if TYPE_CHECKING:

@@ -36,9 +36,9 @@ from planner.mission.files import read_mission
 from planner.mission.items import Mission
 from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_route
 from planner.physics.atmosphere import standard_temperature_c
+from planner.presented import PresentedCheck
 from planner.rules.assessment import Assessment
 from planner.rules.registry import judge, judge_unflown
-from planner.service.presented import PresentedCheck
 from planner.setting import taking_settings
 from planner.setup import Setup
 from planner.values import Value, field_values, replace

@@ -14,8 +14,8 @@ from planner.findings import Severity
 from planner.flight.pilot import airspeed_limit_m_s
 from planner.flight.prediction import predict_flight
 from planner.mission.convert import level_speeds, route_at_speed
+from planner.presented import Presented
 from planner.service.preflight import check_mission
-from planner.service.presented import Presented
 from planner.setting import is_finite_number
 from planner.setup import Setup
 from planner.units import wh_from_j

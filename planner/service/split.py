@@ -25,9 +25,9 @@ from planner.mission.parts import (
     resumption,
     split_points,
 )
+from planner.presented import Presented
 from planner.rules.energy import RESERVE_AT_RISK
 from planner.service.preflight import check_mission
-from planner.service.presented import Presented
 from planner.setup import Setup
 from planner.values import Value, replace
 

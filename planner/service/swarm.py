@@ -31,9 +31,9 @@ from planner.flight.prediction import predict_flight
 from planner.geo.geodesy import LocalFrame
 from planner.mission.route.stage import Route, Stage, StageKind
 from planner.physics.response import StepResponse, TransferFunction
+from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import initial_charge, setup_with
-from planner.service.presented import Presented
 from planner.service.swarm_faults import drop_of, fault_findings, judge_faults, with_drop
 from planner.service.swarm_missions import fly_as_filed, fly_giving_way
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j

@@ -12,7 +12,7 @@ from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import SwarmAlgorithm
-from planner.service.presented import Presented
+from planner.presented import Presented
 from planner.service.swarm import GOAL_FRACTIONS, SWARM_UNSEEN, simulate_fleet
 from planner.values import Value, field_names, replace
 from planner.workers import done_in_order, end_if_stopped

@@ -18,10 +18,11 @@ from planner.report.json import ITEM_KEYS, SEGMENT_KEYS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.service.presented import FrameLibrary
+    from planner.presented import FrameLibrary
 
 MISSION = "missions/survey-vineyard.plan"
 FAR = "missions/crossing-too-far.plan"
+VEHICLE = "falkowski-2023-quadrotor"
 
 
 @cache
@@ -131,6 +132,35 @@ def test_a_notebook_shows_verdict_figures_findings_and_a_map() -> None:
     assert text.startswith("NO-GO")
     assert "Energy73.2 Wh" in text
     assert "E101 reserve-below-minimum" in text
+
+
+def test_a_notebook_shows_of_other_results_what_their_command_prints(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    asked = ["sweep", FAR, "--vehicle", VEHICLE, "--battery", "77Wh", "--vary", "payload=0,0.5"]
+    main([*asked, "--workers", "1", "-o", str(tmp_path / "sweep.csv")])
+    printed = capsys.readouterr().out
+    mission, battery = planner.read_mission(FAR), planner.Battery(capacity_wh=77.0)
+    setup = planner.Setup(vehicle=planner.load_vehicle(VEHICLE), battery=battery)
+    swept = planner.sweep(mission, setup, vary={"payload": "0,0.5"})
+    page = Page(swept._repr_html_())
+    assert page.tags == ["pre"]
+    shown = "".join(page.texts)
+    assert shown.partition("\n")[0] == printed.partition("\n")[0]
+    assert "payload" in shown
+    both = planner.compare_results(checked(), checked(FAR))
+    for other in (planner.predict_endurance(setup.vehicle), both):
+        assert not Page(other._repr_html_()).open
+
+
+def test_every_result_is_shown_in_a_notebook() -> None:
+    from planner.presented import Presented, Shown
+    from planner.report.library import _TEXTS, _WRITERS
+
+    assert _WRITERS.keys() <= _TEXTS.keys()
+    assert _TEXTS.keys() - _WRITERS.keys() == {
+        one for one in Shown.__subclasses__() if not issubclass(one, Presented)
+    }
 
 
 def test_a_file_name_is_no_markup(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from planner.errors import UsageError
 from planner.fleet.fleet import Fleet
 from planner.mission.files import read_mission
 from planner.mission.items import Mission
+from planner.presented import Shown
 from planner.service.sweep.axes import MISSION, Axis, make_axis, read_axis
 from planner.service.sweep.batches import Batch, BatchFolder, missing, run_batch
 from planner.service.sweep.cases import make_cases
@@ -63,7 +64,7 @@ class SweepProgress(Value):
         return (self.total - self.done) / self.rate if self.rate > 0.0 else None
 
 
-class Sweep(Value, eq=False):
+class Sweep(Shown, eq=False):
     """What a sweep comes to."""
 
     plan: SweepPlan

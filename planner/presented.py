@@ -19,10 +19,19 @@ def _report() -> ModuleType:
     return import_module("planner.report.library")
 
 
-class Presented(Value):
-    """A result that a script or a notebook looks at."""
+class Shown(Value):
+    """A result that a notebook shows."""
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        """Return what the command prints of it; of a check its figures, findings and a small map."""
+        page: str = _report().result_html(self)
+        return page
+
+
+class Presented(Shown):
+    """A result that a script looks at as well."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON report of the command holds, schema 1: SI, the unit in each key.
@@ -61,8 +70,3 @@ class PresentedCheck(Presented):
             If there is no such table or library.
         """
         return _report().result_frame(self, table, library=library)
-
-    def _repr_html_(self) -> str:
-        """Return verdict, figures, findings and a small map, as a notebook shows them."""
-        page: str = _report().result_html(self)
-        return page
