@@ -12,7 +12,7 @@ import click
 from planner import __version__
 from planner.autopilot import Autopilot
 from planner.cli.log_conditions import given_log_table, log_options
-from planner.cli.options import KindType, data_options, kind_option, path_option
+from planner.cli.options import KindType, data_options, format_option, kind_option, path_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
 from planner.setting import Choice, Form
@@ -212,11 +212,13 @@ def _answer(kind: Kind, text: str) -> tuple[str, object] | None:
     help="the narrowed model [default: the file that MODEL is]",
 )
 @log_options
+@format_option("text", "json")
 def refine(
     model: str,
     logs: tuple[str, ...],
     *,
     output: Path | None,
+    file_format: str,
     **asked: Any,  # noqa: ANN401 - as click reads them
 ) -> None:
     """Narrow a model from a data sheet by the logs of ordinary flights.
@@ -227,7 +229,7 @@ def refine(
 
     Exit codes: 0 the model is written, 2 the model or the logs are unusable.
     """
-    from planner.report.endurance import refinement_text
+    from planner.report.endurance import refinement_json, refinement_text
     from planner.service.identification import refine_logs
     from planner.vehicle.library import load_vehicle, model_names
     from planner.vehicle.writer import write_vehicle
@@ -241,7 +243,11 @@ def refine(
     write_vehicle(
         output, refined.model, remarks=(f"Written by mavjoule vehicle refine {__version__}.",)
     )
-    write_data(refinement_text(refined, medium=standard_medium()))
+    write_data(
+        refinement_json(refined, version=__version__)
+        if file_format == "json"
+        else refinement_text(refined, medium=standard_medium())
+    )
     narrate(f"the narrowed model is in {output}")
 
 

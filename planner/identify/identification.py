@@ -27,7 +27,7 @@ from planner.identify.power import (
     power_of_manoeuvres,
 )
 from planner.identify.ramps import has_references, identify_ramps
-from planner.identify.refinement import is_narrowable, narrowed_power, refuse_impossible_mass
+from planner.identify.refinement import narrowed_power, refuse_impossible_mass
 from planner.identify.responses import identify_response
 from planner.identify.segments import (
     SegmentUse,
@@ -40,6 +40,7 @@ from planner.identify.segments import (
 from planner.identify.uncertainty import Estimate
 from planner.identify.verification import verify_flight
 from planner.values import replace
+from planner.vehicle.law_factors import is_narrowable
 from planner.vehicle.model import Loads
 from planner.vehicle.power import AltitudeLaw, hover_power_w
 

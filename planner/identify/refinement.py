@@ -40,6 +40,7 @@ from planner.vehicle.law_factors import (
     THEORY_FRACTION,
     EnergyFractions,
     energy_fractions,
+    is_narrowable,
     moved_rotor,
 )
 from planner.vehicle.model import LAW_FACTORS, Basis
@@ -131,6 +132,8 @@ class NarrowedPower(Value, eq=False):
     """What the flights told."""
     residuals_w: FloatArray
     """Power of each by the law, less what was measured. [W]"""
+    birge_ratio: float
+    """By how much more sheet, theory and flights are apart than each is said to be off, at least 1. [-]"""
     findings: tuple[Finding, ...]
 
     @property
@@ -152,17 +155,6 @@ class Refinement(Value, eq=False):
     model: VehicleModel
     power: NarrowedPower
     findings: tuple[Finding, ...]
-
-
-def is_narrowable(vehicle: VehicleModel) -> bool:
-    """Whether flights can narrow the power of a model: it is momentum theory, and says how uncertain."""
-    spread = vehicle.spread
-    return (
-        isinstance(vehicle.cruise, MomentumLaw)
-        and vehicle.mass_kg is not None
-        and spread is not None
-        and bool(spread.law_fraction)
-    )
 
 
 def refine_vehicle(
@@ -303,6 +295,7 @@ def narrowed_power(
         factors=factors,
         steady=tuple(fresh),
         residuals_w=update.residuals_w,
+        birge_ratio=update.birge_ratio,
         findings=tuple(findings),
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.report.json import envelope, json_text, value, values
+from planner.report.json import envelope, finding_document, json_text, value, values
 from planner.report.text import printable, table_lines
 from planner.service.endurance import RESERVE
 from planner.values import field_names
@@ -142,6 +142,38 @@ def refinement_text(refined: Refinement, *, medium: Medium) -> str:
             f"Energy of a flight: standard deviation {quantity.percent(spread.energy_fraction)} now."
         )
     return "\n".join(lines) + "\n"
+
+
+def refinement_json(refined: Refinement, *, version: str) -> str:
+    """Return the same as a JSON document."""
+    model, power = refined.model, refined.power
+    document = envelope(version) | {
+        "vehicle": {"name": value(model, "name"), "source": value(model, "source")},
+        "n_flights": power.flights,
+        "steady": [
+            values(
+                one,
+                ("source", "power_w", "duration_s", "airspeed_m_s", "climb_rate_m_s", "mass_kg"),
+            )
+            | {"residual_w": residual_w}
+            for one, residual_w in zip(power.steady, power.residuals_w.tolist(), strict=True)
+        ],
+        "factors": [
+            {
+                "name": one.name,
+                "changed_by_fraction": one.value - 1.0,
+                "before_fraction": one.before,
+                "after_fraction": one.after,
+            }
+            for one in power.factors
+        ],
+        "birge_ratio": power.birge_ratio,
+        "spread": None
+        if model.spread is None
+        else values(model.spread, ("time_fraction", "energy_fraction", "n_flights", "source")),
+        "findings": [finding_document(one) for one in refined.findings],
+    }
+    return json_text(document, indent=2)
 
 
 def _steady(refined: Refinement) -> str:

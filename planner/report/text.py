@@ -453,7 +453,8 @@ def _battery(battery: BatteryBudget, *, ends_in_air: bool) -> str:
     chance = battery.below_reserve_probability
     text = (
         f"{quantity.energy(battery.capacity_wh)} full, "
-        f"{quantity.energy(battery.usable_wh)} at the start, "
+        f"{quantity.energy(battery.usable_wh)} at the start"
+        f"{'' if battery.charge_left_fraction is None else ' less losses in it'}, "
         f"{quantity.percent(battery.used_fraction)} used"
     )
     if battery.hover_left_s is not None:

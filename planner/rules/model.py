@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
 from planner.units import wh_from_j
+from planner.vehicle.law_factors import is_narrowable
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
 
@@ -74,10 +75,29 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "of two bounds counts: the power at V_k times (V / V_k)³, or the longer way at the airspeed V_k "
     "(airspeed_limit_m_s where the model has it); an error where that may take the margin.  Of a model "
     "with neither no speed is checked: X904.",
-    fix="keep the mission inside the identified range, or record a flight beyond it and run mavjoule "
-    "identify",
+    fix="keep the mission inside the range, or log a flight beyond it and run mavjoule identify, or mavjoule "
+    "vehicle refine for a model of a data sheet",
     instead="a model identified there with --vehicle",
 )
+
+
+def _outside(
+    a: Assessment,
+    what: str,
+    limits: str,
+    *,
+    so: str = "",
+    stay: str = "keep the mission inside the range",
+    **given: Any,  # noqa: ANN401 - as `Assessment.finding` takes them
+) -> Finding:
+    """Return what is outside of a model: of the flights in it, or of what its data sheet holds for."""
+    basis = a.vehicle.provenance.basis
+    is_flown = basis is None or basis.is_flown
+    known = "the model was identified" if is_flown else "the model of a data sheet holds"
+    command = "vehicle refine" if is_narrowable(a.vehicle) else "identify"
+    fix = f"{stay}, or log a flight beyond it and run mavjoule {command}"
+    message = f"{what}; {known} {limits}{so}"
+    return a.finding(MODEL_OUTSIDE_ENVELOPE, message, **({"fix": fix} | given))
 
 
 @judges(MODEL_OUTSIDE_ENVELOPE)
@@ -100,14 +120,14 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
     if not beyond:
         return
     highest = quantity.speed(limit.high)
-    yield a.finding(
-        MODEL_OUTSIDE_ENVELOPE,
-        f"{quantity.speed(max(speed for speed, _ in beyond))} commanded; the model was identified from "
-        f"{quantity.decimals(limit.low, 1)} to {highest}: time and energy of "
-        f"{quantity.count(len(beyond), 'leg')} are unreliable",
+    yield _outside(
+        a,
+        f"{quantity.speed(max(speed for speed, _ in beyond))} commanded",
+        f"from {quantity.decimals(limit.low, 1)} to {highest}",
+        so=f": time and energy of {quantity.count(len(beyond), 'leg')} are unreliable",
+        stay=f"command {highest} or less",
         severity=Severity.ERROR,
         item=beyond[0][1].item,
-        fix=f"command {highest} or less, or record a faster flight and run mavjoule identify",
     )
 
 
@@ -184,11 +204,11 @@ def _heights(a: Assessment) -> Iterator[Finding]:
         )
         if outside.any():
             worst = int(np.argmax(np.where(outside, np.abs(heights_m), -1.0)))
-            yield a.finding(
-                MODEL_OUTSIDE_ENVELOPE,
+            yield _outside(
+                a,
                 f"{quantity.count(int(outside.sum()), 'leg')} up to {quantity.height(heights_m[worst])} "
-                f"above home; the model was identified from {quantity.height(limit.low)} to "
-                f"{quantity.height(limit.high)}",
+                "above home",
+                f"from {quantity.height(limit.low)} to {quantity.height(limit.high)}",
                 item=a.route.stages[worst].item,
             )
             return
@@ -210,16 +230,18 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     if limit is None:
         return
     reach = a.reach
-    identified = f"the model was identified up to {quantity.speed(limit.high)}"
+    up_to = f"up to {quantity.speed(limit.high)}"
     over_m_s = (1.0 + _OVERSHOOT) * limit.high
     fastest = extremes.ground_speed_m_s
     # A response of reference steps overshoots within the flights it was identified on.
     is_step = a.autopilot is Autopilot.STEP
     is_commanded = any((one or 0.0) > limit.high for one in _commanded_m_s(a))
     if fastest.value > over_m_s and not is_step and not is_commanded:
-        yield a.finding(
-            MODEL_OUTSIDE_ENVELOPE,
-            f"{quantity.speed(fastest.value)} flown; {identified}: time and energy are unreliable",
+        yield _outside(
+            a,
+            f"{quantity.speed(fastest.value)} flown",
+            up_to,
+            so=": time and energy are unreliable",
             severity=Severity.ERROR,
             item=a.item_of(fastest.segment),
         )
@@ -232,10 +254,11 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     if air_m_s[row] > max(over_m_s, ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.
         costs, is_short = _uncounted(a) if a.vehicle.knows_airspeed else ("", False)
-        yield a.finding(
-            MODEL_OUTSIDE_ENVELOPE,
-            f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}; "
-            f"{identified}{costs}",
+        yield _outside(
+            a,
+            f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}",
+            up_to,
+            so=costs,
             severity=Severity.ERROR if is_short else None,
             item=int(reach.item[row]),
         )
@@ -255,11 +278,10 @@ def _climb_rates(a: Assessment, _extremes: Extremes) -> Iterator[Finding]:
         row = int(np.argmax(beyond_m_s))
         if beyond_m_s[row] > _OVERSHOOT * widest:
             is_far = abs(rate_m_s[row]) > _FAR * (abs(edge_m_s) or widest)
-            yield a.finding(
-                MODEL_OUTSIDE_ENVELOPE,
-                f"climb rate of {quantity.speed(float(rate_m_s[row]))} flown {reach.where(row)}; the "
-                f"model was identified from {quantity.decimals(limit.low, 1)} to "
-                f"{quantity.speed(limit.high)}",
+            yield _outside(
+                a,
+                f"climb rate of {quantity.speed(float(rate_m_s[row]))} flown {reach.where(row)}",
+                f"from {quantity.decimals(limit.low, 1)} to {quantity.speed(limit.high)}",
                 severity=Severity.ERROR if is_far else None,
                 item=int(reach.item[row]),
             )
@@ -273,10 +295,10 @@ def _mass(a: Assessment) -> Iterator[Finding]:
         return
     mass_kg = mass_kg or 0.0
     if mass_kg not in limit:
-        yield a.finding(
-            MODEL_OUTSIDE_ENVELOPE,
-            f"{quantity.mass(mass_kg)} with payload; the model was identified from "
-            f"{quantity.mass(limit.low)} to {quantity.mass(limit.high)}",
+        yield _outside(
+            a,
+            f"{quantity.mass(mass_kg)} with payload",
+            f"from {quantity.mass(limit.low)} to {quantity.mass(limit.high)}",
         )
 
 
@@ -290,10 +312,10 @@ def _air_density(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
         for height_m in (extremes.highest_m, extremes.lowest_m)
     )
     if thin < (1.0 - _DENSITY_SLACK) * limit.low or dense > (1.0 + _DENSITY_SLACK) * limit.high:
-        yield a.finding(
-            MODEL_OUTSIDE_ENVELOPE,
-            f"air of {quantity.decimals(thin, 2)} to {quantity.decimals(dense, 2)} kg/m³; the model was "
-            f"identified from {quantity.decimals(limit.low, 2)} to {quantity.decimals(limit.high, 2)} kg/m³",
+        yield _outside(
+            a,
+            f"air of {quantity.decimals(thin, 2)} to {quantity.decimals(dense, 2)} kg/m³",
+            f"from {quantity.decimals(limit.low, 2)} to {quantity.decimals(limit.high, 2)} kg/m³",
             severity=Severity.INFO,
             fix="",
         )

@@ -18,7 +18,7 @@ from planner.errors import UsageError
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
-from planner.values import Value, field
+from planner.values import Value, field, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import Interval
 from planner.vehicle.figures import HoverFigure, HoverKind
@@ -26,7 +26,6 @@ from planner.vehicle.law_factors import energy_fractions
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Basis, Loads, ModelSpread, Provenance, ValidFor, VehicleModel
 from planner.vehicle.pack import (
-    ASSUMED_CHEMISTRY,
     FULL_LIPO_CELL_V,
     LIPO_CELL_V,
     LITHIUM_ION,
@@ -34,6 +33,7 @@ from planner.vehicle.pack import (
     cells_of_full_voltage,
     cells_of_voltage,
     chemistry_of,
+    pack_of_label,
 )
 from planner.vehicle.parameters.resolve import kept_parameters
 from planner.vehicle.power import MomentumLaw
@@ -272,21 +272,20 @@ class _Sheet:
         if told is not None and told[0] != cells:
             msg = f"a battery of {volts} has {cells} cells, {told[1]} says {told[0]}: correct one of them"
             raise UsageError(msg)
-        chemistry = load_chemistry(
-            self.sheet.chemistry or (LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
-        )
+        pack = pack_of_label(given, self.sheet.chemistry)
+        assert pack.chemistry is not None
+        assert pack.ocv_v is not None
         if self.sheet.chemistry is None:
-            self.readings.append(f"{cells} cells of {chemistry.name}: as {volts} mean")
+            self.readings.append(f"{cells} cells of {pack.chemistry}: as {volts} mean")
         of_1_ah_ohm = self._assume("resistance", self.priors["cell_resistance"])
-        return Battery(
-            capacity_ah=given.new_charge_ah,
-            cells_in_series=cells,
-            chemistry=chemistry.name,
+        kind = load_chemistry(pack.chemistry)
+        return replace(
+            pack,
+            nominal_voltage_v=_rounded(given.voltage_v, 5),
+            ocv_v=tuple(round(one, 3) for one in pack.ocv_v),
             internal_resistance_ohm=_rounded(cells * of_1_ah_ohm / given.new_charge_ah, 3),
-            ocv_soc=chemistry.ocv_soc,
-            ocv_v=tuple(round(cells * one, 3) for one in chemistry.cell_ocv_v),
-            resistance_temperature_c=chemistry.resistance_temperature_c,
-            resistance_factor=chemistry.resistance_factor,
+            resistance_temperature_c=kind.resistance_temperature_c,
+            resistance_factor=kind.resistance_factor,
         )
 
     def _mass_kg(self) -> float:

@@ -17,12 +17,14 @@ import numpy as np
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import momentum_power_w
 from planner.values import Value
+from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.physics.rotor import Rotor
+    from planner.vehicle.model import VehicleModel
 
 THEORY_FRACTION = 0.03
 """How far momentum theory is from the mean power of one steady flight, relative: between 1 and 3 % in
@@ -112,4 +114,15 @@ def energy_fractions(
             name: math.sqrt(sum(islice(variances, len(flights))) / len(flights))
             for name, flights in STEADY_FLIGHTS.items()
         },
+    )
+
+
+def is_narrowable(vehicle: VehicleModel) -> bool:
+    """Whether flights can narrow the power of a model: it is momentum theory, and says how uncertain."""
+    spread = vehicle.spread
+    return (
+        isinstance(vehicle.cruise, MomentumLaw)
+        and vehicle.mass_kg is not None
+        and spread is not None
+        and bool(spread.law_fraction)
     )

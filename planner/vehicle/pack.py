@@ -171,18 +171,33 @@ def _like(given: Battery, own: Battery) -> FlownPack:
 
 def _by_voltage(given: Battery) -> FlownPack:
     """Return a labelled battery of the cells that its voltage means, if it means any."""
-    cells = cells_of_voltage(given.voltage_v)
-    if cells is None or given.voltage_v is None:
+    if cells_of_voltage(given.voltage_v) is None:
         return FlownPack(battery=given)
+    battery = pack_of_label(given)
+    assert battery.chemistry is not None
+    number = quantity.count(battery.cells_in_series or 0, f"{_KINDS[battery.chemistry]} cell")
+    assumed = f"{number} in series, as {quantity.decimals(given.voltage_v, 1)} V mean"
+    return FlownPack(battery=battery, assumed=assumed)
+
+
+def pack_of_label(given: Battery, kind: str | None = None) -> Battery:
+    """Return a labelled battery with the cells that its voltage means, and their curve.
+
+    The curve is scaled to the voltage of the label: what is labelled 77 Wh holds 77 Wh.  ``kind`` of cell:
+    the one that the voltage means, where it is not given.
+    """
+    cells = cells_of_voltage(given.voltage_v)
+    assert cells is not None
+    assert given.voltage_v is not None
     is_lithium_ion = given.voltage_v / cells <= MOST_LITHIUM_ION_V
-    chemistry = load_chemistry(LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY)
+    chemistry = load_chemistry(kind or (LITHIUM_ION if is_lithium_ion else ASSUMED_CHEMISTRY))
     curve = Battery(
         capacity_ah=1.0,
         ocv_soc=chemistry.ocv_soc,
         ocv_v=tuple(cells * one for one in chemistry.cell_ocv_v),
     )
     volts = given.voltage_v / curve.new_energy_wh  # of 1 Ah: its mean voltage
-    battery = replace(
+    return replace(
         given,
         capacity_ah=given.new_charge_ah,
         cells_in_series=cells,
@@ -190,9 +205,6 @@ def _by_voltage(given: Battery) -> FlownPack:
         ocv_soc=chemistry.ocv_soc,
         ocv_v=tuple(volts * cells * one for one in chemistry.cell_ocv_v),
     )
-    number = quantity.count(cells, f"{_KINDS[chemistry.name]} cell")
-    assumed = f"{number} in series, as {quantity.decimals(given.voltage_v, 1)} V mean"
-    return FlownPack(battery=battery, assumed=assumed)
 
 
 def cells_of_voltage(voltage_v: float | None) -> int | None:

@@ -163,6 +163,27 @@ def test_a_log_narrows_the_model_in_place(
     assert (after.energy_fraction or 1.0) < 0.9 * (before.energy_fraction or 0.0)
 
 
+def test_what_a_log_told_is_there_for_programs(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "flight.bin").write_bytes(copter_log().content())
+    main(["vehicle", "new", "-o", "mine.toml", *_SHEET, *_FLOWN])
+    capsys.readouterr()
+    asked = ["vehicle", "refine", "mine.toml", "flight.bin", "--format", "json"]
+    assert main(asked) == ExitCode.GO
+    told = json.loads(capsys.readouterr().out)
+    after = load_vehicle("mine.toml").spread
+    assert after is not None
+    assert told["schema"] == 1
+    assert told["n_flights"] == 1
+    assert {one["name"]: one["after_fraction"] for one in told["factors"]} == pytest.approx(
+        dict(after.law_fraction), rel=0.01
+    )
+    assert {one["code"] for one in told["findings"]} == {"I110"}
+    assert told["birge_ratio"] > 1.0
+    assert {one["power_w"] for one in told["steady"]} == {160.0}
+
+
 def test_a_payload_of_a_log_that_is_not_given_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

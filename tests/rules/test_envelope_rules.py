@@ -47,6 +47,22 @@ def test_a_speed_beyond_the_identified_one_is_an_error(speed_m_s: float, fires: 
         assert "10.1 m/s" in beyond[0].message
 
 
+@pytest.mark.parametrize(
+    ("name", "known", "command"),
+    [
+        ("falkowski-2023-quadrotor", "was identified from", "mavjoule identify"),
+        ("3dr-iris-plus", "of a data sheet holds from", "mavjoule vehicle refine"),
+    ],
+)
+def test_a_model_of_a_data_sheet_is_narrowed_not_identified(
+    name: str, known: str, command: str
+) -> None:
+    one = mission(takeoff(40), speed(16.0), waypoint(900, 40), rtl())
+    [beyond, *_] = [f for f in check(one, load_vehicle(name)).findings if f.code == "E105"]
+    assert known in beyond.message
+    assert command in beyond.fix
+
+
 @pytest.mark.parametrize(("height_m", "fires"), [(199.0, False), (200.0, False), (202.0, True)])
 def test_a_climb_longer_than_the_identified_step_is_marked(height_m: float, fires: bool) -> None:  # noqa: FBT001 - a table of cases
     down = waypoint(0, 110)
