@@ -69,7 +69,7 @@ def read_mission_bytes(data: bytes, *, source: str) -> Mission:
     """Return the mission in the bytes of a file; see `read_mission`."""
     content = read_text(data, source=source)
     with _collection_paused():
-        mission = _read_content(content.text, source=source)
+        mission = _read_content(content.text, source=source, beside=content.beside)
     findings = [*content.findings, *_check_suffix(mission, content.inner_name or source)]
     return replace(mission, findings=(*findings, *mission.findings)) if findings else mission
 
@@ -123,12 +123,12 @@ def _collection_paused() -> Iterator[None]:
             gc.enable()
 
 
-def _read_content(text: str, *, source: str) -> Mission:
+def _read_content(text: str, *, source: str, beside: str) -> Mission:
     """Return the mission in a text by what it begins with."""
     if text.lstrip().startswith(("{", "[")):
         return _read_json(text, source=source)
     if text.lstrip().startswith("<"):
-        return _read_xml(text, source=source)
+        return _read_xml(text, source=source, beside=beside)
     from planner.mission.formats.wpl import read_lines
 
     for _, line in read_lines(text, source=source):
@@ -151,12 +151,12 @@ def _read_json(text: str, *, source: str) -> Mission:
     return read_plan(document, source)
 
 
-def _read_xml(text: str, *, source: str) -> Mission:
+def _read_xml(text: str, *, source: str, beside: str) -> Mission:
     if xml_root(text) != "kml":
         raise MissionFileError(describe_xml(text), source=source)
     from planner.mission.formats.kml import read_kml
 
-    return read_kml(text, source=source)
+    return read_kml(text, source=source, template=beside)
 
 
 def _line_reader(line: str) -> Callable[..., Mission] | None:

@@ -207,6 +207,9 @@ class Mission(Value):
     """What it was written for; ``None`` where neither the file nor its commands decide."""
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
+    unstated_wait_s: float = 0.0
+    """What another maker's drone may wait at its points, at most, beyond what the items hold; infinite where
+    nothing says how long. [s]"""
     fetched: FetchMark | None = None
     """Where ``mavjoule fetch`` wrote the file."""
     findings: tuple[Finding, ...] = ()

@@ -37,6 +37,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "wind": (),
     "structure": (),
     "altitude": (),
+    "left_open": (),
     "fence": (FENCE,),
     "feasibility": (TARGET,),
     "payload_place": (ARDUPILOT_TARGET,),

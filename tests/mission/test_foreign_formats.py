@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from planner.findings import Severity
 from planner.mission.commands import Command, Frame
 from planner.mission.files import read_mission_bytes
 from planner.service.preflight import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -202,3 +204,182 @@ def test_a_geojson_line_is_checked_like_any_mission() -> None:
     assert result.totals.distance_m == pytest.approx(2 * 152.0, abs=2.0)
     assert result.totals.climb_m >= 60.0
     assert "L165" in {finding.code for finding in result.findings}
+
+
+def group(name: str, *, first: int, last: int, trigger: str = "reachPoint", more: str = "") -> str:
+    return (
+        f"<wpml:actionGroup><wpml:actionGroupStartIndex>{first}</wpml:actionGroupStartIndex>"
+        f"<wpml:actionGroupEndIndex>{last}</wpml:actionGroupEndIndex><wpml:actionTrigger>"
+        f"<wpml:actionTriggerType>{trigger}</wpml:actionTriggerType></wpml:actionTrigger><wpml:action>"
+        f"<wpml:actionActuatorFunc>{name}</wpml:actionActuatorFunc>{more}</wpml:action></wpml:actionGroup>"
+    )
+
+
+def with_config(text: str, **settings: str) -> str:
+    more = "".join(f"<wpml:{name}>{value}</wpml:{name}>" for name, value in settings.items())
+    return text.replace("<wpml:missionConfig>", f"<wpml:missionConfig>{more}")
+
+
+def test_djis_way_from_its_take_off_place_is_flown() -> None:
+    # 0.01 degrees of latitude are 1,112 m; the last point is 76 m east of the first, which is home else.
+    place = "46.99,8.0,512.3"
+    template = with_config(
+        "<kml><wpml:missionConfig></wpml:missionConfig></kml>", takeOffRefPoint=place
+    )
+    template = template.replace("<kml>", '<kml xmlns:wpml="http://www.dji.com/wpmz/1.0.2">')
+    route = with_config(dji(end="goHome"), flyToWaylineMode="safely", globalTransitionalSpeed="2")
+    mission = read(packed(wpmz__template_kml=template, wpmz__waylines_wpml=route))
+    assert mission.home is not None
+    assert (mission.home.latitude_deg, mission.home.longitude_deg) == (46.99, 8.0)
+    assert mission.home.altitude_amsl_m is None
+    assert flown(mission)[0] == (
+        Command.NAV_TAKEOFF,
+        46.99,
+        8.0,
+        30.0,
+    )  # safely: as high as the first
+    assert [one.param2 for one in mission.items if one.command == Command.DO_CHANGE_SPEED] == [
+        2,
+        5,
+        7,
+    ]
+    far, near = (
+        check(one, load_vehicle("falkowski-2023-quadrotor"), battery=Battery(capacity_wh=500.0))
+        for one in (mission, read(dji(end="goHome")))
+    )
+    by_hand_m = 1112.0 + math.hypot(1112.0, 76.0) - 76.0
+    assert far.totals.distance_m - near.totals.distance_m == pytest.approx(by_hand_m, abs=5.0)
+    assert "M107" in {one.code for one in near.findings}
+    assert "M107" not in {one.code for one in far.findings}
+
+
+@pytest.mark.parametrize("place", ["", "0.000000,0.000000,0.000000"])
+def test_a_take_off_place_that_is_not_given_is_assumed_and_reported(place: str) -> None:
+    mission = read(with_config(dji(), takeOffRefPoint=place))
+    assert mission.home is None
+    assert "home at the first point" in mission.findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (
+            {"takeOffRefPoint": "113.9,22.5,10"},
+            "the place of the take-off: 113.9, 22.5 is no place",
+        ),
+        ({"takeOffRefPoint": "47.0"}, "expected latitude, longitude"),
+        ({"takeOffRefPoint": "47.0,east,1"}, "expected a number, got 'east'"),
+        ({"globalTransitionalSpeed": "0"}, "way to the first point at 0 m/s"),
+    ],
+)
+def test_a_beginning_that_cannot_be_flown_is_refused(settings: dict[str, str], said: str) -> None:
+    assert said in refusal(with_config(dji(), **settings))
+
+
+def test_dji_climbs_before_it_returns_and_stops_where_its_turns_do() -> None:
+    stops = dji(end="goHome").replace(
+        "<wpml:waypointSpeed>7",
+        "<wpml:waypointTurnMode>toPointAndStopWithDiscontinuityCurvature</wpml:waypointTurnMode>"
+        "<wpml:waypointSpeed>7",
+    )
+    high = with_config(stops, globalRTHHeight="100")
+    for data in (high, packed(wpmz__template_kml=high, wpmz__waylines_wpml=stops)):
+        mission = read(data)
+        assert flown(mission)[-2:] == [
+            (Command.NAV_WAYPOINT, 47.0, 8.001, 100.0),
+            (Command.NAV_RETURN_TO_LAUNCH, 0.0, 0.0, 0.0),
+        ]
+    assert [one.param1 for one in mission.items if one.command == Command.NAV_WAYPOINT] == [
+        12,
+        1,
+        0,
+    ]
+
+
+def test_a_group_of_djis_actions_acts_at_each_of_its_points() -> None:
+    hover = group("hover", first=0, last=1, more="<wpml:hoverTime>40</wpml:hoverTime>")
+    mission = read(dji().replace(HOVER, hover))
+    assert [one.param1 for one in mission.items if one.command == Command.NAV_WAYPOINT] == [40, 40]
+    flying = group("takePhoto", first=0, last=1, trigger="multipleTiming")
+    assert read(dji().replace(HOVER, flying)).unstated_wait_s == 0.0
+    slow = dji().replace("<wpml:index>", "<wpml:useGlobalSpeed>1</wpml:useGlobalSpeed><wpml:index>")
+    slow = slow.replace("<Folder>", "<Folder><wpml:autoFlightSpeed>0.3</wpml:autoFlightSpeed>")
+    assert {one.param2 for one in read(slow).items if one.command == Command.DO_CHANGE_SPEED} == {
+        0.3
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "trigger", "each_s"),
+    [
+        ("takePhoto", "reachPoint", 6.0),
+        ("zoom", "reachPoint", 0.0),
+        ("orientedShoot", "reachPoint", 18.0),
+        ("panoShot", "reachPoint", float("inf")),
+        ("juggle", "reachPoint", float("inf")),
+        ("juggle", "betweenAdjacentPoints", 0.0),
+    ],
+)
+def test_what_djis_actions_may_take_is_bounded(name: str, trigger: str, each_s: float) -> None:
+    mission = read(dji().replace(HOVER, group(name, first=0, last=1, trigger=trigger)))
+    assert mission.unstated_wait_s == 2 * each_s
+
+
+@pytest.mark.parametrize(("action", "wait_s"), [(1, 6.0), (5, 6.0), (0, 0.0), (99, float("inf"))])
+def test_what_litchis_actions_may_take_is_bounded(action: int, wait_s: float) -> None:
+    row = f"47,8,30,0,0,0,0,0,{action},0,-1,0,0,5\n"
+    assert read(LITCHI + row).unstated_wait_s == wait_s
+
+
+def test_holes_and_areas_called_no_fly_are_stayed_out_of() -> None:
+    hole = AREA.replace(
+        "</Polygon>",
+        "<innerBoundaryIs><LinearRing><coordinates>7.999,46.999 8.0,46.999 8.0,47.0 7.999,46.999"
+        "</coordinates></LinearRing></innerBoundaryIs></Polygon>",
+    )
+    mission = read(line(more=hole))
+    assert mission.fence is not None
+    assert [area.inclusion for area in mission.fence.polygons] == [True, False]
+    assert "1 area as the fence to stay out of" in mission.findings[0].message
+    named = AREA.replace("<Placemark>", "<Placemark><name>No-Fly hospital</name>")
+    kept_out = read(line(more=named)).fence
+    assert kept_out is not None
+    assert not kept_out.polygons[0].inclusion
+    assert "with a hole" in refusal(
+        line(more=hole.replace("<Placemark>", "<Placemark><name>NFZ</name>"))
+    )
+    ring = [[7.9, 46.9], [8.1, 46.9], [8.1, 47.1], [7.9, 46.9]]
+    area = {"type": "Polygon", "coordinates": [ring]}
+    features = [
+        {"type": "Feature", "properties": {"name": "keep out"}, "geometry": area},
+        {"type": "LineString", "coordinates": [[8.0, 47.0, 450], [8.002, 47.0, 460]]},
+    ]  # fmt: skip
+    fence = read(json.dumps({"type": "FeatureCollection", "features": features})).fence
+    assert fence is not None
+    assert not fence.polygons[0].inclusion
+
+
+@pytest.mark.parametrize(
+    ("wait_s", "severity"), [(60.0, Severity.WARNING), (1800.0, Severity.ERROR)]
+)
+def test_what_is_not_stated_costs_margin(wait_s: float, severity: Severity) -> None:
+    # The article's quadrotor hovers on 130 W: 60 s are 2.2 Wh, half an hour 65 Wh of 77 with a fifth kept.
+    mission = replace(read(dji()), unstated_wait_s=wait_s)
+    vehicle, pack = load_vehicle("falkowski-2023-quadrotor"), Battery(capacity_wh=77.0)
+    [finding] = [
+        one for one in check(mission, vehicle, battery=pack).findings if one.code == "E131"
+    ]
+    assert finding.severity is severity
+
+
+@pytest.mark.parametrize(("margin_wh", "is_short"), [(4.2, False), (3.0, True)])
+def test_an_unknown_home_costs_the_way_in_sight(margin_wh: float, *, is_short: bool) -> None:
+    # 1,000 m at the model's 10 m/s and 130 W are 3.6 Wh.
+    vehicle = load_vehicle("falkowski-2023-quadrotor")
+    mission = read(dji(end="goHome").replace(HOVER, ""))
+    flight_wh = check(mission, vehicle, battery=Battery(capacity_wh=500.0)).totals.energy_wh
+    assert flight_wh is not None
+    pack = Battery(capacity_wh=(flight_wh + margin_wh) / 0.8)
+    result = check(mission, vehicle, battery=pack)
+    own = [one.severity for one in result.findings if one.code == "M107"]
+    assert (Severity.ERROR in own) is is_short

@@ -375,6 +375,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: over_ridge(6.5),
         silent=lambda: over_ridge(7.0, ARDUPILOT),
     ),
+    "E131": RuleCases(
+        fires=lambda: found(replace(PLAIN, unstated_wait_s=6.0)),
+        boundary=lambda: found(replace(PLAIN, unstated_wait_s=0.0)),
+        silent=lambda: found(PLAIN),
+    ),
     "E130": RuleCases(
         fires=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.DATA_SHEET)),
         boundary=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.REFINED)),

@@ -49,8 +49,10 @@ SURVEY_REBUILT = Rule(
     "and turn; MAVSDK refuses the file.",
     how="The path it is drawn with is used where there is one; otherwise parallel lines at the grid's "
     "angle and spacing are cut with the area, entered at the chosen corner and lengthened to turn "
-    "around.  Surveys that do hold their items come out within 0.3 %.",
+    "around.  Surveys that do hold their items come out within 0.3 %.  An error where the survey is of the "
+    "kind that holds its items: no ground station loads it, and a drawing may be of another area.",
     fix="open the plan in a current QGroundControl and save it: then it holds the items",
+    instead="a plan that holds the items of its surveys",
 )
 
 
@@ -140,7 +142,7 @@ def _add_drawn_path(item: JsonFields, sequence: ItemSequence) -> bool:
         f"{item.title} holds no items: flown along the path it is drawn with, "
         f"{quantity.count(len(sequence.items), 'point')}; QGroundControl and MAVSDK refuse the file"
     )
-    sequence.remark(SURVEY_REBUILT, message)
+    sequence.remark(SURVEY_REBUILT, message, severity=Severity.ERROR)
     return True
 
 

@@ -37,8 +37,11 @@ def _unpack_gzip(data: bytes, *, source: str) -> bytes:
         raise MissionFileError(msg, source=source) from None
 
 
-def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
-    """Return the content, up to the largest size, and the name of the one mission in a zip archive."""
+def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str, bytes]:
+    """Return content and name of the one mission in a zip archive, and what it was made from.
+
+    Up to the largest size; empty where that is not there.
+    """
     import zipfile
 
     try:
@@ -56,14 +59,18 @@ def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
                 held = f"{len(names)} missions" if names else "no mission"
                 msg = f"a zip archive that holds {held}: unpack it and give one mission file"
                 raise MissionFileError(msg, source=source)
+            beside = b""
+            if names[0] == _DJI_ROUTE and _DJI_TEMPLATE in archive.namelist():
+                with archive.open(_DJI_TEMPLATE) as stream:
+                    beside = stream.read(LARGEST_FILE_BYTES + 1)
             with archive.open(names[0]) as stream:
-                return stream.read(LARGEST_FILE_BYTES + 1), names[0]
+                return stream.read(LARGEST_FILE_BYTES + 1), names[0], beside
     except (*_UNPACK_ERRORS, zipfile.BadZipFile):
         msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
         raise MissionFileError(msg, source=source) from None
 
 
-_DJI_ROUTE = "wpmz/waylines.wpml"
+_DJI_ROUTE, _DJI_TEMPLATE = "wpmz/waylines.wpml", "wpmz/template.kml"
 _GIVE_A_MISSION = "give a .plan or .waypoints file"
 _VERIFY = "compare it with a prediction by 'mavjoule verify'"
 
@@ -149,6 +156,8 @@ class FileText(Value):
     findings: tuple[Finding, ...]
     inner_name: str | None
     """The name inside an archive, ``None`` where there is no archive."""
+    beside: str = ""
+    """What lies beside it in the archive, where that says more of the mission."""
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -205,11 +214,15 @@ def read_text(data: bytes, *, source: str) -> FileText:
     _refuse_large(data, source=source)
     findings: list[Finding] = []
     inner_name: str | None = None
+    beside = ""
     if data.startswith(b"\x1f\x8b"):
         data = _unpack_gzip(data, source=source)
         findings.append(FILE_PACKED.finding("read from a gzip file"))
     elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-        data, inner_name = _unpack_zip(data, source=source)
+        data, inner_name, template = _unpack_zip(data, source=source)
+        if template:
+            _refuse_large(template, source=source)
+            beside, _ = _decode(template, source=source)
         if not inner_name.lower().endswith((".kml", ".wpml")):  # those are always packed
             findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
     _refuse_large(data, source=source)
@@ -219,7 +232,7 @@ def read_text(data: bytes, *, source: str) -> FileText:
     if not text.strip():
         msg = "the file is empty"
         raise MissionFileError(msg, source=source)
-    return FileText(text=text, findings=tuple(findings), inner_name=inner_name)
+    return FileText(text=text, findings=tuple(findings), inner_name=inner_name, beside=beside)
 
 
 def _refuse_large(data: bytes, *, source: str) -> None:

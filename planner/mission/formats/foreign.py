@@ -6,6 +6,7 @@ Such a file holds neither home nor, mostly, a take-off, a landing and a speed.
 from __future__ import annotations
 
 import math
+import re
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -54,10 +55,33 @@ class RoutePoint(Value):
     speed_m_s: float | None = None
     """From here on; ``None``: as before, at first the vehicle's own. [m s⁻¹]"""
     hold_s: float = 0.0
+    unstated_wait_s: float = 0.0
+    """What else it may wait there, at most; infinite where nothing says how long. [s]"""
     place: Place | None = None
 
 
+LONGEST_ACTION_S = 6.0
+"""Of photos and recordings: DJI's waypoint missions go on with the next action after that (DJI Mobile SDK,
+``DJIWaypointActionType``); turns of gimbal and vehicle are taken to last no longer. [s]"""
+KEEP_OUT = re.compile(
+    r"no.?(fly|go)|keep.?out|exclu|prohib|forbid|restrict|\bnfz\b|avoid", re.IGNORECASE
+)
+"""Names of areas that are to be stayed out of."""
 _START = Place(1, 1)
+
+
+class RouteEnds(Value):
+    """How a route is begun and ended; ``None``: the file does not hold it."""
+
+    home_deg: tuple[float, float] | None = None
+    """Latitude and longitude of the take-off. [°]"""
+    takeoff_height_m: float | None = None
+    """In the frame of the route; ``None``: that of the first point. [m]"""
+    first_speed_m_s: float | None = None
+    """From the take-off to the first point. [m s⁻¹]"""
+    ending: Ending = Ending.RETURN
+    return_height_m: float | None = None
+    """To which it climbs before it returns. [m]"""
 
 
 def line_points(
@@ -90,51 +114,41 @@ def foreign_mission(
     what: str,
     source: str,
     frame: Frame,
-    ending: Ending = Ending.RETURN,
-    takeoff_height_m: float | None = None,
+    ends: RouteEnds | None = None,
     assumed: Sequence[str] = (),
     areas: Sequence[FencePolygon] = (),
 ) -> Mission:
-    """Return the mission that flies points: from home at the first, after a take-off there.
+    """Return the mission that flies points from home, by default the first, after a take-off there.
 
-    ``what`` names the format and ``assumed`` what its reader had to assume besides home and take-off.  The
-    take-off is to the altitude of the first point, or to a height [m] where the file holds one.
+    ``what`` names the format and ``assumed`` what its reader had to assume besides home and take-off.
 
     Raises MissionFileError for no point, more than a vehicle can hold, or one that is not on the earth.
     """
     if not points:
         msg = f"{what} without a point to fly to"
         raise MissionFileError(msg, source=source)
+    ends = ends or RouteEnds()
     for number, point in enumerate(points, 1):
-        _refuse_impossible(point, number, source=source)
-    if takeoff_height_m is not None and not 0.0 < takeoff_height_m < math.inf:
-        msg = f"{what} with a take-off to {takeoff_height_m:g} m: give a height above 0"
-        raise MissionFileError(msg, source=source)
+        _refuse_impossible(point, f"point {number}", source=source)
+    _refuse_ends(ends, what, source=source)
     remarks = Remarks()
     first, last = points[0], points[-1]
     sequence = ItemSequence(first_number=1, place=first.place or _START, remarks=remarks)
-
-    def at(point: RoutePoint, altitude_m: float | None = None) -> tuple[float, float, float]:
-        height_m = point.altitude_m if altitude_m is None else altitude_m
-        return point.latitude_deg, point.longitude_deg, height_m
-
-    sequence.add(
-        Command.NAV_TAKEOFF, 0.0, 0.0, 0.0, None, frame=frame, position=at(first, takeoff_height_m)
-    )
-    speed_m_s = None
+    speed_m_s = _begin(sequence, ends, frame, first)
     for point in points:
         sequence.place = point.place or _START
-        sequence.add_waypoint(at(point), frame=frame, hold_s=point.hold_s)
+        sequence.add_waypoint(_at(point), frame=frame, hold_s=point.hold_s)
         if point.speed_m_s is not None and point.speed_m_s != speed_m_s:
             speed_m_s = point.speed_m_s
             sequence.add(Command.DO_CHANGE_SPEED, 1.0, speed_m_s, -1.0)
-    _end(sequence, ending, frame, first=at(first), last=at(last))
+    _end(sequence, ends, frame, first=first, last=last)
     if len(sequence.items) > MOST_ITEMS:
         msg = f"{what} of {len(points):,} points: MAVLink can send {MOST_ITEMS:,} items"
         raise MissionFileError(msg, source=source)
-    told = ["home at the first point, a take-off there", *assumed]
-    if areas:
-        told.append(f"{quantity.count(len(areas), 'area')} as the fence to stay inside")
+    told = [*(() if ends.home_deg else ("home at the first point, a take-off there",)), *assumed]
+    for inclusion, side in ((True, "inside"), (False, "out of")):
+        if count := sum(area.inclusion is inclusion for area in areas):
+            told.append(f"{quantity.count(count, 'area')} as the fence to stay {side}")
     remarks.add(
         FORMAT_FOREIGN,
         f"read from {what} of {quantity.count(len(points), 'point')}; assumed: {'; '.join(told)}",
@@ -144,34 +158,66 @@ def foreign_mission(
         source=source,
         file_format=MissionFormat.FOREIGN,
         items=tuple(sequence.items),
-        home=Home(first.latitude_deg, first.longitude_deg, None),
+        home=None if ends.home_deg is None else Home(*ends.home_deg, None),
+        unstated_wait_s=sum(point.unstated_wait_s for point in points),
         fence=Fence(polygons=tuple(areas)) if areas else None,
         findings=remarks.findings(),
     )
 
 
+def _at(point: RoutePoint, altitude_m: float | None = None) -> tuple[float, float, float]:
+    height_m = point.altitude_m if altitude_m is None else altitude_m
+    return point.latitude_deg, point.longitude_deg, height_m
+
+
+def _begin(
+    sequence: ItemSequence, ends: RouteEnds, frame: Frame, first: RoutePoint
+) -> float | None:
+    """Add the take-off; return the speed commanded to the first point. [m s⁻¹]"""
+    there = _at(first, ends.takeoff_height_m)
+    start = there if ends.home_deg is None else (*ends.home_deg, there[2])
+    sequence.add(Command.NAV_TAKEOFF, 0.0, 0.0, 0.0, None, frame=frame, position=start)
+    if ends.first_speed_m_s is not None and ends.home_deg is not None:
+        sequence.add(Command.DO_CHANGE_SPEED, 1.0, ends.first_speed_m_s, -1.0)
+        return ends.first_speed_m_s
+    return None
+
+
 def _end(
-    sequence: ItemSequence,
-    ending: Ending,
-    frame: Frame,
-    *,
-    first: tuple[float, float, float],
-    last: tuple[float, float, float],
+    sequence: ItemSequence, ends: RouteEnds, frame: Frame, *, first: RoutePoint, last: RoutePoint
 ) -> None:
     """Add what follows the last point."""
     free_yaw = (0.0, 0.0, 0.0, None)
-    match ending:
+    match ends.ending:
         case Ending.RETURN:
+            if (ends.return_height_m or 0.0) > last.altitude_m:
+                sequence.add_waypoint(_at(last, ends.return_height_m), frame=frame)
             sequence.add(Command.NAV_RETURN_TO_LAUNCH)
         case Ending.LAND:
-            ground, place = Frame.GLOBAL_RELATIVE_ALT, (*last[:2], 0.0)
+            ground, place = Frame.GLOBAL_RELATIVE_ALT, _at(last, 0.0)
             sequence.add(Command.NAV_LAND, *free_yaw, frame=ground, position=place)
         case Ending.HOVER | Ending.FIRST:
-            place = last if ending is Ending.HOVER else first
+            place = _at(last if ends.ending is Ending.HOVER else first)
             sequence.add(Command.NAV_LOITER_UNLIM, *free_yaw, frame=frame, position=place)
 
 
-def _refuse_impossible(point: RoutePoint, number: int, *, source: str) -> None:
+def _refuse_ends(ends: RouteEnds, what: str, *, source: str) -> None:
+    """Refuse a beginning and an end that cannot be flown."""
+    for value, name in (
+        (ends.takeoff_height_m, "take-off to {:g} m: give a height above 0"),
+        (ends.first_speed_m_s, "way to the first point at {:g} m/s: give a speed above 0"),
+        (ends.return_height_m, "return at {:g} m: give a height above 0"),
+    ):
+        if value is not None and not 0.0 < value < math.inf:
+            msg = f"{what} with a {name.format(value)}"
+            raise MissionFileError(msg, source=source)
+    if ends.home_deg is not None:
+        latitude_deg, longitude_deg = ends.home_deg
+        home = RoutePoint(latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=0.0)
+        _refuse_impossible(home, "the place of the take-off", source=source)
+
+
+def _refuse_impossible(point: RoutePoint, name: str, *, source: str) -> None:
     values = (point.latitude_deg, point.longitude_deg, point.altitude_m, point.hold_s)
     speed_m_s = point.speed_m_s
     if (
@@ -179,10 +225,8 @@ def _refuse_impossible(point: RoutePoint, number: int, *, source: str) -> None:
         or abs(point.latitude_deg) > 90.0
         or abs(point.longitude_deg) > 180.0
     ):
-        msg = (
-            f"point {number}: {point.latitude_deg:g}, {point.longitude_deg:g} is no place to fly to"
-        )
+        msg = f"{name}: {point.latitude_deg:g}, {point.longitude_deg:g} is no place to fly to"
         raise MissionFileError(msg, source=source, place=point.place)
     if point.hold_s < 0.0 or (speed_m_s is not None and speed_m_s <= 0.0):
-        msg = f"point {number}: a hold and a speed are not negative, a speed is not 0"
+        msg = f"{name}: a hold and a speed are not negative, a speed is not 0"
         raise MissionFileError(msg, source=source, place=point.place)

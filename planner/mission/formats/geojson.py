@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.errors import MissionFileError
 from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import foreign_mission, line_points
+from planner.mission.formats.foreign import KEEP_OUT, foreign_mission, line_points
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +33,7 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
 
     Raises MissionFileError where there is none, or more than one, and where altitudes are missing.
     """
-    shapes = list(_geometries(root))
+    shapes = [shape for shape, _ in _geometries(root)]
     lines = [shape for shape in shapes if shape["type"] == "LineString"]
     if len(lines) != 1 or any(shape["type"] == "MultiLineString" for shape in shapes):
         count = len(lines) + sum(
@@ -49,7 +49,11 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
         source=source,
         advice=": give each longitude, latitude, altitude",
     )
-    areas = [_area(shape, source) for shape in shapes if shape["type"] == "Polygon"]
+    areas = [
+        _area(shape, name, source)
+        for shape, name in _geometries(root)
+        if shape["type"] == "Polygon"
+    ]
     return foreign_mission(
         points,
         what="the line of a GeoJSON text",
@@ -64,29 +68,31 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
     )
 
 
-def _geometries(root: Any) -> Iterator[dict[str, Any]]:  # noqa: ANN401 - whatever JSON holds
-    """Yield every geometry, of collections in collections too; what is none is left out."""
-    waiting = [root]
+def _geometries(root: Any) -> Iterator[tuple[dict[str, Any], str]]:  # noqa: ANN401 - whatever JSON holds
+    """Yield every geometry and its name, of collections in collections too; what is none is left out."""
+    waiting = [(root, "")]
     while waiting:
-        one = waiting.pop()
+        one, name = waiting.pop()
         if not isinstance(one, dict) or not isinstance(kind := one.get("type"), str):
             continue
         if kind == "Feature":
-            waiting.append(one.get("geometry"))
+            said = one.get("properties")
+            named = said.get("name") if isinstance(said, dict) else None
+            waiting.append((one.get("geometry"), str(named or "")))
         elif kind in _COLLECTIONS and isinstance(members := one.get(_COLLECTIONS[kind]), list):
-            waiting += members[::-1]
+            waiting += ((member, name) for member in members[::-1])
         elif kind in _GEOMETRIES:
-            yield one
+            yield one, name
 
 
-def _area(shape: dict[str, Any], source: str) -> FencePolygon:
+def _area(shape: dict[str, Any], name: str, source: str) -> FencePolygon:
     rings = shape.get("coordinates")
     ring = _positions(rings[0], source) if isinstance(rings, list) and len(rings) == 1 else []
     if len(ring) < 4:
         msg = "GeoJSON with an area that has holes, or fewer than three corners: mend or remove it"
         raise MissionFileError(msg, source=source)
     corners = tuple((position[1], position[0]) for position in ring[:-1])
-    return FencePolygon(inclusion=True, vertices_deg=corners)
+    return FencePolygon(inclusion=KEEP_OUT.search(name) is None, vertices_deg=corners)
 
 
 def _positions(found: object, source: str) -> list[list[float]]:

@@ -5,6 +5,7 @@ The XML of strangers is parsed without any declaration of a document type, so th
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -14,7 +15,16 @@ from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import Ending, RoutePoint, foreign_mission, line_points
+from planner.mission.formats.foreign import (
+    KEEP_OUT,
+    LONGEST_ACTION_S,
+    Ending,
+    RouteEnds,
+    RoutePoint,
+    foreign_mission,
+    line_points,
+)
+from planner.mission.items import MOST_ITEMS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -33,20 +43,38 @@ _DJI_ENDINGS = {
     "noAction": Ending.HOVER,
     "gotoFirstWaypoint": Ending.FIRST,
 }
+_AT_POINTS = "reachPoint"
+_STOPS, _STOP_S = "toPointAndStop", 1.0
+"""Turns that stand still at their point: the shortest hold that both autopilots keep. [s]"""
+_WITHOUT_TIME = frozenset({"zoom", "focus", "customDirName", "gimbalEvenlyRotate"})
+"""Actions that go on while it flies."""
+_ACTION_S = {
+    "takePhoto": LONGEST_ACTION_S,
+    "startRecord": LONGEST_ACTION_S,
+    "stopRecord": LONGEST_ACTION_S,
+    "gimbalRotate": LONGEST_ACTION_S,
+    "rotateYaw": LONGEST_ACTION_S,
+    "orientedShoot": 3.0 * LONGEST_ACTION_S,
+    "accurateShoot": 3.0 * LONGEST_ACTION_S,
+}
+"""The last two turn the vehicle and the gimbal, and take a photo."""
 _DJI_HEIGHTS = {
     "WGS84": "the ellipsoid, which no map of the ground is given above",
     "realTimeFollowSurface": "the ground as its radar finds it",
 }
 
 
-def read_kml(text: str, *, source: str) -> Mission:
+def read_kml(text: str, *, source: str, template: str = "") -> Mission:
     """Return the mission in a KML text: the one line drawn in it, or DJI's waypoints.
+
+    ``template`` is what lies beside DJI's: the drawing that it was made from.
 
     Raises MissionFileError where none, or more than one, can be meant, and where altitudes are missing.
     """
     root = _parsed(text, source=source)
     if any(_namespace(element).find(_DJI) >= 0 for element in root.iter()):
-        return _read_wpml(root, source=source)
+        drawn = _parsed(template, source=source) if template.strip() else root
+        return _read_wpml(root, drawn, source=source)
     return _read_line(root, source=source)
 
 
@@ -148,10 +176,7 @@ def _read_line(root: ET.Element, *, source: str) -> Mission:
         )
         raise MissionFileError(msg, source=source)
     points = line_points(_corners(line, name, source=source), f"the line '{name}'", source=source)
-    areas = [
-        FencePolygon(inclusion=True, vertices_deg=_ring(polygon, source=source))
-        for polygon in _all(root, "Polygon")
-    ]
+    areas = [area for mark in _all(root, "Placemark") for area in _areas(mark, source=source)]
     return foreign_mission(
         points,
         what=f"the line '{name}' of a Google Earth document (KML)",
@@ -170,6 +195,19 @@ def _corners(element: ET.Element, name: str, *, source: str) -> list[list[float]
     ]
 
 
+def _areas(mark: ET.Element, *, source: str) -> Iterator[FencePolygon]:
+    """Yield the areas of a placemark, and their holes as areas to stay out of."""
+    is_inside = KEEP_OUT.search(_text(mark, "name") or "") is None
+    for polygon in _all(mark, "Polygon"):
+        holes = list(_all(polygon, "innerBoundaryIs"))
+        if holes and not is_inside:
+            msg = "an area to stay out of with a hole: mend or remove it"
+            raise MissionFileError(msg, source=source)
+        yield FencePolygon(inclusion=is_inside, vertices_deg=_ring(polygon, source=source))
+        for hole in holes:
+            yield FencePolygon(inclusion=False, vertices_deg=_ring(hole, source=source))
+
+
 def _ring(polygon: ET.Element, *, source: str) -> tuple[tuple[float, float], ...]:
     corners = _corners(polygon, "a polygon", source=source)
     if any(len(corner) < 2 for corner in corners) or len(corners) < 4:
@@ -178,8 +216,11 @@ def _ring(polygon: ET.Element, *, source: str) -> tuple[tuple[float, float], ...
     return tuple((corner[1], corner[0]) for corner in corners[:-1])
 
 
-def _read_wpml(root: ET.Element, *, source: str) -> Mission:
-    """Return the mission of waylines.wpml, https://developer.dji.com, "DJI WPML"."""
+def _read_wpml(root: ET.Element, drawn: ET.Element, *, source: str) -> Mission:
+    """Return the mission of waylines.wpml, https://developer.dji.com, "DJI WPML".
+
+    The place of the take-off is in the template it was made from (``drawn``), if anywhere.
+    """
     routes = [
         folder
         for folder in _all(root, "Folder")
@@ -204,53 +245,122 @@ def _read_wpml(root: ET.Element, *, source: str) -> Mission:
     ]
     indexed = [(_required(mark, "index", source=source), mark) for mark in marks]
     cruise = _text(route, "autoFlightSpeed")
+    indexed.sort(key=lambda pair: pair[0])
+    held = _held_s(route, indexed, source=source)
     points = [
-        _wpml_point(mark, cruise, source=source)
-        for _, mark in sorted(indexed, key=lambda pair: pair[0])
+        _wpml_point(mark, cruise, held.get(int(index), (0.0, 0.0)), source=source)
+        for index, mark in indexed
     ]
     finish = _text(root, "finishAction") or "none"
     ending = _DJI_ENDINGS.get(finish)
     if ending is None:
         msg = f"DJI mission (WPML) that ends with '{finish[:40]}', which is not known"
         raise MissionFileError(msg, source=source)
-    climb = _text(root, "takeOffSecurityHeight")
+    climb_m = _optional(root, "takeOffSecurityHeight", source=source)
+    if climb_m is not None and points and _text(root, "flyToWaylineMode") == "safely":
+        climb_m = max(climb_m, points[0].altitude_m)
     return foreign_mission(
         points,
         what="a DJI mission (WPML)",
         source=source,
         frame=Frame.GLOBAL_RELATIVE_ALT,
-        ending=ending,
-        takeoff_height_m=None
-        if climb is None
-        else _number(climb, what="takeOffSecurityHeight", source=source),
-        assumed=_dji_assumptions(route),
+        ends=RouteEnds(
+            home_deg=_takeoff_place(root, drawn, source=source),
+            takeoff_height_m=climb_m,
+            first_speed_m_s=_optional(root, "globalTransitionalSpeed", source=source),
+            ending=ending,
+            return_height_m=_optional(root, "globalRTHHeight", source=source)
+            or _optional(drawn, "globalRTHHeight", source=source),
+        ),
+        assumed=_dji_assumptions(root, route),
     )
 
 
-def _dji_assumptions(route: ET.Element) -> Sequence[str]:
+def _takeoff_place(
+    root: ET.Element, drawn: ET.Element, *, source: str
+) -> tuple[float, float] | None:
+    """Return latitude and longitude of takeOffRefPoint; ``None`` where it is absent or all zeros. [°]
+
+    Its height is one above the ellipsoid: the heights of the route count from the ground there.
+    """
+    text = _text(root, "takeOffRefPoint") or _text(drawn, "takeOffRefPoint") or ""
+    values = [_number(one, what="takeOffRefPoint", source=source) for one in text.split(",") if one]
+    if not any(values):
+        return None
+    if len(values) < 2:
+        msg = "takeOffRefPoint: expected latitude, longitude and height"
+        raise MissionFileError(msg, source=source)
+    return values[0], values[1]
+
+
+def _dji_assumptions(root: ET.Element, route: ET.Element) -> Sequence[str]:
     done = {(one.text or "").strip() for one in _all(route, "actionActuatorFunc")} - {"hover"}
     actions = [f"no time for {', '.join(sorted(done))}"] if done else []
-    return ["the heights above home", "turns as the autopilot flies them", *actions]
+    lost = _text(root, "executeRCLostAction") or _text(root, "exitOnRCLost")
+    link = [f"the vehicle's own action at a lost link, not '{lost[:40]}'"] if lost else []
+    return ["the heights above home", "turns as the autopilot flies them", *actions, *link]
 
 
-def _wpml_point(mark: ET.Element, cruise: str | None, *, source: str) -> RoutePoint:
+def _held_s(
+    route: ET.Element, indexed: Sequence[tuple[float, ET.Element]], *, source: str
+) -> dict[int, tuple[float, float]]:
+    """Return how long the actions at points hover, by their index, and what else they may wait at most. [s]
+
+    A group acts at each point from its first to its last; one that is not triggered at points does not stop
+    the flight.  The actions before a route are done at its first point.
+    """
+    found: dict[int, tuple[float, float]] = {}
+    groups = [(at, group) for at, mark in indexed for group in _all(mark, "actionGroup")]
+    groups += [(indexed[0][0], group) for group in _all(route, "startActionGroup") if indexed]
+    for at, group in groups:
+        begin = _optional(group, "actionGroupStartIndex", source=source)
+        end = _optional(group, "actionGroupEndIndex", source=source)
+        first = int(at if begin is None else begin)
+        last = int(first if end is None else end)
+        trigger = _text(group, "actionTriggerType") or _AT_POINTS
+        hover_s = wait_s = 0.0
+        for action in _all(group, "action"):
+            name = _text(action, "actionActuatorFunc") or ""
+            if name == "hover":
+                own_s = _required(action, "hoverTime", source=source)
+                hover_s += own_s if trigger == _AT_POINTS else 0.0
+                wait_s += 0.0 if trigger == _AT_POINTS else math.inf
+            elif name == "gimbalRotate" and _text(action, "gimbalRotateTimeEnable") == "1":
+                hover_s += _required(action, "gimbalRotateTime", source=source)
+            elif name not in _WITHOUT_TIME:
+                wait_s += _ACTION_S.get(name, math.inf) if trigger == _AT_POINTS else 0.0
+        for index in range(first, min(last, MOST_ITEMS) + 1):
+            held_s, waited_s = found.get(index, (0.0, 0.0))
+            found[index] = held_s + hover_s, waited_s + wait_s
+    return found
+
+
+def _wpml_point(
+    mark: ET.Element, cruise: str | None, held_s: tuple[float, float], *, source: str
+) -> RoutePoint:
     [corner, *_] = _corners(mark, "a waypoint", source=source) or [[]]
     if len(corner) < 2:
         msg = "a waypoint without coordinates: export the mission again"
         raise MissionFileError(msg, source=source)
     speed = _text(mark, "waypointSpeed") or cruise
-    hold_s = sum(
-        _required(action, "hoverTime", source=source)
-        for action in _all(mark, "action")
-        if _text(action, "actionActuatorFunc") == "hover"
-    )
+    if _text(mark, "useGlobalSpeed") == "1":
+        speed = cruise
+    hold_s, wait_s = held_s
+    if (_text(mark, "waypointTurnMode") or "").startswith(_STOPS):
+        hold_s = max(hold_s, _STOP_S)
     return RoutePoint(
         latitude_deg=corner[1],
         longitude_deg=corner[0],
         altitude_m=_required(mark, "executeHeight", source=source),
         speed_m_s=None if speed is None else _number(speed, what="waypointSpeed", source=source),
         hold_s=hold_s,
+        unstated_wait_s=wait_s,
     )
+
+
+def _optional(element: ET.Element, name: str, *, source: str) -> float | None:
+    text = _text(element, name)
+    return None if not text else _number(text, what=name, source=source)
 
 
 def _required(element: ET.Element, name: str, *, source: str) -> float:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+import math
 from typing import TYPE_CHECKING
 
 from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import RoutePoint, foreign_mission
+from planner.mission.formats.foreign import LONGEST_ACTION_S, RoutePoint, foreign_mission
 from planner.mission.items import MOST_ITEMS
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ _HEAD = ("latitude", "longitude", "altitude")
 _STAY = 0.0
 """Action that waits, for so many milliseconds."""
 _NONE = -1.0
+_ACTIONS = frozenset({1.0, 2.0, 3.0, 4.0, 5.0})
+"""Photo, beginning and end of a recording, turn of the vehicle, tilt of the camera."""
 _FRAMES = {0.0: Frame.GLOBAL_RELATIVE_ALT, 1.0: Frame.GLOBAL_TERRAIN_ALT}
 _MOST_ACTIONS = 15
 
@@ -99,13 +102,14 @@ class _Row:
 
     def point(self, left_out: set[str]) -> RoutePoint:
         """Return the waypoint, and add what of it is left out."""
-        hold_ms = 0.0
+        hold_ms, wait_s = 0.0, 0.0
         for number in range(1, _MOST_ACTIONS + 1):
             action = self.number(f"actiontype{number}", _NONE)
             if action == _STAY:
                 hold_ms += self.number(f"actionparam{number}", 0.0)
             elif action != _NONE:
                 left_out.add("no time for camera and gimbal")
+                wait_s += LONGEST_ACTION_S if action in _ACTIONS else math.inf
         if self.number("curvesize(m)", 0.0) > 0.0:
             left_out.add("straight legs instead of curved turns")
         speed_m_s = self.number("speed(m/s)", 0.0)
@@ -115,5 +119,6 @@ class _Row:
             altitude_m=self.number("altitude(m)"),
             speed_m_s=None if speed_m_s == 0.0 else speed_m_s,
             hold_s=hold_ms / 1_000.0,
+            unstated_wait_s=wait_s,
             place=self._place,
         )
