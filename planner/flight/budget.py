@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
-from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
+from planner.flight.motion.kinematics import (
+    QUADRATURE_WEIGHTS,
+    STATE_INDEX,
+    FlightState,
+    KinematicState,
+)
+from planner.flight.prediction import ItemArrival
 from planner.mission.commands import command_name
 from planner.quantity import mean_of
 from planner.setup import Reserve

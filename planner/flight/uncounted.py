@@ -27,8 +27,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
-from planner.flight.prediction import QUADRATURE_WEIGHTS
+from planner.flight.motion.kinematics import (
+    QUADRATURE_WEIGHTS,
+    STATE_INDEX,
+    FlightState,
+    KinematicState,
+)
 from planner.flight.reach import SituationKind
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.wind import Wind

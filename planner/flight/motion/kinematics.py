@@ -7,10 +7,12 @@ pieces cost array arithmetic; they are sampled only for plots and traces.
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
+from planner.physics.quadrature import unit_quadrature
 from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+
+# Gauss-Legendre on [0, 1]: exact to degree 7; against 32 nodes within 1e-5 on the sample missions.
+QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(4)
 
 
 def horizontal(vectors: FloatArray) -> FloatArray:
@@ -148,7 +153,18 @@ class SegmentColumns(Columns, eq=False):
         return np.cumsum(self.duration_s)
 
 
-class Motion(Value, eq=False):
+class Nodes(NamedTuple):
+    """The nodes of the quadrature of each piece of a motion: k of each."""
+
+    piece: IntArray
+    """(p, 1)"""
+    time_s: FloatArray
+    """Since the piece began. (p, k) [s]"""
+    state: KinematicState
+    """(p, k)"""
+
+
+class Motion(Value, eq=False, dict=True):
     """How a vehicle flies a route: segments, and the pieces they are made of."""
 
     segments: SegmentColumns
@@ -175,6 +191,13 @@ class Motion(Value, eq=False):
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
     findings: tuple[Finding, ...] = ()
+
+    @cached_property
+    def nodes(self) -> Nodes:
+        """Where powers are taken, whatever the air and the load: once for all flights of this motion."""
+        piece = np.arange(len(self.piece_segment))[:, None]
+        time_s = QUADRATURE_NODES * self.piece_duration_s[:, None]
+        return Nodes(piece, time_s, self.state_at(piece, time_s))
 
     @property
     def segment_stage(self) -> IntArray:
