@@ -25,11 +25,11 @@ from planner.physics.response import farthest_stop_s
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     import numpy.typing as npt
 
-    from planner.arrays import FloatArray
+    from planner.arrays import FloatArray, IntArray
     from planner.autopilot import Target
     from planner.findings import Finding
     from planner.flight.motion.kinematics import Motion
@@ -73,6 +73,14 @@ class Pilot(Protocol):
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route of at least one stage, and its power transients."""
+        ...
+
+    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+        """Yield the flights along routes, as many as can be in one motion, one after the other.
+
+        The item of a segment is the position of its route.  Hundreds of short flights take little more
+        time than one: what a motion takes beside its rows is paid once.
+        """
         ...
 
     def fly_returns(
@@ -276,6 +284,33 @@ _CLIMBS_M_S, _DESCENDS_M_S = 2.5, 1.5
 """WPNAV_SPEED_UP and WPNAV_SPEED_DN as ArduPilot is delivered: it alone follows the ground. [m s⁻¹]"""
 
 
+_MOST_TOGETHER = 4000
+"""Stages of flights that are flown as one motion, which then takes some ten megabytes."""
+
+
+def _batches(routes: Sequence[Route]) -> Iterator[tuple[int, Sequence[Route]]]:
+    """Yield routes that are flown as one motion, with the position of the first."""
+    first, stages = 0, 0
+    for position, route in enumerate(routes):
+        if first < position and stages + len(route.stages) > _MOST_TOGETHER:
+            yield first, routes[first:position]
+            first, stages = position, 0
+        stages += len(route.stages)
+    if first < len(routes):
+        yield first, routes[first:]
+
+
+def _numbered(motion: Motion, item: IntArray) -> Motion:
+    return replace(motion, segments=replace(motion.segments, item=item))
+
+
+def _one_by_one(pilot: Pilot, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+    """Yield flights along routes each as a motion of its own; its items are its position."""
+    for position, route in enumerate(routes):
+        motion, transients = pilot.fly(route)
+        yield _numbered(motion, np.full_like(motion.segments.item, position)), transients
+
+
 class StepPilot(Value):
     """Answers steps of the reference with the identified responses, the article's way, or ramps."""
 
@@ -302,6 +337,10 @@ class StepPilot(Value):
         if self.parameters is None:
             motion = replace(motion, findings=(*motion.findings, *_return_heights(route)))
         return motion, transients
+
+    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+        """Yield the flights along routes, one by one."""
+        return _one_by_one(self, routes)
 
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route
@@ -396,6 +435,21 @@ class Px4Pilot(Value):
         )
         return motion, NO_TRANSIENTS
 
+    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+        """Yield the flights along routes, many at once."""
+        from planner.flight.motion.px4.pilot import fly_px4_flights
+
+        for first, some in _batches(routes):
+            motion = fly_px4_flights(
+                [route.stages for route in some],
+                self.parameters,
+                wind=self.wind,
+                airspeed_limit_m_s=self.airspeed_limit_m_s,
+                tracking=self.tracking,
+                heading_rad=self.heading_rad,
+            )
+            yield _numbered(motion, motion.segments.item + first), NO_TRANSIENTS
+
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route
     ) -> tuple[Motion, Transients]:
@@ -459,6 +513,24 @@ class ArduPilotPilot(Value):
             descent_m_s=self.parameters.descent_speed_m_s,
         )
         return follow_ground(motion, route, self.terrain, limits), NO_TRANSIENTS
+
+    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+        """Yield the flights along routes, many at once where they follow no ground that is known."""
+        from planner.flight.motion.ardupilot.pilot import fly_ardupilot_flights
+
+        if self.terrain is not None:
+            yield from _one_by_one(self, routes)
+            return
+        for first, some in _batches(routes):
+            motion = fly_ardupilot_flights(
+                [route.stages for route in some],
+                self.parameters,
+                wind=self.wind,
+                airspeed_limit_m_s=self.airspeed_limit_m_s,
+                home_latitude_deg=some[0].frame.latitude_deg,
+                responses=self.responses,
+            )
+            yield _numbered(motion, motion.segments.item + first), NO_TRANSIENTS
 
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, route: Route

@@ -247,8 +247,30 @@ def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
     the exact integrals of the transients.
     """
     motion, transients = pilot.fly(route)
+    return make_flight(motion, transients, _steady_power(route, setup))
+
+
+def predict_costs(
+    routes: Sequence[Route], setup: Setup, pilot: Pilot
+) -> tuple[FloatArray, FloatArray]:
+    """Return the energies and times of flights along n routes from one home, at least one. (n,) [J], (n,) [s]
+
+    As `predict_flight` has them, but for the rounding of times.
+    """
+    power, count = _steady_power(routes[0], setup), len(routes)
+    energy_j, time_s = np.zeros((2, count))
+    for motion, transients in pilot.fly_all(routes):
+        columns = motion.segments
+        [own_j] = segment_energies_j(motion, transients, (power,))
+        energy_j += np.bincount(columns.item, own_j, count)
+        time_s += np.bincount(columns.item, columns.duration_s, count)
+    return energy_j, time_s
+
+
+def _steady_power(route: Route, setup: Setup) -> SteadyPower:
+    """Return the power of the vehicle of a setup, over the home of a route."""
     vehicle = setup.vehicle
-    power = SteadyPower(
+    return SteadyPower(
         vehicle=vehicle,
         mass_kg=(
             None
@@ -263,7 +285,6 @@ def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
         ),
         wind=setup.wind,
     )
-    return make_flight(motion, transients, power)
 
 
 def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:

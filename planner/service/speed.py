@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.pilot import airspeed_limit_m_s
-from planner.flight.prediction import predict_flight
+from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, route_at_speed
 from planner.presented import Presented
 from planner.service.preflight import check_mission
@@ -226,9 +225,9 @@ def speed_curve(
     endurance = best = None
     if is_known:
         grid = _grid(speeds[0], speeds[-1])
-        cost = cache(partial(_cost, assessment))
-        best = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0]))
-        endurance = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0] / cost(speed)[1]))
+        costs = _Costs(assessment)
+        best = at_all_speeds.flown(_least(grid, costs.energies_wh))
+        endurance = at_all_speeds.flown(_least(grid, costs.mean_powers))
     sure = [*points, *(one for one in (best, endurance) if one is not None)]
     commanded = level_speeds(assessment.route)
     own_m_s = _own_speed_m_s(assessment)
@@ -367,16 +366,35 @@ def _grid(low_m_s: float, high_m_s: float) -> list[float]:
     return [low_m_s, *(speed for speed in inside if low_m_s < speed < high_m_s), high_m_s]
 
 
-def _cost(assessment: Assessment, speed_m_s: float) -> tuple[float, float]:
-    """Return energy and time. [Wh], [s]"""
-    route = route_at_speed(assessment.route, speed_m_s)
-    flight = predict_flight(route, assessment.setup, assessment.returns.pilot)
-    return wh_from_j(flight.energy_j), flight.time_s
+class _Costs:
+    """What a mission takes at many speeds, each flown once and those asked for together at once."""
+
+    def __init__(self, assessment: Assessment) -> None:
+        self._assessment = assessment
+        self._known: dict[float, tuple[float, float]] = {}
+
+    def energies_wh(self, speeds_m_s: list[float]) -> list[float]:
+        """Return the energies at speeds. [Wh]"""
+        return [energy_wh for energy_wh, _ in self._at(speeds_m_s)]
+
+    def mean_powers(self, speeds_m_s: list[float]) -> list[float]:
+        """Return the energies over the times at speeds. [Wh s⁻¹]"""
+        return [energy_wh / time_s for energy_wh, time_s in self._at(speeds_m_s)]
+
+    def _at(self, speeds_m_s: list[float]) -> list[tuple[float, float]]:
+        new = [speed for speed in dict.fromkeys(speeds_m_s) if speed not in self._known]
+        if new:
+            a = self._assessment
+            routes = [route_at_speed(a.route, speed) for speed in new]
+            energy_j, time_s = predict_costs(routes, a.setup, a.returns.pilot)
+            both = zip(wh_from_j(energy_j).tolist(), time_s.tolist(), strict=True)
+            self._known.update(zip(new, both, strict=True))
+        return [self._known[speed] for speed in speeds_m_s]
 
 
-def _least(grid: list[float], cost: Callable[[float], float]) -> float:
+def _least(grid: list[float], cost: Callable[[list[float]], list[float]]) -> float:
     """Return the slowest speed of least cost, to 0.01 m/s."""
-    costs = [cost(speed) for speed in grid]
+    costs = cost(grid)
     valleys = [
         number
         for number, here in enumerate(costs)
@@ -390,5 +408,6 @@ def _least(grid: list[float], cost: Callable[[float], float]) -> float:
         count = round((high - low) / FINEST_M_S)
         inside = (round(low + step * FINEST_M_S, 2) for step in range(1, count))
         candidates += [speed for speed in inside if low < speed < high]
-    least = min(map(cost, candidates))
-    return min(speed for speed in candidates if cost(speed) <= least * (1.0 + _SAME))
+    costs = cost(candidates)
+    most = min(costs) * (1.0 + _SAME)
+    return min(speed for speed, own in zip(candidates, costs, strict=True) if own <= most)

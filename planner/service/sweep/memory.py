@@ -25,7 +25,7 @@ from planner.setup import Setup
 from planner.values import Value, field_names, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable
+    from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
     from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
@@ -178,6 +178,10 @@ class _KeptPilot:
             known = (route, self._pilot.fly(route))
             self._ways = [known, *self._ways[: _KEPT - 1]]
         return known[1]
+
+    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+        """Yield the flights along routes, which are not remembered."""
+        return self._pilot.fly_all(routes)
 
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, route: Route

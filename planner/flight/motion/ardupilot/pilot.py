@@ -21,6 +21,7 @@ from planner.flight.motion.ardupilot.legs import (
 )
 from planner.flight.motion.ardupilot.splines import plan_splines
 from planner.flight.motion.ardupilot.stages import (
+    StageColumns,
     is_kind,
     metres_of_autopilot,
     over_home_m,
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.flight.motion.ardupilot.legs import ArduPilotLegs
     from planner.flight.motion.ardupilot.splines import Splines
-    from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.kinematics import Manoeuvres, Motion
     from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Stage
@@ -74,6 +74,32 @@ def fly_ardupilot(
         stage_columns(
             stages, parameters, scale=scale, drag=TrackLag.of(parameters, airspeed_limit_m_s).drag
         ),
+        parameters,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+        scale=scale,
+        responses=responses,
+    )
+
+
+def fly_ardupilot_flights(
+    flights: Sequence[Sequence[Stage]],
+    parameters: ArduPilotParameters,
+    *,
+    wind: Wind | None = None,
+    airspeed_limit_m_s: float | None = None,
+    home_latitude_deg: float | None = None,
+    responses: Responses | None = None,
+) -> Motion:
+    """Return several flights as :func:`fly_ardupilot` has each, one after the other, as one motion.
+
+    The item of a segment is the position of its flight.
+    """
+    scale = metres_of_autopilot(home_latitude_deg)
+    drag = TrackLag.of(parameters, airspeed_limit_m_s).drag
+    several = [stage_columns(stages, parameters, scale=scale, drag=drag) for stages in flights]
+    return _flown(
+        StageColumns.of_flights(several),
         parameters,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,

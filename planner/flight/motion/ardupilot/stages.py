@@ -15,7 +15,7 @@ from planner.flight.motion.kinematics import horizontal
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
-from planner.values import Value
+from planner.values import Value, field_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -94,6 +94,24 @@ class StageColumns(Value, eq=False):
     rise_m: FloatArray
     """How much higher than it begins the leg to a landing, or to where a load is set down, ends: the ground
     that it follows. (n,) [m]"""
+
+    @classmethod
+    def of_flights(cls, several: Sequence[StageColumns]) -> StageColumns:
+        """Return the stages of several flights, one after the other; items are the positions of flights."""
+        columns = {
+            name: np.concatenate([getattr(one, name) for one in several])
+            for name in field_names(cls)
+            if name != "circles"
+        }
+        counts = [len(one.kind) for one in several]
+        columns["item"] = np.repeat(np.arange(len(several)), counts)
+        before = np.cumsum(counts) - counts
+        circles = {
+            row + first: circle
+            for one, first in zip(several, before.tolist(), strict=True)
+            for row, circle in one.circles.items()
+        }
+        return cls(**columns, circles=circles)
 
     def where(self, *kinds: StageKind) -> IntArray:
         """Return the rows of some kinds."""

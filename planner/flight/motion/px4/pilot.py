@@ -31,7 +31,7 @@ from planner.flight.motion.px4.legs import (
     waits_unknown,
     yaw_waits_s,
 )
-from planner.flight.motion.px4.moves import moves_of_stages, return_moves
+from planner.flight.motion.px4.moves import Moves, moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.flight.motion.px4.legs import Px4Legs
-    from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
     from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Stage
@@ -140,6 +139,39 @@ def fly_px4(
     )
     found = (*gap_findings(stages, parameters), *_assumed_headings(legs, parameters))
     return replace(motion, findings=motion.findings + found)
+
+
+def fly_px4_flights(
+    flights: Sequence[Sequence[Stage]],
+    parameters: Px4Parameters,
+    *,
+    tracking: Tracking = FOLLOWS,
+    wind: Wind | None = None,
+    airspeed_limit_m_s: float | None = None,
+    heading_rad: float | None = None,
+) -> Motion:
+    """Return several flights as :func:`fly_px4` has each, one after the other, as one motion.
+
+    The item of a segment is the position of its flight.
+    """
+    several, count = [], 0
+    for position, stages in enumerate(flights):
+        moves = moves_of_stages(stages, parameters).armed_with(heading_rad)
+        item = np.full_like(moves.item, position)
+        several.append(replace(moves, stage=moves.stage + count, item=item))
+        count += len(stages)
+    moves = Moves.joined(several)
+    if heading_rad is not None:
+        moves = replace(moves, start_yaw_rad=np.full(len(moves.item), heading_rad))
+    motion, _ = _fly(
+        moves,
+        count,
+        parameters,
+        tracking=tracking,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
+    return motion
 
 
 def px4_returns(
