@@ -163,6 +163,10 @@ def power_panel(tables: FlightTables) -> Chart:
     return _panel(alt.layer(*layers), "Electrical power over time, on bands of the flight's states")
 
 
+_EARLY = 0.4
+"""A point of no return before this fraction of the flight has the texts on its right. [-]"""
+
+
 def energy_panel(tables: FlightTables) -> Chart:
     """Return the energy over time, with the return, the battery and the reserve."""
     alt = load_altair()
@@ -213,21 +217,32 @@ def energy_panel(tables: FlightTables) -> Chart:
             point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
             point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
         ]
-    if turns := [row for row in tables.points if row["kind"] == NO_RETURN[0]]:
+    turns = [row for row in tables.points if row["kind"] == NO_RETURN[0]]
+    flown_min = tables.assessment.flight.time_s / 60.0
+    is_early = any(row["time_min"] < _EARLY * flown_min for row in turns)
+    if turns:
         turn = alt.Chart(inline_rows(turns)).encode(x=x)
         layers += [
             turn.mark_rule(color=RED, strokeWidth=1.5),
-            turn.mark_text(align="right", baseline="bottom", dx=-4, dy=-4).encode(
-                y=alt.value(alt.ExprRef("height")), text=alt.value(NO_RETURN[0])
-            ),
+            turn.mark_text(
+                align="left" if is_early else "right",
+                baseline="top",
+                dx=4 if is_early else -4,
+                dy=4,
+            ).encode(y=alt.value(0), text=alt.value(NO_RETURN[0])),
         ]
     if battery is not None:
-        for row, dashes in zip(limit_rows(battery), ([1, 0], [2, 3]), strict=True):
+        side = ("right", alt.ExprRef("width"), -4) if is_early else ("left", 0, 4)
+        drawn = (
+            ([1, 0], "bottom", -2),
+            ([2, 3], "top", 3),
+        )  # the battery's above, the reserve's below
+        for row, (dashes, baseline, dy) in zip(limit_rows(battery), drawn, strict=True):
             limit = alt.Chart(inline_rows([row])).encode(y="energy_wh:Q")
             layers += [
                 limit.mark_rule(strokeWidth=1.2, strokeDash=dashes),
-                limit.mark_text(align="left", baseline="bottom", dx=4, dy=-2).encode(
-                    x=alt.value(0), text="label:N"
+                limit.mark_text(align=side[0], baseline=baseline, dx=side[2], dy=dy).encode(
+                    x=alt.value(side[1]), text="label:N"
                 ),
             ]
     return _panel(
