@@ -479,8 +479,8 @@ class Fault(NamedPart):
     flies on by that, and stops for nobody.  ``loses-position``: the place it reports and flies by is wrong by
     more and more, and nobody knows.  ``battery-drops``: its battery holds less of a sudden; it flies home if
     its way there needs it.  ``link-late``: what it has to do for others reaches it late.  ``gusts``: gusts
-    about a mean wind blow all vehicles, or one, off their places.  Missions as filed know the first and the
-    third of these: the others lead off their tracks.
+    about a mean wind blow all vehicles, or one, off their places; what flying against them takes is counted
+    by the steady power at that airspeed, where the model knows one.
 
     The gusts are first-order Gauss-Markov, with the intensity and length of Dryden's model at low altitude
     (MIL-F-8785C), drawn for each vehicle by itself.  How a model answers gusts nobody has measured: a

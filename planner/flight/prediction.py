@@ -239,6 +239,22 @@ class Flight(Value, eq=False, dict=True):
         steady_w = _steady_power_w(motion, piece, motion.state_at(piece, own_s), self.power)
         return steady_w + self.transients.total_power_w(time_s)
 
+    def power_of_airspeed_w(self, time_s: FloatArray, against_m_s: FloatArray) -> FloatArray:
+        """Return how much more it takes to fly faster through the air at times, by (t, 2) [m s⁻¹]. (t,) [W]
+
+        None where the model's power has no term of airspeed.
+        """
+        motion = self.motion
+        piece, own_s = motion.piece_at(time_s)
+        calm = motion.state_at(piece, own_s)
+        blown = replace(
+            calm,
+            east_m_s=calm.east_m_s + against_m_s[:, 0],
+            north_m_s=calm.north_m_s + against_m_s[:, 1],
+        )
+        calm_w, blown_w = (_steady_power_w(motion, piece, one, self.power) for one in (calm, blown))
+        return blown_w - calm_w
+
 
 def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
     """Return the flight of a vehicle along a route of at least one stage.

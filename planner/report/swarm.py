@@ -200,6 +200,7 @@ def swarm_document(result: SwarmResult, timeline: FleetTimeline, *, version: str
             | {
                 "margin_wh": value(one.battery, "margin_wh"),
                 "battery": values(one.battery, _OF_BATTERY),
+                "gusts_wh": one.gusts_wh,
                 "closest": values(result.closest(one.name), _OF_APPROACH),
             }
             for one in result.agents

@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner import quantity
-from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
-from planner.fleet.swarm.dynamics import Dynamics
 from planner.fleet.swarm.faults import SwarmFaults
 from planner.fleet.swarm.flights import BRAKE, Record, agent_flight, first_landing, flight_states
 from planner.fleet.swarm.policies import POLICIES
@@ -34,7 +32,14 @@ from planner.physics.response import StepResponse, TransferFunction
 from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import initial_charge, setup_with
-from planner.service.swarm_faults import drop_of, fault_findings, judge_faults, with_drop
+from planner.service.swarm_dynamics import agent_dynamics
+from planner.service.swarm_faults import (
+    drop_of,
+    fault_findings,
+    judge_faults,
+    with_drop,
+    with_gusts,
+)
 from planner.service.swarm_missions import fly_as_filed, fly_giving_way
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value
@@ -51,14 +56,11 @@ if TYPE_CHECKING:
     from planner.fleet.swarm.policies import Policy
     from planner.fleet.swarm.simulation import Step
     from planner.flight.budget import BatteryBudget
-    from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
     from planner.service.swarm_faults import SwarmFaultReport
     from planner.service.swarm_missions import FiledFlights
     from planner.setup import Setup
 
-_STEP_LIKE = 1e-3
-"""Stops longer than in proportion to the speed by less than this are those of a linear system. [-]"""
 GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 """Of the goal, whose times are reported. [-]"""
 _UNSEEN = 1e-3
@@ -70,8 +72,6 @@ _TURNS = 5.0
 """Ways of a stop that turning home and coming to rest there take the time of: each of the two stops lasts as
 long as twice its way, evenly braked, and the first leads away from home. [-]"""
 
-_OF_MISSIONS = {FaultKind.BATTERY_DROPS, FaultKind.KEEPS_COMMAND}
-"""What can go wrong with missions as filed, which are flown along their tracks."""
 _LEAVES_TRACKS = (
     "missions are flown along their tracks, which orca-stop leaves: choose the policy stop or none"
 )
@@ -166,6 +166,8 @@ class SwarmAgent(Value, eq=False):
     battery: BatteryBudget | None = None
     empty_s: float | None = None
     """When a battery that drops is empty before the landing. [s]"""
+    gusts_wh: float | None = None
+    """What flying against gusts took of its energy; ``None``: it met none. [Wh]"""
 
     @property
     def time_s(self) -> float:
@@ -353,7 +355,7 @@ def simulate_fleet(
     record = Record.of(steps, swarm)
     distances = predict_distances(record, tuple(one.name for one in agents), separation_m)
     flown = tuple(
-        with_drop(_flown(record, row, body), drop)
+        with_drop(with_gusts(_flown(record, row, body), record, row), drop)
         for row, (body, drop) in enumerate(zip(bodies, drops, strict=True))
     )
     allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
@@ -403,20 +405,19 @@ def _simulate_missions(
     if policy not in {"none", "stop"}:
         _policy(policy)
         raise UsageError(_LEAVES_TRACKS)
-    _refuse_faults(fleet)
     latest_s = LATEST_S if until_s is None else until_s
     if policy == "none":
-        filed = fly_as_filed(fleet, until_s=latest_s)
+        filed = fly_as_filed(fleet, until_s=latest_s, seed=seed)
     else:
 
         def on_event(time_s: float) -> None:
             if on_step is not None:
                 on_step(f"{quantity.duration(time_s)} simulated")
 
-        filed = fly_giving_way(fleet, until_s=latest_s, on_event=on_event)
+        filed = fly_giving_way(fleet, until_s=latest_s, seed=seed, on_event=on_event)
     vehicles = [one.sortie.vehicle for one in filed.sorties]
     agents = tuple(
-        with_drop(_sortie_flown(filed, row), drop_of(fleet, vehicle))
+        with_drop(with_gusts(_sortie_flown(filed, row), filed.record, row), drop_of(fleet, vehicle))
         for row, vehicle in enumerate(vehicles)
     )
     report = judge_faults(
@@ -449,17 +450,6 @@ def _simulate_missions(
         faults=report,
         is_cut_short=filed.is_cut_short,
     )
-
-
-def _refuse_faults(fleet: Fleet) -> None:
-    """Raise ``UsageError`` for what cannot go wrong with missions as filed."""
-    for name, one in fleet.faults.items():
-        if one.kind not in _OF_MISSIONS:
-            msg = (
-                f"{fleet.source}: fault.{name}: {one.kind} leads off the tracks that missions as "
-                "filed are simulated along: simulate an algorithm of [swarm], or leave it out with --faults"
-            )
-            raise UsageError(msg)
 
 
 def _sortie_flown(filed: FiledFlights, row: int) -> SwarmAgent:
@@ -565,7 +555,7 @@ def _body(
     vertical = predict_flight(route, setup, pilot)
     lands = first_landing(vertical.motion)
     durations = vertical.motion.segments.duration_s
-    dynamics, speed_m_s = _dynamics(setup, pilot)
+    dynamics, speed_m_s = agent_dynamics(setup, pilot)
     settle_s = None
     if math.isinf(dynamics.acceleration_m_s2):
         settle_s = _settle_s(dynamics.response)
@@ -586,42 +576,6 @@ def _body(
         vertical=vertical,
         height_m=height_m,
         stop_m=float(pilot.farthest_stop_m(np.array([speed_m_s]))[0]),
-    )
-
-
-def _dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
-    """Return how a vehicle answers velocities, and its steady speed.
-
-    A vehicle of reference steps by its own response; one whose reference is shaped by the acceleration and
-    the lag that its stops from full and from half speed come from: s(v) = v² / 2a + τ v.
-    """
-    vehicle = setup.vehicle
-    speed_m_s = setup.speed_m_s or vehicle.default_speed_m_s
-    if speed_m_s is None:
-        speed_m_s = float(pilot.parameters.cruise_speed_m_s)  # type: ignore[attr-defined]
-    if vehicle.responses.speed is not None and vehicle.ramps is None:
-        response = vehicle.responses.speed.transfer_function
-        gain = vehicle.responses.speed.unit_step.final_value
-        if response.dc_gain and setup.flown_by is Autopilot.STEP:
-            numerator = tuple(one / response.dc_gain for one in response.numerator)
-            unit = TransferFunction(
-                numerator=numerator, denominator=response.denominator, delay_s=response.delay_s
-            )
-            return Dynamics(response=unit), speed_m_s * gain
-    full_m, half_m = pilot.farthest_stop_m(np.array([speed_m_s, 0.5 * speed_m_s])).tolist()
-    bent_m = full_m - 2.0 * half_m
-    if bent_m <= _STEP_LIKE * full_m:
-        acceleration_m_s2, lag_s = math.inf, full_m / speed_m_s
-    else:
-        acceleration_m_s2 = speed_m_s**2 / (4.0 * bent_m)
-        lag_s = max((full_m - speed_m_s**2 / (2.0 * acceleration_m_s2)) / speed_m_s, 0.0)
-    denominator = (lag_s, 1.0) if lag_s > 0.0 else (1.0,)
-    return (
-        Dynamics(
-            response=TransferFunction(numerator=(1.0,), denominator=denominator),
-            acceleration_m_s2=acceleration_m_s2,
-        ),
-        speed_m_s,
     )
 
 
@@ -877,6 +831,7 @@ def _findings(
         *_deadlock_findings(deadlock),
         *_agent_findings([one for one in flown if one.name not in lost]),
         _unchecked(),
+        *_uncounted_gusts(flown),
     ]
 
 
@@ -913,3 +868,12 @@ def _unchecked() -> Finding:
         "looked at"
     )
     return SWARM_UNCHECKED.finding(message)
+
+
+def _uncounted_gusts(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
+    """Yield whose power nobody knows to depend on the air it flies through."""
+    names = [one.name for one in flown if one.gusts_wh == 0.0]
+    if names:
+        yield SWARM_UNCHECKED.finding(
+            f"energy of gusts is not counted for {', '.join(names)}: no airspeed term in the model"
+        )

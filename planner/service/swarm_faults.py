@@ -10,7 +10,9 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import FaultKind
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.service.fleet_timeline import energy_by_time
+from planner.units import wh_from_j
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from planner.fleet.fleet import Fault, Fleet
     from planner.fleet.swarm.distances import Approach
     from planner.fleet.swarm.flights import Record
+    from planner.flight.budget import BatteryBudget
     from planner.service.swarm import SwarmAgent
 
 SWARM_FAULT_HITS = Rule(
@@ -120,19 +123,56 @@ def with_drop(agent: SwarmAgent, drop: Fault | None) -> SwarmAgent:
     is_empty = used_wh > battery.usable_wh - lost_wh
     is_empty &= time_s >= own_s
     empty_s = agent.start_s + float(time_s[np.argmax(is_empty)]) if is_empty.any() else None
+    return replace(agent, empty_s=empty_s, battery=_with_less(battery, lost_wh))
+
+
+def with_gusts(agent: SwarmAgent, record: Record, row: int) -> SwarmAgent:
+    """Return what an agent did that flies against gusts: with what that takes more or less.
+
+    By the steady power of the model at the airspeed it then has; where that has no term of airspeed, none.
+    """
+    flight, against_m_s = agent.flight, record.against_m_s
+    if not isinstance(against_m_s, np.ndarray) or flight is None or agent.energy_wh is None:
+        return agent
+    own_s = record.begin_s - agent.start_s
+    is_up = (own_s >= 0.0) & (own_s < flight.time_s)
+    if not against_m_s[is_up, row].any():
+        return agent
+    time_s, segments = own_s[is_up], flight.motion.segments
+    more_w = flight.power_of_airspeed_w(time_s, -against_m_s[is_up, row])
+    kind = segments.state[
+        np.minimum(np.searchsorted(segments.end_s, time_s), len(segments.item) - 1)
+    ]
+    more_wh = wh_from_j(more_w * np.diff(record.begin_s).mean())
+    sums = np.bincount(kind, more_wh, len(STATES))
+    by_state = {
+        name: energy_wh + float(sums[STATE_INDEX[FlightState(name)]])
+        for name, energy_wh in agent.energy_by_state_wh.items()
+    }
+    gusts_wh = float(more_wh.sum())
+    battery = agent.battery
     return replace(
         agent,
-        empty_s=empty_s,
-        battery=replace(
-            battery,
-            used_fraction=battery.used_fraction + lost_wh / battery.capacity_wh,
-            margin_wh=battery.margin_wh - lost_wh,
-            hover_left_s=None,
-            charge_left_fraction=None,
-            lowest_voltage_v=None,
-            below_reserve_probability=None,
-            empty_probability=None,
-        ),
+        gusts_wh=gusts_wh,
+        energy_wh=agent.energy_wh + gusts_wh,
+        energy_by_state_wh=by_state,
+        battery=None if battery is None else _with_less(battery, gusts_wh),
+    )
+
+
+def _with_less(battery: BatteryBudget, lost_wh: float) -> BatteryBudget:
+    """Return a budget with so much less left at the landing; what follows from its curve is not known."""
+    if lost_wh == 0.0:
+        return battery
+    return replace(
+        battery,
+        used_fraction=battery.used_fraction + lost_wh / battery.capacity_wh,
+        margin_wh=battery.margin_wh - lost_wh,
+        hover_left_s=None,
+        charge_left_fraction=None,
+        lowest_voltage_v=None,
+        below_reserve_probability=None,
+        empty_probability=None,
     )
 
 

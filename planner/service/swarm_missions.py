@@ -21,11 +21,12 @@ from planner.fleet.separation import (
 from planner.fleet.swarm.distances import Approach, Distances
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.simulation import TICK_S, AgentPhase
-from planner.fleet.swarm.yielding import Passage, Traveller, Wait, Yielding
+from planner.fleet.swarm.yielding import LateLink, Passage, Traveller, Wait, Yielding
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.service.fleet import SortieChecks, fly_sorties
 from planner.service.fleet_separation import fleet_spacing, members
 from planner.service.separation import why_left_out
+from planner.service.swarm_carried import Carried, carried_approaches, predict_carried
 from planner.service.swarm_sorties import StoppedSorties
 from planner.values import Value, replace
 
@@ -73,25 +74,29 @@ class FiledFlights(Value, eq=False):
     is_cut_short: bool = False
 
 
-def fly_as_filed(fleet: Fleet, *, until_s: float) -> FiledFlights:
+def fly_as_filed(fleet: Fleet, *, until_s: float, seed: int = 0) -> FiledFlights:
     """Return the sorties of a fleet as `planner.check_fleet` has them, each at its time.
 
     Raises UsageError if there is none, or one has nothing to fly.
     """
     flown = planned_sorties(fleet)
-    return flown_together(fleet, flown, until_s=until_s, is_planned=True)
+    return flown_together(fleet, flown, until_s=until_s, is_planned=True, seed=seed)
 
 
 def fly_giving_way(
-    fleet: Fleet, *, until_s: float, on_event: Callable[[float], None] | None = None
+    fleet: Fleet, *, until_s: float, seed: int = 0, on_event: Callable[[float], None] | None = None
 ) -> FiledFlights:
     """Return the sorties of a fleet, each of which stops in time for those that go first.
 
-    The job of higher priority goes first, then who stands first in the file.
+    The job of higher priority goes first, then who stands first in the file.  Likely gusts are known of the
+    weather, so zones are wider by what they carry.
     """
     flown = planned_sorties(fleet)
     separation = fleet.separation or Separation(horizontal_m=_ALONE_M)
-    sorties = StoppedSorties(fleet, separation, flown)
+    carried = predict_carried(fleet, flown, until_s=0.0, seed=seed)
+    sorties = StoppedSorties(
+        fleet, separation, flown, None if carried is None else carried.error_m.tolist()
+    )
     names = list(fleet.sorties)
     order = sorted(
         range(len(flown)),
@@ -108,6 +113,7 @@ def fly_giving_way(
                 after=last.get(one.sortie.vehicle),
                 after_s=fleet.swap_s,
                 deaf_s=_deaf_s(fleet, one.sortie.vehicle),
+                link=_link(fleet, one.sortie.vehicle),
             )
         )
         last[one.sortie.vehicle] = row
@@ -135,7 +141,11 @@ def fly_giving_way(
         last_wait = [Wait(agent.stood_s, end_s)] if row in stuck and agent.stood_s < end_s else []
         waits.append((*agent.waits, *last_wait))
     found = flown_together(
-        fleet, ended, until_s=end_s if stuck or is_cut_short else until_s, is_planned=False
+        fleet,
+        ended,
+        until_s=end_s if stuck or is_cut_short else until_s,
+        is_planned=False,
+        seed=seed,
     )
     record = found.record
     at_s = record.begin_s[:-1]
@@ -175,6 +185,16 @@ def _deaf_s(fleet: Fleet, vehicle: str) -> tuple[float, float]:
     return math.inf, math.inf
 
 
+def _link(fleet: Fleet, vehicle: str) -> LateLink | None:
+    """Return how late a vehicle does what it has to do for others."""
+    for one in fleet.faults.values():
+        if one.kind is FaultKind.LINK_LATE and one.vehicle == vehicle:
+            assert one.late_s is not None  # the table sees to it
+            lasts_s = math.inf if one.lasts_s is None else one.lasts_s
+            return LateLink(one.at_s, one.at_s + lasts_s, one.late_s)
+    return None
+
+
 def planned_sorties(fleet: Fleet) -> tuple[FlownSortie, ...]:
     """Return every sortie of a fleet with its check.
 
@@ -195,7 +215,7 @@ def planned_sorties(fleet: Fleet) -> tuple[FlownSortie, ...]:
 
 
 def flown_together(
-    fleet: Fleet, flown: Sequence[FlownSortie], *, until_s: float, is_planned: bool
+    fleet: Fleet, flown: Sequence[FlownSortie], *, until_s: float, is_planned: bool, seed: int
 ) -> FiledFlights:
     """Return how near sorties come to each other.
 
@@ -209,6 +229,8 @@ def flown_together(
     is_planned : bool
         Whether starts and times are those of the plan, which may come sooner or later as
         `mavjoule fleet check` has it; else they are what happened.
+    seed : int
+        Of what carries them off their tracks.
     """
     separation = fleet.separation or Separation(horizontal_m=_ALONE_M)
     all_ = members(fleet, separation, flown)
@@ -240,15 +262,22 @@ def flown_together(
         )
         if near is not None:
             approaches[pair] = _approach_of(happened, pair, near)
-    record = _record(flown, all_, until_s)
+    required_m = {
+        pair: separation.horizontal_m + approach.grown_m for pair, approach in conflicts.items()
+    }
+    carried = predict_carried(fleet, flown, until_s=until_s, seed=seed)
+    for pair, met in carried_approaches(happened, carried, spacing, until_s):
+        # What the plan alone leads to, at starts sooner or later, may come to pass as well.
+        if met.is_too_near or pair not in conflicts:
+            approaches[pair] = met.approach
+        if met.is_too_near:
+            required_m[pair] = met.required_m
+    record = _record(flown, all_, until_s, carried)
     first = flown[0].assessment
     assert first is not None  # it flies
     return FiledFlights(
         sorties=tuple(flown),
-        approaches=tuple(
-            (separation.horizontal_m + near.grown_m, approaches[pair])
-            for pair, near in conflicts.items()
-        ),
+        approaches=tuple((least_m, approaches[pair]) for pair, least_m in required_m.items()),
         incomparable=tuple(
             f"heights of {one.file} and {two.file} cannot be compared: the altitude of a home is not known"
             for one, two in combinations(all_, 2)
@@ -277,7 +306,9 @@ def _approach_of(all_: Sequence[Member], pair: tuple[int, int], near: ClosestApp
     )
 
 
-def _record(flown: Sequence[FlownSortie], all_: Sequence[Member], until_s: float) -> Record:
+def _record(
+    flown: Sequence[FlownSortie], all_: Sequence[Member], until_s: float, carried: Carried | None
+) -> Record:
     """Return where all are at even steps."""
     begin_s = min(one.start_s for one in flown)
     end_s = max(min(max(one.end_s for one in flown), until_s), begin_s + TICK_S)
@@ -301,6 +332,14 @@ def _record(flown: Sequence[FlownSortie], all_: Sequence[Member], until_s: float
         lands_s.append(one.start_s + down_s if one.lands else np.inf)
         phases.append(_phases(own_s[:-1], (up_s, down_s, one.time_s), lands=one.lands))
     place_m = np.stack(places, axis=1)
+    carried_m = against_m_s = np.zeros((*place_m.shape[:2], 2))
+    if carried is not None:
+        rows = range(len(flown))
+        carried_m, against_m_s = (
+            np.stack([of(row, at_s) for row in rows], axis=1)
+            for of in (carried.off_m, carried.against_m_s)
+        )
+        place_m[..., :2] += carried_m
     velocity_m_s = np.stack(velocities, axis=1)
     phase = np.stack(phases, axis=1)
     return Record(
@@ -314,6 +353,8 @@ def _record(flown: Sequence[FlownSortie], all_: Sequence[Member], until_s: float
         lands_s=np.array(lands_s),
         has_landed=np.array([one.lands and one.end_s <= end_s + 1e-6 for one in flown]),
         height_m=place_m[..., 2],
+        carried_m=carried_m,
+        against_m_s=against_m_s,
     )
 
 

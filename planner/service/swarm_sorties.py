@@ -80,9 +80,17 @@ class StoppedSorties:
     separation : Separation
     flown : sequence of FlownSortie
         As planned.
+    more_m : sequence of float, optional
+        How far likely gusts carry each. [m]
     """
 
-    def __init__(self, fleet: Fleet, separation: Separation, flown: Sequence[FlownSortie]) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        separation: Separation,
+        flown: Sequence[FlownSortie],
+        more_m: Sequence[float] | None = None,
+    ) -> None:
         self.flown = list(flown)
         self._separation = separation
         self._members = members(fleet, separation, flown)
@@ -90,7 +98,10 @@ class StoppedSorties:
         self._assessments = [_assessed(one) for one in flown]
         self._frame = self._assessments[0].route.frame
         self._pilots = [make_pilot(one.setup, one.own_parameters) for one in self._assessments]
-        self._errors_m = [one.setup.position_error_m for one in self._assessments]
+        self._errors_m = [
+            one.setup.position_error_m + more
+            for one, more in zip(self._assessments, more_m or [0.0] * len(flown), strict=True)
+        ]
         self._shaped_m = [
             0.0 if one.autopilot is Autopilot.STEP else _SHAPED_M for one in self._assessments
         ]

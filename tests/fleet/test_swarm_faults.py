@@ -22,15 +22,20 @@ from made_swarm import (
     with_faults,
 )
 
-from planner.errors import FleetFileError, UsageError
+from planner.errors import FleetFileError
 from planner.fleet.fleet import Fault, FaultKind
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
 from planner.fleet.swarm.faults import SwarmFaults, gust_m_s
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
 from planner.fleet.swarm.simulation import AgentPhase, Swarm
+from planner.physics.wind import Wind
+from planner.service.preflight import check_mission
 from planner.service.swarm_agents import simulate_numbers
+from planner.service.swarm_faults import with_gusts
+from planner.setup import Setup
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -276,13 +281,7 @@ def test_missions_as_filed_have_batteries_that_drop() -> None:
     assert "S135" in {one.code for one in flown.findings}
 
 
-def test_what_leads_off_the_tracks_of_missions_is_refused() -> None:
-    there = mission(up(50), place(200, 0, 50), rtl())
-    with pytest.raises(UsageError, match="leads off the tracks"):
-        simulated(*FILED, '[fault.f]\nkind = "gusts"\nwind_m_s = 5\n', there=there)
-
-
-def across(fault: str = "") -> SwarmResult:
+def across(fault: str = "", policy: str = "stop") -> SwarmResult:
     """Two missions that cross, started at the same time: the second gives way to the first."""
     one = mission(up(30), place(200, 0, 30), rtl())
     other = mission(up(30), place(100, 100, 30), rtl())
@@ -293,7 +292,7 @@ def across(fault: str = "") -> SwarmResult:
         for number, vehicle, job in ((1, "a", "one"), (2, "b", "other"))
     )
     tables = ("[separation]\nhorizontal_m = 10\n" + pads, sorties, fault)
-    return simulated(*tables, policy="stop", one=one, other=other)
+    return simulated(*tables, policy=policy, one=one, other=other)
 
 
 def deaf(vehicle: str, at_s: float, more: str = "") -> str:
@@ -321,3 +320,78 @@ def test_who_stands_and_hears_nothing_stands_until_it_hears_again() -> None:
     never = across(deaf("b", stood_s))
     assert [one.has_landed for one in never.agents] == [True, False]
     assert "S135" in {one.code for one in never.findings}
+
+
+def late(late_s: float) -> str:
+    return f'[fault.f]\nkind = "link-late"\nvehicle = "b"\nlate_s = {late_s}\n'
+
+
+def test_who_is_told_late_to_stop_meets_the_other_as_if_it_were_told_nothing() -> None:
+    on_time = across(late(0.0))
+    assert on_time.record.place_m.tobytes() == across().record.place_m.tobytes()
+    [met] = across(policy="none").distances.nearest
+    flown = across(late(60.0))
+    assert flown.distances.nearest[0].distance_m == pytest.approx(met.distance_m, abs=0.1)
+    assert flown.distances.nearest[0].time_s == pytest.approx(met.time_s, abs=0.1)
+    [hit] = [one.message for one in flown.findings if one.code == "S134"]
+    assert hit.endswith("(f: b does 1 min 00 s late what it has to do for others from 0:00 on)")
+    assert flown.faults is not None
+    assert not flown.faults.are_others_safe
+
+
+def test_who_has_lost_its_position_flies_beside_its_track_and_meets_the_other() -> None:
+    keys = 'vehicle = "b"\nat_s = 10\ndrift_m_s = 0.25\ntoward_deg = 90\n'
+    flown = across(f'[fault.f]\nkind = "loses-position"\n{keys}')
+    [calm] = across().distances.nearest
+    [near] = flown.distances.nearest
+    # The first flies north across the way of the second, which stands west of it: drifting east it comes
+    # nearer by all of what it has drifted by then.
+    drifted_m = 0.25 * (near.time_s - 10.0)
+    assert near.distance_m == pytest.approx(calm.distance_m - drifted_m, abs=0.1)
+    assert isinstance(flown.record.carried_m, np.ndarray)
+    assert not flown.record.carried_m[:, 0].any()
+    assert {"S134", "S135"} <= {one.code for one in flown.findings}
+    assert not flown.is_clear
+
+
+def test_gusts_blow_missions_off_their_tracks_and_zones_leave_room_for_them() -> None:
+    fault = '[fault.f]\nkind = "gusts"\nwind_m_s = 5\n'
+    flown = across(fault)
+    record = flown.record
+    assert isinstance(record.carried_m, np.ndarray)
+    assert np.abs(record.carried_m[:, 0]).max() > 0.5
+    # Nothing blows it about on the ground: before its start, and after its landing.
+    down = record.phase[:, 1] == AgentPhase.LANDED
+    assert len({tuple(one) for one in record.carried_m[:-1, 1][down].tolist()}) <= 2
+    assert apart_m(record, 0, 1).min() >= 15.0
+    assert [one.has_landed for one in flown.agents] == [True, True]
+    untold = [one.message for one in flown.findings if one.code == "S133"]
+    assert "energy of gusts is not counted for s1, s2: no airspeed term in the model" in untold
+
+
+def test_what_flying_against_gusts_takes_is_what_a_wind_as_strong_does() -> None:
+    """An even one, against `planner.check` of the same mission in that wind."""
+    there = mission(up(50), place(200, 0, 50), place(200, 150, 50, 10.0), rtl())
+    model = "arducopter-sitl-quad"
+    tables = "[separation]\nhorizontal_m = 10\n" + pad("a", 0, 0) + vehicles("a", model=model)
+    flown = simulated(tables, sortie("s", "a", 0.0, job="there"), policy="none", there=there)
+    [one] = flown.agents
+    wind_m_s = 4.0 * np.sqrt(0.5)
+    against = np.full(flown.record.place_m.shape, wind_m_s)
+    assert one.energy_wh is not None
+    blown = with_gusts(one, replace(flown.record, against_m_s=against), 0)
+    assert blown.gusts_wh is not None
+    vehicle = load_vehicle(model)
+    calm, windy = (
+        check_mission(there, Setup(vehicle=vehicle, wind=wind)).totals
+        for wind in (Wind(), Wind(speed_m_s=4.0, from_deg=225.0))
+    )
+    assert calm is not None
+    assert windy is not None
+    # 15.52 Wh and 15.12 Wh; steps of 0.5 s
+    assert blown.gusts_wh == pytest.approx(windy.energy_wh - calm.energy_wh, rel=0.02)
+    assert blown.energy_wh == pytest.approx(one.energy_wh + blown.gusts_wh)
+    assert sum(blown.energy_by_state_wh.values()) == pytest.approx(blown.energy_wh)
+    assert one.battery is not None
+    assert blown.battery is not None
+    assert blown.battery.margin_wh - one.battery.margin_wh == pytest.approx(-blown.gusts_wh)

@@ -47,7 +47,7 @@ def predict_distances(record: Record, names: tuple[str, ...], separation_m: floa
         first, second = near_pairs(tracks, _WITHIN * separation_m, flies[step])
         if not len(first):
             continue
-        apart, part = _closest(begin[second] - begin[first], end[second] - end[first])
+        apart, part = closest_of_chords(begin[second] - begin[first], end[second] - end[first])
         least[step] = apart.min()
         width_s = record.begin_s[step + 1] - record.begin_s[step]
         for low, high, distance_m, share in zip(
@@ -65,7 +65,7 @@ def predict_distances(record: Record, names: tuple[str, ...], separation_m: floa
     )
 
 
-def _closest(begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+def closest_of_chords(begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the least length of vectors that change evenly, (n,) [m], and after which part, (n,) [-]."""
     change = end - begin
     square = np.maximum((change**2).sum(axis=1), 1e-18)

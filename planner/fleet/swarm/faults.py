@@ -59,10 +59,12 @@ class SwarmFaults:
         Of the vehicles of the agents.
     dynamics : DynamicsStack
         Of the agents.
-    height_m : float
-        Of their plane above the ground. [m]
+    height_m : float or ndarray
+        Of their plane above the ground, or of each. [m]
     seed : int
         Of what is drawn.
+    begins_s : ndarray, optional
+        Before that nothing carries an agent: it stands on the ground. (n,) [s]
     """
 
     def __init__(
@@ -71,9 +73,11 @@ class SwarmFaults:
         names: Sequence[str],
         dynamics: DynamicsStack,
         *,
-        height_m: float,
+        height_m: FloatArray | float,
         seed: int,
+        begins_s: FloatArray | None = None,
     ) -> None:
+        heights_m = np.broadcast_to(height_m, len(names)).tolist()
         count, tick_s = len(names), dynamics.tick_s
         self._dynamics = dynamics
         self._keeps_s, self._late_s = np.full((2, count, 2), np.inf)
@@ -105,10 +109,14 @@ class SwarmFaults:
                     )
                 case FaultKind.GUSTS:
                     assert one.wind_m_s is not None  # the table sees to it
-                    sigma_m_s, length_m = gust_m_s(one.wind_m_s, height_m)
                     self._gusts_s[rows] = one.at_s
-                    self._gust_m_s[rows] = sigma_m_s
-                    self._length_s[rows] = length_m / max(one.wind_m_s, 1e-9)
+                    for row in rows:
+                        sigma_m_s, length_m = gust_m_s(one.wind_m_s, heights_m[row])
+                        self._gust_m_s[row] = sigma_m_s
+                        self._length_s[row] = length_m / max(one.wind_m_s, 1e-9)
+        if begins_s is not None:
+            self._gusts_s = np.maximum(self._gusts_s, begins_s)
+            self._drifts_s = np.maximum(self._drifts_s, begins_s)
         self._draws = [np.random.default_rng((seed, count + row)) for row in range(count)]
         self._wind_m_s, self._blown_m = np.zeros((2, count, 2))
         self._answer = dynamics.at_rest(np.zeros((count, 2)))
@@ -164,6 +172,11 @@ class SwarmFaults:
         adrift_s = np.clip(end_s - self._drifts_s, 0.0, None)
         drifted_m = self._drift_m_s * np.where(np.isinf(self._drifts_s), 0.0, adrift_s)[:, None]
         self.carried_m = self._blown_m - self._answer.place_m + drifted_m
+
+    @property
+    def answered_m_s(self) -> FloatArray:
+        """The gusts that agents fly against by now: what they are carried by is the rest. (n, 2) [m s⁻¹]"""
+        return self._dynamics.velocity_m_s(self._answer)
 
     def _gust_error_m(self) -> FloatArray:
         """Return how far an even wind as strong as likely gusts carries each. (n,) [m]"""

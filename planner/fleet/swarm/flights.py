@@ -57,6 +57,8 @@ class Record(Value, eq=False):
     """Above the home of the first, of missions as filed; ``None``: in one plane. (t + 1, n) [m]"""
     carried_m: FloatArray | float = 0.0
     """From where each reports to be to its place, by what nobody knows of. (t + 1, n, 2) [m]"""
+    against_m_s: FloatArray | float = 0.0
+    """The gusts that each flies against by now. (t + 1, n, 2) [m s⁻¹]"""
 
     @classmethod
     def of(cls, steps: Sequence[Step], swarm: Swarm) -> Record:
@@ -73,6 +75,7 @@ class Record(Value, eq=False):
             phase=np.array([one.phase for one in steps]),
             waits=np.array([one.waits for one in steps]),
             carried_m=np.array([*(one.carried_m for one in steps), swarm.carried_m]),
+            against_m_s=np.array([*(one.against_m_s for one in steps), swarm.against_m_s]),
         )
 
     @property

@@ -95,6 +95,8 @@ class Step(Value, eq=False):
     """Whether an agent does not get what it wants. (n,)"""
     carried_m: FloatArray
     """From where each reports to be to its place, by what nobody knows of. (n, 2) [m]"""
+    against_m_s: FloatArray
+    """The gusts that each flies against by now. (n, 2) [m s⁻¹]"""
 
 
 class Meter(Protocol):
@@ -209,6 +211,12 @@ class Swarm:
         return none if self._faults is None else self._faults.carried_m
 
     @property
+    def against_m_s(self) -> FloatArray:
+        """The gusts that agents fly against by now. (n, 2) [m s⁻¹]"""
+        none = np.zeros_like(self._home_m)
+        return none if self._faults is None else self._faults.answered_m_s
+
+    @property
     def _is_deaf(self) -> BoolArray:
         """Who keeps its command, whatever it is told. (n,)"""
         none = np.zeros(len(self.agents), np.bool_)
@@ -260,6 +268,7 @@ class Swarm:
             wanted_m_s=wanted,
             waits=waits,
             carried_m=self.carried_m,
+            against_m_s=self.against_m_s,
         )
         if ticks > 1:
             self._motions = self._dynamics.advanced_evenly(self._motions, ticks)

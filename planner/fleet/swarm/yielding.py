@@ -43,6 +43,14 @@ class Wait(NamedTuple):
     end_s: float
 
 
+class LateLink(NamedTuple):
+    """When, and by how much, what an agent has to do for others reaches it late."""
+
+    begin_s: float
+    end_s: float
+    late_s: float
+
+
 class Traveller:
     """One agent of `Yielding`.
 
@@ -60,6 +68,8 @@ class Traveller:
         So long before. [s]
     deaf_s : tuple of float
         From when until when it hears no command. [s]
+    link : LateLink, optional
+        By which it is told late to stop, and to fly on again.
     """
 
     def __init__(
@@ -71,6 +81,7 @@ class Traveller:
         after: int | None = None,
         after_s: float = 0.0,
         deaf_s: tuple[float, float] = (math.inf, math.inf),
+        link: LateLink | None = None,
     ) -> None:
         self.whole = track
         """With times as if it got on at once."""
@@ -78,6 +89,9 @@ class Traveller:
         """With times as far as they are known."""
         self.ready_s, self.rank = ready_s, rank
         self.after, self.after_s, self.deaf_s = after, after_s, deaf_s
+        self.link = link
+        self.told_s = math.inf
+        """When what it was told reaches it, by a link that is late. [s]"""
         self.passage = Passage.WAITS
         self.start_s = math.inf
         self.stood_s = ready_s
@@ -157,12 +171,13 @@ class Yielding:
                 (
                     (max(one.next_s, self.time_s), row)
                     for row, one in enumerate(self.agents)
-                    if one.passage is not Passage.FLIES
+                    if one.passage is not Passage.FLIES and math.isinf(one.told_s)
                 ),
                 default=(math.inf, -1),
             )
+            told_s, told = min((one.told_s, row) for row, one in enumerate(self.agents))
             deaf_s = min((one for one in changes_s if one > self.time_s), default=math.inf)
-            at_s = min(try_s, math.inf if event is None else event.time_s, deaf_s)
+            at_s = min(try_s, math.inf if event is None else event.time_s, deaf_s, told_s)
             if at_s >= until_s or math.isinf(at_s):
                 return
             self.time_s = at_s
@@ -172,10 +187,31 @@ class Yielding:
                 for row, one in enumerate(self.agents):
                     if at_s in one.deaf_s:
                         self._changed(row)
+            elif at_s == told_s:
+                self._do(told)
             elif event is None or try_s <= event.time_s:
-                self._try(asks)
+                if self._may_get_on(asks):
+                    self._tell(asks)
             else:
-                self._stop(event.agent)
+                self._tell(event.agent)
+
+    def _tell(self, agent: int) -> None:
+        """Tell an agent to stop, or to get on: its link may be late, but not on the ground."""
+        one = self.agents[agent]
+        link = None if one.passage is Passage.WAITS else one.link
+        if link is None or not link.begin_s <= self.time_s < link.end_s:
+            self._do(agent)
+        else:
+            one.told_s = self.time_s + link.late_s
+
+    def _do(self, agent: int) -> None:
+        """Let an agent do what it was told."""
+        one = self.agents[agent]
+        one.told_s = math.inf
+        if one.passage is Passage.FLIES:
+            self._stop(agent)
+        else:
+            self._get_on(agent)
 
     def _is_deaf(self, agent: int) -> bool:
         begins_s, ends_s = self.agents[agent].deaf_s
@@ -198,7 +234,9 @@ class Yielding:
                         pair, (self.agents[first].track, self.agents[second].track)
                     )
                 event = self._events[pair]
-                if event is not None and (best is None or event < best):
+                if event is None or self.agents[event.agent].told_s < math.inf:
+                    continue
+                if best is None or event < best:
                     best = event
         return best
 
@@ -255,11 +293,11 @@ class Yielding:
                 return Event(at_s, agent, all(is_in))
         return None
 
-    def _try(self, agent: int) -> None:
-        """Let an agent get on, if its way is free."""
+    def _may_get_on(self, agent: int) -> bool:
+        """Return whether the way of an agent is free; note when it asks again."""
         one = self.agents[agent]
         if self._has_to_wait(agent):
-            return
+            return False
         track = one.whole.moved(one.holds_knot, self.time_s)
         for other, two in enumerate(self.agents):
             if other == agent or two.passage is Passage.WAITS:
@@ -277,7 +315,13 @@ class Yielding:
             later_s = contact.clears_s[0 if agent < other else 1]
             one.next_s = self.time_s + max(later_s, _RETRY_S)
             one.blocked_by = other
-            return
+            return False
+        return True
+
+    def _get_on(self, agent: int) -> None:
+        """Let an agent take off, or fly on."""
+        one = self.agents[agent]
+        track = one.whole.moved(one.holds_knot, self.time_s)
         waited = Wait(one.stood_s, self.time_s)
         if waited.end_s > waited.begin_s:
             one.waits.append(waited)
