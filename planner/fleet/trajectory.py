@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState, PolynomialLaw
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, PolynomialLaw, lengths
 from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
@@ -25,6 +25,18 @@ _MOST_ROUNDS = 16
 _STOP_M, _MOST_OF_STOP = 0.5, 64
 """Radius of the discs that the way of a stop is made of, which are so much wider than it: a fifth of the
 position error of a common receiver; and how many there are at most. [m]"""
+_PROBES = np.array([0.25, 0.5, 0.75])
+"""Fractions of a cubic at which its error is looked at. [-]"""
+_BERNSTEIN = np.stack(
+    (
+        (1.0 - _PROBES) ** 3,
+        3.0 * _PROBES * (1.0 - _PROBES) ** 2,
+        3.0 * _PROBES**2 * (1.0 - _PROBES),
+        _PROBES**3,
+    ),
+    axis=1,
+)
+"""Parts of the control points at these."""
 _LAND = STATE_INDEX[FlightState.LAND]
 
 
@@ -276,18 +288,11 @@ def _errors(
     """Return how far a motion is from its cubics, at three places of each. [m]"""
     error_m = np.zeros(len(piece))
     own = np.flatnonzero(~is_cubic[piece])
-    for fraction in (0.25, 0.5, 0.75):
-        state = motion.state_at(piece[own], start_s[own] + fraction * width_s[own])
-        weights = np.array(
-            [
-                (1 - fraction) ** 3,
-                3 * fraction * (1 - fraction) ** 2,
-                3 * fraction**2 * (1 - fraction),
-                fraction**3,
-            ]
-        )
-        gap = np.einsum("k,nkx->nx", weights, control_m[own]) - state.place_m
-        error_m[own] = np.maximum(error_m[own], np.sqrt(np.sum(gap**2, axis=1)))
+    if len(own):
+        time_s = start_s[own, None] + width_s[own, None] * _PROBES
+        state = motion.state_at(piece[own, None], time_s)
+        gap = np.einsum("fk,nkx->nfx", _BERNSTEIN, control_m[own]) - state.place_m
+        error_m[own] = lengths(gap).max(axis=1)
     return error_m
 
 

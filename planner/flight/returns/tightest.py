@@ -217,8 +217,8 @@ def _merged(sweep: ReturnSweep, other: ReturnSweep) -> ReturnSweep:
 def _refined(sweep: ReturnSweep, returns: Returns, limits_wh: tuple[float, ...]) -> ReturnSweep:
     """Return a sweep with points where what is wanted may hide: along a line interpolated, else flown."""
     parts = _parts_between(returns, sweep, limits_wh)
-    along = _is_along_a_line(returns, sweep)
-    along &= _is_even(sweep, along, _UNEVEN * min(float(sweep.sum_wh.max()), *limits_wh, math.inf))
+    least_wh = min(float(sweep.sum_wh.max()), *limits_wh, math.inf)
+    along = _is_even_along_a_line(returns, sweep, _UNEVEN * least_wh)
     rows = np.flatnonzero((parts > 1) & along)
     refined = sweep
     if len(rows):
@@ -255,27 +255,23 @@ def _parts_between(returns: Returns, sweep: ReturnSweep, limits_wh: tuple[float,
     return parts
 
 
-def _is_along_a_line(returns: Returns, sweep: ReturnSweep) -> BoolArray:
-    """Return between which points of a sweep one line is flown, and returns lead to one place. (n - 1,)"""
+def _is_even_along_a_line(returns: Returns, sweep: ReturnSweep, tolerance_wh: float) -> BoolArray:
+    """Return between which points of a sweep returns change with the way, as far as it tells. (n - 1,)
+
+    One line is flown there, and they lead to one place.  Where a height or a wait of a return begins to
+    count, a point is off the straight between those of its line before and after it.
+    """
     ends = line_ends(returns)
     line: IntArray = np.cumsum(ends) - ends
-    after = line[sweep.segment] + (ends[sweep.segment] & (sweep.fraction >= 1.0))
-    is_one = np.asarray(after[:-1] == line[sweep.segment[1:]])
-    return np.asarray(is_one & (np.diff(sweep.destination) == 0))
-
-
-def _is_even(sweep: ReturnSweep, along: BoolArray, tolerance_wh: float) -> BoolArray:
-    """Return where along lines the energy of a return changes with the way, by the points beside. (n - 1,)
-
-    It does not where a height or a wait of the return begins to count: a point is off the line through
-    those before and after it.
-    """
+    is_end = ends[sweep.segment] & (sweep.fraction >= 1.0)
+    along = np.asarray((line[sweep.segment] + is_end)[:-1] == line[sweep.segment[1:]])
+    along &= np.diff(sweep.destination) == 0
     way_m = lengths(np.diff(sweep.stop_m, axis=0))
     after_wh = wh_from_j(sweep.after_stop_j.sum(axis=1))
     part = quotient(way_m[:-1], way_m[:-1] + way_m[1:], 0.5)
     off_wh = np.abs(after_wh[:-2] + part * (after_wh[2:] - after_wh[:-2]) - after_wh[1:-1])
-    is_off = along[:-1] & along[1:] & (off_wh > tolerance_wh)
-    return np.asarray(~(np.append(False, is_off) | np.append(is_off, False)))
+    is_off = along[:-1] & along[1:] & ~is_end[1:-1] & (off_wh > tolerance_wh)
+    return np.asarray(along & ~(np.append(False, is_off) | np.append(is_off, False)))
 
 
 def _interpolated(
