@@ -42,6 +42,12 @@ def _later(name: str) -> Callable[[str], Any]:
 
 _KINDS: dict[str, tuple[str, Kind, str, str]] = {
     "mass_kg": ("--mass", Form(_later("read_mass"), str), "3.5kg", "take-off mass with battery"),
+    "mass_max_kg": (
+        "--mass-max",
+        Form(_later("read_mass"), str),
+        "5kg",
+        "highest take-off mass its maker allows, payload in it",
+    ),
     "battery": (
         "--battery",
         Form(read_battery, battery_text),
@@ -73,7 +79,7 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         "--motor",
         Form(_later("read_motor"), str),
         "1250g@310W",
-        "thrust and power of one motor at full throttle, for a hover throttle",
+        "thrust and power of one motor at full throttle: what it lifts, and the power at a hover throttle",
     ),
     "autopilot": ("--autopilot", Choice(_AUTOPILOTS), "ardupilot", "autopilot: ardupilot or px4"),
 }

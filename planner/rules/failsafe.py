@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,19 +22,9 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import RETURN_STAGES, StageKind, return_spans
-from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.rules.arming import is_checked, numbers
 from planner.rules.arming_checks import BATTERY
-from planner.rules.declaration import (
-    ARDUPILOT,
-    BUDGET,
-    EXTREMES,
-    PACK,
-    PARAMETERS,
-    PX4,
-    NotEvaluated,
-    judges,
-)
+from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import place_along
 from planner.rules.fence_settings import AREAS, fence_is_on
 from planner.values import replace
@@ -48,27 +37,14 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
-    from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _MOST_RALLY_PLACES = 200
-_MOST_HOVER_THRUST = 0.7
-"""Fraction of the thrust above which a hover leaves too little for control. [-]"""
 _REFUSES = -1
 """Stands for what arming does: a refusal is no warning."""
-_NO_LEAN_THRUST = 0.8
-"""Fraction of the thrust from which on a hover leaves ArduPilot no lean: its
-AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX. [-]"""
-_SINKING_THRUST = math.cos(math.radians(30.0))
-"""Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
-defaults, sinks. [-]"""
-_LEAST_SPIN_MAX, _USUAL_SPIN_MAX = 0.9, 0.95
-"""MOT_SPIN_MAX: the least of its documented values, and its default. [-]"""
-_SAME_NUMBER = 1e-6
-"""Numbers this near are one: files write them in single precision. [-]"""
 _THRESHOLDS: Mapping[str, str] = {
     "battery_low_v": "battery_low_action",
     "battery_critical_v": "battery_critical_action",
@@ -511,125 +487,3 @@ def _held_areas_unknown(a: Assessment, parameters: ArduPilotParameters) -> Itera
             "the rally points on the vehicle (RALLY_TOTAL) are not in this file: where its returns lead is "
             "unknown",
         )
-
-
-HOVER_THROTTLE_HIGH = Rule(
-    "E116 hover-throttle-high",
-    Severity.WARNING,
-    summary="The vehicle needs most of its thrust to hover.",
-    why="A vehicle that hovers at three quarters of its throttle has little left to climb or to stay "
-    "upright with, less still as the battery sags: 77 % at the take-off nearly lost one (ArduPilot "
-    "#5244).  From 80 % on ArduPilot leaves it no lean angle but its least "
-    "(AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX); from 87 % on, 1/cos 30° below all, it sinks where "
-    "it leans by 30°.",
-    how="MOT_THST_HOVER, or MPC_THR_HOVER over MPC_THR_MAX, where the parameter file or the model gives it, "
-    "times the mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
-    "over the air at the highest point of the flight, if that is thinner; late in the flight also "
-    "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of "
-    "a return, where the battery's curve is known.  A warning above 0.7; an error from 0.8 on with a "
-    "full battery, from 0.87 on late in the flight.  The autopilot's own default (0.35, 0.5), which a file "
-    "saved whole has of a vehicle nobody hovered, says nothing of how the thrust falls with the voltage; "
-    "with a lower MPC_THR_MAX it is not checked (X904).  Nor with a MOT_SPIN_MAX below 0.9, the least "
-    "of its documented values, where the thrust that it leaves of that with 0.95 does not cover the hover: "
-    "nobody knows which of the two the hover was measured with; not above MOT_SPIN_MIN is an error.",
-    fix="carry less, fly lower or shorter, or use a battery that sags less",
-    instead="--payload, or the parameters of --params",
-)
-
-
-@judges(HOVER_THROTTLE_HIGH, needs=(PARAMETERS, EXTREMES))
-def _hover_throttle_high(
-    a: Assessment, parameters: FlightParameters, _extremes: Extremes
-) -> Iterator[Finding | NotEvaluated]:
-    origin = parameters.origins.get("hover_throttle")
-    spins = 1.0 if isinstance(parameters, Px4Parameters) else _thrust_left(numbers(a))
-    if spins < 1.0 and parameters.hover_throttle >= _SINKING_THRUST * spins:
-        yield _spins_slowly(a, parameters.hover_throttle, spins)
-        return
-    if origin is None or origin.kind is OriginKind.DEFAULT:
-        return  # the default is of no vehicle in particular
-    most = numbers(a).get("MPC_THR_MAX", 1.0) if isinstance(parameters, Px4Parameters) else 1.0
-    full = parameters.hover_throttle / max(most, 1e-9) * _times_heavier(a) * _times_thinner(a)
-    late, lowest = full, None
-    voltage = "with a full battery"
-    untouched = parameter_table(type(parameters))["hover_throttle"].default_si
-    is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
-    if most < 1.0 and full > _MOST_HOVER_THRUST and not is_measured:
-        yield NotEvaluated(
-            rule=HOVER_THROTTLE_HIGH,
-            needs="the throttle this vehicle hovers at; MPC_THR_HOVER is PX4's default",
-            asked_by=f"MPC_THR_MAX of {most:g}",
-        )
-        return
-    if is_measured and a.discharge is not None and a.pack is not None and a.pack.ocv_v is not None:
-        segment = int(np.argmin(a.discharge.voltage_v))
-        lowest, voltage_v = a.item_of(segment), float(a.discharge.voltage_v[segment])
-        back, sample = a.return_discharge, a.returns.sample
-        if back is not None and sample is not None and back.end_voltage_v.min() < voltage_v:
-            point = int(np.argmin(back.end_voltage_v))
-            voltage_v = float(back.end_voltage_v[point])
-            lowest = a.item_of(sample.points.segment[point])
-        late = full * (a.pack.ocv_v[-1] / voltage_v) ** 2
-        voltage = f"at {quantity.decimals(voltage_v, 1)} V, {quantity.percent(full)} when full"
-    if max(full, late) > _MOST_HOVER_THRUST:
-        cannot = full >= _NO_LEAN_THRUST or late >= _SINKING_THRUST
-        yield a.finding(
-            HOVER_THROTTLE_HIGH,
-            f"hovering takes {quantity.percent(late)} of the thrust {voltage}"
-            + (": it cannot hold its height and place" if cannot else ""),
-            severity=Severity.ERROR if cannot else None,
-            item=lowest,
-        )
-
-
-def _thrust_left(values: Mapping[str, float]) -> float:
-    """Return the greatest thrust with MOT_SPIN_MAX over that with its default. [-]
-
-    Notes
-    -----
-    ``AP_MotorsMulticopter::thrust_to_actuator``: of the range above MOT_SPIN_MIN a share u gives the thrust
-    (1 − MOT_THST_EXPO) u + MOT_THST_EXPO u².
-    """
-    idle = values.get("MOT_SPIN_MIN", 0.15)
-    expo = min(max(values.get("MOT_THST_EXPO", 0.65), -1.0), 1.0)
-    spins = values.get("MOT_SPIN_MAX", _USUAL_SPIN_MAX)
-    if spins >= _LEAST_SPIN_MAX:
-        return 1.0
-    if spins <= idle:
-        return 0.0
-    share = (spins - idle) / (_USUAL_SPIN_MAX - idle)
-    return (1.0 - expo) * share + expo * share**2
-
-
-def _spins_slowly(a: Assessment, hover: float, left: float) -> Finding | NotEvaluated:
-    """Return that the motors may never lift the vehicle."""
-    spins = f"MOT_SPIN_MAX of {numbers(a)['MOT_SPIN_MAX']:g}"
-    if left <= 0.0:
-        return a.finding(
-            HOVER_THROTTLE_HIGH,
-            f"{spins} is not above MOT_SPIN_MIN: full throttle spins the motors no faster than idle, the "
-            "vehicle does not take off",
-            severity=Severity.ERROR,
-        )
-    return NotEvaluated(
-        rule=HOVER_THROTTLE_HIGH,
-        asked_by=f"{spins} (leaves {quantity.percent(left)} of the thrust, a hover takes "
-        f"{quantity.percent(hover)})",
-        needs=f"MOT_SPIN_MAX of {_LEAST_SPIN_MAX:g} or more, or a MOT_THST_HOVER learnt with it that leaves "
-        "more thrust",
-    )
-
-
-def _times_heavier(a: Assessment) -> float:
-    """Return the mass that flies over that of the model. [-]"""
-    if not a.vehicle.mass_kg or not a.flight.power.mass_kg:
-        return 1.0
-    return a.flight.power.mass_kg / a.vehicle.mass_kg
-
-
-def _times_thinner(a: Assessment) -> float:
-    """Return the air the hover throttle may be known in over the thinnest of the flight, 1 at least. [-]"""
-    limit = a.vehicle.valid_for.air_density_kg_m3
-    known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
-    thinnest = a.flight.power.air_density_kg_m3(float(a.reach.height_m.max()))
-    return max(known_kg_m3 / float(thinnest), 1.0)

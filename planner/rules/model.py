@@ -49,6 +49,8 @@ _FAR = 2.0
 """A climb or descent so many times as fast as any identified is an error. [-]"""
 _DENSITY_SLACK = 0.02
 """A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
+_AIR_SLACK = 1.02
+"""Thrust a little beyond what a data sheet stands for is taken: 2 % of density. [-]"""
 _MOST_LIFT = 1.5
 """More thrust, in times of that of the model's flights, is not taken for granted: vehicles are built to
 hover at half of what they have or somewhat more."""
@@ -430,6 +432,13 @@ def _cruise_power_assumed(a: Assessment, _power: SteadyPower) -> Iterator[Findin
         )
 
 
+_SAME_MASS = 1e-9
+"""Two masses that are the same but for the arithmetic. [-]"""
+_STATE_THRUST = (
+    "carry less, fly lower, or state the thrust of its motors (thrust_max_n in the model, mavjoule vehicle "
+    "new --motor)"
+)
+
 LIFT_UNKNOWN = Rule(
     "E120 lift-unknown",
     Severity.ERROR,
@@ -440,10 +449,26 @@ LIFT_UNKNOWN = Rule(
     "model knows: more than 1.5 (thrust falls with air density as weight grows).  Of the ranges of "
     "[valid_for] nobody knows which of both were flown together: it flew the heaviest in its densest air, "
     "1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a range the model's "
-    "own mass, in 1.225 kg/m³.",
+    "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
+    "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
+    "kg/m³, and its own mass in the thinnest air of it; no more than that, but where thrust_max_n tells the "
+    "thrust (E116).  And no vehicle more than mass_max_kg.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
     instead="--payload",
 )
+
+
+@judges(LIFT_UNKNOWN, needs=(POWER,))
+def _heaviest(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
+    most_kg = a.vehicle.mass_max_kg
+    mass_kg = power.mass_kg
+    if most_kg is not None and mass_kg is not None and mass_kg > most_kg * (1.0 + _SAME_MASS):
+        yield a.finding(
+            LIFT_UNKNOWN,
+            f"{quantity.beside(mass_kg, most_kg, quantity.mass)} at take-off; its maker allows "
+            f"{quantity.mass(most_kg)} at most",
+            fix="carry less",
+        )
 
 
 @judges(LIFT_UNKNOWN, CONDITION_NOT_MODELLED, needs=(EXTREMES, POWER))
@@ -454,6 +479,9 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
     thinnest, densest = (sea_level, sea_level) if limit is None else (limit.low, limit.high)
     thinner = thinnest / thin
     air = f"air of {quantity.decimals(thin, 2)} kg/m³"
+    if _is_of_sheet(a):
+        yield from _beyond_sheet(a, thin, thinnest)
+        return
     times_heaviest, times_lightest = _times_heavier(a)
     lifted = min(times_heaviest * min(sea_level, densest) / thin, times_lightest * thinner)
     if lifted > _MOST_LIFT:
@@ -472,6 +500,41 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
             f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
             f"density term{costs}",
             severity=Severity.ERROR if is_short else None,
+        )
+
+
+def _is_of_sheet(a: Assessment) -> bool:
+    """Whether the thrust of the vehicle is known from its data sheet's masses alone."""
+    basis, knows = a.vehicle.provenance.basis, a.vehicle.knows_mass and a.vehicle.knows_air_density
+    return basis is not None and basis.is_sheet and knows and a.vehicle.thrust_max_n is None
+
+
+def _beyond_sheet(a: Assessment, thin_kg_m3: float, thinnest_kg_m3: float) -> Iterator[Finding]:
+    """Find more mass, or thrust, than a data sheet stands for."""
+    own_kg, mass_kg, limit = a.vehicle.mass_kg, a.flight.power.mass_kg, a.vehicle.valid_for.mass_kg
+    if own_kg is None or mass_kg is None:
+        return  # no law that knows the mass
+    heaviest_kg = own_kg if limit is None else max(limit.high, own_kg)
+    stated_kg = a.vehicle.mass_max_kg
+    if mass_kg > heaviest_kg * (1.0 + _SAME_MASS):
+        if stated_kg is None or mass_kg <= stated_kg:
+            yield a.finding(
+                LIFT_UNKNOWN,
+                f"{quantity.beside(mass_kg, heaviest_kg, quantity.mass)} at take-off; nobody flew this "
+                f"vehicle, and no more than {quantity.mass(heaviest_kg)} is taken for granted of one of "
+                f"{quantity.mass(own_kg)}",
+                fix=_STATE_THRUST,
+            )
+        return
+    known = max(heaviest_kg / own_kg, SEA_LEVEL_DENSITY_KG_M3 / thinnest_kg_m3)
+    lifted = mass_kg / own_kg * SEA_LEVEL_DENSITY_KG_M3 / thin_kg_m3
+    if lifted > _AIR_SLACK * known:
+        yield a.finding(
+            LIFT_UNKNOWN,
+            f"{quantity.mass(mass_kg)} in air of {quantity.decimals(thin_kg_m3, 2)} kg/m³ needs "
+            f"{quantity.beside(lifted, known, _times)} the thrust of {quantity.mass(own_kg)} at sea level; "
+            f"nobody flew this vehicle, no more than {_times(known)} is taken for granted",
+            fix=_STATE_THRUST,
         )
 
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "energy": (),
     "model": (),
+    "lift": (),
     "wind": (),
     "structure": (),
     "altitude": (),

@@ -15,7 +15,11 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.atmosphere import (
+    SEA_LEVEL_DENSITY_KG_M3,
+    air_density_kg_m3,
+    standard_temperature_c,
+)
 from planner.physics.rotor import Rotor, hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value, field, replace
@@ -24,7 +28,15 @@ from planner.vehicle.declared import Interval
 from planner.vehicle.figures import HoverFigure, HoverKind
 from planner.vehicle.law_factors import energy_fractions
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.model import Basis, Loads, ModelSpread, Provenance, ValidFor, VehicleModel
+from planner.vehicle.model import (
+    NO_LEAN_THRUST,
+    Basis,
+    Loads,
+    ModelSpread,
+    Provenance,
+    ValidFor,
+    VehicleModel,
+)
 from planner.vehicle.pack import (
     FULL_LIPO_CELL_V,
     LIPO_CELL_V,
@@ -77,9 +89,9 @@ _LEAN_DEG = 20.0
 """Lean in steady flight up to which it is. [°]"""
 _THRUST_EXPO = 0.65
 """ArduPilot's default curve of thrust over throttle (MOT_THST_EXPO)."""
-_MASS_RANGE = (0.8, 1.25)
-"""Of the take-off mass: a camera off, a quarter of it on. [-]"""
-_DENSITY_RANGE = Interval(low=0.9, high=1.35)
+_LIGHTEST = 0.8
+"""Of the take-off mass: a camera off. [-]"""
+_DENSEST_KG_M3 = 1.35
 _HEIGHT_RANGE = Interval(low=-1.0, high=500.0)
 _DJI_MOTION = "dji-matrice-100"
 """Whose ramps other vehicles of DJI fly by: the one of which flights were measured."""
@@ -92,6 +104,10 @@ class DataSheet(Value):
     """Of the model; also the stem of its file."""
     mass_kg: float | None = None
     """Take-off mass with battery, without payload. [kg]"""
+    mass_max_kg: float | None = None
+    """Highest take-off mass its maker allows. [kg]"""
+    ceiling_amsl_m: float | None = None
+    """Height up to which its maker lets it take off with the take-off mass. [m]"""
     battery: Battery | None = None
     chemistry: str | None = None
     rotors: int | None = None
@@ -100,6 +116,7 @@ class DataSheet(Value):
     """Their diameter. [m]"""
     hover: HoverFigure | None = None
     motor: MotorTable | None = None
+    """Beside a hover throttle it tells the power as well; the thrust always."""
     autopilot: Autopilot | None = None
     moves_like: VehicleModel | None = None
     """A model whose ramps it flies, where its autopilot is its maker's own."""
@@ -124,6 +141,8 @@ def drone_sheet(drone: PublishedDrone, *, date: dt.date) -> DataSheet:
     return DataSheet(
         name=drone.name,
         mass_kg=drone.mass_kg,
+        mass_max_kg=drone.mass_max_kg,
+        ceiling_amsl_m=drone.ceiling_amsl_m,
         battery=drone.battery,
         rotors=drone.rotors,
         propeller_m=drone.propeller_m,
@@ -170,6 +189,7 @@ class _Sheet:
             self.readings.append("4 rotors: assumed, as most multicopters have")
         self.propeller_m = self._propeller_m()
         self._refuse_what_cannot_be()
+        self.thrust_max_n = self._thrust_max_n()
         self.quantities = self._quantities()
         self._doubt_what_is_remembered()
 
@@ -323,6 +343,12 @@ class _Sheet:
                 f"{self.propeller_m:.3g} m of diameter what is meant?"
             )
             raise UsageError(msg)
+        if self.sheet.mass_max_kg is not None and self.sheet.mass_max_kg < self.mass_kg:
+            msg = (
+                f"the take-off mass of {quantity.mass(self.mass_kg)} is above the highest that its maker "
+                f"allows, {quantity.mass(self.sheet.mass_max_kg)}: correct one of them"
+            )
+            raise UsageError(msg)
         if self.battery is None:
             return
         energy, whole = quantity.energy(self.battery.energy_wh), quantity.mass(self.mass_kg)
@@ -376,10 +402,6 @@ class _Sheet:
         throttle = self.parameters.get("MOT_THST_HOVER") or self.parameters.get("MPC_THR_HOVER")
         if figure is None and motor is not None and throttle:
             figure = HoverFigure(kind=HoverKind.THROTTLE, value=throttle)
-        if motor is not None and (figure is None or figure.kind is not HoverKind.THROTTLE):
-            beside = "without" if figure is None else f"beside a {figure.kind.label} without"
-            msg = f"the motor at full throttle says nothing {beside} a hover throttle: leave --motor out"
-            raise UsageError(msg)
         if figure is None:
             return None
         if figure.kind is HoverKind.THROTTLE:
@@ -398,6 +420,22 @@ class _Sheet:
                 raise UsageError(msg)
             return figure.value * off * loaded_v
         return off * timed_power_w(battery.energy_wh, figure.value)
+
+    def _thrust_max_n(self) -> float | None:
+        """Return the thrust at full throttle by what the sheet says, the least of it; none if nothing. [N]"""
+        motor, weight_n = self.sheet.motor, self.mass_kg * GRAVITY_M_S2
+        if motor is None:
+            return None
+        most_n, figure = self.rotors * motor.thrust_n, self.sheet.hover
+        if most_n <= weight_n:
+            msg = (
+                f"{self.rotors} motors of {quantity.mass(most_n / GRAVITY_M_S2)} of thrust in all do not "
+                f"lift {quantity.mass(self.mass_kg)}: correct one of them"
+            )
+            raise UsageError(msg)
+        if figure is not None and figure.kind is HoverKind.THROTTLE:
+            most_n = min(most_n, weight_n / figure.value)
+        return _rounded(most_n, 4)
 
     def _motor_hover_w(self, figure: HoverFigure, motor: MotorTable | None) -> float:
         """Return the hover power by the throttle and the motor's table: P goes by T^1.5. [W]
@@ -531,6 +569,7 @@ class _Sheet:
         if self.autopilot is Autopilot.PX4:
             drag_per_s = self._assume("drag_per_s", priors["drag_per_s"])
         idle = self._assume("ground_idle", priors["ground_idle"])
+        valid_for = self._valid_for()
         off = quantity.percent(spread.energy_fraction)
         facts = f"{self.mass_kg:g} kg on {self._rotors_text}, from its data sheet"
         return VehicleModel(
@@ -541,6 +580,8 @@ class _Sheet:
             description=sheet.description
             or f"{facts}: nobody logged a flight, energies may be off by {off}.",
             mass_kg=self.mass_kg,
+            mass_max_kg=sheet.mass_max_kg,
+            thrust_max_n=self.thrust_max_n,
             position_noise_m=noise_m,
             drag_per_s=drag_per_s,
             speed=None if like is None else like.speed,
@@ -555,7 +596,7 @@ class _Sheet:
             ),
             battery=self.battery,
             parameters=kept_parameters(self.autopilot, self.parameters) if self.parameters else (),
-            valid_for=self._valid_for(),
+            valid_for=valid_for,
             spread=spread,
             provenance=Provenance(
                 source=sheet.source or "its data sheet",
@@ -567,7 +608,10 @@ class _Sheet:
         )
 
     def _valid_for(self) -> ValidFor:
-        """Return the box in which theory is held to say something."""
+        """Return the box in which theory is held to say something, and the vehicle to lift.
+
+        Nobody flew it: what its maker allows, else what nearly all multicopters lift with control left.
+        """
         weight_n, drag_area_m2 = self.mass_kg * GRAVITY_M_S2, self.quantities["drag"]
         leaning_n = weight_n * math.tan(math.radians(_LEAN_DEG))
         leaning_m_s = math.sqrt(leaning_n / (0.5 * SEA_LEVEL_DENSITY_KG_M3 * drag_area_m2))
@@ -576,13 +620,29 @@ class _Sheet:
                 weight_n, SEA_LEVEL_DENSITY_KG_M3, disk_area_m2=self.quantities["disk"]
             )
         )
-        lightest, heaviest = (_rounded(one * self.mass_kg, 3) for one in _MASS_RANGE)
+        thrust = self.priors["thrust_ratio"]
+        lifted = NO_LEAN_THRUST * thrust.low
+        heaviest_kg, thinnest_kg_m3 = self.sheet.mass_max_kg, SEA_LEVEL_DENSITY_KG_M3 / lifted
+        if heaviest_kg is None:
+            heaviest_kg = _rounded(lifted * self.mass_kg, 3)
+            self.readings.append(
+                f"highest take-off mass not stated: {heaviest_kg:g} kg, of the {thrust}"
+            )
+        if self.sheet.ceiling_amsl_m is not None:
+            ceiling_m = self.sheet.ceiling_amsl_m
+            thinnest_kg_m3 = float(
+                air_density_kg_m3(
+                    ceiling_m,
+                    home_amsl_m=ceiling_m,
+                    home_temperature_c=standard_temperature_c(ceiling_m),
+                )
+            )
         return ValidFor(
             speed_m_s=Interval(low=0.0, high=round(min(leaning_m_s, _FASTEST_M_S), 1)),
             height_above_home_m=_HEIGHT_RANGE,
             climb_rate_m_s=Interval(low=-round(0.5 * induced_m_s, 1), high=round(induced_m_s, 1)),
-            mass_kg=Interval(low=lightest, high=heaviest),
-            air_density_kg_m3=_DENSITY_RANGE,
+            mass_kg=Interval(low=_rounded(_LIGHTEST * self.mass_kg, 3), high=heaviest_kg),
+            air_density_kg_m3=Interval(low=_rounded(thinnest_kg_m3, 3), high=_DENSEST_KG_M3),
         )
 
 

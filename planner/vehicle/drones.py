@@ -7,6 +7,7 @@ those marked as models are the library of common drones that ``make drones`` wri
 
 import datetime as dt
 import tomllib
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -22,6 +23,7 @@ FIGURES = {
     "battery": "battery",
     "propeller": "rotors and propellers",
     "hover": "figure of the hover",
+    "limits": "limits of its maker",
 }
 """What a source may be of, in words."""
 
@@ -48,6 +50,7 @@ class FigureSources(Part):
     battery: Annotated[FigureSource, Key("of charge and voltage")]
     propeller: Annotated[FigureSource | None, Key("of the rotors and their diameter")] = None
     hover: Annotated[FigureSource | None, Key("of the figure of the hover")] = None
+    limits: Annotated[FigureSource | None, Key("of what its maker allows")] = None
 
 
 class PublishedDrone(Part):
@@ -61,6 +64,14 @@ class PublishedDrone(Part):
     ]
     mass_kg: Annotated[
         float | None, Key("take-off mass with battery, without payload", "kg", POSITIVE)
+    ] = None
+    mass_max_kg: Annotated[
+        float | None,
+        Key("highest take-off mass its maker allows; unknown without it", "kg", POSITIVE),
+    ] = None
+    ceiling_amsl_m: Annotated[
+        float | None,
+        Key("height up to which its maker lets it take off with that of mass_kg", "m", POSITIVE),
     ] = None
     charge_ah: Annotated[float, Key("of all batteries together", "Ah", POSITIVE)]
     voltage_v: Annotated[float, Key("energy over charge", "V", POSITIVE)]
@@ -76,6 +87,9 @@ class PublishedDrone(Part):
         for name, key in (("mass", "mass_kg"), ("propeller", "propeller_m"), ("hover", "hover")):
             if (getattr(self, key) is None) is not (getattr(self.sources, name) is None):
                 yield key, f"and sources.{name} belong together: give both or neither"
+        limits = (self.mass_max_kg, self.ceiling_amsl_m)
+        if any(one is not None for one in limits) is not (self.sources.limits is not None):
+            yield "mass_max_kg", "or ceiling_amsl_m, and sources.limits, belong together"
 
     @property
     def battery(self) -> Battery:
@@ -105,8 +119,15 @@ class PublishedDrone(Part):
             "battery": f"{self.charge_ah} Ah at {self.voltage_v} V",
             "propeller": f"{self.rotors} of {self.propeller_m} m",
             "hover": self.hover,
+            "limits": ", ".join(self._limits()),
         }
         return tuple(f"{FIGURES[name]} {shown[name]}: {source}" for name, source in self._sources())
+
+    def _limits(self) -> Iterator[str]:
+        if self.mass_max_kg is not None:
+            yield f"take-off mass {self.mass_max_kg} kg at most"
+        if self.ceiling_amsl_m is not None:
+            yield f"take-off up to {self.ceiling_amsl_m:g} m"
 
     def _sources(self) -> list[tuple[str, FigureSource]]:
         found = ((name, getattr(self.sources, name)) for name in FIGURES)

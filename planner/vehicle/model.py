@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.physics.response import MAX_ORDER, StepResponse, TransferFunction
+from planner.units import GRAVITY_M_S2
 from planner.values import brief
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import (
@@ -59,6 +60,9 @@ coefficients of the law, and the battery."""
 TABLE = Key("")
 """Of a table that the text of its class describes."""
 
+NO_LEAN_THRUST = 0.8
+"""Fraction of the thrust from which on a hover leaves ArduPilot no lean: its
+AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX. [-]"""
 _STEADY_GAIN_TOLERANCE = 0.05
 """How far the steady value of a motion model may be from its command. [-]"""
 _UNDAMPED_TOLERANCE = 1e-9
@@ -370,6 +374,11 @@ class Basis(StrEnum):
         """Whether flights of the vehicle are in it."""
         return self not in {Basis.DATA_SHEET, Basis.THEORY}
 
+    @property
+    def is_sheet(self) -> bool:
+        """Whether masses and air it is held to lift are those of a data sheet, not of flights."""
+        return not self.is_flown or self is Basis.REFINED
+
 
 class Provenance(Part):
     """Where the numbers come from."""
@@ -425,6 +434,17 @@ class VehicleModel(Part):
     description: Annotated[str, Key("one or two sentences for a pilot")]
     mass_kg: Annotated[
         float | None, Key("take-off mass with battery, without payload", "kg", POSITIVE)
+    ] = None
+    mass_max_kg: Annotated[
+        float | None, Key("highest take-off mass its maker allows, payload in it", "kg", POSITIVE)
+    ] = None
+    thrust_max_n: Annotated[
+        float | None,
+        Key(
+            "thrust of all rotors at full throttle, with a full battery, in air of 1.225 kg/m³",
+            "N",
+            POSITIVE,
+        ),
     ] = None
     airspeed_limit_m_s: Annotated[
         float | None,
@@ -517,6 +537,7 @@ class VehicleModel(Part):
         elif isinstance(self.reference, Autopilot):
             yield from _autopilot_problems(self)
         yield from _power_problems(self)
+        yield from _lift_problems(self)
 
     @property
     def default_speed_m_s(self) -> float | None:
@@ -557,6 +578,20 @@ class VehicleModel(Part):
     def knows_air_density(self) -> bool:
         """Whether the power depends on the density of the air."""
         return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MomentumLaw)
+
+
+def _lift_problems(model: VehicleModel) -> Problems:
+    """Yield a take-off mass that the same file says does not fly."""
+    own_kg = model.mass_kg
+    if not isinstance(own_kg, float):
+        return
+    if isinstance(model.mass_max_kg, float) and model.mass_max_kg < own_kg:
+        yield "mass_max_kg", f"must not be below mass_kg, {own_kg:g}, got {model.mass_max_kg:g}"
+    if isinstance(model.thrust_max_n, float) and model.thrust_max_n <= own_kg * GRAVITY_M_S2:
+        yield (
+            "thrust_max_n",
+            f"must be above {own_kg * GRAVITY_M_S2:.3g}, the weight of mass_kg, got {model.thrust_max_n:g}",
+        )
 
 
 def _step_problems(model: VehicleModel) -> Problems:

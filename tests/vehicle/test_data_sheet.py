@@ -274,11 +274,8 @@ def test_parameters_give_autopilot_battery_speed_and_throttle() -> None:
         ({"hover": read_hover("2000A")}, "more than half of the battery's voltage"),
         ({"battery": read_battery("5.2Ah@12.6V")}, "that of 3 full cells.*as 3S5200"),
         ({"battery": read_battery("5.2Ah@25.2V")}, "6 full cells or of 7 lithium-ion cells"),
-        ({"motor": read_motor("1250g@310W")}, "says nothing without a hover throttle"),
-        (
-            {"hover": read_hover("18A"), "motor": read_motor("1250g@310W")},
-            "says nothing beside a hover current without a hover throttle",
-        ),
+        ({"motor": read_motor("390g@60W")}, r"4 motors of 1\.56 kg of thrust in all do not lift"),
+        ({"mass_max_kg": 1.5}, "above the highest that its maker allows"),
         ({"hover": read_hover("2600W")}, "times the"),
         ({"hover": read_hover("38%")}, "needs the motor"),
         ({"hover": read_hover("38%"), "motor": read_motor("4500g@900W")}, "correct one of them"),
@@ -310,6 +307,43 @@ def test_a_throttle_is_of_the_thrust_or_of_the_signal() -> None:
     for text in ("20%", "75%"):  # 1 kg at most, 3.1 kg at least
         with pytest.raises(UsageError, match=r"the vehicle weighs 1\.60 kg"):
             _vehicle(hover=read_hover(text), motor=motor)
+
+
+@pytest.mark.parametrize(
+    ("given", "most_kg"),
+    [
+        ({"motor": "1250g@310W"}, 5.0),  # four of them
+        ({"motor": "1250g@310W", "hover": "18A"}, 5.0),
+        (
+            {"motor": "1250g@310W", "hover": "40%"},
+            4.0,
+        ),  # 1.6 kg are 40 % of it, less than the motors'
+        ({"motor": "1250g@310W", "hover": "28%"}, 5.0),  # of 5.7 kg: the motors have less
+        ({"hover": "18A"}, None),
+    ],
+)
+def test_the_thrust_of_the_motors_is_kept(given: dict[str, str], most_kg: float | None) -> None:
+    read = {"motor": read_motor, "hover": read_hover}
+    vehicle = _vehicle(**{name: read[name](text) for name, text in given.items()})
+    if most_kg is None:
+        assert vehicle.thrust_max_n is None
+    else:
+        assert vehicle.thrust_max_n == pytest.approx(most_kg * 9.80665, rel=1e-3)  # four digits
+
+
+def test_a_vehicle_is_held_to_lift_what_its_maker_says_or_what_nearly_all_do() -> None:
+    # 1 / 0.6 of the thrust at take-off, of which 0.8 leaves the lean that ArduPilot needs: 1.33 times
+    unknown = _vehicle().valid_for
+    assert unknown.mass_kg is not None
+    assert unknown.mass_kg.high == pytest.approx(1.6 * 0.8 / 0.6, rel=5e-3)
+    assert unknown.air_density_kg_m3 is not None
+    assert unknown.air_density_kg_m3.low == pytest.approx(1.225 * 0.6 / 0.8, rel=5e-3)
+    # 0.819 kg/m³ at 4000 m by the standard atmosphere's table
+    stated = _vehicle(mass_max_kg=2.5, ceiling_amsl_m=4000.0).valid_for
+    assert stated.mass_kg is not None
+    assert stated.mass_kg.high == 2.5
+    assert stated.air_density_kg_m3 is not None
+    assert stated.air_density_kg_m3.low == pytest.approx(0.819, abs=5e-4)
 
 
 def test_cells_that_parameters_contradict_are_refused() -> None:

@@ -1,0 +1,216 @@
+"""Rules on the thrust: whether the vehicle has what it takes to hover."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.rules.arming import numbers
+from planner.rules.declaration import EXTREMES, Need, NotEvaluated, judges
+from planner.units import GRAVITY_M_S2
+from planner.values import Value
+from planner.vehicle.model import NO_LEAN_THRUST
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import OriginKind, parameter_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from planner.findings import Finding
+    from planner.flight.prediction import Extremes
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+_MOST_HOVER_THRUST = 0.7
+"""Fraction of the thrust above which a hover leaves too little for control. [-]"""
+_SINKING_THRUST = math.cos(math.radians(30.0))
+"""Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
+defaults, sinks. [-]"""
+_LEAST_SPIN_MAX, _USUAL_SPIN_MAX = 0.9, 0.95
+"""MOT_SPIN_MAX: the least of its documented values, and its default. [-]"""
+_SAME_NUMBER = 1e-6
+"""Numbers this near are one: files write them in single precision. [-]"""
+
+HOVER_THROTTLE_HIGH = Rule(
+    "E116 hover-throttle-high",
+    Severity.WARNING,
+    summary="The vehicle needs most of its thrust to hover.",
+    why="A vehicle that hovers at three quarters of its throttle has little left to climb or to stay "
+    "upright with, less still as the battery sags: 77 % at the take-off nearly lost one (ArduPilot "
+    "#5244).  From 80 % on ArduPilot leaves it no lean angle but its least "
+    "(AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX); from 87 % on, 1/cos 30° below all, it sinks where "
+    "it leans by 30°.",
+    how="MOT_THST_HOVER, or MPC_THR_HOVER over MPC_THR_MAX, where the parameter file or the model gives it, "
+    "times the mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
+    "over the air at the highest point of the flight, if that is thinner; late in the flight also "
+    "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of "
+    "a return, where the battery's curve is known.  Or, where it is more, the weight with payload over "
+    "thrust_max_n of the model, in the air at the highest point.  With neither it is not checked.  A "
+    "warning above 0.7; an error from 0.8 on with a full battery, from 0.87 on late in the flight.  The "
+    "autopilot's own default (0.35, 0.5), which a file saved whole has of a vehicle nobody hovered, says "
+    "nothing of how the thrust falls with the voltage; "
+    "with a lower MPC_THR_MAX it is not checked (X904).  Nor with a MOT_SPIN_MAX below 0.9, the least "
+    "of its documented values, where the thrust that it leaves of that with 0.95 does not cover the hover: "
+    "nobody knows which of the two the hover was measured with; not above MOT_SPIN_MIN is an error.",
+    fix="carry less, fly lower or shorter, or use a battery that sags less",
+    instead="--payload, or the parameters of --params",
+)
+
+
+class _HoverThrust(Value):
+    """What a hover takes of the thrust, with the load and in the thinnest air of the flight."""
+
+    fraction: float
+    """With a full battery. [-]"""
+    is_measured: bool
+    """Whether it says how the thrust falls with the voltage: a default does not."""
+
+
+def _hover_thrust(a: Assessment) -> _HoverThrust | None:
+    """Return what a hover takes of the thrust; ``None`` where nothing tells it, or the default alone."""
+    parameters, most_n, mass_kg = a.own_parameters, a.vehicle.thrust_max_n, a.flight.power.mass_kg
+    fractions = [] if parameters is None else [*_by_throttle(a, parameters)]
+    if most_n is not None and mass_kg is not None:
+        thinnest_kg_m3 = float(a.flight.power.air_density_kg_m3(float(a.reach.height_m.max())))
+        thinner = max(SEA_LEVEL_DENSITY_KG_M3 / thinnest_kg_m3, 1.0)
+        fraction = mass_kg * GRAVITY_M_S2 / most_n * thinner
+        fractions.append(_HoverThrust(fraction=fraction, is_measured=True))
+    return max(fractions, key=lambda one: one.fraction, default=None)
+
+
+def _by_throttle(a: Assessment, parameters: FlightParameters) -> Iterator[_HoverThrust]:
+    """Yield what a hover takes by the throttle in the parameters, if anything says that one."""
+    origin = parameters.origins.get("hover_throttle")
+    if origin is None or origin.kind is OriginKind.DEFAULT:
+        return  # the default is of no vehicle in particular
+    untouched = parameter_table(type(parameters))["hover_throttle"].default_si
+    is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
+    fraction = parameters.hover_throttle / max(_most_throttle(a, parameters), 1e-9)
+    fraction *= _times_heavier(a) * _times_thinner(a)
+    yield _HoverThrust(fraction=fraction, is_measured=is_measured)
+
+
+def _most_throttle(a: Assessment, parameters: FlightParameters) -> float:
+    return numbers(a).get("MPC_THR_MAX", 1.0) if isinstance(parameters, Px4Parameters) else 1.0
+
+
+def _measured_thrust(a: Assessment) -> _HoverThrust | None:
+    thrust = _hover_thrust(a)
+    return thrust if thrust is not None and thrust.is_measured else None
+
+
+_THRUST: Need[_HoverThrust] = Need(
+    "the vehicle's thrust: thrust_max_n in the model, or its measured hover throttle by --params",
+    _measured_thrust,
+)
+
+
+@judges(HOVER_THROTTLE_HIGH, needs=(_THRUST,))
+def _thrust_is_known(_a: Assessment, _thrust: _HoverThrust) -> Iterator[Finding]:
+    return iter(())  # what follows from it is found below; that it is missing stands in the ledger
+
+
+@judges(HOVER_THROTTLE_HIGH, needs=(EXTREMES,))
+def _hover_throttle_high(a: Assessment, _extremes: Extremes) -> Iterator[Finding | NotEvaluated]:
+    parameters, thrust = a.own_parameters, _hover_thrust(a)
+    if parameters is not None:
+        spins = 1.0 if isinstance(parameters, Px4Parameters) else _thrust_left(numbers(a))
+        if spins < 1.0 and parameters.hover_throttle >= _SINKING_THRUST * spins:
+            yield _spins_slowly(a, parameters.hover_throttle, spins)
+            return
+    if thrust is None:
+        return
+    full = thrust.fraction
+    if parameters is not None and not thrust.is_measured and full > _MOST_HOVER_THRUST:
+        most = _most_throttle(a, parameters)
+        if most < 1.0:
+            yield NotEvaluated(
+                rule=HOVER_THROTTLE_HIGH,
+                needs="the throttle this vehicle hovers at; MPC_THR_HOVER is PX4's default",
+                asked_by=f"MPC_THR_MAX of {most:g}",
+            )
+            return
+    late, lowest = full, None
+    voltage = "with a full battery"
+    if (
+        thrust.is_measured
+        and a.discharge is not None
+        and a.pack is not None
+        and a.pack.ocv_v is not None
+    ):
+        segment = int(np.argmin(a.discharge.voltage_v))
+        lowest, voltage_v = a.item_of(segment), float(a.discharge.voltage_v[segment])
+        back, sample = a.return_discharge, a.returns.sample
+        if back is not None and sample is not None and back.end_voltage_v.min() < voltage_v:
+            point = int(np.argmin(back.end_voltage_v))
+            voltage_v = float(back.end_voltage_v[point])
+            lowest = a.item_of(sample.points.segment[point])
+        late = full * (a.pack.ocv_v[-1] / voltage_v) ** 2
+        voltage = f"at {quantity.decimals(voltage_v, 1)} V, {quantity.percent(full)} when full"
+    if max(full, late) > _MOST_HOVER_THRUST:
+        cannot = full >= NO_LEAN_THRUST or late >= _SINKING_THRUST
+        yield a.finding(
+            HOVER_THROTTLE_HIGH,
+            f"hovering takes {quantity.percent(late)} of the thrust {voltage}"
+            + (": it cannot hold its height and place" if cannot else ""),
+            severity=Severity.ERROR if cannot else None,
+            item=lowest,
+        )
+
+
+def _thrust_left(values: Mapping[str, float]) -> float:
+    """Return the greatest thrust with MOT_SPIN_MAX over that with its default. [-]
+
+    Notes
+    -----
+    ``AP_MotorsMulticopter::thrust_to_actuator``: of the range above MOT_SPIN_MIN a share u gives the thrust
+    (1 − MOT_THST_EXPO) u + MOT_THST_EXPO u².
+    """
+    idle = values.get("MOT_SPIN_MIN", 0.15)
+    expo = min(max(values.get("MOT_THST_EXPO", 0.65), -1.0), 1.0)
+    spins = values.get("MOT_SPIN_MAX", _USUAL_SPIN_MAX)
+    if spins >= _LEAST_SPIN_MAX:
+        return 1.0
+    if spins <= idle:
+        return 0.0
+    share = (spins - idle) / (_USUAL_SPIN_MAX - idle)
+    return (1.0 - expo) * share + expo * share**2
+
+
+def _spins_slowly(a: Assessment, hover: float, left: float) -> Finding | NotEvaluated:
+    """Return that the motors may never lift the vehicle."""
+    spins = f"MOT_SPIN_MAX of {numbers(a)['MOT_SPIN_MAX']:g}"
+    if left <= 0.0:
+        return a.finding(
+            HOVER_THROTTLE_HIGH,
+            f"{spins} is not above MOT_SPIN_MIN: full throttle spins the motors no faster than idle, the "
+            "vehicle does not take off",
+            severity=Severity.ERROR,
+        )
+    return NotEvaluated(
+        rule=HOVER_THROTTLE_HIGH,
+        asked_by=f"{spins} (leaves {quantity.percent(left)} of the thrust, a hover takes "
+        f"{quantity.percent(hover)})",
+        needs=f"MOT_SPIN_MAX of {_LEAST_SPIN_MAX:g} or more, or a MOT_THST_HOVER learnt with it that leaves "
+        "more thrust",
+    )
+
+
+def _times_heavier(a: Assessment) -> float:
+    """Return the mass that flies over that of the model. [-]"""
+    if not a.vehicle.mass_kg or not a.flight.power.mass_kg:
+        return 1.0
+    return a.flight.power.mass_kg / a.vehicle.mass_kg
+
+
+def _times_thinner(a: Assessment) -> float:
+    """Return the air the hover throttle may be known in over the thinnest of the flight, 1 at least. [-]"""
+    limit = a.vehicle.valid_for.air_density_kg_m3
+    known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
+    thinnest = a.flight.power.air_density_kg_m3(float(a.reach.height_m.max()))
+    return max(known_kg_m3 / float(thinnest), 1.0)
