@@ -26,11 +26,14 @@ from planner.identify.refinement import widened_box
 from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread, squared_time_errors
 from planner.identify.uncertainty import rounded
+from planner.physics.rotor import Rotor
 from planner.presented import Shown
-from planner.values import Value, field, replace
+from planner.values import Value, field, field_values, replace
 from planner.vehicle.declared import Interval
+from planner.vehicle.law_factors import LawSpread, energy_fractions
 from planner.vehicle.model import (
     Basis,
+    ModelSpread,
     Provenance,
     Responses,
     Speed,
@@ -38,6 +41,7 @@ from planner.vehicle.model import (
     ValidFor,
     VehicleModel,
 )
+from planner.vehicle.repeatability import DAY_FRACTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -54,7 +58,7 @@ if TYPE_CHECKING:
     from planner.identify.segments import MeasuredPower, StateOutcome
     from planner.identify.uncertainty import Estimate
     from planner.logs.record import FlightRecord
-    from planner.vehicle.model import ManoeuvreResponse, ModelSpread, Ramps
+    from planner.vehicle.model import ManoeuvreResponse, Ramps
 
 
 class Evidence(Value, eq=False):
@@ -398,7 +402,7 @@ def assemble_model(
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
         spread = ramp_spread(records, settings)
-    model = replace(model, spread=spread)
+    model = replace(model, spread=_with_law(spread, model, parts.power.steady_map))
     if parts.narrowed is not None and base is not None:
         findings += parts.narrowed.findings
         model = _narrowed(model, base, parts.narrowed, settings)
@@ -418,7 +422,41 @@ def assemble_model(
     )
 
 
-_OF_POWER = ("energy_fraction", "energy_state_fraction", "law_fraction", "n_flights", "source")
+def _with_law(
+    spread: ModelSpread | None, model: VehicleModel, steady_map: SteadyMap | None
+) -> ModelSpread | None:
+    """Return the spread with how far the factors of the law may be off, which further flights narrow.
+
+    Of flights that were not compared with others, that and the days are all that is known.
+    """
+    if steady_map is None or model.mass_kg is None:
+        return spread
+    rotor = Rotor(**field_values(steady_map.law))
+    law = LawSpread.of_fit(rotor, steady_map.log_covariance)
+    if spread is None or spread.energy_fraction is None:
+        avionics_w = 0.0 if model.loads is None else model.loads.avionics_w
+        energy = energy_fractions(rotor, law, mass_kg=model.mass_kg, avionics_w=avionics_w)
+        if spread is None:
+            source = (
+                "compared with no other flight: what the fit leaves open, and what days differ by"
+            )
+            spread = ModelSpread(n_flights=1, source=source, energy_fraction=0.0)
+        spread = replace(
+            spread,
+            energy_fraction=round(math.hypot(energy.shared, DAY_FRACTION), 4),
+            energy_state_fraction=energy.of_states(),
+        )
+    return replace(spread, law_fraction=law.law_fraction, law_correlation=law.law_correlation)
+
+
+_OF_POWER = (
+    "energy_fraction",
+    "energy_state_fraction",
+    "law_fraction",
+    "law_correlation",
+    "n_flights",
+    "source",
+)
 
 
 def _narrowed(

@@ -335,6 +335,8 @@ class SteadyMap(Value, eq=False):
     """Number of different airspeeds and climb rates."""
     beyond_kg: Mapping[str, float]
     """Mass of each flight beyond the one given, by source, where it was fitted. [kg]"""
+    log_covariance: FloatArray
+    """Of the logarithms of the six numbers, in the order of `Rotor`. (6, 6) [-]"""
 
     def residuals_w(self, flights: Sequence[MeasuredPower]) -> FloatArray:
         """Return predicted less measured power of steady flights, (n,) [W]."""
@@ -394,7 +396,8 @@ def fit_steady_map(
         (data.fit(first.x, scatter=scatter, ring=r) for r in with_ring), key=lambda f: f.cost
     )
     size_of_law = len(_FITTED)
-    deviations = np.sqrt(np.diagonal(np.linalg.inv(found.information)))[:size_of_law].tolist()
+    covariance = np.asarray(np.linalg.inv(found.information)[:size_of_law, :size_of_law])
+    deviations = np.sqrt(np.diagonal(covariance)).tolist()
     values = np.exp(found.x[:size_of_law]).tolist()
     numbers = {name: rounded(v) for name, v in zip(_FITTED, values, strict=True)}
     law = MomentumLaw(**numbers, vortex_ring_factor=found.ring)
@@ -414,6 +417,7 @@ def fit_steady_map(
             source: mass_deviation_kg * float(x)
             for source, x in zip(sources, found.x[size_of_law:], strict=True)
         },
+        log_covariance=covariance,
     )
 
 

@@ -39,6 +39,7 @@ from planner.vehicle.declared import Interval
 from planner.vehicle.law_factors import (
     THEORY_FRACTION,
     EnergyFractions,
+    LawSpread,
     energy_fractions,
     is_narrowable,
     moved_rotor,
@@ -181,8 +182,8 @@ def refine_vehicle(
     """
     if not is_narrowable(vehicle):
         msg = (
-            f"{vehicle.name} does not say how uncertain its power is: refine models of mavjoule vehicle new, "
-            "identify others from logs"
+            f"{vehicle.name} does not say how uncertain its power is: refine models by momentum theory, of "
+            "mavjoule vehicle new or identify"
         )
         raise UsageError(msg)
     if stranger := next((r for r in records if r.autopilot not in {None, vehicle.reference}), None):
@@ -280,14 +281,16 @@ def narrowed_power(
                 spread.energy_fraction or math.inf,
             ),
             energy_state_fraction=tuple(
-                (state, min(fraction, of_states.get(state, math.inf)))
+                (state, min(fraction, of_states[state]))
                 for state, fraction in energy.of_states(update.birge_ratio * THEORY_FRACTION)
+                if state in of_states
             ),
             law_fraction=tuple(
                 (
                     dict(spread.law_fraction) | {n: float(f"{after:.3g}") for n, after in narrowed}
                 ).items()
             ),
+            law_correlation=update.law.law_correlation,
             n_flights=spread.n_flights + len({one.source for one in fresh}),
             source=f"{flights}, and what was assumed before them",
         ),
@@ -449,8 +452,9 @@ class PowerUpdate:
         self.rotor = Rotor(**field_values(law))
         self.mass_kg = vehicle.mass_kg or 0.0
         self.avionics_w = 0.0 if vehicle.loads is None else vehicle.loads.avionics_w
-        known = {name: of for name, of in spread.law_fraction if name != _RESISTANCE}
-        self.names, self.prior = tuple(known), np.array(list(known.values()))
+        self.known = LawSpread.of_model(spread)
+        self.names, self.prior = self.known.names, self.known.deviations
+        self.whitened = np.linalg.inv(np.linalg.cholesky(self.known.covariance))
         self.steady = steady
         self.cells, self.flights = _cells(steady)
         self.measured = np.log([one.power_w for one in steady])
@@ -460,7 +464,10 @@ class PowerUpdate:
         self.sigma = np.sqrt(noise + THEORY_FRACTION**2)
         _, first = np.unique(self.cells, return_index=True)
         self.flight_of = self.flights[first]
-        self.day_fraction, self.birge_ratio = DAY_FRACTION, 1.0
+        before = self._energy(self.rotor, self.known)
+        apart = (spread.energy_fraction or 0.0) ** 2 - before.shared**2
+        self.known_day_fraction = math.sqrt(max(apart, DAY_FRACTION**2))
+        self.day_fraction, self.birge_ratio = self.known_day_fraction, 1.0
         self.narrowed, self.covariance = self._most_likely()
 
     def moved(self, factors: FloatArray) -> Rotor:
@@ -484,7 +491,7 @@ class PowerUpdate:
         off = self.measured - self._log_powers(factors)
         of_cells = np.bincount(self.cells, off) / self.counts - of_flights[self.flight_of]
         return np.concatenate(
-            (of_cells / self.sigma, factors / self.prior, of_flights / self.day_fraction)
+            (of_cells / self.sigma, self.whitened @ factors, of_flights / self.day_fraction)
         )
 
     def _most_likely(self) -> tuple[FloatArray, FloatArray]:
@@ -499,8 +506,8 @@ class PowerUpdate:
             # what all flights are off by is the vehicle's: only what sets them apart is the days'
             apart = np.eye(flights) - 1.0 / flights
             second = np.outer(unknown[count:], unknown[count:]) + covariance[count:, count:]
-            mean = (DAY_FRACTION**2 + float(np.sum(apart * second))) / flights
-            self.day_fraction = max(math.sqrt(mean), DAY_FRACTION)
+            mean = (self.known_day_fraction**2 + float(np.sum(apart * second))) / flights
+            self.day_fraction = max(math.sqrt(mean), self.known_day_fraction)
         covariance = covariance[:count, :count]
         self.birge_ratio = max(math.sqrt(2.0 * float(found.cost) / self.counts.size), 1.0)
         wider = np.minimum(self.birge_ratio, self.prior / np.sqrt(np.diag(covariance)))
@@ -529,15 +536,17 @@ class PowerUpdate:
         )
 
     @property
+    def law(self) -> LawSpread:
+        """How far the factors may still be off."""
+        return LawSpread(names=self.names, covariance=self.covariance)
+
+    @property
     def energy(self) -> EnergyFractions:
         """How far the power may still be off."""
-        return energy_fractions(
-            self.moved(self.narrowed),
-            self.names,
-            self.covariance,
-            mass_kg=self.mass_kg,
-            avionics_w=self.avionics_w,
-        )
+        return self._energy(self.moved(self.narrowed), self.law)
+
+    def _energy(self, rotor: Rotor, law: LawSpread) -> EnergyFractions:
+        return energy_fractions(rotor, law, mass_kg=self.mass_kg, avionics_w=self.avionics_w)
 
 
 def _cells(steady: Sequence[MeasuredPower]) -> tuple[IntArray, IntArray]:

@@ -26,7 +26,7 @@ from planner.values import Value, field, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import Interval
 from planner.vehicle.figures import HoverFigure, HoverKind
-from planner.vehicle.law_factors import energy_fractions
+from planner.vehicle.law_factors import LawSpread, energy_fractions
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import (
     NO_LEAN_THRUST,
@@ -536,8 +536,7 @@ class _Sheet:
         known = {name: round(one, 4) for name, one in known.items() if one}
         energy = energy_fractions(
             self._rotor(self.quantities),
-            tuple(known),
-            np.diag(np.square(list(known.values()))),
+            LawSpread(names=tuple(known), covariance=np.diag(np.square(list(known.values())))),
             mass_kg=self.mass_kg,
             avionics_w=self.quantities["avionics"],
         )

@@ -20,11 +20,11 @@ from planner.values import Value
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from planner.arrays import FloatArray
     from planner.physics.rotor import Rotor
-    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.model import ModelSpread, VehicleModel
 
 THEORY_FRACTION = 0.03
 """How far momentum theory is from the mean power of one steady flight, relative: between 1 and 3 % in
@@ -69,6 +69,74 @@ def moved_rotor(rotor: Rotor, logarithms: Mapping[str, float]) -> Rotor:
     )
 
 
+class LawSpread(Value, eq=False):
+    """How far the factors of a law may be off."""
+
+    names: tuple[str, ...]
+    covariance: FloatArray
+    """Of their logarithms. [-]"""
+
+    @classmethod
+    def of_model(cls, spread: ModelSpread) -> LawSpread:
+        """Return what the spread of a model says of its law."""
+        known = {name: of for name, of in spread.law_fraction if name in MOVED}
+        deviations = np.array(list(known.values()))
+        correlation = np.eye(len(known))
+        if spread.law_correlation:
+            rows, columns = np.tril_indices(len(known), -1)
+            correlation[rows, columns] = correlation[columns, rows] = spread.law_correlation
+        return cls(names=tuple(known), covariance=correlation * np.outer(deviations, deviations))
+
+    @classmethod
+    def of_fit(cls, rotor: Rotor, log_covariance: FloatArray) -> LawSpread:
+        """Return that of a law whose numbers were fitted, by the covariance of their logarithms."""
+        numbers = rotor._fields[: len(log_covariance)]
+        of = np.eye(len(numbers))
+        row = {name: of[numbers.index(name)] for name in numbers}
+        share = rotor.profile_factor / (rotor.induced_factor + rotor.profile_factor)
+        induced, profile, disk = (
+            row[name] for name in ("induced_factor", "profile_factor", "disk_area_m2")
+        )
+        # the inverse of what `moved_rotor` does
+        told = {
+            "hover": (1.0 - share) * induced + share * profile - 0.5 * disk,
+            "profile_ratio": profile - induced,
+        }
+        slopes = np.array([told.get(name, row.get(name)) for name in MOVED])
+        return cls(names=MOVED, covariance=slopes @ log_covariance @ slopes.T)
+
+    @property
+    def deviations(self) -> FloatArray:
+        """Standard deviation of each logarithm. [-]"""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def law_fraction(self) -> tuple[tuple[str, float], ...]:
+        """What a model file holds of it."""
+        rounded = (float(f"{one:.3g}") for one in self.deviations.tolist())
+        return tuple(zip(self.names, rounded, strict=True))
+
+    @property
+    def law_correlation(self) -> tuple[float, ...]:
+        """What a model file holds of it besides; nothing where nothing is correlated."""
+        correlation = self.covariance / np.outer(self.deviations, self.deviations)
+        found = correlation[np.tril_indices(len(self.names), -1)].tolist()
+        return (
+            tuple(round(one, 5) for one in found) if any(abs(one) > 1e-3 for one in found) else ()
+        )
+
+
+MOVED = (
+    "hover",
+    "profile_ratio",
+    "profile_speed_factor",
+    "axial_factor",
+    "drag_area_m2",
+    "disk_area_m2",
+)
+"""Factors of a law that `moved_rotor` knows."""
+
+
 class EnergyFractions(Value):
     """How far the power by a law may be off, as standard deviations."""
 
@@ -86,9 +154,9 @@ class EnergyFractions(Value):
 
 
 def energy_fractions(
-    rotor: Rotor, names: Sequence[str], covariance: FloatArray, *, mass_kg: float, avionics_w: float
+    rotor: Rotor, law: LawSpread, *, mass_kg: float, avionics_w: float
 ) -> EnergyFractions:
-    """Return how far the power by a law may be off, by the covariance of the logarithms of its factors.
+    """Return how far the power by a law may be off, by how far its factors are.
 
     Of flights at several speeds it is the root mean square.
     """
@@ -98,18 +166,18 @@ def energy_fractions(
         power = momentum_power_w(
             speed_m_s,
             climb_m_s,
-            moved_rotor(rotor, dict(zip(names, logarithms.tolist(), strict=True))),
+            moved_rotor(rotor, dict(zip(law.names, logarithms.tolist(), strict=True))),
             mass_kg=mass_kg,
             air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
         )
         return np.log(power + avionics_w)
 
-    steps = _STEP * np.eye(len(names))
+    steps = _STEP * np.eye(len(law.names))
     slopes = np.stack([log_powers(one) - log_powers(-one) for one in steps], axis=-1) / (2 * _STEP)
     beside = slopes - slopes[0]
-    variances = iter(np.einsum("ij,jk,ik->i", beside, covariance, beside).tolist())
+    variances = iter(np.einsum("ij,jk,ik->i", beside, law.covariance, beside).tolist())
     return EnergyFractions(
-        shared=float(np.sqrt(slopes[0] @ covariance @ slopes[0])),
+        shared=float(np.sqrt(slopes[0] @ law.covariance @ slopes[0])),
         beside={
             name: math.sqrt(sum(islice(variances, len(flights))) / len(flights))
             for name, flights in STEADY_FLIGHTS.items()

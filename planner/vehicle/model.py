@@ -345,6 +345,14 @@ class ModelSpread(Part):
             choices=tuple(LAW_FACTORS),
         ),
     ] = ()
+    law_correlation: Annotated[
+        tuple[float, ...],
+        Key(
+            "correlation of each of law_fraction but the battery's with each before it, in its order; "
+            "none where not given",
+            range=Range(-1.0, 1.0),
+        ),
+    ] = ()
 
     def inconsistencies(self) -> Problems:
         """Yield the problem of a spread of nothing, and of legs without flights."""
@@ -354,6 +362,22 @@ class ModelSpread(Part):
         for name in ("leg_time_s", "landing_time_s"):
             if self.time_fraction is None and getattr(self, name) is not None:
                 yield name, "has no meaning without time_fraction"
+        of_law = sum(name != "internal_resistance_ohm" for name, _ in self.law_fraction)
+        pairs = of_law * (of_law - 1) // 2
+        if self.law_correlation and len(self.law_correlation) != pairs:
+            problem = f"must hold {pairs} numbers, of each pair of {of_law}"
+            yield "law_correlation", f"{problem}, got {len(self.law_correlation)}"
+        elif self.law_correlation and not _can_be(self.law_correlation, of_law):
+            yield "law_correlation", "contradicts itself: no numbers are correlated so"
+
+
+def _can_be(correlation: tuple[float, ...], size: int) -> bool:
+    """Return whether numbers can be correlated so: the matrix of which these lie beneath the diagonal."""
+    import numpy as np
+
+    matrix = np.eye(size)
+    matrix[np.tril_indices(size, -1)] = correlation
+    return bool(np.linalg.eigvalsh(matrix)[0] > 0.0)  # of the lower half
 
 
 class Basis(StrEnum):

@@ -270,6 +270,23 @@ def test_flights_of_another_vehicle_are_refused(off: float, *, is_refused: bool)
         assert [one.code for one in findings] == ["I110"]
 
 
+def test_two_flights_tell_the_same_one_after_the_other() -> None:
+    vehicle = _sheet()
+    first = _flown(vehicle, _ORDINARY[:3], error=0.01)
+    second = [replace(one, source="two#1") for one in _flown(vehicle, _ORDINARY[3:], error=0.01)]
+    together = narrowed_power(vehicle, [], [], [*first, *second])
+    after_one = narrowed_power(vehicle, [], [], first)
+    between = replace(vehicle, cruise=after_one.law, spread=after_one.spread)
+    after_both = narrowed_power(between, [], [], second)
+    for name in ("induced_factor", "profile_factor", "axial_factor", "drag_area_m2"):
+        told = getattr(after_both.law, name)
+        # the law is not linear in the logarithms: a fifth of what one flight leaves uncertain of the drag
+        assert told == pytest.approx(getattr(together.law, name), rel=0.06), name
+    assert after_both.spread.energy_fraction == pytest.approx(
+        together.spread.energy_fraction, rel=0.1
+    )
+
+
 def test_a_log_with_old_names_beside_new_ones_gives_one_of_each() -> None:
     [record] = records_of(copter_log())
     both = replace(record, parameters={"WPNAV_SPEED": 500.0, "WP_SPD": 6.0})

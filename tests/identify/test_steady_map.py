@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 from made_record import make_record
@@ -11,7 +14,9 @@ from planner.identify.power import identify_power
 from planner.identify.power_laws import fit_steady_map
 from planner.identify.segments import MeasuredPower, record_air_density_kg_m3, steady_flight
 from planner.physics.rotor import Rotor, momentum_power_w
-from planner.values import replace
+from planner.values import field_values, replace
+from planner.vehicle.law_factors import LawSpread, energy_fractions, moved_rotor
+from planner.vehicle.model import ModelSpread
 from planner.vehicle.power import AltitudeLaw, CruisePower, MomentumLaw
 
 LAW = Rotor(
@@ -181,3 +186,54 @@ def test_a_record_without_power_holds_no_steady_flight() -> None:
     density = record_air_density_kg_m3(record)
     assert density[0] == pytest.approx(1.2191, abs=1e-3)  # standard air at 50 m
     assert steady_flight(record, air_density_kg_m3=density) == ()
+
+
+def test_factors_of_a_fit_are_those_that_move_its_rotor() -> None:
+    # a step of each number of the fit, as factors, moves the rotor to where the step leads
+    rotor = LAW
+    names = rotor._fields[:6]
+    for row, name in enumerate(names):
+        step = np.zeros((6, 6))
+        step[row, row] = 1e-8  # a standard deviation of 1e-4
+        found = LawSpread.of_fit(rotor, step)
+        # of one number the factors are wholly correlated: their signs are those of their correlations
+        largest = int(np.argmax(found.deviations))
+        sign = np.sign(found.covariance[largest] + 1e-30)
+        moved = moved_rotor(
+            rotor, dict(zip(found.names, (sign * found.deviations).tolist(), strict=True))
+        )
+        ratios = {one: math.log(getattr(moved, one) / getattr(rotor, one)) for one in names}
+        # but for the direction of the step
+        assert abs(ratios.pop(name)) == pytest.approx(1e-4, rel=1e-3)
+        assert all(abs(one) < 1e-7 for one in ratios.values()), name
+
+
+def test_what_a_fit_leaves_open_of_its_law_is_a_prior_for_further_flights() -> None:
+    found = fit_steady_map(flights(noise_w=1.0))
+    law = LawSpread.of_fit(Rotor(**field_values(found.law)), found.log_covariance)
+    spread = ModelSpread(
+        energy_fraction=0.03,
+        n_flights=1,
+        source="made",
+        law_fraction=law.law_fraction,
+        law_correlation=law.law_correlation,
+    )
+    read = LawSpread.of_model(spread)
+    assert read.names == law.names
+    assert read.covariance == pytest.approx(law.covariance, rel=0.01, abs=1e-5)
+    # drag, blades and induced power are hardly told apart, their sum is: 1 % is what the law is believed to
+    fractions = energy_fractions(
+        Rotor(**field_values(found.law)), read, mass_kg=2.5, avionics_w=0.0
+    )
+    assert dict(law.law_fraction)["drag_area_m2"] > 0.05
+    assert fractions.shared < 0.01
+    assert fractions.beside["cruise"] < 0.015
+
+
+def test_correlations_that_cannot_be_are_refused() -> None:
+    known: dict[str, Any] = {"energy_fraction": 0.03, "n_flights": 1, "source": "made"}
+    law = (("hover", 0.1), ("axial_factor", 0.1), ("drag_area_m2", 0.1))
+    ModelSpread(**known, law_fraction=law, law_correlation=(0.9, 0.9, 0.9))
+    for correlation in ((0.9,), (0.9, 0.9, -0.9)):
+        with pytest.raises(ValueError, match="law_correlation"):
+            ModelSpread(**known, law_fraction=law, law_correlation=correlation)
