@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import Returns
 
 SWEEP_POINTS = 128
-"""Points of the sweep, and at most of its refinement: so many cost half of the prediction of a thousand
-items, and the missions they were tried on hide no point that is 0.03 % tighter than the one found."""
+"""Points of the sweep, about, and at most of its refinement: so many cost half of the prediction of a
+thousand items.  Against points 20 times as dense, 600 random missions on four kinds of pilots hid none that
+is 0.08 % tighter than the one found."""
 _UPRIGHT = 1e-3
 """Way over climb of a segment that goes straight up or down. [-]"""
 _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
