@@ -20,6 +20,7 @@ from planner.fleet.swarm.simulation import AgentPhase
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
+    from planner.fleet.swarm.simulation import Swarm
     from planner.service.swarm import SwarmResult
 
 JUDGED_TO_M = 0.02
@@ -114,3 +115,34 @@ def judged_swarm(seed: int, *, most: int) -> str:
         return "landed"
     assert swarm.deadlock, f"seed {seed}: in the air after {swarm.time_s:.0f} s, nobody named"
     return "with a deadlock reported"
+
+
+def assert_stops_are_free(swarm: Swarm, disobeys: BoolArray) -> None:
+    """Assert that every two agents in the air that were told to stop now would keep apart until they stand.
+
+    By their motion itself, told to stop and followed tick by tick, wherever each is on its way when: nothing
+    of zones is asked for.  Who keeps its command or is told late has been in ``disobeys`` ever since.
+
+    Parameters
+    ----------
+    swarm : Swarm
+    disobeys : ndarray of bool
+        Changed here. (n,)
+    """
+    if not swarm.keeps_apart:
+        return
+    disobeys |= swarm.disobeys
+    there = np.flatnonzero(swarm.is_there & ~disobeys)
+    if len(there) < 2:
+        return
+    ways = swarm.stop_ways_m()[there]
+    middle, size = 0.5 * (ways.min(axis=1) + ways.max(axis=1)), np.ptp(ways, axis=1)
+    reach_m = 0.5 * np.hypot(*size.T)
+    one, two = np.triu_indices(len(there), 1)
+    gap_m = np.hypot(*(middle[one] - middle[two]).T) - reach_m[one] - reach_m[two]
+    near = gap_m < SEPARATION_M
+    for first, second in zip(one[near].tolist(), two[near].tolist(), strict=True):
+        apart = ways[first][:, None] - ways[second][None]
+        least_m = float(np.sqrt((apart**2).sum(axis=2).min()))
+        names = [swarm.agents[there[row]].name for row in (first, second)]
+        assert least_m >= SEPARATION_M - JUDGED_TO_M, f"{names} at {swarm.time_s} s: {least_m} m"

@@ -101,6 +101,39 @@ def test_the_same_seed_gives_the_same_flight() -> None:
     assert ends() == ends()
 
 
+@pytest.mark.parametrize("ends_s", [60.0, 77.0, 90.5])
+def test_a_search_ends_when_it_is_to_end(ends_s: float) -> None:
+    """Alone on a long way, of which ticks are passed over: it turns for home at that tick."""
+    home_m = np.zeros((1, 2))
+    search = RandomSearch(np.zeros(2), np.full(2, 3000.0), home_m=home_m, ends_s=ends_s, seed=5)
+    alone = [agent("a", 0.0, 0.0)]
+    swarm = Swarm(alone, search, StopInTime(), separation_m=SEPARATION_M, until_s=200.0)
+    steps = [*swarm.run()]
+    assert max(one.end_s - one.begin_s for one in steps) > 2.0
+    ways = [one.wanted_m_s[0] @ -one.place_m[0] for one in steps]
+    # Of two ways that lead away, and back: the first moment it wants back.
+    assert next(one.begin_s for one, way in zip(steps, ways, strict=True) if way > 0.0) == ends_s
+
+
+class Heedless:
+    """A policy that says it keeps agents apart, and does not."""
+
+    needs_ticks, keeps_apart = True, True
+
+    def commands_m_s(self, situation: SwarmSituation) -> np.ndarray:
+        return situation.wanted_m_s
+
+
+def test_a_policy_that_leaves_no_room_to_stop_is_found_out_before_they_meet() -> None:
+    agents, ways = on_circle(2)
+    swarm = Swarm(agents, Waypoints(ways), Heedless(), separation_m=SEPARATION_M, until_s=600.0)
+    with pytest.raises(AssertionError, match="'a0', 'a1'"):
+        [*swarm.run()]
+    # 5 m/s each: told by 42.654 m both stop 10 m apart, a tick brings them 5 m nearer.
+    apart_m = float(np.hypot(*(swarm.places()[0][0] - swarm.places()[0][1])))
+    assert 42.654 - 2.0 * 5.0 < apart_m < 42.654 + 5.0
+
+
 def test_strips_share_an_area_out() -> None:
     # nine lanes of 10 m for two: four and five
     ways = strips(np.zeros(2), np.array([100.0, 90.0]), lane_m=10.0, agents=2)

@@ -22,7 +22,9 @@ class Algorithm(Protocol):
     """What a swarm does: `planner.fleet.Algorithm`.
 
     It is made for one simulation and may keep what it has done; it is asked again in the same order with
-    the same seed, whatever the machine.
+    the same seed, whatever the machine.  One whose goals change at a time of their own, and not where an
+    agent arrives, says so by an attribute ``changes_s``: until then ticks in which nothing happens may be
+    passed over.
     """
 
     def goals_m(self, situation: SwarmSituation) -> FloatArray:
@@ -94,11 +96,11 @@ class RandomSearch:
         self._low, self._high = np.asarray(low_m, np.float64), np.asarray(high_m, np.float64)
         self._draws = [np.random.default_rng((seed, agent)) for agent in range(len(home_m))]
         self._goal_m = np.full(home_m.shape, np.nan)
-        self._home_m, self._ends_s = home_m, ends_s
+        self._home_m, self.changes_s = home_m, ends_s
 
     def goals_m(self, situation: SwarmSituation) -> FloatArray:
         """Return where each direction leads to."""
-        if situation.time_s >= self._ends_s:
+        if situation.time_s >= self.changes_s:
             home = situation.has_arrived & (self._goal_m == self._home_m).all(axis=1)
             self._goal_m = np.where(home[:, None], np.nan, self._home_m)
             return self._goal_m

@@ -130,6 +130,10 @@ class SwarmFaults:
         """Return who keeps its command, whatever it is told. (n,)"""
         return _within(self._keeps_s, time_s)
 
+    def disobeys(self, time_s: float) -> BoolArray:
+        """Return who keeps its command, or does late what it has to do for others. (n,)"""
+        return np.asarray(self.is_deaf(time_s) | _within(self._late_s, time_s))
+
     def is_lost(self, time_s: float) -> BoolArray:
         """Return who keeps it for ever. (n,)"""
         return np.asarray(self.is_deaf(time_s) & np.isinf(self._keeps_s[:, 1]))

@@ -205,6 +205,21 @@ class Swarm:
         return self._motions.place_m + self.carried_m, self._dynamics.velocity_m_s(self._motions)
 
     @property
+    def keeps_apart(self) -> bool:
+        """Whether its policy keeps agents apart."""
+        return self._policy.keeps_apart
+
+    @property
+    def disobeys(self) -> BoolArray:
+        """Who does not do now what it is told, or late. (n,)"""
+        none = np.zeros(len(self.agents), np.bool_)
+        return none if self._faults is None else self._faults.disobeys(self.time_s)
+
+    def stop_ways_m(self) -> FloatArray:
+        """Return where agents report to come, told now to stop. (n, samples, 2) [m]"""
+        return self._dynamics.ways_m(self._motions)
+
+    @property
     def carried_m(self) -> FloatArray:
         """From where agents report to be to where they are. (n, 2) [m]"""
         none = np.zeros_like(self._home_m)
@@ -452,6 +467,9 @@ class Swarm:
             for limit_s in limit[self._phase == phase].tolist()
         ]
         ticks = min([ticks, *((limit_s - self.time_s) / self._tick_s for limit_s in next_s)])
+        changes_s = getattr(self._algorithm, "changes_s", math.inf)
+        if changes_s > self.time_s:
+            ticks = min(ticks, (changes_s - self.time_s) / self._tick_s)
         ticks = min(ticks, (self._until_s - self.time_s) / self._tick_s)
         if ticks < 2.0:
             return 1
