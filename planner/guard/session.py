@@ -42,7 +42,7 @@ from planner.guard.decision import (
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
 from planner.link.mission import ListIdRequest, MissionKind
-from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot, storage_for
+from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot, with_limits
 from planner.link.telemetry import BatteryState, homes_apart_m
 from planner.link.transfers import REQUEST_MESSAGE, EchoRequest, ParameterHashRequest
 from planner.link.wire import message
@@ -425,6 +425,8 @@ class GuardSession:
         self._looked_s = self._asked_s = -_LOOK_S
         self._arming: ArmingSettings | None = None
         self._failure = ""
+        self._terrain_pending: int | None = None
+        self._terrain_s = now_s
         self._flight = FlightFollower(
             link.connection.telemetry, link.identity, warn_before_s=settings.warn_before_s
         )
@@ -442,6 +444,7 @@ class GuardSession:
                     self._do(self._work.popleft())
                 else:
                     connection.listen(_TURN_S)
+                    self._look_for_terrain()
                 self._take_check()
                 self._refuse_silence()
         finally:
@@ -554,15 +557,23 @@ class GuardSession:
                 state=_with_charge(state, watch), lists=watch.lists, parameters=watch.parameters
             )
             snapshot = make_snapshot(self._link.identity, reading, address=self._connection.name)
-            storage_b = storage_for(snapshot.mission.items, self._link)
-            snapshot = replace(snapshot, storage_b=storage_b)
+            snapshot = with_limits(snapshot, self._link, snapshot.mission.items)
         except MavjouleError as error:
             self._take_judgement(checked, unknown_judgement(str(error)), None)
             return
+        self._terrain_pending, self._terrain_s = snapshot.terrain_pending, self._connection.now_s
         if self._executor is None:
             self._take_judgement(checked, *self._judge(snapshot))
         else:
             self._checking = (checked, self._executor.submit(self._judge, snapshot))
+
+    def _look_for_terrain(self) -> None:
+        """Check again once a vehicle that waits for terrain has it: a ground station may be sending it."""
+        now_s = self._connection.now_s
+        if self._terrain_pending and not self._checking and now_s - self._terrain_s >= _ASK_S:
+            self._terrain_s = now_s
+            if self._link.fetch_terrain_pending() == 0:
+                self._work.append(CheckVehicle())
 
     def _take_judgement(
         self, checked: dict[VehiclePart, str], judgement: Judgement, prediction: Prediction | None

@@ -15,14 +15,14 @@ from planner.values import Value, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sized
+    from collections.abc import Iterator, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.link.mission import WireItem
     from planner.link.parameters import WireParameter
     from planner.link.telemetry import BatteryState, VehicleIdentity, VehicleState
     from planner.link.vehicle import VehicleLink
-    from planner.mission.items import Mission
+    from planner.mission.items import Mission, MissionItem
 
 _LONG_MISSION = 160
 """Items that the smallest storage holds beside home."""
@@ -74,19 +74,19 @@ def fetch_snapshot(link: VehicleLink, mission: Mission | None = None) -> Vehicle
     heights are counted from, and where the mission is long, room for it.
     """
     snapshot = make_snapshot(link.identity, read_vehicle(link), address=link.connection.name)
-    items = (snapshot.mission if mission is None else mission).items
+    return with_limits(snapshot, link, (snapshot.mission if mission is None else mission).items)
+
+
+def with_limits(
+    snapshot: VehicleSnapshot, link: VehicleLink, items: Sequence[MissionItem]
+) -> VehicleSnapshot:
+    """Return a snapshot with what it takes to hold and to fly such items, of ArduPilot's vehicles."""
     if not link.identity.has_home_slot:
         return snapshot
-    storage_b = storage_for(items, link)
+    storage_b = link.fetch_storage_b() if len(items) >= _LONG_MISSION else None
     is_over_terrain = any(item.frame in TERRAIN_FRAMES for item in items)
     terrain_pending = link.fetch_terrain_pending() if is_over_terrain else None
     return replace(snapshot, storage_b=storage_b, terrain_pending=terrain_pending)
-
-
-def storage_for(items: Sized, link: VehicleLink) -> int | None:
-    """Return ArduPilot's storage where it matters to so many items; ``None`` where not, or unknown. [B]"""
-    is_long = link.identity.has_home_slot and len(items) >= _LONG_MISSION
-    return link.fetch_storage_b() if is_long else None
 
 
 HOME_NOT_TOLD = Rule(

@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
+from made_terrain import ground
 from simulated_vehicles import BATTERY, WIND, memory_line
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
+from planner.guard.authorisation import Verdict
 from planner.guard.decision import Decision, GuardSettings
 from planner.guard.session import GuardSession, GuardStatus
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind, lists_of_mission
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import VehicleLink
+from planner.mission.commands import Frame
 from planner.report.vehicle import energy_text
 from planner.service.guard import judge_vehicle
 from planner.setup import Setup
@@ -269,3 +272,25 @@ def test_a_long_mission_is_judged_by_the_storage_of_the_guarded_vehicle(
     run = guard(Autopilot.ARDUPILOT, until_s=30.0, before=lengthen)
     *_, last = run.decided("verdict")
     assert ("172 items; ArduPilot holds" in str(last)) == is_too_long, last
+
+
+def test_a_guarded_vehicle_that_waits_for_terrain_is_no_go_until_it_has_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    home, to_north, back = takeoff(30.0), waypoint(100.0, 30.0), rtl()
+    over = mission(home, replace(to_north, frame=Frame.GLOBAL_TERRAIN_ALT), back)
+
+    def change(vehicle: SimulatedVehicle, time_s: float) -> None:
+        items = lists_of_mission(over, vehicle.setup.identity)[MissionKind.MISSION]
+        if [one.frame for one in vehicle.missions.lists[MissionKind.MISSION]] != [
+            one.frame for one in items
+        ]:
+            vehicle.missions._replace(MissionKind.MISSION, list(items))
+        if time_s >= 30.0:  # a ground station has sent it
+            monkeypatch.setattr("planner.simulator.telemetry._TERRAIN_BLOCKS", 0)
+
+    level = replace(CHECK, terrain=ground(0.0))
+    run = guard(Autopilot.ARDUPILOT, "no-terrain", until_s=60.0, before=change, check=level)
+    *_, waiting, ready = run.decided("verdict")
+    assert waiting.details["code"] == "X910", waiting
+    assert ready.verdict is Verdict.GO, ready
