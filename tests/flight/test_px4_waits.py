@@ -288,3 +288,23 @@ def test_turning_first_comes_before_the_descent_to_wait_too() -> None:
     )
     needed_s = yaw_time_s(np.radians([90.0, 180.0, 90.0]), PX4)
     assert first.end_s[-1] - usual.end_s[-1] == pytest.approx(needed_s.sum(), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("first_deg", "then_deg", "needed_s"),
+    [
+        # At 20°/s, 12° before the first heading: 168° back, 10° of overshoot and the second that takes.
+        # A build took 9.8 and 10.0 s for it.
+        (180.0, 0.0, 178.0 / 20.0 + 1.0 + 1.0 - math.sqrt(1.2)),
+        # 132° on, as if begun 10° and a second before.
+        (120.0, 240.0, 142.0 / 20.0 + 1.0 - 1.0 - math.sqrt(1.2)),
+    ],
+)
+def test_a_heading_is_turned_to_from_the_turn_to_the_one_before(
+    first_deg: float, then_deg: float, needed_s: float
+) -> None:
+    slow = replace(PX4, yaw_rate_rad_s=math.radians(20.0))
+    stages = [takeoff(), go(0.0, 200.0, hold=20.0), go(0.0, 210.0), go(0.0, 220.0), go(0.0, 420.0)]
+    for row, asked_deg in ((2, first_deg), (3, then_deg)):
+        stages[row] = replace(stages[row], yaw_deg=asked_deg)
+    assert took_s(*stages, parameters=slow)[3] == pytest.approx(needed_s, abs=0.1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,10 +69,7 @@ def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArr
 
 def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
     """Return the angles between headings; half a turn where one of them is not known. [rad]"""
-    known = np.isfinite(before_rad) & np.isfinite(after_rad)
-    turn = np.where(known, after_rad, 0.0) - np.where(known, before_rad, 0.0)
-    change = np.where(known, np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi), np.pi)
-    return np.where(before_rad == after_rad, 0.0, change)
+    return np.where(before_rad == after_rad, 0.0, np.abs(_turn_rad(before_rad, after_rad)))
 
 
 def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
@@ -109,8 +107,37 @@ def _waits_s(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, Floa
         return np.zeros(len(asked)), np.zeros(len(asked))
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
     needed = yaw_time_s(heading_changes_rad(before, moves.yaw_rad), parameters)
-    waits = np.where(flown, np.maximum(needed - flight_times_s(legs), 0.0), 0.0)
+    left_s = flight_times_s(legs)
+    turns_on = np.append(False, (flown & (needed > left_s))[:-1]) & ~moves.is_first
+    needed = np.where(turns_on, _turned_on_s(before, moves.yaw_rad, parameters), needed)
+    waits = np.where(flown, np.maximum(needed - left_s, 0.0), 0.0)
     return waits, np.where(landed, needed, 0.0)
+
+
+def _turned_on_s(
+    before_rad: FloatArray, asked_rad: FloatArray, parameters: Px4Parameters
+) -> FloatArray:
+    """Return the times to headings asked for while the vehicle still turns to the one before. (n,) [s]
+
+    Notes
+    -----
+    A waypoint that waits for its heading is reached MIS_YAW_ERR before it, at the rate v that still stops
+    there.  The next turn is that from rest over the angle and v²/2a more, v/a shorter where it goes on the
+    same way round, and v/a longer where it turns back first.
+    """
+    a, within = parameters.yaw_acceleration_rad_s2, parameters.yaw_acceptance_rad
+    came = np.sign(_turn_rad(np.append(np.nan, before_rad[:-1]), before_rad))
+    angle = _turn_rad(before_rad - came * within, asked_rad)
+    rate = min(parameters.yaw_rate_rad_s, math.sqrt(2.0 * a * within))
+    whole = yaw_time_s(np.abs(angle) + 0.5 * rate**2 / a, parameters)
+    return np.asarray(whole - came * np.sign(angle) * rate / a)
+
+
+def _turn_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
+    """Return the turns from headings to others the shorter way; half a turn where one is not known. [rad]"""
+    known = np.isfinite(before_rad) & np.isfinite(after_rad)
+    turn = np.where(known, after_rad, 0.0) - np.where(known, before_rad, 0.0)
+    return np.where(known, (turn + np.pi) % (2.0 * np.pi) - np.pi, np.pi)
 
 
 def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:

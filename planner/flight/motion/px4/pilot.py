@@ -269,8 +269,10 @@ def _flown(
 ) -> tuple[Px4Legs, Ordered]:
     """Return how moves are flown, and the pieces of that, as a vehicle does that does not lag."""
     legs = fly_legs(moves, parameters)
-    waits = yaw_waits_s(legs, parameters)
-    if (waits > moves.hold_s).any():
+    for _ in range(2):  # what waits stops, and is longer underway
+        waits = yaw_waits_s(legs, parameters)
+        if not (waits > moves.hold_s).any():
+            break
         legs = fly_legs(replace(moves, hold_s=np.maximum(waits, moves.hold_s)), parameters)
     pieces = Px4Pieces()
     add_takeoffs(pieces, legs, parameters)
