@@ -28,6 +28,7 @@ from planner.cli.output import (
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.service.preflight import bugs_of
+from planner.service.sweep.axes import MISSION
 from planner.setting import Group
 from planner.setup import Setup
 from planner.setup import settings as settings_by_key
@@ -121,6 +122,8 @@ def command(
     from planner.report.sweep_table import write_sweep
     from planner.service.sweep.sweep import sweep
 
+    named, vary = _missions_of(vary)
+    missions = tuple(dict.fromkeys((*missions, *named)))
     _refuse_output((*missions, str(weather)), output, report, plots)
     folder = None if output is None else output.with_name(f"{output.name}.parts")
     engine = _engine(options.pop("workers"), options.pop("scheduler"))
@@ -142,12 +145,26 @@ def command(
             raise
         line.show("")
         _narrate_before(result)
+        if result.plan.weather is not None and not result.tally.knows_times:
+            narrate(
+                f"{result.plan.weather.source}: times are not all ISO 8601 (2025-06-01T12:00): nothing is "
+                "counted by month and hour"
+            )
         write_data(sweep_text(result, medium=standard_medium()))
         _draw(result, report, plots)
         if output is not None:
             write_sweep(result, output)
             narrate(f"{result.plan.cases.row_count} rows are in {output}")
     return ExitCode.GO
+
+
+def _missions_of(vary: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """Return the missions that vary by name, which are swept beside those given, and what else varies."""
+    is_mission = [one.partition("=")[0].strip() == MISSION.key for one in vary]
+    named = [one.partition("=")[2] for one, is_one in zip(vary, is_mission, strict=True) if is_one]
+    paths = [path.strip() for one in named for path in one.split(",") if path.strip()]
+    others = tuple(one for one, is_one in zip(vary, is_mission, strict=True) if not is_one)
+    return paths, others
 
 
 def _subject(

@@ -10,7 +10,10 @@ import pytest
 from planner.cli.main import main
 from planner.errors import ExitCode
 
-ARGUMENTS = ("--battery", "12Wh", "--vary", "wind=0,4", "--vary", "charge=100%,50%")
+ARGUMENTS = (
+    *("--battery", "12Wh", "--vary", "wind=0,4", "--vary", "wind-from=0"),
+    *("--vary", "charge=100%,50%"),
+)
 
 
 def test_a_sweep_answers_and_writes_a_row_for_each_case(
@@ -40,6 +43,8 @@ def test_a_sweep_answers_and_writes_a_row_for_each_case(
         ([], "nothing varies: give --vary"),
         (["--vary", "wind=1,2", "-o", "a.xlsx"], "is written to a .parquet or .csv file"),
         (["--weather", "none.csv"], "none.csv: cannot be read"),
+        (["--vary", "wind=3"], "--vary wind has a wind, and nothing says where it blows from"),
+        (["--vary", "mission=none.plan"], "none.plan: no such file"),
     ],
 )
 def test_what_cannot_be_swept_is_refused_in_one_sentence(
@@ -54,3 +59,33 @@ def test_what_cannot_be_swept_is_refused_in_one_sentence(
 
 def test_a_mission_that_cannot_be_read_is_refused(broken: str) -> None:
     assert main(["sweep", broken, *ARGUMENTS]) == ExitCode.UNUSABLE
+
+
+@pytest.mark.parametrize(
+    ("head", "times"),
+    [
+        ("time,", ("a,", "b,")),
+        ("time,", ("01.06.2025 12:00,", "2025-06-01T13:00,")),
+        ("time,", ("1717243200,", "1717246800,")),
+        ("", ("", "")),
+    ],
+)
+def test_weather_without_iso_times_is_swept_and_not_counted_by_month(
+    mission: str, head: str, times: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [f"{head}wind [m/s],wind direction [deg]", f"{times[0]}0,90", f"{times[1]}4,90"]
+    Path("weather.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    arguments = ["sweep", mission, "--battery", "12Wh", "--weather", "weather.csv"]
+    assert main([*arguments, "-o", "out.csv"]) == ExitCode.GO
+    out, err = capsys.readouterr()
+    assert " of 2 " in out
+    assert "weather.csv: times are not all ISO 8601" in err
+    assert len(Path("out.csv").read_text(encoding="utf-8").splitlines()) == 3
+
+
+def test_missions_vary_by_name(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
+    other = Path("other.plan")
+    other.write_bytes(Path(mission).read_bytes())
+    given = ["sweep", mission, "--battery", "12Wh", "--vary", f"mission={mission},other.plan"]
+    assert main(given) == ExitCode.GO
+    assert " of 2 cases" in capsys.readouterr().out

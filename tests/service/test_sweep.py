@@ -133,13 +133,15 @@ def test_a_changed_input_starts_anew_and_says_what(
     mission: Mission, setup: Setup, tmp_path: Path
 ) -> None:
     folder = tmp_path / "c.parts"
-    sweep(mission, setup, vary=["wind=0,5"], folder=folder)
-    again = sweep(mission, setup, vary=["wind=0,5"], folder=folder)
+    sweep(mission, setup, vary=["wind=0,5", "wind-from=90"], folder=folder)
+    again = sweep(mission, setup, vary=["wind=0,5", "wind-from=90"], folder=folder)
     assert (again.resumed, again.changed) == (2, ())
-    other = sweep(mission, setup, vary=["wind=0,6"], folder=folder)
+    other = sweep(mission, setup, vary=["wind=0,6", "wind-from=90"], folder=folder)
     assert (other.resumed, other.changed) == (0, ("what varies",))
     heavier = replace(setup, reserve=0.3)
-    assert sweep(mission, heavier, vary=["wind=0,6"], folder=folder).changed == ("the settings",)
+    assert sweep(mission, heavier, vary=["wind=0,6", "wind-from=90"], folder=folder).changed == (
+        "the settings",
+    )
 
 
 def test_a_folder_of_something_else_is_left_alone(
@@ -147,7 +149,7 @@ def test_a_folder_of_something_else_is_left_alone(
 ) -> None:
     (tmp_path / "photo.jpg").write_bytes(b"")
     with pytest.raises(OutputError, match=r"holds photo\.jpg, which is no batch of a sweep"):
-        sweep(mission, setup, vary=["wind=0,5"], folder=tmp_path)
+        sweep(mission, setup, vary=["wind=0,5", "wind-from=90"], folder=tmp_path)
 
 
 def test_several_workers_make_the_same_batches(mission: Mission, setup: Setup) -> None:
@@ -253,3 +255,26 @@ def test_a_sweep_that_is_killed_ends_as_if_it_was_not(tmp_path: Path) -> None:
     for name in ("a.csv", "b.csv"):
         assert main([*arguments, "-o", str(tmp_path / name)]) == ExitCode.GO
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_a_wind_without_a_direction_is_refused(
+    mission: Mission, setup: Setup, tmp_path: Path
+) -> None:
+    """From which side is not guessed: it decides. A check refuses it too."""
+    path = tmp_path / "winds.csv"
+    path.write_text("time,wind [m/s]\n2025-01-01T00:00,5\n", encoding="utf-8")
+    calm = tmp_path / "calm.csv"
+    calm.write_text("time,wind [m/s]\n2025-01-01T00:00,0\n", encoding="utf-8")
+    sentence = "nothing says where it blows from"
+    for vary in (["wind=0,5"], ["gust=4"]):
+        with pytest.raises(UsageError, match=f"--vary .*{sentence}"):
+            make_plan(mission, setup, vary=vary)
+    with pytest.raises(UsageError, match="--vary wind.*" + sentence):
+        make_plan(mission, setup, vary=["wind=weibull(2,5)"], draws=3)
+    with pytest.raises(UsageError, match="the weather.*" + sentence):
+        make_plan(mission, setup, weather=path)
+    windy = replace(setup, wind=Wind(speed_m_s=3.0, from_deg=0.0))
+    assert len(make_plan(mission, windy, vary=["wind=0,5"]).cases) == 2
+    assert len(make_plan(mission, setup, vary=["wind-from=0,90"], weather=path).cases) == 2
+    assert len(make_plan(mission, setup, vary=["wind=0"]).cases) == 1, "a calm has none"
+    assert len(make_plan(mission, setup, weather=calm).cases) == 1

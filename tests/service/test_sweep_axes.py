@@ -179,9 +179,31 @@ def test_weather_is_read_in_its_units(tmp_path: Path) -> None:
         ("time,wind [m/s]\n1,x\n", r"year.csv:2:1: wind \[m/s\]: expected a number, got 'x'"),
         ("time,wind [m/s]\n1,400\n", "expected 0 to 100 m/s, got '400'"),
         ("time,wind [m/s],wind_m_s\n1,4,4\n", "two columns give wind_m_s"),
+        ("time,wind [m/s]\n1,4,270\n", "year.csv:2:1: 3 fields under 2 heads"),
+        ("time,wind [m/s],wind to direction [deg]\n1,4,400\n", "got '400'"),
     ],
 )
 def test_weather_that_cannot_be_read_is_refused(tmp_path: Path, text: str, sentence: str) -> None:
     (tmp_path / "year.csv").write_text(text, encoding="utf-8")
     with pytest.raises(WeatherFileError, match=sentence):
         read_weather(tmp_path / "year.csv")
+
+
+@pytest.mark.parametrize(
+    ("head", "from_deg"),
+    [
+        ("wind direction [deg]", 90.0),
+        ("wind from [deg]", 90.0),
+        ("wind_from_direction_deg", 90.0),
+        ("wind to direction [deg]", 270.0),  # the name of CF conventions: wind_to_direction
+        ("wind_to_direction_deg", 270.0),
+        ("blowing towards [deg]", 270.0),
+    ],
+)
+def test_a_direction_the_wind_blows_to_is_turned_round(
+    tmp_path: Path, head: str, from_deg: float
+) -> None:
+    path = tmp_path / "year.csv"
+    path.write_text(f"time,wind [m/s],{head},\n1,4,90,\n", encoding="utf-8")
+    weather = read_weather(path)
+    assert dict(zip(weather.keys, weather.rows[0], strict=True))["wind_from_deg"] == from_deg

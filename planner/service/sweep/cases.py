@@ -161,6 +161,29 @@ def make_cases(
     return cases
 
 
+def refuse_undirected(cases: Cases, setup: Setup) -> None:
+    """Refuse a wind that nothing says where it blows from: as a check does, no direction is guessed.
+
+    Raises
+    ------
+    UsageError
+        If a wind or gust above 0 varies, and neither an axis, nor the weather, nor the setup has a direction.
+    """
+    keys = [axis.key for axis in cases.axes]
+    if WIND_FROM_DEG.key in keys or setup.wind.speed_m_s or setup.wind.from_deg:
+        return
+    for block in cases.blocks:
+        for at, axis in enumerate(block.axes):
+            if axis.key not in {WIND_M_S.key, GUST_M_S.key} or not any(p[at] for p in block.points):
+                continue
+            what = f"--vary {axis.name}" if block.times is None else "the weather"
+            msg = (
+                f"{what} has a wind, and nothing says where it blows from: vary that too, such as --vary "
+                "wind-from=0:315:45, or give it with --wind 5@270, whose speed is then what varies"
+            )
+            raise UsageError(msg)
+
+
 def _refuse_twice(axes: Sequence[Axis], weather: MeasuredWeather | None) -> None:
     keys: dict[str, str] = {}
     if weather is not None:

@@ -15,7 +15,7 @@ from planner.mission.items import Mission
 from planner.presented import Shown
 from planner.service.sweep.axes import MISSION, Axis, make_axis, read_axis
 from planner.service.sweep.batches import Batch, BatchFolder, missing, run_batch
-from planner.service.sweep.cases import make_cases
+from planner.service.sweep.cases import make_cases, refuse_undirected
 from planner.service.sweep.engines import CoresEngine
 from planner.service.sweep.memory import RememberingSteps
 from planner.service.sweep.plan import SweepPlan
@@ -219,22 +219,22 @@ def make_plan(
     if setup is None:
         msg = "setup must be planner.Setup(vehicle=…): which vehicle flies the mission?"
         raise UsageError(msg)
+    if fleet is None and any(axis.key == MISSION.key for axis in axes):
+        msg = "missions vary where several are given: sweep([read_mission(path), ...])"
+        raise UsageError(msg)
     if fleet is None and len(missions) > 1:
         axes.append(Axis(key=MISSION.key, name="mission", values=tuple(missions)))
     if weather is not None and not isinstance(weather, MeasuredWeather):
         weather = read_weather(Path(weather))
+    cases = make_cases(axes, draws=draws, weather=weather)
+    refuse_undirected(cases, setup)
     loaded = {
         axis.key: {value: axis.setting.loaded(value) for value in axis.values}
         for axis in axes
         if axis.setting.load is not None
     }
     return SweepPlan(
-        missions=missions,
-        setup=setup,
-        cases=make_cases(axes, draws=draws, weather=weather),
-        loaded=loaded,
-        weather=weather,
-        fleet=fleet,
+        missions=missions, setup=setup, cases=cases, loaded=loaded, weather=weather, fleet=fleet
     )
 
 

@@ -124,7 +124,8 @@ class Tally:
         instants: list[IntArray] = []
         if self._timed is not None:
             of_point = places[:, self._timed]
-            repeats = [len(self._instants[0][point]) for point in of_point]
+            times = self.cases.blocks[self._timed].times or ()
+            repeats = [len(times[point]) for point in of_point]
             row = np.repeat(row, repeats)
             instants = [
                 np.concatenate([one[point] for point in of_point]) for one in self._instants
@@ -149,6 +150,11 @@ class Tally:
             _add_margins(self._margin_wh[i], margin_wh, own)
         for (i, j), counts in self._pairs.items():
             _count_pairs(counts, known, at[i], at[j])
+
+    @property
+    def knows_times(self) -> bool:
+        """Whether what was measured is counted by month and hour."""
+        return bool(self._instants)
 
     @property
     def go_share(self) -> float | None:
@@ -238,13 +244,16 @@ class Tally:
         return next(i for i, scale in enumerate(self.scales) if scale.key == key)
 
     def _time_scales(self) -> tuple[list[IntArray], ...]:
-        """Return the place of each time of each point on the axes of month and hour, which are added."""
+        """Return the place of each time of each point on the axes of month and hour, which are added.
+
+        Empty where one of them is no time as ISO 8601 writes it: they are in the table alone.
+        """
         if self._timed is None:
             return ()
         times = self.cases.blocks[self._timed].times or ()
         read = [[_instant(time) for time in own] for own in times]
         if any(one is None for own in read for one in own):
-            return ([np.zeros(len(own), dtype=np.intp) for own in times],)
+            return ()
         found = []
         for key, form in ((MONTH, "%Y-%m"), (HOUR, "%H")):
             texts = [[one.strftime(form) for one in own if one is not None] for own in read]

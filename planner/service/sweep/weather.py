@@ -12,6 +12,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from planner import quantity
 from planner.errors import InputError, shortened
 from planner.files import decoded, read_bounded
 from planner.findings import Place
@@ -66,6 +67,10 @@ def _speeds() -> Mapping[str, Callable[[float], float]]:
 
 
 _DEGREES = dict.fromkeys(("deg", "°", "degrees"), _scaled(1.0))
+_DEGREES_TO = dict.fromkeys(
+    _DEGREES, lambda to_deg: (to_deg + 180.0) % 360.0 if 0.0 <= to_deg <= 360.0 else to_deg
+)
+"""Of a direction that the wind blows to."""
 _TEMPERATURES = {
     "c": _scaled(1.0),
     "k": _scaled(1.0, -ZERO_CELSIUS_K),
@@ -73,6 +78,7 @@ _TEMPERATURES = {
 }
 _COLUMNS: Sequence[tuple[str, Setting, Callable[[], Mapping[str, Callable[[float], float]]]]] = (
     (r"gust", GUST_M_S, _speeds),
+    (r"\bto\b|_to_|toward|going", WIND_FROM_DEG, lambda: _DEGREES_TO),
     (r"dir|from", WIND_FROM_DEG, lambda: _DEGREES),
     (r"wind", WIND_M_S, _speeds),
     (r"temp", TEMPERATURE_C, lambda: _TEMPERATURES),
@@ -116,6 +122,10 @@ def read_weather(path: Path) -> MeasuredWeather:
 
     def row(number: int, line: Sequence[str]) -> tuple[float | None, ...]:
         values = []
+        if any(cell.strip() for cell in line[len(heads) :]):
+            count = quantity.count(len(line), "field")
+            msg = f"{count} under {len(heads)} heads: which belongs to which is unknown"
+            raise WeatherFileError(msg, source=source, place=Place(line=number, column=1))
         for column, (setting, convert) in used.items():
             cell = line[column] if column < len(line) else ""
             try:
