@@ -46,7 +46,8 @@ def _east_north(places_m: ComplexArray) -> FloatArray:
 def capsules_about(ways_m: FloatArray, *, more_m: FloatArray | float = 0.0) -> Capsules:
     """Return capsules that hold ways (n, samples, 2) [m], and ``more_m`` about them.
 
-    Between its samples a way is no farther from their chords than an eighth of its second differences.
+    Between its samples a way is no farther from their chords than an eighth of its second differences, ahead
+    and aside: who sets out along a straight line takes no more room beside it than who stands.
     """
     ways = in_plane(ways_m)
     first = ways[:, 0]
@@ -56,10 +57,11 @@ def capsules_about(ways_m: FloatArray, *, more_m: FloatArray | float = 0.0) -> C
     away = (ways - first[:, None]) * unit.conj()[:, None]
     ahead = away.real
     bend = away[:, 2:] - 2.0 * away[:, 1:-1] + away[:, :-2]
-    bent_m = 0.25 * np.abs(bend).max(axis=1, initial=0.0)
+    bent_m = 0.25 * np.abs(bend.imag).max(axis=1, initial=0.0)
+    longer_m = 0.25 * np.abs(bend.real).max(axis=1, initial=0.0)
     return Capsules(
-        begin_m=_east_north(first + ahead.min(axis=1) * unit),
-        end_m=_east_north(first + ahead.max(axis=1) * unit),
+        begin_m=_east_north(first + (ahead.min(axis=1) - longer_m) * unit),
+        end_m=_east_north(first + (ahead.max(axis=1) + longer_m) * unit),
         radius_m=np.abs(away.imag).max(axis=1) + bent_m + more_m,
     )
 
