@@ -49,7 +49,7 @@ from planner.units import FASTEST_M_S, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_P
 from planner.values import Value, brief, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
-from planner.vehicle.pack import LIPO_CELL_V, FlownPack, flown_pack
+from planner.vehicle.pack import CELL_V, LIPO_CELL_V, FlownPack, flown_pack
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -156,12 +156,26 @@ def read_battery(text: str) -> Battery:
 
 
 def _as_charge(text: str) -> str:
-    """Return what stands on packs, ``4S5200`` or ``4S 5.2Ah``, as charge and cells; other text as it is."""
-    found = _matched(rf"(\d+)S\s*{NUMBER}\s*(m?Ah)?", text)
+    """Return what stands on packs, ``4S5200`` or ``4S 5.2Ah``, as charge and cells; other text as it is.
+
+    A voltage beside the cells has to be theirs, and is what counts: ``4S5200@15.2V``.
+    """
+    found = _matched(rf"(\d+)S\s*{NUMBER}\s*(m?Ah)?(?:\s*@\s*{NUMBER}\s*V)?", text)
     if found is None:
         return text
     bare = "mAh" if float(found[2]) >= _LEAST_BARE_MAH else "Ah"
-    return f"{found[2]}{found[3] or bare}@{found[1]}S"
+    charge = f"{found[2]}{found[3] or bare}"
+    if found[4] is None:
+        return f"{charge}@{found[1]}S"
+    cells_v = _of_cells_v(float(found[1]))
+    low, high = (of_cell_v / LIPO_CELL_V * cells_v for of_cell_v in CELL_V)
+    if not low <= float(found[4]) <= high:
+        msg = (
+            f"{found[1]} cells in series have {low:.1f} to {high:.1f} V, not {found[4]} V: correct one of "
+            f"them in {text!r}"
+        )
+        raise ValueError(msg)
+    return f"{charge}@{found[4]}V"
 
 
 def _of_cells_v(count: float) -> float:

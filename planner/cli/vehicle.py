@@ -81,7 +81,12 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         "1250g@310W",
         "thrust and power of one motor at full throttle: what it lifts, and the power at a hover throttle",
     ),
-    "autopilot": ("--autopilot", Choice(_AUTOPILOTS), "ardupilot", "autopilot: ardupilot or px4"),
+    "autopilot": (
+        "--autopilot",
+        Choice(_AUTOPILOTS),
+        "ardupilot",
+        "autopilot: ardupilot or px4; for a maker's own, as DJI's, see --moves-like",
+    ),
 }
 """What a data sheet may say: option, how it is written, an example, in words."""
 _ASKED = ("mass_kg", "battery", "rotors", "propeller_m", "hover", "autopilot")

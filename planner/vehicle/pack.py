@@ -33,7 +33,7 @@ _LABELLED_WITHIN_V = 0.05
 """Voltages are labelled to a tenth. [V]"""
 LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
 """Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
-_CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
+CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
 """Nominal voltage of one cell as labels have it: 3.6 to 3.85 V of lithium with cobalt, manganese or
 nickel, 3.2 V of iron phosphate; the second where the number of cells is known already. [V]"""
 _SAME_LABEL = 0.02
@@ -212,7 +212,7 @@ def cells_of_voltage(voltage_v: float | None) -> int | None:
     if voltage_v is None:
         return None
     cells = max(round(voltage_v / LIPO_CELL_V), 1)
-    return cells if _CELL_V[0] <= voltage_v / cells <= _CELL_V[1] else None
+    return cells if CELL_V[0] <= voltage_v / cells <= CELL_V[1] else None
 
 
 def cells_of_full_voltage(voltage_v: float) -> int | None:

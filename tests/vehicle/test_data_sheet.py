@@ -358,6 +358,10 @@ def test_units_that_people_write_are_read() -> None:
     assert read_propeller("10in") == read_propeller("10") == read_propeller("254mm")
     assert read_propeller("10x4.5") == read_propeller("10 inch") == read_propeller('10x4.5"')
     assert read_battery("4S5200") == read_battery("5200mAh@4S") == read_battery("4S5.2Ah")
+    assert read_battery("4S5200@14.8V") == read_battery("4S5200")
+    assert read_battery("4S5200@15.2V") == read_battery("5.2Ah@15.2V")
+    with pytest.raises(ValueError, match=r"4 cells in series have 14\.2 to 15\.6 V, not 11\.1 V"):
+        read_battery("4S5200@11.1V")
     for text, reader in (
         ("3 stone", read_mass),
         ("18", read_hover),
