@@ -10,6 +10,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.physics.atmosphere import air_density_kg_m3
+from planner.physics.rotor import Acceleration
 from planner.values import Value, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
 
@@ -46,6 +47,7 @@ class SteadyPower(Value):
         flight_state: IntArray,
         commanded_speed_m_s: FloatArray,
         is_grounded: BoolArray | None = None,
+        acceleration_m_s2: FloatArray | None = None,
     ) -> FloatArray:
         """Return hover power, plus the steady part of each state, plus what else is switched on. [W]
 
@@ -61,13 +63,15 @@ class SteadyPower(Value):
             Speed of the cruise a leg leads to. [m s⁻¹]
         is_grounded : ndarray of bool, optional
             Where the vehicle stands on the ground; default nowhere.
+        acceleration_m_s2 : ndarray, optional
+            East, north and up; default none.  (3, …)
         """
         vehicle = self.vehicle
         if not vehicle.is_power_known:
             return np.full(state.height_m.shape, np.nan)
         # where no law of the vehicle looks at the density, none is computed
         density = self.air_density_kg_m3(state.height_m) if vehicle.knows_air_density else 0.0
-        power = self._flying_w(state, flight_state, commanded_speed_m_s, density)
+        power = self._flying_w(state, flight_state, commanded_speed_m_s, density, acceleration_m_s2)
         if vehicle.loads is not None:
             if is_grounded is not None:
                 power = np.where(is_grounded, vehicle.loads.ground_idle_w, power)
@@ -80,13 +84,16 @@ class SteadyPower(Value):
         flight_state: IntArray,
         commanded_speed_m_s: FloatArray,
         density: FloatArray | float,
+        acceleration_m_s2: FloatArray | None,
     ) -> FloatArray:
         """Return the power of the motors in the air. [W]"""
         vehicle, cruise = self.vehicle, self.vehicle.cruise
         if vehicle.reference is Autopilot.STEP:
-            state = _not_of_responses(state, flight_state, vehicle.responses)
+            state, acceleration_m_s2 = _not_of_responses(
+                state, acceleration_m_s2, flight_state, vehicle.responses
+            )
         if vehicle.hover is None:
-            return self._whole_w(cruise, self.airspeed_m_s(state), state.climb_m_s, density)
+            return self._whole_w(cruise, state, density, acceleration_m_s2)
         power = hover_power_w(
             vehicle.hover,
             height_above_home_m=state.height_m,
@@ -98,9 +105,8 @@ class SteadyPower(Value):
         if cruise is None:
             return power
         if not isinstance(cruise, CruisePower):
-            airspeed = self.airspeed_m_s(state)
-            moving = self._whole_w(cruise, airspeed, state.climb_m_s, density)
-            return power + moving - self._whole_w(cruise, 0.0 * airspeed, 0.0 * airspeed, density)
+            moving = self._whole_w(cruise, state, density, acceleration_m_s2)
+            return power + moving - self._hover_w(cruise, density)
         above = cruise.above_hover_w(self.airspeed_m_s(state))
         if vehicle.reference is Autopilot.STEP:
             level = np.isin(flight_state, _LEVEL)
@@ -130,15 +136,30 @@ class SteadyPower(Value):
     def _whole_w(
         self,
         law: object,
-        airspeed_m_s: FloatArray,
-        climb_rate_m_s: FloatArray,
+        state: KinematicState,
         density: FloatArray | float,
+        acceleration_m_s2: FloatArray | None,
     ) -> FloatArray:
         assert isinstance(law, WholeLaw)  # a model without hover law has one: see its checks
+        airspeed = self.airspeed_m_s(state)
         return whole_power_w(
             law,
-            airspeed_m_s=airspeed_m_s,
-            climb_rate_m_s=climb_rate_m_s,
+            airspeed_m_s=airspeed,
+            climb_rate_m_s=state.climb_m_s,
+            mass_kg=self.mass_kg,
+            air_density_kg_m3=density,
+            acceleration=(
+                None
+                if acceleration_m_s2 is None
+                else _in_the_air(acceleration_m_s2, self._velocity_through_air(state), airspeed)
+            ),
+        )
+
+    def _hover_w(self, law: WholeLaw, density: FloatArray | float) -> FloatArray:
+        return whole_power_w(
+            law,
+            airspeed_m_s=0.0,
+            climb_rate_m_s=0.0,
             mass_kg=self.mass_kg,
             air_density_kg_m3=density,
         )
@@ -147,8 +168,14 @@ class SteadyPower(Value):
         """Return the horizontal speed through the air: over ground less the wind's. [m s⁻¹]"""
         if self.wind.speed_m_s == 0.0:
             return state.ground_speed_m_s
+        return np.hypot(*self._velocity_through_air(state))
+
+    def _velocity_through_air(self, state: KinematicState) -> tuple[FloatArray, FloatArray]:
+        """Return the horizontal velocity through the air, east and north. [m s⁻¹]"""
+        if self.wind.speed_m_s == 0.0:
+            return state.east_m_s, state.north_m_s
         factor = self.wind.speed_factor(state.height_m)
-        return np.hypot(
+        return (
             state.east_m_s - self.wind.east_m_s * factor,
             state.north_m_s - self.wind.north_m_s * factor,
         )
@@ -162,21 +189,43 @@ class SteadyPower(Value):
         )
 
 
+def _in_the_air(
+    acceleration_m_s2: FloatArray, through_air: tuple[FloatArray, FloatArray], airspeed: FloatArray
+) -> Acceleration:
+    """Return accelerations along and across the airspeed; across it where there is none."""
+    east, north, up = acceleration_m_s2
+    size = np.maximum(airspeed, _LEAST_SPEED_M_S)
+    ahead_east, ahead_north = through_air[0] / size, through_air[1] / size
+    along = east * ahead_east + north * ahead_north
+    across = np.sqrt(np.maximum(east * east + north * north - along * along, 0.0))
+    return Acceleration(along_m_s2=along, across_m_s2=across, up_m_s2=up)
+
+
 def _not_of_responses(
-    state: KinematicState, flight_state: IntArray, responses: Responses
-) -> KinematicState:
+    state: KinematicState,
+    acceleration_m_s2: FloatArray | None,
+    flight_state: IntArray,
+    responses: Responses,
+) -> tuple[KinematicState, FloatArray | None]:
     """Return a motion without what identified responses describe: it is not counted twice.
 
     They are the power above hover of a manoeuvre: the braking, the climb, the descent.
     """
+    east, north, climb = state.east_m_s, state.north_m_s, state.climb_m_s
     if responses.brake_power is not None:
         moving = np.where(flight_state == STATE_INDEX[FlightState.BRAKE], 0.0, 1.0)
-        state = replace(state, east_m_s=moving * state.east_m_s, north_m_s=moving * state.north_m_s)
+        east, north = moving * east, moving * north
+        if acceleration_m_s2 is not None:
+            acceleration_m_s2 = acceleration_m_s2 * moving
     if responses.climb_power is not None:
-        state = replace(state, climb_m_s=np.minimum(state.climb_m_s, 0.0))
+        climb = np.minimum(climb, 0.0)
     if responses.descent_power is not None:
-        state = replace(state, climb_m_s=np.maximum(state.climb_m_s, 0.0))
-    return state
+        climb = np.maximum(climb, 0.0)
+    if acceleration_m_s2 is not None:
+        # of a climb that is not counted the change is not either
+        level = np.where(climb == state.climb_m_s, 1.0, 0.0)
+        acceleration_m_s2 = np.stack((*acceleration_m_s2[:2], acceleration_m_s2[2] * level))
+    return replace(state, east_m_s=east, north_m_s=north, climb_m_s=climb), acceleration_m_s2
 
 
 # The same few responses are asked for every mission: the peak needs root finding.

@@ -9,9 +9,16 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.flight.motion.kinematics import QUADRATURE_WEIGHTS, STATES, FlightState
+from planner.flight.motion.kinematics import (
+    QUADRATURE_POINTS,
+    QUADRATURE_WEIGHTS,
+    STATES,
+    FlightState,
+    quotient,
+)
 from planner.flight.power import SteadyPower
 from planner.physics.atmosphere import standard_temperature_c
+from planner.physics.quadrature import unit_derivative
 from planner.physics.response import farthest_stop_s
 from planner.quantity import mean_of
 from planner.units import wh_from_j
@@ -236,7 +243,14 @@ class Flight(Value, eq=False, dict=True):
         """Return the electrical power at times since the start of the flight. [W]"""
         motion = self.motion
         piece, own_s = motion.piece_at(time_s)
-        steady_w = _steady_power_w(motion, piece, motion.state_at(piece, own_s), self.power)
+        state = motion.state_at(piece, own_s)
+        changes = None
+        if self.power.vehicle.knows_acceleration:
+            duration_s = motion.piece_duration_s[piece]
+            of_nodes = unit_derivative(QUADRATURE_POINTS, quotient(own_s, duration_s))
+            nodes = self.node_state.velocity_m_s[piece]
+            changes = quotient(np.einsum("nk,nka->an", of_nodes, nodes), duration_s)
+        steady_w = _steady_power_w(motion, piece, state, self.power, changes)
         return steady_w + self.transients.total_power_w(time_s)
 
     def power_of_airspeed_w(self, time_s: FloatArray, against_m_s: FloatArray) -> FloatArray:
@@ -306,7 +320,8 @@ def _steady_power(route: Route, setup: Setup) -> SteadyPower:
 def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:
     """Return a motion with its power and energy."""
     piece, node_s, state = motion.nodes
-    steady_w = _steady_power_w(motion, piece, state, power)
+    changes = motion.node_acceleration_m_s2 if power.vehicle.knows_acceleration else None
+    steady_w = _steady_power_w(motion, piece, state, power, changes)
     return Flight(
         motion=motion,
         transients=transients,
@@ -334,12 +349,17 @@ def segment_energies_j(
     """Yield the energy of each segment of one motion by several powers. (n,) [J]"""
     piece, _, state = motion.nodes
     for power in powers:
-        steady_w = _steady_power_w(motion, piece, state, power)
+        changes = motion.node_acceleration_m_s2 if power.vehicle.knows_acceleration else None
+        steady_w = _steady_power_w(motion, piece, state, power, changes)
         yield _segment_energy_j(motion, transients, steady_w)
 
 
 def _steady_power_w(
-    motion: Motion, piece: IntArray, state: KinematicState, power: SteadyPower
+    motion: Motion,
+    piece: IntArray,
+    state: KinematicState,
+    power: SteadyPower,
+    acceleration_m_s2: FloatArray | None,
 ) -> FloatArray:
     """Return the steady power of pieces, (n,) or (n, 1), in states, (n,) or (n, k). [W]"""
     segment = motion.piece_segment[piece]
@@ -351,6 +371,7 @@ def _steady_power_w(
         motion.segments.state[segment],
         motion.segments.speed_m_s[segment],
         None if grounded is None else grounded[piece],
+        acceleration_m_s2,
     )
 
 

@@ -20,7 +20,13 @@ from planner.identify.power_laws import (
     fit_steady_map,
 )
 from planner.identify.ramps import timed_flight
-from planner.identify.segments import MeasuredPower, SegmentUse, StateOutcome, speed_through_air_m_s
+from planner.identify.segments import (
+    MeasuredPower,
+    SegmentUse,
+    StateOutcome,
+    flown_parts,
+    speed_through_air_m_s,
+)
 from planner.identify.uncertainty import Estimate, fit_percent, rounded
 from planner.values import Value, replace
 from planner.vehicle.power import AltitudeLaw, CruisePower, DensityLaw, VerticalPower, hover_power_w
@@ -373,6 +379,7 @@ def manoeuvre_powers(
                 air_density_kg_m3=float(np.nanmean(air_density_kg_m3[part])),
                 mass_kg=mass_kg,
                 start_s=begin_s,
+                parts=flown_parts(record, known),
             )
         )
     return tuple(found)

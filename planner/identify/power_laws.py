@@ -16,15 +16,15 @@ import numpy as np
 
 from planner.errors import IdentificationError
 from planner.identify.uncertainty import Estimate, rounded
-from planner.physics.rotor import Rotor, momentum_power_w
+from planner.physics.rotor import Acceleration, Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
-from planner.values import Value
+from planner.values import Value, field_values
 from planner.vehicle.power import AltitudeLaw, DensityLaw, MomentumLaw
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.arrays import FloatArray
+    from planner.arrays import FloatArray, IntArray
     from planner.identify.segments import MeasuredPower
 
 
@@ -340,7 +340,7 @@ class SteadyMap(Value, eq=False):
 
     def residuals_w(self, flights: Sequence[MeasuredPower]) -> FloatArray:
         """Return predicted less measured power of steady flights, (n,) [W]."""
-        values = np.array([getattr(self.law, name) for name in Rotor._fields])
+        values = np.array(Rotor(**field_values(self.law)))
         measured: FloatArray = np.array([f.power_w for f in flights])
         beyond_kg = np.array([self.beyond_kg.get(f.source, 0.0) for f in flights])
         return _powers_w(values, _conditions(flights), beyond_kg) - measured
@@ -445,8 +445,8 @@ class _MapData(Value, eq=False, dict=True):
         return np.array([f.power_w for f in self.flights])
 
     @cached_property
-    def conditions(self) -> FloatArray:
-        """Mass, airspeed, climb rate and density. (4, n)"""
+    def conditions(self) -> _Conditions:
+        """What they were flown in."""
         return _conditions(self.flights)
 
     def errors_w(self, x: FloatArray, ring: float) -> FloatArray:
@@ -498,18 +498,45 @@ class _MapData(Value, eq=False, dict=True):
         return _MapFit(x=found.x, ring=ring, cost=float(found.cost), information=information)
 
 
-def _conditions(flights: Sequence[MeasuredPower]) -> FloatArray:
-    names = ("mass_kg", "airspeed_m_s", "climb_rate_m_s", "air_density_kg_m3")
-    return np.array([[getattr(f, name) or 0.0 for f in flights] for name in names])
+class _Conditions(NamedTuple):
+    """What flights or the seconds of manoeuvres were flown in, in the order of the flights."""
+
+    of_parts: FloatArray
+    """Mass, airspeed, climb rate, density, acceleration along, across and up. (7, m)"""
+    first: IntArray
+    """First part of each flight. (n,)"""
+    counts: IntArray
+
+
+def _conditions(flights: Sequence[MeasuredPower]) -> _Conditions:
+    rows = [
+        (one.mass_kg or 0.0, airspeed, climb, one.air_density_kg_m3 or 0.0, *changes)
+        for one in flights
+        for airspeed, climb, *changes in one.parts
+        or [(one.airspeed_m_s, one.climb_rate_m_s, 0.0, 0.0, 0.0)]
+    ]
+    counts = np.array([max(len(one.parts), 1) for one in flights], dtype=np.intp)
+    return _Conditions(
+        of_parts=np.array(rows, dtype=np.float64).reshape(-1, 7).T,
+        first=np.cumsum(counts) - counts,
+        counts=counts,
+    )
+
+
+def mean_powers_w(rotor: Rotor, flights: Sequence[MeasuredPower]) -> FloatArray:
+    """Return the mean power of flights by momentum theory, along what was flown of manoeuvres. (n,) [W]"""
+    return _powers_w(np.array(rotor), _conditions(flights))
 
 
 def _powers_w(
-    values: FloatArray, conditions: FloatArray, beyond_kg: FloatArray | float = 0.0
+    values: FloatArray, conditions: _Conditions, beyond_kg: FloatArray | float = 0.0
 ) -> FloatArray:
-    """Return the power of steady flights by the numbers of a rotor, (n,) [W]."""
-    masses, speed, climb, density = conditions
+    """Return the mean power of flights by the numbers of a rotor, (n,) [W]."""
+    masses, speed, climb, density, *changes = conditions.of_parts
     powers = np.empty(masses.size)
-    masses = masses + beyond_kg
+    masses = masses + np.repeat(
+        np.broadcast_to(beyond_kg, conditions.counts.shape), conditions.counts
+    )
     for mass_kg in np.unique(masses):
         own = masses == mass_kg
         powers[own] = momentum_power_w(
@@ -518,5 +545,6 @@ def _powers_w(
             Rotor(*values.tolist()),
             mass_kg=float(mass_kg),
             air_density_kg_m3=density[own],
+            acceleration=Acceleration(*(change[own] for change in changes)),
         )
-    return powers
+    return np.asarray(np.add.reduceat(powers, conditions.first) / conditions.counts)

@@ -8,9 +8,10 @@ climbs grow with the wobble of the height; what is shorter than a second belongs
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -382,8 +383,50 @@ _SPEED_RANGE_M_S = 2.0
 """Largest difference between the 5th and the 95th percentile in a span that counts as steady."""
 
 
+_STANDING_M_S = 0.1
+"""Slower it has no direction. [m s⁻¹]"""
+_PART_S = 1.0
+"""Noise of a velocity over so long is none of an acceleration. [s]"""
+
+
+def flown_parts(record: FlightRecord, part: BoolArray) -> tuple[FlownPart, ...]:
+    """Return the whole seconds of part of a record; none where it does not hold velocities."""
+    count = round(_PART_S / record.step_s)
+    rows = np.flatnonzero(part)
+    columns = (
+        speed_through_air_m_s(record),
+        climb_rate_m_s(record),
+        record.velocity_north_m_s,
+        record.velocity_east_m_s,
+    )
+    found = []
+    for first in range(0, rows.size - count, count):
+        span = slice(int(rows[first]), int(rows[first]) + count + 1)
+        own = np.stack([column[span] for column in columns])
+        if own.shape[1] != count + 1 or not np.isfinite(own).all():
+            continue
+        airspeed, climb, north, east = own.mean(axis=1)
+        up, *change = (own[1:, -1] - own[1:, 0]) / _PART_S
+        size = max(math.hypot(north, east), _STANDING_M_S)
+        along = (change[0] * north + change[1] * east) / size
+        across = math.sqrt(max(change[0] ** 2 + change[1] ** 2 - along**2, 0.0))
+        found.append(FlownPart(*map(float, (airspeed, climb, along, across, up))))
+    return tuple(found)
+
+
+class FlownPart(NamedTuple):
+    """How a vehicle moved for a second of a manoeuvre, in the mean."""
+
+    airspeed_m_s: float
+    climb_rate_m_s: float
+    along_m_s2: float
+    """Acceleration along the track. [m s⁻²]"""
+    across_m_s2: float
+    up_m_s2: float
+
+
 class MeasuredPower(Value):
-    """Mean power over steady flight at one height and speed."""
+    """Mean power over steady flight at one height and speed, or over a manoeuvre."""
 
     power_w: float
     """Mean electrical power. [W]"""
@@ -405,6 +448,8 @@ class MeasuredPower(Value):
     """Name of the log and number of the flight, ``log#1``."""
     start_s: float = 0.0
     """When it begins, in the flight. [s]"""
+    parts: tuple[FlownPart, ...] = ()
+    """Seconds of a manoeuvre: the mean power of what changes is not the power of the mean."""
 
     @classmethod
     def over(cls, record: FlightRecord, part: slice | BoolArray, **flown: Any) -> MeasuredPower:  # noqa: ANN401 - fields

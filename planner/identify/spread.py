@@ -39,6 +39,7 @@ from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.uncertainty import kind_of
 from planner.identify.flown_mission import BEGUN_IN_AIR, MISSION_LEFT
 from planner.identify.power import identify_power, manoeuvre_powers, power_of_manoeuvres
+from planner.identify.power_laws import mean_powers_w
 from planner.identify.ramps import durations_s, fit_ramps, timed_flight
 from planner.identify.segments import (
     climb_rate_m_s,
@@ -47,9 +48,10 @@ from planner.identify.segments import (
     speed_through_air_m_s,
 )
 from planner.identify.verification import KnownConditions, items_begun, verify_flight
-from planner.values import Value, field, replace
+from planner.physics.rotor import Rotor
+from planner.values import Value, field, field_values, replace
 from planner.vehicle.model import ModelSpread
-from planner.vehicle.power import AltitudeLaw, CruisePower, WholeLaw, whole_power_w
+from planner.vehicle.power import AltitudeLaw, CruisePower, MomentumLaw, WholeLaw, whole_power_w
 from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY
 
 if TYPE_CHECKING:
@@ -584,17 +586,9 @@ def _compared(
 
 
 def _power_w(power: PowerIdentification, mean: MeasuredPower) -> float:
-    """Return what the other flights predict for a manoeuvre, by its airspeed and climb rate. [W]"""
-    if isinstance(power.cruise, WholeLaw):
-        return float(
-            whole_power_w(
-                power.cruise,
-                airspeed_m_s=mean.airspeed_m_s,
-                climb_rate_m_s=mean.climb_rate_m_s,
-                mass_kg=mean.mass_kg,
-                air_density_kg_m3=mean.air_density_kg_m3 or 0.0,
-            )
-        )
+    """Return what the other flights predict for a manoeuvre, by what was flown in it. [W]"""
+    if isinstance(power.cruise, MomentumLaw):
+        return float(mean_powers_w(Rotor(**field_values(power.cruise)), [mean])[0])
     assert isinstance(power.hover, AltitudeLaw)
     total = power.hover.coefficient_w
     if isinstance(power.cruise, CruisePower):

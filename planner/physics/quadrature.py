@@ -34,3 +34,15 @@ def unit_quadrature(points: int) -> tuple[FloatArray, FloatArray]:
     pairs = sorted({(sign * node, weight) for node, weight in half for sign in (-1.0, 1.0)})
     nodes, weights = np.array(pairs).T
     return 0.5 * (nodes + 1.0), 0.5 * weights
+
+
+def unit_derivative(points: int, at: FloatArray) -> FloatArray:
+    """Return the weights of values at the nodes in the derivative at places between 0 and 1.
+
+    That of the polynomial through them: exact up to degree ``points`` − 1.  (…, points)
+    """
+    nodes, _ = unit_quadrature(points)
+    powers = np.arange(points)
+    to_coefficients = np.linalg.inv(nodes[:, None] ** powers)
+    slopes = powers * np.asarray(at)[..., None] ** np.maximum(powers - 1, 0)
+    return np.asarray(slopes @ to_coefficients)

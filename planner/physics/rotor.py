@@ -123,6 +123,17 @@ def vortex_ring_surplus(edgewise_squared: FloatArray, axial_ratio: FloatArray) -
     return np.asarray((measured - ideal) * np.maximum(1.0 - edgewise_squared, 0.0))
 
 
+class Acceleration(NamedTuple):
+    """How the velocity of vehicles changes, seen from the air they fly through; all broadcast."""
+
+    along_m_s2: npt.ArrayLike
+    """Along the horizontal airspeed, negative in braking. [m s⁻²]"""
+    across_m_s2: npt.ArrayLike
+    """Horizontally across it, to either side. [m s⁻²]"""
+    up_m_s2: npt.ArrayLike
+    """Of the climb rate. [m s⁻²]"""
+
+
 class Rotor(NamedTuple):
     """What momentum theory knows of a multicopter.
 
@@ -153,20 +164,23 @@ def momentum_power_w(
     *,
     mass_kg: float,
     air_density_kg_m3: npt.ArrayLike,
+    acceleration: Acceleration | None = None,
 ) -> FloatArray:
-    r"""Return the electrical power of a multicopter in steady flight, by momentum theory. [W]
+    r"""Return the electrical power of a multicopter by momentum theory. [W]
 
-    The thrust carries the weight and overcomes the drag of the body,
-    :math:`\vec T = m g \hat z + \tfrac12 \rho\, C_d A\, V \vec V`, and the disk lies across it.  Then
+    The thrust carries the weight, overcomes the drag of the body and accelerates,
+    :math:`\vec T = m (g \hat z + \vec a) + \tfrac12 \rho\, C_d A\, V \vec V`, and the disk lies across it.
+    The flow is that of steady flight at each moment: it follows within the time the disk moves through
+    its own wake.  Then
 
     .. math::
        P = k_i T (v_i + k_r v_r) + k_a \vec T \cdot \vec V
            + k_p T v_h \left(1 + k_v (V_p / v_h)^2\right),
 
-    induced power with the surplus v_r of a vortex ring (`vortex_ring_surplus`), the power of climb and
-    drag, and profile power.  For blades of one tip speed ratio
+    induced power with the surplus v_r of a vortex ring (`vortex_ring_surplus`), the power of climb, drag
+    and gain of speed, and profile power.  For blades of one tip speed ratio
     textbooks have :math:`k_v (V_p/v_h)^2 = 4.65 \mu^2`.  Airspeed (horizontal), climb rate (descent
-    negative) and density broadcast; the mass is that with payload.
+    negative), density and acceleration (``None``: none) broadcast; the mass is that with payload.
 
     Examples
     --------
@@ -178,24 +192,28 @@ def momentum_power_w(
     >>> print(f"{power_w:.1f} W")
     124.1 W
     """
+    given = (airspeed_m_s, climb_rate_m_s, air_density_kg_m3, *(acceleration or ()))
     pieces = np.nditer(
-        [
-            np.asarray(airspeed_m_s, dtype=np.float64),
-            np.asarray(climb_rate_m_s, dtype=np.float64),
-            np.asarray(air_density_kg_m3, dtype=np.float64),
-            None,
-        ],
+        [*(np.asarray(one, dtype=np.float64) for one in given), None],
         flags=["external_loop", "buffered", "zerosize_ok"],
         buffersize=_CACHED,
     )
     with pieces:
-        for forward, climb, density, out in pieces:
+        for forward, climb, density, *changes, out in pieces:
             speed_squared = forward * forward + climb * climb
             drag_per_speed = (0.5 * rotor.drag_area_m2) * density * np.sqrt(speed_squared)
             thrust_forward = drag_per_speed * forward
             thrust_up = mass_kg * GRAVITY_M_S2 + drag_per_speed * climb
-            thrust = np.sqrt(thrust_forward * thrust_forward + thrust_up * thrust_up)
-            useful_w = thrust_forward * forward + thrust_up * climb  # of climb and drag
+            across_squared: FloatArray | float = 0.0
+            if changes:
+                along, across, up = changes
+                thrust_forward += mass_kg * along
+                thrust_up += mass_kg * up
+                across_squared = np.square(mass_kg * across)
+            thrust = np.sqrt(
+                thrust_forward * thrust_forward + thrust_up * thrust_up + across_squared
+            )
+            useful_w = thrust_forward * forward + thrust_up * climb  # of climb, drag, gain of speed
             hover_velocity = hover_induced_velocity_m_s(
                 thrust, density, disk_area_m2=rotor.disk_area_m2
             )
@@ -213,5 +231,5 @@ def momentum_power_w(
             )
             of_blades = rotor.profile_factor * (1.0 + rotor.profile_speed_factor * edgewise_squared)
             out[...] = thrust * hover_velocity * (of_flow + of_blades)
-        power: FloatArray = pieces.operands[3]
+        power: FloatArray = pieces.operands[-1]
     return power

@@ -603,6 +603,11 @@ class VehicleModel(Part):
         """Whether the power depends on the density of the air."""
         return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MomentumLaw)
 
+    @property
+    def knows_acceleration(self) -> bool:
+        """Whether the power depends on how the velocity changes."""
+        return isinstance(self.cruise, MomentumLaw)
+
 
 def _lift_problems(model: VehicleModel) -> Problems:
     """Yield a take-off mass that the same file says does not fly."""

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.arrays import FloatArray
+    from planner.physics.rotor import Acceleration
 
 _FACTOR = Range(0.0, 20.0)
 _ABOVE_HOVER = Key("steady power minus hover power", "W", count=(2, 1000))
@@ -283,10 +284,12 @@ def whole_power_w(
     climb_rate_m_s: "npt.ArrayLike",
     mass_kg: float | None,
     air_density_kg_m3: "npt.ArrayLike",
+    acceleration: "Acceleration | None" = None,
 ) -> "FloatArray":
     """Return the power of the motors by a law that gives all of it. [W]
 
-    Airspeed is horizontal, descent negative, the mass with payload; they and the density broadcast.
+    Airspeed is horizontal, descent negative, the mass with payload; they, the density and the acceleration
+    broadcast.  Only momentum theory knows an acceleration.
 
     Raises
     ------
@@ -306,6 +309,7 @@ def whole_power_w(
         Rotor(**field_values(law)),
         mass_kg=mass_kg,
         air_density_kg_m3=air_density_kg_m3,
+        acceleration=acceleration,
     )
 
 

@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
-from planner.flight.power import SteadyPower
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState, KinematicState
+from planner.flight.motion.ramps import fly_ramps
+from planner.flight.motion.steps import StepLegs
+from planner.flight.power import NO_TRANSIENTS, SteadyPower
+from planner.flight.prediction import make_flight
+from planner.mission.route.stage import Stage, StageKind
+from planner.physics.rotor import Acceleration, Rotor, momentum_power_w
 from planner.physics.wind import Wind
-from planner.values import replace
+from planner.values import field_values, replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Loads, VehicleModel
-from planner.vehicle.power import CruisePower, VerticalPower
+from planner.vehicle.power import CruisePower, MomentumLaw, VerticalPower
 
 SURVEY = load_vehicle("arducopter-sitl-quad")
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")
@@ -41,6 +46,7 @@ def power_w(
     is_grounded: bool | None = None,
     payload_kg: float = 0.0,
     home_amsl_m: float = 488.0,
+    acceleration_m_s2: tuple[float, float, float] | None = None,
 ) -> float:
     power = SteadyPower(
         vehicle=vehicle,
@@ -54,6 +60,7 @@ def power_w(
         np.array([STATE_INDEX[phase]]),
         np.array([commanded_m_s]),
         None if is_grounded is None else np.array([is_grounded]),
+        None if acceleration_m_s2 is None else np.array(acceleration_m_s2)[:, None],
     )
     return float(watts)
 
@@ -173,3 +180,74 @@ def test_a_whole_law_may_stand_on_another_hover_law() -> None:
     added = power_w(SURVEY, state(east_m_s=12.0)) - power_w(SURVEY, state())
     hover = power_w(ARTICLE, state())
     assert power_w(model, state(east_m_s=12.0)) == pytest.approx(hover + added)
+
+
+def test_accelerations_count_along_and_across_the_airspeed() -> None:
+    # Over ground to the north, through the air to the south-east: 3 m/s² to the east gain and turn alike.
+    wind = Wind(speed_m_s=10.0 * np.sqrt(2.0), from_deg=135.0)
+    east_then_north = [
+        power_w(SURVEY, state(), wind=wind, acceleration_m_s2=one)
+        for one in ((3.0, 0.0, 0.0), (0.0, -3.0, 0.0))
+    ]
+    assert east_then_north[0] == pytest.approx(east_then_north[1], rel=1e-9)
+    gaining = 3.0 / np.sqrt(2.0)
+    same = power_w(
+        SURVEY, state(north_m_s=10.0 * np.sqrt(2.0)), acceleration_m_s2=(gaining, gaining, 0.0)
+    )
+    assert east_then_north[0] == pytest.approx(same, rel=1e-9)
+
+
+def test_what_a_response_describes_does_not_accelerate_either() -> None:
+    model = replace(ARTICLE, cruise=SURVEY.cruise, mass_kg=SURVEY.mass_kg)
+    braking = state(east_m_s=10.0)
+    calm = power_w(model, braking, phase=FlightState.BRAKE)
+    slowing = (-3.0, 0.0, 0.0)
+    assert power_w(model, braking, phase=FlightState.BRAKE, acceleration_m_s2=slowing) == calm
+    rising, faster = state(climb_m_s=3.0), (0.0, 0.0, 2.0)
+    calm = power_w(model, rising, phase=FlightState.CLIMB)
+    assert power_w(model, rising, phase=FlightState.CLIMB, acceleration_m_s2=faster) == calm
+
+
+def test_a_predicted_leg_takes_the_power_of_its_acceleration() -> None:
+    # From rest at 2 m/s², 4 m/s at half of 16 m: by the law at that speed and acceleration
+    vehicle = replace(load_vehicle("dji-matrice-100"), loads=None)
+    assert vehicle.ramps is not None
+    assert isinstance(vehicle.cruise, MomentumLaw)
+    assert vehicle.mass_kg is not None
+    ramps = replace(vehicle.ramps, acceleration_m_s2=2.0, braking_m_s2=4.0)
+    stages = (
+        Stage(kind=StageKind.TAKEOFF, item=1, east_m=0.0, north_m=0.0, height_m=30.0),
+        Stage(kind=StageKind.GO, item=2, east_m=200.0, north_m=0.0, height_m=30.0, speed_m_s=8.0),
+    )
+    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=8.0), ramps)
+    power = SteadyPower(
+        vehicle=vehicle,
+        mass_kg=vehicle.mass_kg,
+        home_amsl_m=0.0,
+        home_temperature_c=15.0,
+        wind=Wind(),
+    )
+    flight = make_flight(motion, NO_TRANSIENTS, power)
+    names = [STATES[index] for index in motion.segments.state.tolist()]
+    rotor = Rotor(**field_values(vehicle.cruise))
+    for phase, along_m_s2 in ((FlightState.ACCELERATE, 2.0), (FlightState.BRAKE, -4.0)):
+        segment = names.index(phase)
+        start_s, end_s = (
+            float(motion.segments.start_s[segment]),
+            float(motion.segments.end_s[segment]),
+        )
+        expected = momentum_power_w(
+            4.0,
+            0.0,
+            rotor,
+            mass_kg=vehicle.mass_kg,
+            air_density_kg_m3=power.air_density_kg_m3(30.0),
+            acceleration=Acceleration(along_m_s2, 0.0, 0.0),
+        )
+        [watts] = flight.power_w(np.array([0.5 * (start_s + end_s)]))
+        assert watts == pytest.approx(float(expected), rel=1e-9)
+        # four nodes against 2,000 trapezoids: 1e-4, as the power is no polynomial
+        times = np.linspace(start_s, end_s, 2001)[1:-1]
+        mean_w = float(np.trapezoid(flight.power_w(times), times)) / float(np.ptp(times))
+        joules = mean_w * (end_s - start_s)
+        assert flight.segment_energy_j[segment] == pytest.approx(joules, rel=1e-3)

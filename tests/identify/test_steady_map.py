@@ -11,9 +11,15 @@ from made_record import make_record
 
 from planner.errors import IdentificationError
 from planner.identify.power import identify_power
-from planner.identify.power_laws import fit_steady_map
-from planner.identify.segments import MeasuredPower, record_air_density_kg_m3, steady_flight
-from planner.physics.rotor import Rotor, momentum_power_w
+from planner.identify.power_laws import fit_steady_map, mean_powers_w
+from planner.identify.segments import (
+    FlownPart,
+    MeasuredPower,
+    flown_parts,
+    record_air_density_kg_m3,
+    steady_flight,
+)
+from planner.physics.rotor import Acceleration, Rotor, momentum_power_w
 from planner.values import field_values, replace
 from planner.vehicle.law_factors import LawSpread, energy_fractions, moved_rotor
 from planner.vehicle.model import ModelSpread
@@ -67,6 +73,42 @@ def test_the_numbers_come_back_within_their_errors() -> None:
     found = fit_steady_map(flights(noise_w=1.0))
     for estimate in found.estimates:
         assert abs(estimate.value - getattr(LAW, estimate.name)) < 3.0 * estimate.error
+
+
+def test_a_manoeuvre_takes_the_mean_power_of_what_was_flown_in_it() -> None:
+    # Half of it hovering, half at 12 m/s: 6 m/s in the mean, where the power is least.
+    parts = (FlownPart(0.0, 0.0, 0.0, 0.0, 0.0), FlownPart(12.0, 0.0, 2.0, 0.0, 0.0))
+    [still] = flights()[:1]
+    speeding = Acceleration(along_m_s2=2.0, across_m_s2=0.0, up_m_s2=0.0)
+    hover_w, fast_w = (
+        float(momentum_power_w(v, 0.0, LAW, mass_kg=2.5, air_density_kg_m3=1.18, acceleration=a))
+        for v, a in ((0.0, None), (12.0, speeding))
+    )
+    both = replace(still, airspeed_m_s=6.0, parts=parts)
+    watts = mean_powers_w(LAW, [still, both, still])
+    assert watts == pytest.approx([hover_w, 0.5 * (hover_w + fast_w), hover_w])
+
+
+def test_the_seconds_of_a_record_hold_how_it_speeds_up_and_turns() -> None:
+    # 20 s at 2 m/s² to the east, then 10 s of a circle at 40 m/s, 0.1 rad/s: 4 m/s² across
+    time_s = np.arange(0.0, 30.0, 0.1)
+    angle = 0.1 * np.maximum(time_s - 20.0, 0.0)
+    speed = np.minimum(2.0 * time_s, 40.0)
+    record = make_record(
+        is_landed=np.zeros(time_s.size, dtype=bool),
+        ground_speed_m_s=speed,
+        velocity_east_m_s=speed * np.cos(angle),
+        velocity_north_m_s=speed * np.sin(angle),
+        climb_m_s=0.5 * time_s,
+    )
+    parts = flown_parts(record, record.time_s >= 0.0)
+    assert len(parts) == 29
+    for second, one in enumerate(parts):
+        assert one.up_m_s2 == pytest.approx(0.5)
+        assert one.climb_rate_m_s == pytest.approx(0.5 * (second + 0.5))
+        expected = (2.0, 0.0) if second < 20 else (0.0, 4.0)
+        # the chord of 0.1 rad is 0.04 % shorter than its arc
+        assert (one.along_m_s2, one.across_m_s2) == pytest.approx(expected, abs=0.002)
 
 
 def test_hovers_in_number_do_not_drown_one_cruise() -> None:

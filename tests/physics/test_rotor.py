@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from planner.physics import atmosphere, battery, rotor, wind
 from planner.physics.rotor import (
     FASTEST_DESCENT_RATIO,
+    Acceleration,
     Rotor,
     hover_induced_velocity_m_s,
     induced_velocity_ratio,
@@ -35,7 +36,21 @@ def power_w(airspeed_m_s: float, climb_m_s: float, **changed: float) -> float:
     air = {"mass_kg": MASS_KG, "air_density_kg_m3": DENSITY_KG_M3}
     air = {name: changed.pop(name, value) for name, value in air.items()}
     rotor = Rotor(DISK_M2, 0.0, 1.0, 1.0, 0.0, 0.0)._replace(**changed)
-    return float(momentum_power_w(airspeed_m_s, climb_m_s, rotor, **air))
+    return float(momentum_power_w(airspeed_m_s, climb_m_s, rotor, acceleration=None, **air))
+
+
+def accelerating_w(airspeed_m_s: float, acceleration: Acceleration, **changed: float) -> float:
+    """Return the power of that disk in level flight that accelerates."""
+    return float(
+        momentum_power_w(
+            airspeed_m_s,
+            0.0,
+            Rotor(DISK_M2, 0.0, 1.0, 1.0, 0.0, 0.0)._replace(**changed),
+            mass_kg=MASS_KG,
+            air_density_kg_m3=DENSITY_KG_M3,
+            acceleration=acceleration,
+        )
+    )
 
 
 @pytest.mark.parametrize("module", [rotor, atmosphere, battery, wind])
@@ -99,6 +114,28 @@ def test_an_ideal_disk_hovers_on_thrust_times_induced_velocity() -> None:
 def test_climbing_at_the_induced_velocity_takes_the_golden_ratio_of_hover() -> None:
     # T (V + v_i) with v_i = 0.618 v_h
     assert power_w(0.0, HOVER_M_S) == pytest.approx(IDEAL_W * (1.0 + math.sqrt(5.0)) / 2.0)
+
+
+def test_accelerating_upwards_is_hovering_at_more_weight() -> None:
+    # T = m (g + a), and a disk takes T^1.5: half a g more takes 1.5^1.5 = 1.837 of hover
+    rising = Acceleration(along_m_s2=0.0, across_m_s2=0.0, up_m_s2=0.5 * GRAVITY_M_S2)
+    assert accelerating_w(0.0, rising) == pytest.approx(IDEAL_W * 1.5**1.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("sideways", [(0.75, 0.0), (0.0, 0.75), (-0.45, 0.6)])
+def test_setting_off_to_any_side_leans_the_thrust(sideways: tuple[float, float]) -> None:
+    # 0.75 g to the side: T = m g hypot(1, 0.75) = 1.25 m g; at rest nothing is gained yet
+    along, across = (part * GRAVITY_M_S2 for part in sideways)
+    leaning = Acceleration(along_m_s2=along, across_m_s2=across, up_m_s2=0.0)
+    assert accelerating_w(0.0, leaning) == pytest.approx(IDEAL_W * 1.25**1.5, rel=1e-12)
+
+
+def test_gaining_speed_takes_the_power_that_kinetic_energy_grows_by() -> None:
+    # m a V = 2 x 3 x 8 W, counted by k_a alone; a turn gains no speed
+    gaining = Acceleration(along_m_s2=3.0, across_m_s2=5.0, up_m_s2=0.0)
+    assert accelerating_w(8.0, gaining, induced_factor=0.0) == pytest.approx(48.0, rel=1e-12)
+    turning = gaining._replace(along_m_s2=0.0)
+    assert accelerating_w(8.0, turning, induced_factor=0.0) == 0.0
 
 
 def test_a_very_fast_climb_takes_the_power_of_lifting_alone() -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
-from planner.physics.quadrature import unit_quadrature
+from planner.physics.quadrature import unit_derivative, unit_quadrature
 from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
 
 # Gauss-Legendre on [0, 1]: exact to degree 7; against 32 nodes within 1e-5 on the sample missions.
-QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(4)
+QUADRATURE_POINTS = 4
+QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(QUADRATURE_POINTS)
 
 
 def horizontal(vectors: FloatArray) -> FloatArray:
@@ -198,6 +199,17 @@ class Motion(Value, eq=False, dict=True):
         piece = np.arange(len(self.piece_segment))[:, None]
         time_s = QUADRATURE_NODES * self.piece_duration_s[:, None]
         return Nodes(piece, time_s, self.state_at(piece, time_s))
+
+    @cached_property
+    def node_acceleration_m_s2(self) -> FloatArray:
+        """East, north and up, at the nodes; exact where the jerk is constant. (3, p, k) [m s⁻²]
+
+        That of the cubic through the velocities there.
+        """
+        _, _, state = self.nodes
+        velocity = np.stack((state.east_m_s, state.north_m_s, state.climb_m_s))
+        slopes = unit_derivative(QUADRATURE_POINTS, QUADRATURE_NODES)
+        return quotient(velocity @ slopes.T, self.piece_duration_s[:, None])
 
     @property
     def segment_stage(self) -> IntArray:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState, KinematicState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    STATES,
+    FlightState,
+    KinematicState,
+    quotient,
+)
 from planner.flight.prediction import make_flight, segment_energies_j
 from planner.flight.returns.destination import HOME
 from planner.flight.returns.sample import sample_points
@@ -212,7 +218,7 @@ class Returns(Value, eq=False, dict=True):
         moves = speed > _SLOWEST_M_S
         safe = np.where(moves, speed, 1.0)
         length_m, stop_s = self.pilot.stop(np.where(moves, speed, 0.0))
-        stop_wh = wh_from_j(self._braking_power_w(state) * stop_s)
+        stop_wh = wh_from_j(self._braking_power_w(state, stop_s) * stop_s)
         brakes = columns.state[segment] == _BRAKE
         brake = np.minimum(segment + ~brakes, len(columns.item) - 1)
         brake_m = columns.distance_m[brake]
@@ -242,8 +248,8 @@ class Returns(Value, eq=False, dict=True):
             stop_m[stands, 0], stop_m[stands, 1] = begin.east_m, begin.north_m
         return stop_m, stop_s, stop_wh
 
-    def _braking_power_w(self, state: KinematicState) -> FloatArray:
-        """Return the mean power of stops from states. (n,) [W]"""
+    def _braking_power_w(self, state: KinematicState, stop_s: FloatArray) -> FloatArray:
+        """Return the mean power of stops from states, evenly braked in times. (n,) [W]"""
         zero = np.zeros((len(state.height_m), len(_BRAKING_FRACTIONS)))
         slowing = KinematicState.of(
             [own[:, None] + zero for own in (state.east_m, state.north_m, state.height_m)],
@@ -254,7 +260,13 @@ class Returns(Value, eq=False, dict=True):
             ),
         )
         braking = np.full((len(zero), 1), _BRAKE)
-        power_w = self.flight.power.power_w(slowing, braking, state.ground_speed_m_s[:, None])
+        velocity = np.stack((state.east_m_s, state.north_m_s, 0.0 * state.climb_m_s))
+        power_w = self.flight.power.power_w(
+            slowing,
+            braking,
+            state.ground_speed_m_s[:, None],
+            acceleration_m_s2=zero - quotient(velocity, stop_s)[..., None],
+        )
         return np.asarray(power_w @ _SIMPSON)
 
     def flown(self, points: ReturnPoints) -> FlownReturns:
