@@ -69,10 +69,10 @@ def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
         position_noise_m=0.0 if folder.name.endswith("_quiet") else None,
         payload_kg=flown.get("payload_kg") or 0.0,
     )
-    arrivals = {one.item: one.arrival_s for one in result.items if one.arrival_s is not None}
+    done_s = {one.item: one.left_s for one in result.items if one.left_s is not None}
     cuts = [(0.0, 0.0)]
     for item in flown.get("items", ())[:-1]:
-        at_s, expected_s = item["done_s"], arrivals.get(item["item"], 0.0)
+        at_s, expected_s = item["done_s"], done_s.get(item["item"], 0.0)
         if at_s > cuts[-1][0] and expected_s > cuts[-1][1]:
             cuts.append((at_s, expected_s))
     cuts.append((flown["time_s"], result.totals.time_s))

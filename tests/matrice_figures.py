@@ -23,11 +23,12 @@ import planner
 from planner.errors import IdentificationError, LogFileError
 from planner.identify.log_table import read_log_table
 from planner.identify.power import manoeuvre_powers
-from planner.identify.power_laws import fit_steady_map
+from planner.identify.power_laws import fit_steady_map, mean_powers_w
 from planner.identify.ramps import TimedFlight, fit_ramps, timed_flight
 from planner.identify.segments import MeasuredPower, record_air_density_kg_m3
 from planner.logs.files import read_log
-from planner.values import Value, replace
+from planner.physics.rotor import Rotor
+from planner.values import Value, field_values, replace
 
 README = Path(__file__).parents[1] / "models" / "README.md"
 BEGIN, END = "<!-- matrice begins -->\n\n", "\n<!-- matrice ends -->"
@@ -120,6 +121,44 @@ def table_lines(rows: list[Row]) -> list[str]:
     return lines
 
 
+def level_lines(flights: dict[str, Flight]) -> list[str]:
+    """Return by what the law of all flights errs in level legs: over the height, and over a flight's time."""
+    law = fit_steady_map([power for flight in flights.values() for power in flight.powers]).law
+    rotor = Rotor(**field_values(law))
+    means, within = [], []
+    for flight in flights.values():
+        legs = [power for power in flight.powers if power.climb_rate_m_s == 0.0]
+        if not legs:
+            continue
+        errors = 100.0 * (mean_powers_w(rotor, legs) / [leg.power_w for leg in legs] - 1.0)
+        columns = np.array(
+            [
+                (leg.height_above_home_m, leg.start_s + 0.5 * leg.duration_s, leg.airspeed_m_s)
+                for leg in legs
+            ]
+        )
+        weights = np.array([leg.duration_s for leg in legs])
+        rows = np.column_stack((errors, columns, columns[:, 2] ** 2))
+        mean = np.average(rows, axis=0, weights=weights)
+        means.append(mean)
+        within.append(np.sqrt(weights)[:, None] * (rows - mean))
+    height = np.array(means)[:, 1] / 100.0
+    slope, covariance = np.polyfit(height, np.array(means)[:, 0], 1, cov=True)
+    parts = [(rows[:, 2:] / [300.0, 1.0, 1.0], rows[:, 0]) for rows in within]
+    inverse = np.linalg.inv(sum(x.T @ x for x, _ in parts))
+    effects = inverse @ sum(x.T @ y for x, y in parts)
+    # legs of one flight share errors: each flight is one
+    scores = np.array([x.T @ (y - x @ effects) for x, y in parts])
+    error = float(np.sqrt((inverse @ (scores.T @ scores) @ inverse)[0, 0]))
+    return [
+        (
+            f"level legs of {len(means)} flights, predicted over flown: {slope[0]:+.1f} ± "
+            f"{np.sqrt(covariance[0, 0]):.1f} % for 100 m of height,"
+        ),
+        f"{effects[0]:+.1f} ± {error:.1f} % for 300 s within a flight at one airspeed",
+    ]
+
+
 def main(logs: str, table: str, missions: str) -> None:
     """Write the table into the README of the models, and the worst missions to standard output."""
     vehicle = planner.load_vehicle("dji-matrice-100")
@@ -132,6 +171,7 @@ def main(logs: str, table: str, missions: str) -> None:
     lines = table_lines(rows)
     README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
     worst = sorted(rows, key=lambda row: -abs(row.energy))[:5]
+    lines += level_lines(flights)
     lines += [f"{r.name}: energy {r.energy:+.1%}, time {r.time:+.1%}" for r in worst]
     sys.stdout.write("\n".join(lines) + "\n")
 
