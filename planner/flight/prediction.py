@@ -244,14 +244,21 @@ class Flight(Value, eq=False, dict=True):
         motion = self.motion
         piece, own_s = motion.piece_at(time_s)
         state = motion.state_at(piece, own_s)
-        changes = None
-        if self.power.vehicle.knows_acceleration:
-            duration_s = motion.piece_duration_s[piece]
-            of_nodes = unit_derivative(QUADRATURE_POINTS, quotient(own_s, duration_s))
-            nodes = self.node_state.velocity_m_s[piece]
-            changes = quotient(np.einsum("nk,nka->an", of_nodes, nodes), duration_s)
+        changes = self._acceleration_m_s2(piece, own_s)
         steady_w = _steady_power_w(motion, piece, state, self.power, changes)
         return steady_w + self.transients.total_power_w(time_s)
+
+    def _acceleration_m_s2(self, piece: IntArray, own_s: FloatArray) -> FloatArray | None:
+        """Return the acceleration at times of pieces, by the velocities at their nodes. (3, n) [m s⁻²]
+
+        ``None`` where the power does not depend on it.
+        """
+        if not self.power.vehicle.knows_acceleration:
+            return None
+        duration_s = self.motion.piece_duration_s[piece]
+        of_nodes = unit_derivative(QUADRATURE_POINTS, quotient(own_s, duration_s))
+        nodes = self.node_state.velocity_m_s[piece]
+        return quotient(np.einsum("nk,nka->an", of_nodes, nodes), duration_s)
 
     def power_of_airspeed_w(self, time_s: FloatArray, against_m_s: FloatArray) -> FloatArray:
         """Return how much more it takes to fly faster through the air at times, by (t, 2) [m s⁻¹]. (t,) [W]
@@ -266,7 +273,10 @@ class Flight(Value, eq=False, dict=True):
             east_m_s=calm.east_m_s + against_m_s[:, 0],
             north_m_s=calm.north_m_s + against_m_s[:, 1],
         )
-        calm_w, blown_w = (_steady_power_w(motion, piece, one, self.power) for one in (calm, blown))
+        changes = self._acceleration_m_s2(piece, own_s)
+        calm_w, blown_w = (
+            _steady_power_w(motion, piece, one, self.power, changes) for one in (calm, blown)
+        )
         return blown_w - calm_w
 
 
