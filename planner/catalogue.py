@@ -109,7 +109,8 @@ def kept_on() -> Mapping[str, str]:
 @cache
 def rule(code: str) -> Rule:
     """Return a rule by its code."""
-    declared = vars(import_module(entries()[code].module)).values()
+    # At once: a warning of numpy in another thread adds to what a module holds (__warningregistry__).
+    declared = tuple(vars(import_module(entries()[code].module)).values())
     return next(one for one in declared if isinstance(one, Rule) and one.code == code)
 
 

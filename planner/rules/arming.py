@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -83,6 +84,42 @@ def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[F
 def _would_not_arm_px4(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
     for said in refused_by_px4(numbers(a)):
         yield a.finding(WOULD_NOT_ARM, f"PX4 does not arm: {said}")
+
+
+TAKEOFF_BLOCKED = Rule(
+    "M131 takeoff-blocked",
+    Severity.ERROR,
+    summary="The motors are held at idle: nothing tells the autopilot how fast they turn.",
+    why="ArduPilot arms, says 'Takeoff blocked: ESC RPM too low' and stands on the ground with the mission "
+    "begun (AP_Vehicle::motors_takeoff_check).",
+    how="TKOFF_RPM_MIN above 0 with no source of telemetry from the motors' controllers: no SERIALn_PROTOCOL "
+    "of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; judged of a file that names "
+    "serial ports.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.",
+    fix="set TKOFF_RPM_MIN to 0, or connect and set up the telemetry",
+    instead="the parameters of --params",
+)
+_TELEMETRY_PORTS = frozenset({16, 38})
+"""SERIALn_PROTOCOL of telemetry from motor controllers, and of FETtec's."""
+_PORT = re.compile(r"SERIAL\d+_PROTOCOL")
+_TELLS_SPEEDS = re.compile(r"SERVO_BLH_BDMASK|CAN_P\d_DRIVER|SIM_ESC_TELEM")
+
+
+@judges(TAKEOFF_BLOCKED, needs=(ARDUPILOT,))
+def _takeoff_blocked(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+    values = numbers(a)
+    least, most = values.get("TKOFF_RPM_MIN", 0.0), values.get("TKOFF_RPM_MAX", 0.0)
+    if least <= 0.0:
+        return
+    ports = {int(value) for name, value in values.items() if _PORT.fullmatch(name)}
+    is_told = any(_TELLS_SPEEDS.fullmatch(name) and value for name, value in values.items())
+    asked = f"TKOFF_RPM_MIN is {least:g}"
+    if 0.0 < most < least:
+        yield a.finding(
+            TAKEOFF_BLOCKED, f"{asked} and TKOFF_RPM_MAX {most:g}: ArduPilot never takes off"
+        )
+    elif ports and not ports & _TELEMETRY_PORTS and not is_told:
+        message = f"{asked}: without telemetry from the motors ArduPilot never takes off"
+        yield a.finding(TAKEOFF_BLOCKED, message)
 
 
 DISARMS_ON_THE_GROUND = Rule(

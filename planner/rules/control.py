@@ -98,7 +98,8 @@ NO_CONTROL = Rule(
     "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
     "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  PX4 "
     "besides: CA_AIRFRAME of what is no rotorcraft, CA_ROTOR_COUNT 0, a motor of CA_ROTOR_COUNT on none of "
-    "as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), SYS_HITL 1.",
+    "as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), SYS_HITL 1; MPC_XY_VEL_I_ACC 0 "
+    "in wind, which PX4 takes (its least is 0): drag over the other gains is how far it stands off.",
     fix="restore the parameters of the vehicle, or give its own file",
     instead="the parameters of --params",
 )
@@ -117,6 +118,10 @@ def _no_control(a: Assessment, parameters: FlightParameters) -> Iterator[Finding
         )
     elif is_px4:
         yield from (a.finding(NO_CONTROL, said) for said in _undriven(values))
+        if values.get("MPC_XY_VEL_I_ACC") == 0.0 and a.setup.wind.speed_m_s > 0.0:
+            wind = quantity.speed(a.setup.wind.speed_m_s)
+            said = f"MPC_XY_VEL_I_ACC is 0: PX4 does not correct for the wind of {wind}"
+            yield a.finding(NO_CONTROL, f"{said}, stands off its places and may never reach them")
 
 
 def _undriven(values: Mapping[str, float]) -> Iterator[str]:

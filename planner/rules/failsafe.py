@@ -398,7 +398,7 @@ RALLY_UNREACHABLE = Rule(
     summary="A rally point is useless: never chosen, or not reachable above the reserve.",
     why="A rally point is drawn as the place of safety; a vehicle that never goes there, or cannot, "
     "needs the return home after all (ArduPilot #4701: rally in range of the whole path, #30575).",
-    how="From the ends of the mission's stages, or 200 of them: a warning where the energy left above "
+    how="From wherever returns are judged, or 200 of these points: a warning where the energy left above "
     "the reserve does not reach the rally point from any of them; a note where the vehicle's own rules "
     "(RTL_TYPE; RALLY_LIMIT_KM, RALLY_INCL_HOME) never choose it.",
     fix="move the rally point to where the mission is far from home, or remove it",
@@ -410,23 +410,17 @@ def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding
     rally, returns = a.mission.rally, a.returns
     if not rally:
         return
-    ends = returns.stage_ends
-    ends = ends[
-        [
-            a.route.stages[stage].kind not in {StageKind.LAND, *RETURN_STAGES}
-            for stage in returns.segment_stage[ends].tolist()
-        ]
-    ]
-    if not len(ends):
+    sample = returns.sample
+    if sample is None or not len(sample.points.segment):
         return
-    points = returns.end_points(thinned(ends, _MOST_RALLY_PLACES))
-    chosen = np.unique(returns.chosen(points))
-    above_wh = budget.usable_wh - budget.reserve_wh - points.used_wh - points.stop_wh
+    points, chosen = sample.points, np.unique(sample.destination)
+    rows = thinned(np.arange(len(points.segment)), _MOST_RALLY_PLACES)
+    above_wh = (budget.usable_wh - budget.reserve_wh - points.used_wh - points.stop_wh)[rows]
     never: list[int] = []
     out_of_reach: list[int] = []
     missed_by_wh: list[float] = []
     for number in range(1, len(rally) + 1):
-        _, way_wh = returns.fly(points.stop_m, points.stage, number)
+        _, way_wh = returns.fly(points.stop_m[rows], points.stage[rows], number)
         short_wh = float((way_wh - above_wh).min())
         if short_wh > 0.0:
             out_of_reach.append(number)

@@ -108,7 +108,8 @@ def judge(
 @cache
 def checks_of(subject: str) -> tuple[Check, ...]:
     """Return the checks of a module, in the order of the module."""
-    declared = vars(import_module(f"planner.rules.{subject}")).values()
+    # At once: a warning of numpy in another thread adds to what a module holds (__warningregistry__).
+    declared = tuple(vars(import_module(f"planner.rules.{subject}")).values())
     return tuple(one for one in declared if isinstance(one, Check))
 
 

@@ -9,6 +9,7 @@ from made_missions import item, mission, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner.findings import Severity
+from planner.physics.wind import Wind
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
@@ -44,3 +45,32 @@ def test_a_load_picked_up_on_the_way_needs_its_mass(
     )
     graver = [one for one in flown if one.code == "T102" and one.severity is Severity.ERROR]
     assert bool(graver) is is_error
+
+
+@pytest.mark.parametrize(
+    ("parameters", "stands"),
+    [
+        ("TKOFF_RPM_MIN,500\nTKOFF_RPM_MAX,400\n", True),
+        ("TKOFF_RPM_MIN,500\nTKOFF_RPM_MAX,500\n", False),
+        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\n", True),
+        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nSERVO_BLH_BDMASK,15\n", False),
+        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nCAN_P1_DRIVER,1\n", False),
+        ("TKOFF_RPM_MIN,500\n", False),  # names no port: not known
+    ],
+)
+def test_motors_whose_speed_nobody_tells_are_held_at_idle(parameters: str, *, stands: bool) -> None:
+    flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, parameters)
+    assert ("M131" in {one.code for one in flown}) is stands
+
+
+@pytest.mark.parametrize(("wind_m_s", "is_error"), [(0.0, False), (4.0, True)])
+def test_px4_without_an_integral_flies_in_calm_alone(wind_m_s: float, *, is_error: bool) -> None:
+    flown = found(
+        mission(takeoff(20), waypoint(100, 20), rtl()),
+        PX4,
+        "MPC_XY_VEL_I_ACC,0\n",
+        wind=Wind(speed_m_s=wind_m_s, from_deg=0.0),
+    )
+    codes = {one.code for one in flown if one.severity is Severity.ERROR}
+    assert ("M130" in codes) is is_error
+    assert "P105" not in codes

@@ -14,6 +14,7 @@ _FASTEST_M_S = 50.0
 """Faster than any multicopter that flies missions: beyond it a unit was mistaken. [m/s]"""
 _SPEED = _ACCELERATION = Range(0.0, _FASTEST_M_S, excludes_low=True)
 _SLOW = _GAIN = Range(0.0, 10.0, excludes_low=True)
+_GAIN_OR_NONE = Range(0.0, 10.0)
 _JERK = Range(0.0, 500.0, excludes_low=True)
 _OR_NEGATIVE = Range(high=_FASTEST_M_S)
 _FRACTION = Range(0.0, 1.0)
@@ -44,7 +45,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
     position_gain_per_s: float = parameter("MPC_XY_P 1/s", 0.95, _GAIN)
     position_error_max_m: float = parameter("MPC_XY_ERR_MAX m", 2.0, POSITIVE)
     velocity_gain_per_s: float = parameter("MPC_XY_VEL_P_ACC 1/s", 1.8, _GAIN)
-    velocity_integral_gain_per_s2: float = parameter("MPC_XY_VEL_I_ACC 1/s²", 0.4, _GAIN)
+    velocity_integral_gain_per_s2: float = parameter("MPC_XY_VEL_I_ACC 1/s²", 0.4, _GAIN_OR_NONE)
     vertical_position_gain_per_s: float = parameter("MPC_Z_P 1/s", 1.0, _GAIN)
     vertical_velocity_gain_per_s: float = parameter("MPC_Z_VEL_P_ACC 1/s", 4.0, _GAIN)
     vertical_integral_gain_per_s2: float = parameter("MPC_Z_VEL_I_ACC 1/s²", 2.0, _GAIN)

@@ -46,6 +46,10 @@ class Tracking(Value):
     """Deceleration by the air over airspeed; ``None``: it does not lag. [s⁻¹]"""
 
 
+_NO_INTEGRAL = 1e-9
+"""A gain below this builds up nothing during any flight. [s⁻²]"""
+
+
 class TrackingLag(Value):
     """The error of the position that drag causes, by PX4's controller.
 
@@ -167,7 +171,7 @@ class TrackingLag(Value):
     ) -> tuple[FloatArray, ComplexArray]:
         """Return time scales, and D v_t − z as pieces end. (p,), (p,)"""
         p, time_s = self.parameters, parts.time_s
-        settling_s = p.velocity_gain_per_s / p.velocity_integral_gain_per_s2
+        settling_s = p.velocity_gain_per_s / max(p.velocity_integral_gain_per_s2, _NO_INTEGRAL)
         begins, ends = parts.level_m_s[:, :-1].ravel(), parts.level_m_s[:, 1:].ravel()
         velocity = 0.5 * (begins + ends)
         speed = np.abs(velocity)
