@@ -64,12 +64,13 @@ def _actions_not_counted(a: Assessment) -> Iterator[Finding]:
 @judges(HOME_UNKNOWN, needs=(BUDGET,))
 def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
     speed_m_s = getattr(a.own_parameters, "cruise_speed_m_s", a.setup.vehicle.default_speed_m_s)
-    if a.mission.home is not None or not speed_m_s:
+    wait_s = a.mission.unstated_wait_s
+    if a.mission.home is not None or not speed_m_s or math.isinf(wait_s):
         return
     hover_w = hover_near_home_w(a.flight.power)
     mean_w = a.totals.mean_power_w or hover_w
     way_wh = wh_from_j(max(hover_w, mean_w) * 2.0 * IN_SIGHT_M / speed_m_s)
-    waits_wh = wh_from_j(hover_w * a.mission.unstated_wait_s)
+    waits_wh = wh_from_j(hover_w * wait_s)
     short_wh = way_wh + waits_wh - _left_wh(a)
     if not short_wh > 0.0:
         return

@@ -372,6 +372,20 @@ def test_what_is_not_stated_costs_margin(wait_s: float, severity: Severity) -> N
     assert finding.severity is severity
 
 
+def test_actions_that_last_nobody_knows_how_long_are_an_error() -> None:
+    mission = replace(read(dji()), unstated_wait_s=float("inf"))
+    vehicle, pack = load_vehicle("falkowski-2023-quadrotor"), Battery(capacity_wh=77.0)
+    found = [
+        one
+        for one in check(mission, vehicle, battery=pack).findings
+        if one.code in {"E131", "M107"}
+    ]
+    assert [(one.code, one.severity) for one in found] == [
+        ("E131", Severity.ERROR),
+        ("M107", Severity.WARNING),
+    ]
+
+
 @pytest.mark.parametrize(("margin_wh", "is_short"), [(4.2, False), (3.0, True)])
 def test_an_unknown_home_costs_the_way_in_sight(margin_wh: float, *, is_short: bool) -> None:
     # 1,000 m at the model's 10 m/s and 130 W are 3.6 Wh.
