@@ -308,3 +308,36 @@ def test_a_speed_held_back_flies_between_the_slow_leg_and_the_fast_one(
         by_hand.append(way / first + (length - way) / then)
     # No stop in the middle: one start and one stop as for any leg, and a change of speed.
     assert min(by_hand) - 1.0 <= held <= max(by_hand) + 2.0 * ramp_s + 2.0
+
+
+@settings(deadline=None, max_examples=4)
+@given(
+    length=st.floats(300.0, 1500.0),
+    fraction=st.floats(0.05, 0.95),
+    slow=st.floats(1.0, 5.0),
+    fast=st.floats(6.0, 12.0),
+    speeds_up=st.booleans(),
+    autopilot=st.sampled_from(FLOWN),
+)
+def test_a_return_with_a_speed_held_back_takes_what_its_two_spans_take(
+    length: float,
+    fraction: float,
+    slow: float,
+    fast: float,
+    autopilot: Autopilot,
+    *,
+    speeds_up: bool,
+) -> None:
+    first, then = (slow, fast) if speeds_up else (fast, slow)
+
+    def home_s(*queue: MissionItem) -> float:
+        legs = (takeoff(30), waypoint(length, 30), distance(1e5), *queue, rtl())
+        result = flown(*legs, autopilot=autopilot)
+        return result.totals.time_s - arrival_s(result, 2)
+
+    last_m = fraction * length
+    held = home_s(speed(first), distance(last_m), speed(then))
+    # Each span at the pace of a return all at that speed; a change of speed takes its ramp once more.
+    shares = ((first, 1.0 - fraction), (then, fraction))
+    by_hand = sum(share * home_s(speed(each)) for each, share in shares)
+    assert held == pytest.approx(by_hand, abs=2.0 * (fast / 2.5 + 2.5) + 6.0)

@@ -283,7 +283,10 @@ def test_dji_climbs_before_it_returns_and_stops_where_its_turns_do() -> None:
         "<wpml:waypointSpeed>7",
     )
     high = with_config(stops, globalRTHHeight="100")
-    for data in (high, packed(wpmz__template_kml=high, wpmz__waylines_wpml=stops)):
+    low = with_config(stops, globalRTHHeight="50")
+    both = (packed(wpmz__template_kml=high, wpmz__waylines_wpml=one) for one in (stops, low))
+    every: list[str | bytes] = [high, *both]
+    for data in every:
         mission = read(data)
         assert flown(mission)[-2:] == [
             (Command.NAV_WAYPOINT, 47.0, 8.001, 100.0),

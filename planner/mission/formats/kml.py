@@ -259,6 +259,9 @@ def _read_wpml(root: ET.Element, drawn: ET.Element, *, source: str) -> Mission:
     climb_m = _optional(root, "takeOffSecurityHeight", source=source)
     if climb_m is not None and points and _text(root, "flyToWaylineMode") == "safely":
         climb_m = max(climb_m, points[0].altitude_m)
+    # Where both say one, it may be either.
+    given_m = (_optional(one, "globalRTHHeight", source=source) for one in (root, drawn))
+    heights_m = [height_m for height_m in given_m if height_m is not None]
     return foreign_mission(
         points,
         what="a DJI mission (WPML)",
@@ -269,8 +272,7 @@ def _read_wpml(root: ET.Element, drawn: ET.Element, *, source: str) -> Mission:
             takeoff_height_m=climb_m,
             first_speed_m_s=_optional(root, "globalTransitionalSpeed", source=source),
             ending=ending,
-            return_height_m=_optional(root, "globalRTHHeight", source=source)
-            or _optional(drawn, "globalRTHHeight", source=source),
+            return_height_m=max(heights_m, default=None),
         ),
         assumed=_dji_assumptions(root, route),
     )
