@@ -636,7 +636,8 @@ NUMBER_NOT_SHOWN = Rule(
     why="What is within its own error says nothing of the vehicle.  Predictions far from the flights, "
     "at another speed or payload, rest on what is usual for multirotors.",
     how="A coefficient of a response or a delay is left at 0, a resistance out, a number of momentum theory "
-    "near what is usual, where the flights narrow that by less than a fifth.  A response of which neither "
+    "near what is usual, where the flights narrow that by less than a fifth; an exponent of hover power over "
+    "mass or air density is that of momentum theory, 3/2 and -1/2.  A response of which neither "
     "the size nor the time is shown is no response (I102).",
     fix="record more flights that show it: faster legs for the drag, steps for a response, climbs for the "
     "resistance of the battery",

@@ -200,6 +200,7 @@ def identify_hover(
         estimates=fit.estimates,
         segments=(*refusals, *_segments(hovers, _held_out(hovers))),
         rms=float(np.sqrt(np.mean((predicted - powers) ** 2))),
+        not_shown=fit.exponents_from_theory,
     )
     return fit.law, outcome, readings
 

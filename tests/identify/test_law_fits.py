@@ -8,6 +8,7 @@ from experiment_manoeuvres import hovers
 from simulated_experiment import HOVER_COEFFICIENT_W, HOVER_EXPONENT, fly_vertically
 
 from planner.errors import IdentificationError
+from planner.identify.power import identify_hover
 from planner.identify.power_laws import fit_altitude_law, fit_cruise_curve, fit_density_law
 from planner.identify.segments import MeasuredPower
 
@@ -83,6 +84,9 @@ def test_one_hover_gives_a_density_law_with_the_exponents_of_theory() -> None:
     assert (fit.law.reference_mass_kg, fit.law.reference_density_kg_m3) == pytest.approx((2.0, 1.2))
     assert (fit.law.mass_exponent, fit.law.density_exponent) == (1.5, -0.5)
     assert fit.exponents_from_theory == ("mass_exponent", "density_exponent")
+    # They are reported as not shown (I107).
+    _, outcome, _ = identify_hover([hover(200.0, mass_kg=2.0, air_density_kg_m3=1.2)])
+    assert outcome.not_shown == ("mass_exponent", "density_exponent")
 
 
 def test_exponents_are_measured_where_the_hovers_tell_them() -> None:
