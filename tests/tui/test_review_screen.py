@@ -293,7 +293,12 @@ async def test_no_speed_is_offered_where_one_is_asked_for() -> None:
 async def test_the_help_is_of_the_pane_in_use() -> None:
     async with review_app().run_test(size=NARROW) as pilot:
         screen = await settled(pilot)
-        for key, name, own in (("1", "Findings", "Choose"), ("3", "Map", "Zoom in")):
+        of_panes = (
+            ("1", "Findings", "Choose"),
+            ("3", "Map", "Zoom in"),
+            ("6", "What if", "Take back all"),  # not typed into its field
+        )
+        for key, name, own in of_panes:
             await pilot.press(key)
             await pilot.pause()
             await pilot.press("question_mark")

@@ -21,6 +21,8 @@ SHOTS = {
     "fleet-in-time": ("fleets/delivery-two-pads.toml", (80, 24), ("n", "n"), False),
     "smallest": ("crossing-too-far.plan", (60, 16), ("p", "p", "p", "2"), False),
     "smallest-in-ascii": ("survey-vineyard.plan", (60, 16), ("3",), True),
+    "energy-in-ascii": ("crossing-too-far.plan", (80, 24), ("p", "p", "p", "2"), True),
+    "what-if": ("crossing-too-far.plan", (80, 24), ("6",), False),
     "all-panes": ("crossing-too-far.plan", (140, 42), ("p", "p", "p"), False),
     "all-panes-in-ascii": ("crossing-too-far.plan", (140, 42), (), True),
 }

@@ -25,6 +25,18 @@ DEBOUNCE_S = 0.12
 """A blink: what is typed faster is taken together."""
 
 
+class _Field(Input):
+    """A field in which ``?`` is the key of help, as everywhere: no setting holds one."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "app.show_help", "Help", priority=True)
+    ]
+
+    def check_consume_key(self, key: str, character: str | None) -> bool:
+        """Return whether a key is typed into the field."""
+        return character != "?" and super().check_consume_key(key, character)
+
+
 class WhatIfForm(VerticalScroll):
     """One line a setting; blank keeps what the mission is checked with."""
 
@@ -75,7 +87,7 @@ class WhatIfForm(VerticalScroll):
             return
         self._is_filled = True
         shown = form_settings()
-        fields = [Input(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown]
+        fields = [_Field(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown]
         labels = Static("\n".join(one.label for one in shown), classes="labels", markup=False)
         rows = suggestion_table(self._suggestions)
         self.mount(
