@@ -8,7 +8,7 @@ import click
 
 from planner import __version__, catalogue
 from planner.catalogue import PX4_EVENTS
-from planner.cli.options import data_options
+from planner.cli.options import data_options, output_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
 from planner.report.json import rule_json, rules_json
@@ -86,8 +86,9 @@ def _commands(context: click.Context) -> list[str]:
 
 @click.command("help", short_help="Show the long tables and texts, by topic.")
 @click.argument("topic", required=False, shell_complete=_topics)
+@output_option()
 @click.pass_context
-def help_command(context: click.Context, *, topic: str | None) -> None:
+def help_command(context: click.Context, *, topic: str | None, output: Path | None) -> None:
     """Show a topic: settings, rules, formats, names, fleet and others; without one, list them.
 
     TOPIC may be a command too: its help, as of --help.
@@ -95,9 +96,9 @@ def help_command(context: click.Context, *, topic: str | None) -> None:
     from planner.report.topics import topic_names, topic_text, topics_text
 
     if topic is None:
-        write_data(topics_text(medium=standard_medium()))
+        write_data(topics_text(medium=standard_medium(output)), output=output)
     elif topic in topic_names():
-        write_data(topic_text(topic, medium=standard_medium()))
+        write_data(topic_text(topic, medium=standard_medium(output)), output=output)
     elif topic in _commands(context) and context.parent is not None:
         main = context.parent
         command = (
@@ -105,7 +106,7 @@ def help_command(context: click.Context, *, topic: str | None) -> None:
         )
         if command is not None:
             with click.Context(command, info_name=topic, parent=main) as asked:
-                write_data(f"{command.get_help(asked)}\n")
+                write_data(f"{command.get_help(asked)}\n", output=output)
     else:
         known = (*topic_names(), *_commands(context))
         msg = f"no topic {topic!r}{nearest_hint(topic, known)} (mavjoule help)"

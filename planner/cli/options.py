@@ -249,8 +249,13 @@ def format_option(*formats: str) -> Callable[[Command], Command]:
 
 def data_options(*formats: str) -> Callable[[Command], Command]:
     """Return a decorator that adds ``--format`` and ``--output``, for a command that prints data."""
-    output = path_option("-o", "--output", help="write to a file instead of standard output")
+    output = output_option()
     return lambda command: format_option(*formats)(output(command))
+
+
+def output_option() -> Callable[[Command], Command]:
+    """Return a decorator that adds ``--output``."""
+    return path_option("-o", "--output", help="write to a file instead of standard output")
 
 
 def page_option(holding: str) -> Callable[[Command], Command]:

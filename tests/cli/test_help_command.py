@@ -101,3 +101,12 @@ def test_what_is_printed_goes_to_a_file_where_one_is_named(
     main([*command, "-o", "there.txt"])
     assert capsys.readouterr().out == ""
     assert len(Path("there.txt").read_text(encoding="utf-8").splitlines()) > 3
+
+
+def test_a_topic_is_written_to_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "names.txt"
+    assert main(["help", "names"]) == 0
+    printed = capsys.readouterr().out
+    assert main(["help", "names", "-o", str(file)]) == 0
+    assert capsys.readouterr().out == ""
+    assert file.read_text(encoding="utf-8") == printed
