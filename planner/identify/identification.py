@@ -16,6 +16,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Method, Parts, assemble_model
+from planner.identify.battery import PackSettings
 from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
 from planner.identify.power import (
     PowerIdentification,
@@ -27,7 +28,7 @@ from planner.identify.power import (
     power_of_manoeuvres,
 )
 from planner.identify.ramps import has_references, identify_ramps
-from planner.identify.refinement import narrowed_power, refuse_impossible_mass
+from planner.identify.refinement import narrowed_power, refuse_impossible_mass, refuse_other_cells
 from planner.identify.responses import identify_response
 from planner.identify.segments import (
     SegmentUse,
@@ -106,6 +107,9 @@ def _narrowed(
     settings: IdentificationSettings,
 ) -> Parts:
     """Return the parts with the power of a base model that flights narrow, as ``vehicle refine`` does."""
+    if settings.pack == PackSettings():  # else the battery that flew is stated
+        for record in records:
+            refuse_other_cells(record, base)
     conditions = list(map(settings.conditions_of, records))
     found = narrowed_power(base, records, conditions, parts.steady)
     loads = base.loads

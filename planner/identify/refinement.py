@@ -69,6 +69,11 @@ _ROUNDS = 5
 """After which the scatter of flights changes by less than a hundredth."""
 _DISAGREES = 2.0
 """Standard deviations of its prior from which on a factor is worth a word: one in twenty by chance. [-]"""
+_LEAST_CHARGE = 0.1
+"""With less nobody begins a flight. [-]"""
+_HIGHEST_FULL = 1.08
+"""Highest voltage of a flight over that of the full battery: cells of 4.35 V have 1.06 times the
+4.10 V of the curve assumed, and voltages are read within 2 %. [-]"""
 _OTHER_VEHICLE = 5.0
 """From which on no chance explains it: one in a million. [-]"""
 _SHOWN = 0.8
@@ -189,6 +194,8 @@ def refine_vehicle(
     if stranger := next((r for r in records if r.autopilot not in {None, vehicle.reference}), None):
         msg = f"{stranger.source} is of {stranger.autopilot}, {vehicle.name} of {vehicle.reference}"
         raise UsageError(msg)
+    for record in records:
+        refuse_other_cells(record, vehicle)
     known = LogTable() if logs is None else logs
     conditions = [known.of(record.source) for record in records]
     steady: list[MeasuredPower] = []
@@ -331,6 +338,23 @@ def _narrowed_resistance(
         before=before,
         after=before * math.sqrt(1.0 - weight),
     )
+
+
+def refuse_other_cells(record: FlightRecord, vehicle: VehicleModel) -> None:
+    """Raise ``IdentificationError`` where the battery of a flight cannot be that of the model."""
+    battery, measured_v = vehicle.battery, record.voltage_v[np.isfinite(record.voltage_v)]
+    if battery is None or battery.ocv_v is None or battery.ocv_soc is None or not measured_v.size:
+        return
+    highest_v, full_v = float(measured_v.max()), battery.ocv_v[-1]
+    least_v = float(np.interp(_LEAST_CHARGE, battery.ocv_soc, battery.ocv_v))
+    if not least_v <= highest_v <= _HIGHEST_FULL * full_v:
+        msg = (
+            f"{record.source} has {quantity.decimals(highest_v, 1)} V at most, the battery of {vehicle.name} "
+            f"{quantity.decimals(least_v, 1)} V at {quantity.percent(_LEAST_CHARGE)} and "
+            f"{quantity.decimals(full_v, 1)} V full: the flight is of another vehicle, or its battery of "
+            "other cells"
+        )
+        raise IdentificationError(msg)
 
 
 def _refuse_other_vehicle(factors: Sequence[NarrowedFactor], vehicle: VehicleModel) -> None:

@@ -15,7 +15,7 @@ from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.model import Basis
-from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage
+from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage, lowest_voltage_v
 from planner.vehicle.parameters.table import OriginKind
 from planner.vehicle.reader import load_chemistry
 
@@ -248,7 +248,9 @@ VOLTAGE_LOW = Rule(
     "drawn: a vehicle landed itself at 3.5 V a cell with 30 % left (ArduPilot #5395).",
     how="V = (E + sqrt(E² − 4 R P)) / 2 at the highest power of each segment of the flight, of holds at "
     "any point of it and of the returns from there, E from the charge left, R at the temperature and age "
-    "of the battery; fires where V is below cutoff_voltage_v, or where no current gives the power.",
+    "of the battery; fires where V is below cutoff_voltage_v, or where no current gives the power.  Of a "
+    "battery that states no cut-off, 3.0 V a cell of lithium-polymer, 2.5 V of lithium-ion "
+    "(models/chemistries).",
     fix="fly a shorter or slower mission, start with a fuller battery, or use one of less resistance",
     instead="--battery or --charge",
 )
@@ -256,7 +258,10 @@ VOLTAGE_LOW = Rule(
 
 @judges(VOLTAGE_LOW, needs=(PACK, DISCHARGE))
 def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator[Finding]:
-    cutoff_v = pack.cutoff_voltage_v or 0.0
+    cutoff_v, assumed = pack.cutoff_voltage_v, ""
+    if cutoff_v is None:
+        cutoff_v = lowest_voltage_v(pack)
+        assumed = f", as of {chemistry_of(pack).name} cells: the battery states none"
     lowest_v, item = discharge.lowest_voltage_v, a.item_of(discharge.lowest_voltage_segment)
     can_deliver, where = discharge.can_deliver, ""
     returning, sample = a.return_discharge, a.returns.sample
@@ -274,7 +279,7 @@ def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator
         )
     elif lowest_v < cutoff_v:
         lowest = quantity.beside(lowest_v, cutoff_v, _volts)
-        message = f"{lowest} under load{where}; the cut-off is {_volts(cutoff_v)}"
+        message = f"{lowest} under load{where}; the cut-off is {_volts(cutoff_v)}{assumed}"
     else:
         return
     yield a.finding(VOLTAGE_LOW, message, item=item)

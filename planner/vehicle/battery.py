@@ -257,9 +257,19 @@ class Chemistry(Part):
         Key("highest current over the charge that any battery bears for seconds", "1/h", POSITIVE),
     ] = None
 
+    lowest_cell_v: Annotated[
+        float | None, Key("voltage of a cell under load below which none is flown", "V", POSITIVE)
+    ] = None
+
     def inconsistencies(self) -> Problems:
         """Yield what does not fit together."""
-        limits = ("typical_wh_kg", "highest_wh_kg", "sustained_c_rate", "peak_c_rate")
+        limits = (
+            "typical_wh_kg",
+            "highest_wh_kg",
+            "sustained_c_rate",
+            "peak_c_rate",
+            "lowest_cell_v",
+        )
         missing = [name for name in limits if getattr(self, name) is None]
         if 0 < len(missing) < len(limits):
             yield missing[0], "is missing: the limits of a battery are given together"

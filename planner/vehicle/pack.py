@@ -95,6 +95,16 @@ def chemistry_of(battery: Battery | None) -> Chemistry:
     return load_chemistry(ASSUMED_CHEMISTRY) if found.highest_wh_kg is None else found
 
 
+def lowest_voltage_v(battery: Battery) -> float:
+    """Return the voltage under load below which its cells are not flown; 0: how many is unknown. [V]"""
+    cells = battery.cells_in_series
+    if cells is None and battery.ocv_v is not None:
+        cells = cells_of_full_voltage(battery.ocv_v[-1])
+    if cells is None and battery.voltage_v is not None:
+        cells = cells_of_voltage(battery.voltage_v)
+    return (cells or 0) * (chemistry_of(battery).lowest_cell_v or 0.0)
+
+
 @lru_cache(maxsize=64)
 def flown_pack(given: Battery | None, own: Battery | None) -> FlownPack:
     """Return the battery that flies.

@@ -149,6 +149,32 @@ def test_a_voltage_below_the_cut_off_is_a_no_go_before_the_energy_is_used_up() -
     assert result.battery.charge_left_fraction > 0.0
 
 
+@pytest.mark.parametrize(
+    ("chemistry", "below_v"),
+    [
+        ("lipo", 18.0),
+        ("li-ion", 15.0),
+        (None, 18.0),
+    ],  # six cells: 3.0, 2.5 and, assumed, 3.0 V each
+)
+def test_a_battery_that_states_no_cut_off_has_that_of_its_cells(
+    chemistry: str | None, below_v: float
+) -> None:
+    # Without resistance the voltage under load is the open-circuit one, here next to flat.
+    for held_v, fires in ((below_v + 0.1, False), (below_v - 0.1, True)):
+        flat = replace(
+            PACK,
+            internal_resistance_ohm=0.0,
+            cutoff_voltage_v=None,
+            chemistry=chemistry,
+            ocv_soc=(0.0, 1.0),
+            ocv_v=(held_v, held_v + 0.01),
+        )
+        low = found(checked(flat, reserve=0.0), "E104")
+        assert bool(low) is fires
+        assert all(f"the cut-off is {below_v:.1f} V, as of" in one.message for one in low)
+
+
 def test_a_battery_that_cannot_give_the_power_is_a_no_go() -> None:
     # 25 V over 4 x 0.4 Ω are at most 391 W; climbing takes 458 W.
     weak = replace(PACK, internal_resistance_ohm=0.4, cutoff_voltage_v=None)

@@ -270,6 +270,27 @@ def test_flights_of_another_vehicle_are_refused(off: float, *, is_refused: bool)
         assert [one.code for one in findings] == ["I110"]
 
 
+@pytest.mark.parametrize(
+    ("volts", "is_refused"),
+    [
+        # four cells are full at 16.4 V in the curve assumed, and have 14.0 V with a tenth of the charge
+        (25.0, True),  # six cells
+        (21.0, True),  # five
+        (17.4, False),  # four of 4.35 V
+        (16.0, False),
+        (12.6, True),  # three, full
+    ],
+)
+def test_flights_on_other_cells_are_refused(volts: float, *, is_refused: bool) -> None:
+    [record] = records_of(copter_log())
+    flown = replace(record, voltage_v=record.voltage_v * (volts / np.nanmax(record.voltage_v)))
+    if is_refused:
+        with pytest.raises(IdentificationError, match=f"has {volts} V at most, the battery of"):
+            refine_vehicle(_sheet(), [flown])
+    else:
+        refine_vehicle(_sheet(), [flown])
+
+
 def test_two_flights_tell_the_same_one_after_the_other() -> None:
     vehicle = _sheet()
     first = _flown(vehicle, _ORDINARY[:3], error=0.01)
