@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 _READ = ("vehicle", "params", "profile")
 """Settings that name a file that is read."""
+_MOST_NAMED = 20
+"""Files of a folder that are left out and named; of more are as many."""
 _WORTH_WORKERS = 20
 """Fewer missions are checked before another process has started."""
 
@@ -139,7 +141,11 @@ def _found(named: tuple[str, ...], exclude: tuple[str, ...]) -> tuple[str, ...]:
             missions += map(str, found.files) if found.files or found.excluded else [name]
             met |= found.met
             left = f", {found.excluded} excluded" if found.excluded else ""
-            left += f", {quantity.count(found.others, 'other file')}" if found.others else ""
+            if found.others:
+                names = [str(path.relative_to(name)) for path in found.others[:_MOST_NAMED]]
+                more = ", …" if len(found.others) > _MOST_NAMED else ""
+                count = quantity.count(len(found.others), "other file")
+                left += f", {count} ({', '.join(names)}{more})"
             left += f", {found.hidden} hidden left out" if found.hidden else ""
             if found.links:
                 left += f", {quantity.count(found.links, 'link')} to folders not followed"

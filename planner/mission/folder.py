@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import gzip
 import os
-from pathlib import Path
-from typing import TYPE_CHECKING
+import zipfile
+import zlib
+from pathlib import Path, PurePath
+from typing import IO, TYPE_CHECKING
 
 from planner.errors import NoMissionFileError
 from planner.files import meets_pattern
-from planner.mission.formats.exchange import MISSION_SUFFIXES
+from planner.mission.formats.exchange import LARGEST_FILE_BYTES, MISSION_SUFFIXES
+from planner.mission.formats.litchi import is_litchi
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-_BEGINNINGS = {".txt": (b"QGC WPL",), ".json": (b'"fileType"', b'"Plan"')}
+_BEGINNINGS: Mapping[str, tuple[bytes, ...]] = {
+    ".txt": (b"QGC WPL",),
+    ".json": (b'"fileType"', b'"Plan"'),
+}
 """What missions called as other files are hold in their first bytes."""
+_LINES: Mapping[str, tuple[bytes, ...]] = {
+    ".kml": (b"LineString", b"wpml:"),
+    ".wpml": (b"wpml:",),
+    ".geojson": (b'"LineString"',),
+    ".json": (b'"LineString"',),
+}
+"""Of what files of many uses hold one thing that is flown, anywhere: maps of areas alone are no missions."""
+_PACKED = frozenset({".kmz", ".zip"})
 _OF_GIT = ".git"
 _FIRST_BYTES = 4096
 
@@ -33,21 +48,48 @@ class FolderMissions(Value):
     """Missions and folders left out because their names begin with a dot; what git keeps is not counted."""
     links: int
     """Links to folders, which are not followed."""
-    others: int
-    """Files that are no missions by their names and beginnings."""
+    others: tuple[Path, ...]
+    """Files that are no missions by their names and contents, but those whose names begin with a dot."""
 
 
 def is_mission(path: Path) -> bool:
-    """Return whether a file is a mission by its name, or by its beginning where others have such names."""
+    """Return whether a file is a mission by its name, or by its content where others have such names."""
     suffix = path.suffix.lower()
-    if suffix not in _BEGINNINGS:
-        return suffix in MISSION_SUFFIXES
     try:
+        if suffix == ".gz":
+            with gzip.open(path) as file:
+                return _holds_mission(path.stem, file)
+        if suffix in _PACKED:
+            with zipfile.ZipFile(path) as archive:
+                return any(_is_packed_mission(archive, name) for name in archive.namelist())
+        if suffix in MISSION_SUFFIXES:
+            return True
         with path.open("rb") as file:
-            first = file.read(_FIRST_BYTES)
-    except OSError:
+            return _holds_mission(path.name, file)
+    except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError):
+        # damaged or locked: the reader says so of what is called a mission
+        return PurePath(path.stem).suffix.lower() in MISSION_SUFFIXES or suffix == ".kmz"
+
+
+def _is_packed_mission(archive: zipfile.ZipFile, name: str) -> bool:
+    with archive.open(name) as file:
+        return _holds_mission(name, file)
+
+
+def _holds_mission(name: str, file: IO[bytes] | gzip.GzipFile) -> bool:
+    """Return whether a file that is called so is a mission."""
+    suffix = PurePath(name).suffix.lower()
+    if suffix in MISSION_SUFFIXES:
+        return True
+    if suffix not in {".csv", *_BEGINNINGS, *_LINES}:
         return False
-    return all(text in first for text in _BEGINNINGS[suffix])
+    first = file.read(_FIRST_BYTES)
+    if suffix == ".csv":
+        return is_litchi(first.partition(b"\n")[0].decode("utf-8-sig", "replace").strip())
+    if suffix in _BEGINNINGS and all(text in first for text in _BEGINNINGS[suffix]):
+        return True
+    whole = first + file.read(LARGEST_FILE_BYTES) if suffix in _LINES else b""
+    return any(text in whole for text in _LINES.get(suffix, ()))
 
 
 def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMissions:
@@ -71,7 +113,7 @@ def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMission
         msg = f"cannot be looked into: {error.strerror or error}"
         raise NoMissionFileError(msg, source=str(error.filename))
 
-    files, excluded, others, hidden, links = [], 0, 0, 0, 0
+    files, others, excluded, hidden, links = [], [], 0, 0, 0
     met: set[str] = set()
     for place, folders, names in os.walk(folder, onerror=refuse):
         hidden += sum(name.startswith(".") and name != _OF_GIT for name in folders)
@@ -80,7 +122,7 @@ def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMission
         for name in sorted(names):
             path = Path(place, name)
             if not is_mission(path):
-                others += not name.startswith(".")
+                others += [path] * (not name.startswith("."))
             elif name.startswith("."):
                 hidden += 1
             elif meets := patterns_met(path, exclude, folder=folder):
@@ -92,7 +134,7 @@ def find_missions(folder: Path, *, exclude: Sequence[str] = ()) -> FolderMission
         files=tuple(files),
         excluded=excluded,
         met=frozenset(met),
-        others=others,
+        others=tuple(others),
         hidden=hidden,
         links=links,
     )

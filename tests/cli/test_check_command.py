@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import json
 import os
 import subprocess
 import sys
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -399,7 +401,10 @@ def test_a_folder_stands_for_the_missions_in_it_but_those_excluded(
     gone = f", {3 - len(left)} excluded" if len(left) < 3 else ""
     count = f"{len(left)} mission{'' if len(left) == 1 else 's'}"
     unmet = "mavjoule: --exclude */c.plan leaves out no mission\n" if "*/c.plan" in excluded else ""
-    assert err == f"mavjoule: site: {count}{gone}, 1 other file, 1 hidden left out\n{unmet}"
+    assert (
+        err
+        == f"mavjoule: site: {count}{gone}, 1 other file (notes.txt), 1 hidden left out\n{unmet}"
+    )
 
 
 def test_what_a_folder_leaves_out_by_itself_is_said(
@@ -413,7 +418,7 @@ def test_what_a_folder_leaves_out_by_itself_is_said(
     out, err = capsys.readouterr()
     assert "elsewhere" not in out
     assert err == (
-        "mavjoule: site: 3 missions, 1 other file, 2 hidden left out, "
+        "mavjoule: site: 3 missions, 1 other file (notes.txt), 2 hidden left out, "
         "1 link to folders not followed\n"
     )
 
@@ -471,4 +476,51 @@ def test_a_folder_holds_the_missions_that_are_called_as_other_files_are(
     out, err = capsys.readouterr()
     files = [Path(one["file"]).name for one in json.loads(out)["missions"]]
     assert files == ["flight.json", "flight.txt", "flight.wpl"]
-    assert "3 missions, 2 other files" in err
+    assert "3 missions, 2 other files (notes.txt, settings.json)" in err
+
+
+def test_a_folder_holds_the_missions_of_every_format(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever a check reads as a mission alone; maps of areas and other tables are none."""
+    line, area = "<kml><LineString/></kml>", "<kml><Polygon/></kml>"
+    packed = {"a.plan.gz": b"{}", "b.kml.gz": line.encode(), "x.csv.gz": b"time,voltage\n"}
+    for name, content in packed.items():
+        (tmp_path / name).write_bytes(gzip.compress(content))
+    for name, inner, text in (
+        ("c.kmz", "doc.kml", line),
+        ("d.kmz", "wpmz/waylines.wpml", "<kml xmlns:wpml='x'><wpml:a/></kml>"),
+        ("x.kmz", "doc.kml", area),
+        ("e.zip", "survey.plan", "{}"),
+        ("x.zip", "photo.jpg", ""),
+    ):
+        with zipfile.ZipFile(tmp_path / name, "w") as archive:
+            archive.writestr(inner, text)
+    for name, text in (
+        ("f.kml", line),
+        ("g.geojson", '{"type": "LineString"}'),
+        ("h.csv", "latitude,longitude,altitude(m),heading(deg)\n"),
+        ("x.kml", area),
+        ("x.geojson", '{"type": "Polygon"}'),
+        ("x.csv", "time,voltage\n"),
+        ("x.gz", "not packed"),
+        ("i.plan.gz", "damaged"),
+    ):
+        (tmp_path / name).write_text(text)
+    main(["check", str(tmp_path), "--format", "json"])
+    out, err = capsys.readouterr()
+    files = [Path(one["file"]).name for one in json.loads(out)["missions"]]
+    expected = [
+        "a.plan.gz",
+        "b.kml.gz",
+        "c.kmz",
+        "d.kmz",
+        "e.zip",
+        "f.kml",
+        "g.geojson",
+        "h.csv",
+        "i.plan.gz",
+    ]
+    assert files == expected
+    others = "x.csv, x.csv.gz, x.geojson, x.gz, x.kml, x.kmz, x.zip"
+    assert f"9 missions, 7 other files ({others})" in err
