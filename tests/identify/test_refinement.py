@@ -19,6 +19,7 @@ from planner.setup import read_battery
 from planner.values import field_values, replace
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
 from planner.vehicle.figures import read_hover
+from planner.vehicle.law_factors import is_narrowable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -319,7 +320,12 @@ def test_a_log_with_old_names_beside_new_ones_gives_one_of_each() -> None:
 
 def test_models_without_uncertain_factors_are_refused() -> None:
     with pytest.raises(UsageError, match="does not say how uncertain"):
-        refine_vehicle(planner.load_vehicle("arducopter-sitl-quad"), [])
+        refine_vehicle(planner.load_vehicle("falkowski-2023-quadrotor"), [])
+
+
+@pytest.mark.parametrize("name", ["arducopter-sitl-quad", "dji-matrice-100"])
+def test_shipped_models_of_flights_can_be_narrowed(name: str) -> None:
+    assert is_narrowable(planner.load_vehicle(name))
 
 
 def test_logs_without_power_are_refused_with_what_to_log() -> None:
