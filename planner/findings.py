@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import IntEnum
 
 from planner.values import Value, replace
@@ -131,12 +130,12 @@ class Rule(Value, kw_only=False):
         )
 
 
-@dataclass(slots=True)
 class Remarks:
     """Findings by rule: the first of each with its place, and how many more there are."""
 
-    _first: dict[tuple[str, Severity], Finding] = field(default_factory=dict)
-    _count: dict[tuple[str, Severity], int] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._first: dict[tuple[str, Severity], Finding] = {}
+        self._count: dict[tuple[str, Severity], int] = {}
 
     def add(
         self,

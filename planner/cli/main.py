@@ -97,6 +97,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     ``arguments`` come without the program's name, and are the process's own where absent.
     """
+    # Matrices here are small: threads only wait for each other.  Numpy looks once, at its import.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _tolerate_any_character()
     _stop_as_by_ctrl_c()
     if os.environ.get("_MAVJOULE_COMPLETE", "").startswith("fish"):

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from planner.errors import OutputError, UsageError
-from planner.report.text import Medium
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from planner.report.text import Medium
 
 TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
 _SILENCE_S = 2.0
@@ -29,6 +30,8 @@ _WIDEST = 100
 
 def standard_medium(output: Path | None = None) -> Medium:
     """Return what a text report is written on: standard output, or a plain file."""
+    from planner.report.text import Medium
+
     if output is not None or sys.stdout is None or not sys.stdout.isatty():
         return Medium()
     return Medium(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -27,6 +28,7 @@ HEAVY = (
     "importlib.metadata",
 )
 """Libraries no check needs, and a module that costs more than the version it tells."""
+THREADS = "OPENBLAS_NUM_THREADS"
 
 
 def _loaded(code: str) -> set[str]:
@@ -63,3 +65,20 @@ def test_importing_the_package_does_not_even_import_numpy() -> None:
         cwd=ROOT,
     )
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("given", [None, "3"])
+def test_the_command_gives_matrices_one_thread_unless_the_user_says_more(given: str | None) -> None:
+    """Numpy's OpenBLAS reads it once, at its import: the command has to come first."""
+    code = "from planner.cli.main import main; import os, sys; early = 'numpy' not in sys.modules"
+    code += f"; main(['--version']); print(early, os.environ['{THREADS}'])"
+    others = {name: value for name, value in os.environ.items() if name != THREADS}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+        env=others if given is None else {**others, THREADS: given},
+    )
+    assert done.stdout.splitlines()[-1] == f"True {given or 1}"
