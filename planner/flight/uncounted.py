@@ -37,7 +37,7 @@ from planner.flight.reach import SituationKind
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.wind import Wind
 from planner.units import wh_from_j
-from planner.values import replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -54,28 +54,45 @@ _ROUNDING = 1e-9
 _HOVER = STATE_INDEX[FlightState.HOVER]
 
 
-def uncounted_wh(flight: Flight, reach: Situations, plan: ReturnPlan | None) -> tuple[float, float]:
-    """Return what the flight may take above its prediction, and its tightest return with the way there.
+class Uncounted(Value, eq=False):
+    """What a flight may take above its prediction, whatever it flies on."""
 
-    Both at most, both at least 0; infinite where the vehicle may not come forward at all. [Wh]
-    """
-    more = power_ratio(flight.power, reach) - 1.0
-    if not np.isfinite(more).all():
-        return math.inf, math.inf
-    of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
-    motion = flight.motion
-    pieces_j = (
-        (np.maximum(flight.node_power_w, 0.0) * of_mission)
-        @ QUADRATURE_WEIGHTS
-        * motion.piece_duration_s
-    )
-    flown_wh = float(wh_from_j(pieces_j.sum()))
-    of_return = more[reach.kind == SituationKind.RETURN]
-    if plan is None or plan.tightest is None:
-        return flown_wh, 0.0
-    begun = motion.segments.end_s - motion.segments.duration_s < plan.tightest.time_s
-    before_wh = float(wh_from_j(pieces_j[begun[motion.piece_segment]].sum()))
-    return flown_wh, before_wh + plan.energy_home_wh * float(of_return.max(initial=0.0))
+    pieces_j: FloatArray
+    """Of each piece of the flight, at most; infinite where the vehicle may not come forward. (p,) [J]"""
+    piece_begun_s: FloatArray
+    """When the segment of each piece begins. (p,) [s]"""
+    of_returns: float
+    """Fraction of the energy of a return. [-]"""
+
+    @classmethod
+    def of(cls, flight: Flight, reach: Situations) -> Uncounted:
+        """Return what a flight may take in all situations it may come to."""
+        more, motion = power_ratio(flight.power, reach) - 1.0, flight.motion
+        of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
+        if np.isfinite(more).all():
+            added_w = np.maximum(flight.node_power_w, 0.0) * of_mission
+            pieces_j = added_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
+        else:
+            pieces_j = np.full(len(of_mission), np.inf)
+        begun_s = motion.segments.end_s - motion.segments.duration_s
+        return cls(
+            pieces_j=pieces_j,
+            piece_begun_s=begun_s[motion.piece_segment],
+            of_returns=float(more[reach.kind == SituationKind.RETURN].max(initial=0.0)),
+        )
+
+    def energies_wh(self, plan: ReturnPlan | None) -> tuple[float, float]:
+        """Return what the flight may take above its prediction, and its tightest return with the way there.
+
+        Both at most, both at least 0; infinite where the vehicle may not come forward at all. [Wh]
+        """
+        flown_wh = float(wh_from_j(self.pieces_j.sum()))
+        if not math.isfinite(flown_wh):
+            return math.inf, math.inf
+        if plan is None or plan.tightest is None:
+            return flown_wh, 0.0
+        before_j = self.pieces_j[self.piece_begun_s < plan.tightest.time_s].sum()
+        return flown_wh, float(wh_from_j(before_j)) + plan.energy_home_wh * self.of_returns
 
 
 def power_ratio(power: SteadyPower, reach: Situations) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.flight.budget import predict_return_discharge
 from planner.flight.reach import situations
+from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
 from planner.values import Value
 
@@ -59,6 +60,11 @@ class Assessment(Value, eq=False, dict=True):
     def reach(self) -> Situations:
         """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
         return situations(self.returns)
+
+    @cached_property
+    def uncounted(self) -> Uncounted:
+        """What the flight may take above its prediction where the model says nothing."""
+        return Uncounted.of(self.returns.flight, self.reach)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

@@ -127,7 +127,7 @@ PROFILE: Need[SiteProfile] = Need(
 )
 
 
-class Check(Value, kw_only=False):
+class Check(Value, kw_only=False, eq=False):
     """A function of the rules it judges."""
 
     rules: tuple[Rule, ...]

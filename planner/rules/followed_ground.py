@@ -59,6 +59,8 @@ def _climbs_not_counted(
     if a.autopilot is not Autopilot.STEP:
         return
     rises = [(_rises_m(stage), stage.item) for stage in a.route.stages if stage.follows_ground]
+    if not rises:
+        return
     climbed_m = sum(rise_m for rise_m, _ in rises)
     extra_wh = wh_from_j(_lift_j_m(power) * climbed_m)
     if extra_wh < _NOTHING * a.totals.energy_wh:

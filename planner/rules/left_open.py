@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.budget import hover_near_home_w
-from planner.flight.uncounted import uncounted_wh
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.walk import ITEM_NOT_MODELLED
@@ -112,5 +111,5 @@ def _left_wh(a: Assessment) -> float:
     """Return the margin less what is not counted for other reasons; what is short already is E101's. [Wh]"""
     if a.battery is None or a.battery.margin_wh < 0.0:
         return math.inf
-    flown_wh, _ = uncounted_wh(a.flight, a.reach, a.return_plan)
+    flown_wh, _ = a.uncounted.energies_wh(a.return_plan)
     return a.battery.margin_wh - flown_wh if math.isfinite(flown_wh) else math.inf

@@ -16,7 +16,6 @@ from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.flight.slow_landing import SlowLanding
-from planner.flight.uncounted import uncounted_wh
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -543,7 +542,7 @@ def _uncounted(a: Assessment) -> tuple[str, bool]:
     battery, plan = a.battery, a.return_plan
     if battery is None:
         return "", False  # without a battery nothing is a go: E100
-    flown_wh, returned_wh = uncounted_wh(a.flight, a.reach, plan)
+    flown_wh, returned_wh = a.uncounted.energies_wh(plan)
     margins_wh = [(battery.margin_wh, flown_wh)]
     if plan is not None and plan.margin_wh is not None:
         margins_wh.append((plan.margin_wh, returned_wh))
@@ -633,7 +632,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     hover_w, in_all_s = hover_near_home_w(a.flight.power), float(np.sum(longer_s))
     had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
     # What wind and thin air may take comes on top: each alone may fit.
-    flown_wh, returned_wh = uncounted_wh(a.flight, a.reach, a.return_plan)
+    flown_wh, returned_wh = a.uncounted.energies_wh(a.return_plan)
     if not math.isfinite(flown_wh + returned_wh):
         return  # an error of its own
     left_wh = had_wh - flown_wh - wh_from_j(hover_w * in_all_s)

@@ -93,7 +93,7 @@ def judge(
             if isinstance(found, Need):
                 entries += (ledger_entry(rule.code, rule.name, found) for rule in check.rules)
                 continue
-            entries += (ledger_entry(rule.code, rule.name) for rule in check.rules)
+            entries += _entries_of(check)
             for one in found:
                 if isinstance(one, NotEvaluated):
                     entries += (
@@ -111,6 +111,12 @@ def checks_of(subject: str) -> tuple[Check, ...]:
     # At once: a warning of numpy in another thread adds to what a module holds (__warningregistry__).
     declared = tuple(vars(import_module(f"planner.rules.{subject}")).values())
     return tuple(one for one in declared if isinstance(one, Check))
+
+
+@cache
+def _entries_of(check: Check) -> tuple[LedgerEntry, ...]:
+    """Return the entries of a check that was made."""
+    return tuple(ledger_entry(rule.code, rule.name) for rule in check.rules)
 
 
 @cache

@@ -16,7 +16,7 @@ from planner.flight.motion.kinematics import (
 )
 from planner.flight.prediction import make_flight, segment_energies_j
 from planner.flight.returns.destination import HOME
-from planner.flight.returns.sample import sample_points
+from planner.flight.returns.sample import judged_segments, line_ends, sample_points
 from planner.mission.route.stage import StageKind
 from planner.units import wh_from_j
 from planner.values import Value
@@ -24,7 +24,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import SegmentColumns
     from planner.flight.pilot import Pilot
     from planner.flight.power import SteadyPower
@@ -139,6 +139,16 @@ class Returns(Value, eq=False, dict=True):
         """Returns from all over the flight; ``None`` where no point of it is in the air."""
         points = sample_points(self)
         return None if points is None else self.flown(self.points(*points))
+
+    @cached_property
+    def judged(self) -> tuple[BoolArray, BoolArray]:
+        """From which segments returns are judged, and which continue the one before. (s,), (s + 1,)"""
+        return judged_segments(self)
+
+    @cached_property
+    def line_ends(self) -> BoolArray:
+        """At which segments a line that is flown ends. (s,)"""
+        return line_ends(self)
 
     @property
     def stage_ends(self) -> IntArray:

@@ -31,7 +31,7 @@ def sample_points(returns: Returns) -> tuple[IntArray, FloatArray] | None:
     lands where it is going anyway.  The points are even in time, so that they follow from the motion alone:
     flights that differ in what they weigh, in the air or in the battery have the same.
     """
-    judged, continues = _judged(returns)
+    judged, continues = returns.judged
     columns = returns.flight.motion.segments
     lone_takeoff = (columns.state == _TAKEOFF) & ~_lands(returns) & ~np.append(judged[1:], False)
     starts = np.flatnonzero(judged & ~continues[:-1])
@@ -50,7 +50,7 @@ def spread_up_to(returns: Returns, *limits_wh: float) -> tuple[IntArray, FloatAr
     Of the flight they take the half, the quarter, … that the limit is in: so limits near each other, as
     those of one battery at several charges, have the same points.
     """
-    judged, _ = _judged(returns)
+    judged, _ = returns.judged
     own_s = np.where(judged, returns.flight.motion.segments.duration_s, 0.0)
     used_wh = np.cumsum(np.where(judged, np.diff(returns.used_wh), 0.0))
     time_s = np.cumsum(own_s)
@@ -69,7 +69,7 @@ def _halved(part: float, whole: float) -> float:
 
 def returns_unbroken(returns: Returns) -> IntArray:
     """Return how many segments up to each, it included, do not continue the one before. (s,)"""
-    _, continues = _judged(returns)
+    _, continues = returns.judged
     return np.cumsum(~continues[:-1])
 
 
@@ -101,7 +101,7 @@ def _lands(returns: Returns) -> BoolArray:
     return np.asarray(lands[returns.segment_stage])
 
 
-def _judged(returns: Returns) -> tuple[BoolArray, BoolArray]:
+def judged_segments(returns: Returns) -> tuple[BoolArray, BoolArray]:
     """Return from which segments returns are flown, and which continue the one before.
 
     The one before is judged then, and home has not moved. (s,), (s + 1,)
@@ -122,7 +122,7 @@ def _evenly(
     point all count, unless there are too many.
     """
     passed_s = np.cumsum(own_s)
-    ends = np.flatnonzero(line_ends(returns) & judged)
+    ends = np.flatnonzero(returns.line_ends & judged)
     grid = np.linspace(0.0, most_s, SWEEP_POINTS + 1)[1:]
     near = np.searchsorted(grid, passed_s[ends])
     last = near < SWEEP_POINTS

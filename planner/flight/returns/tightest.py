@@ -16,13 +16,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import Columns, dot, lengths, quotient
 from planner.flight.returns.path import thinned
-from planner.flight.returns.sample import (
-    SWEEP_POINTS,
-    in_order,
-    line_ends,
-    returns_unbroken,
-    spread_up_to,
-)
+from planner.flight.returns.sample import SWEEP_POINTS, in_order, returns_unbroken, spread_up_to
 from planner.units import wh_from_j
 from planner.values import Value
 
@@ -261,7 +255,7 @@ def _is_even_along_a_line(returns: Returns, sweep: ReturnSweep, tolerance_wh: fl
     One line is flown there, and they lead to one place.  Where a height or a wait of a return begins to
     count, a point is off the straight between those of its line before and after it.
     """
-    ends = line_ends(returns)
+    ends = returns.line_ends
     line: IntArray = np.cumsum(ends) - ends
     is_end = ends[sweep.segment] & (sweep.fraction >= 1.0)
     along = np.asarray((line[sweep.segment] + is_end)[:-1] == line[sweep.segment[1:]])

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import msgspec
 
+from planner.flight.motion.kinematics import Motion
 from planner.flight.pilot import ArduPilotPilot, Px4Pilot, make_pilot
+from planner.flight.power import Transients
 from planner.flight.returns.path import Returns
 from planner.physics.wind import Wind
 from planner.rules.registry import judge
@@ -29,9 +31,8 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import Motion
+    from planner.flight.motion.kinematics import KinematicState
     from planner.flight.pilot import Pilot
-    from planner.flight.power import Transients
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.returns.destination import ReturnTargets
     from planner.flight.returns.path import FlightPoint, FlownReturns, ReturnPoints
@@ -49,6 +50,8 @@ if TYPE_CHECKING:
 Made = TypeVar("Made")
 _KEPT = 8
 """Results of a step that are remembered: of so many cases before."""
+_STATES_KEPT = 32
+"""States of a motion that are remembered: each case asks for those of some ten sets of points."""
 
 
 class _Watched(Setup):
@@ -113,8 +116,9 @@ def _is_equal(before: object, now: object) -> bool:
 class _Latest(Generic[Made]):
     """The latest results by a key of the content they follow from."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = _KEPT) -> None:
         self._known: OrderedDict[Hashable, Made] = OrderedDict()
+        self._most = most
 
     def recall(self, key: Hashable, make: Callable[[], Made]) -> Made:
         """Return the result of a key."""
@@ -122,9 +126,35 @@ class _Latest(Generic[Made]):
             self._known.move_to_end(key)
             return self._known[key]
         self._known[key] = made = make()
-        while len(self._known) > _KEPT:
+        while len(self._known) > self._most:
             self._known.popitem(last=False)
         return made
+
+
+class _KeptMotion(Motion, eq=False, dict=True):
+    """A motion that remembers its states: flights in other air have the same."""
+
+    @cached_property
+    def _states(self) -> _Latest[KinematicState]:
+        return _Latest(_STATES_KEPT)
+
+    def state_at(self, piece: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state at times counted from the beginning of each piece."""
+        key = (piece.shape, piece.tobytes(), time_s.tobytes())
+        return self._states.recall(key, lambda: Motion.state_at(self, piece, time_s))
+
+
+class _KeptTransients(Transients, eq=False, dict=True):
+    """Transients that remember their power: in other air they are the same."""
+
+    @cached_property
+    def _totals_w(self) -> _Latest[FloatArray]:
+        return _Latest()
+
+    def total_power_w(self, time_s: FloatArray) -> FloatArray:
+        """Return the sum of all windows at times since the start of the flight. [W]"""
+        key = (time_s.shape, time_s.tobytes())
+        return self._totals_w.recall(key, lambda: Transients.total_power_w(self, time_s))
 
 
 class _KeptReturns(Returns, eq=False, dict=True):
@@ -175,7 +205,9 @@ class _KeptPilot:
         """Return the motion along a route of at least one stage, and its power transients."""
         known = next((one for one in self._ways if one[0] is route or one[0] == route), None)
         if known is None:
-            known = (route, self._pilot.fly(route))
+            motion, transients = self._pilot.fly(route)
+            kept = _KeptMotion(**field_values(motion)), _KeptTransients(**field_values(transients))
+            known = (route, kept)
             self._ways = [known, *self._ways[: _KEPT - 1]]
         return known[1]
 
@@ -312,7 +344,11 @@ class RememberingSteps(Steps):
             return check(a)
         if key in self._found:
             _, seen, found = self._found[key]
-            if _are_same((value, _value(a, path, now)) for path, value in seen.items()):
+            for path, before in seen.items():
+                value = now[path] if path in now else _value(a, path, now)
+                if before is not value and not _is_equal(before, value):
+                    break
+            else:
                 return found  # type: ignore[no-any-return] # as it was made below
         seen = {}
         try:
@@ -329,22 +365,25 @@ _DECIDED = frozenset({"position_noise_m"})
 
 
 def _value(a: Assessment, path: str, now: dict[str, Any]) -> object:
-    """Return what is at a path of an assessment; looked up once for all rules."""
-    if path not in now:
-        value: Any = a
-        for name in path.split("."):
-            value = getattr(value, name)
-        now[path] = value
-    return now[path]
+    """Return what is at a path of an assessment, and note it for all rules."""
+    value: Any = a
+    for name in path.split("."):
+        value = getattr(value, name)
+    now[path] = value
+    return value
 
 
 def _with_kept(a: Assessment, before: Assessment) -> Assessment:
     """Return an assessment of the same flight with what was worked out of it before."""
     if _is_same_flight(a.flight, before.flight):
         a = replace(a, flight=before.flight)
-    if "reach" in vars(before):
-        vars(a)["reach"] = before.reach
+    kept = vars(before)
+    vars(a).update({name: kept[name] for name in _OF_RETURNS if name in kept})
     return a
+
+
+_OF_RETURNS = ("reach", "uncounted")
+"""What an assessment works out of its returns alone."""
 
 
 def _is_same_flight(one: Flight, other: Flight) -> bool:
