@@ -21,6 +21,7 @@ from planner.physics.wind import Wind
 from planner.report.sweep import sweep_text
 from planner.report.sweep_table import write_sweep
 from planner.report.text import Medium
+from planner.service.preflight import Steps
 from planner.service.sweep.batches import Batch
 from planner.service.sweep.engines import (
     ClusterEngine,
@@ -28,6 +29,8 @@ from planner.service.sweep.engines import (
     EngineError,
     refuse_other_programs,
 )
+from planner.service.sweep.memory import RememberingSteps
+from planner.service.sweep.outcome import check_case
 from planner.service.sweep.plan import program_mark
 from planner.service.sweep.sweep import make_plan, sweep
 from planner.setup import Setup
@@ -93,6 +96,17 @@ def test_each_case_is_what_a_check_finds(mission: Mission, model: str) -> None:
             "lowest_voltage_v": found.battery.lowest_voltage_v,
         }
         assert {key: case[key] for key in expected} == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["falkowski-2023-quadrotor", "arducopter-sitl-quad"])
+def test_what_cases_share_changes_no_bit(mission: Mission, model: str) -> None:
+    setup = Setup.of({"vehicle": model, "battery": planner.Battery(capacity_wh=20.0)})
+    vary = ["wind=3,9", "wind-from=0,180", "temperature=0,30", "charge=100%,40%"]
+    plan, steps = make_plan(mission, setup, vary=vary), RememberingSteps()
+    there_and_back = [*range(len(plan.cases)), *reversed(range(len(plan.cases)))]
+    found = {number: check_case(plan, number, steps) for number in there_and_back}
+    assert found == {number: check_case(plan, number, Steps()) for number in found}
+    assert len({one.margin_wh for one in found.values()}) > 1, "the cases differ"
 
 
 def _swept(
