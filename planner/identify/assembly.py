@@ -375,6 +375,8 @@ def assemble_model(
         reference=reference,
         description=settings.description or made_description(records, reference),
         mass_kg=mass_kg,
+        mass_max_kg=None if base is None else base.mass_max_kg,
+        thrust_max_n=None if base is None else base.thrust_max_n,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,
         airspeed_limit_lean_deg=lean.limit_lean_deg,
         drag_exponent=lean.drag_exponent,

@@ -40,6 +40,7 @@ from planner.identify.segments import (
 )
 from planner.identify.uncertainty import Estimate
 from planner.identify.verification import verify_flight
+from planner.units import GRAVITY_M_S2
 from planner.values import replace
 from planner.vehicle.law_factors import is_narrowable
 from planner.vehicle.model import Loads
@@ -88,6 +89,7 @@ def identify_vehicle(
             "be their base model"
         )
         raise UsageError(msg)
+    _refuse_mass_beyond(base, settings.own_mass_kg)
     identify = _identify_shaped
     if reference is Autopilot.STEP:
         is_logged = any(has_references(record) for record in records)
@@ -98,6 +100,25 @@ def identify_vehicle(
         on_step(f"narrowing {base.name}")
         parts = _narrowed(parts, base, records, settings)
     return assemble_model(records, settings, parts, on_step=on_step)
+
+
+def _refuse_mass_beyond(base: VehicleModel | None, mass_kg: float | None) -> None:
+    """Raise UsageError for a mass that the limits of the base model, which are carried on, do not bear."""
+    if base is None or mass_kg is None:
+        return
+    limits = []
+    if base.mass_max_kg is not None and mass_kg > base.mass_max_kg:
+        limits.append(f"{quantity.mass(base.mass_max_kg)}, its mass_max_kg")
+    if base.thrust_max_n is not None and mass_kg * GRAVITY_M_S2 >= base.thrust_max_n:
+        limits.append(
+            f"{quantity.mass(base.thrust_max_n / GRAVITY_M_S2)} of thrust, its thrust_max_n"
+        )
+    if limits:
+        msg = (
+            f"{quantity.mass(mass_kg)} is beyond what {base.name} takes off with "
+            f"({'; '.join(limits)}): correct --mass, or name a base model of this vehicle"
+        )
+        raise UsageError(msg)
 
 
 def _narrowed(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,9 @@ from rule_cases.flight_log import records_of
 
 import planner
 from planner.errors import IdentificationError, UsageError
+from planner.identify.assembly import IdentificationSettings
+from planner.identify.identification import identify_vehicle
+from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import PowerUpdate, narrowed_power, refine_vehicle
 from planner.identify.segments import MeasuredPower
 from planner.physics.rotor import Rotor, momentum_power_w
@@ -290,6 +294,42 @@ def test_flights_on_other_cells_are_refused(volts: float, *, is_refused: bool) -
             refine_vehicle(_sheet(), [flown])
     else:
         refine_vehicle(_sheet(), [flown])
+
+
+def _based(mass_kg: float | None = None, *, over_volts: float = 1.0) -> VehicleModel:
+    """Return what identify makes of a flight of a sheet of 2 kg, 2.5 kg at most, 30 N."""
+    [record] = records_of(copter_log())
+    settings = IdentificationSettings(
+        name="based",
+        base=replace(_sheet(), mass_max_kg=2.5, thrust_max_n=30.0),
+        logs=LogTable(of_all=LogConditions(mass_kg=mass_kg)),
+    )
+    return identify_vehicle(
+        [replace(record, voltage_v=over_volts * record.voltage_v)], settings
+    ).model
+
+
+def test_identify_carries_the_limits_of_its_base_on() -> None:
+    model = _based()
+    assert (model.mass_kg, model.mass_max_kg, model.thrust_max_n) == (2.0, 2.5, 30.0)
+
+
+@pytest.mark.parametrize(
+    ("mass_kg", "sentence"),
+    [
+        (2.6, "2.60 kg is beyond what mine takes off with (2.50 kg, its mass_max_kg)"),
+        (3.1, "; 3.06 kg of thrust, its thrust_max_n)"),  # 30 N / 9.80665 m/s² = 3.06 kg
+    ],
+)
+def test_a_mass_beyond_the_limits_of_the_base_is_refused(mass_kg: float, sentence: str) -> None:
+    with pytest.raises(UsageError, match=re.escape(sentence)):
+        _based(mass_kg)
+
+
+def test_identify_refuses_a_base_whose_cells_did_not_fly() -> None:
+    # the log has 16 V: 24 V are six cells, 16.4 V the most that four have
+    with pytest.raises(IdentificationError, match=r"24\.0 V at most, the battery of mine"):
+        _based(over_volts=1.5)
 
 
 def test_two_flights_tell_the_same_one_after_the_other() -> None:
