@@ -308,3 +308,33 @@ def test_a_heading_is_turned_to_from_the_turn_to_the_one_before(
     for row, asked_deg in ((2, first_deg), (3, then_deg)):
         stages[row] = replace(stages[row], yaw_deg=asked_deg)
     assert took_s(*stages, parameters=slow)[3] == pytest.approx(needed_s, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "tangent_m"),
+    # By hand: 98.5 m on a course of 66.0°, so 72.3° before or after it.
+    [(-30.0, (20.0, 57.6)), (30.0, (-3.3, 109.8))],
+)
+def test_a_change_of_height_is_left_by_the_tangent_where_that_is_asked_for(
+    radius_m: float, tangent_m: tuple[float, float]
+) -> None:
+    change = replace(stage(StageKind.CHANGE_HEIGHT, 0.0, 80.0, 40.0), radius_m=radius_m)
+    flights = [
+        fly_px4(
+            (takeoff(20.0), replace(change, leaves_on_tangent=leaves), go(90.0, 120.0, 40.0)), PX4
+        )
+        for leaves in (False, True)
+    ]
+    nearest, legs_s = [], []
+    for motion in flights:
+        begun_s, reached_s = motion.segments.end_s[motion.done_segment][1:]
+        flown = motion.state_at_time(np.linspace(begun_s, reached_s, 400))
+        off_m = np.hypot(flown.east_m - tangent_m[0], flown.north_m - tangent_m[1])
+        nearest.append(off_m.min())
+        legs_s.append(reached_s - begun_s)
+    # It turns in from 5 m before the leg on; straight, it stays beyond a quarter of the circle away.
+    assert nearest[1] < 5.0
+    assert nearest[0] > 20.0
+    if radius_m < 0.0:  # 27.9 s by a build of PX4, of which 0.6 s are how it turns in
+        assert legs_s[1] == pytest.approx(27.9, abs=0.6)
+        assert legs_s[1] > legs_s[0] + 4.0

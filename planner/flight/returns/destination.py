@@ -456,14 +456,15 @@ class _ReturnItems:
             return replace(stage, kind=kind, hold_s=0.0, speed_m_s=None, return_path=None)
         latitude_deg, longitude_deg = item.latitude_deg or 0.0, item.longitude_deg or 0.0
         east, north = self._route.frame.east_north_m([latitude_deg], [longitude_deg])
-        lands = kind is StageKind.LAND
+        lands, changes = kind is StageKind.LAND, kind is StageKind.CHANGE_HEIGHT
         return Stage(
             kind=kind,
             item=at + 1,
             east_m=float(east[0]),
             north_m=float(north[0]),
             height_m=self._ground_m(latitude_deg, longitude_deg) if lands else self._height_m(at),
-            radius_m=abs(item.param2 or 0.0) if kind is StageKind.CHANGE_HEIGHT else 0.0,
+            radius_m=(item.param2 or 0.0) if changes else 0.0,
+            leaves_on_tangent=changes and (item.param4 or 0.0) > 0.0,
         )
 
     def _ground_m(self, latitude_deg: float, longitude_deg: float) -> float:

@@ -75,7 +75,9 @@ class Stage(Value, kw_only=False):
     """Turns of a circle. [-]"""
     radius_m: float = 0.0
     """Radius of a circle, negative for counter-clockwise; of a change of height that within which PX4
-    begins it, 0 where not given. [m]"""
+    begins it, and which it leaves by a tangent, 0 where not given. [m]"""
+    leaves_on_tangent: bool = False
+    """Whether PX4 leaves a change of height by the tangent of its circle that leads to the next place."""
     followed_ground_m: tuple[float, ...] = ()
     """Heights of the ground on the way, evenly spaced from its beginning to its end, where the vehicle
     follows it, of a circle that at its centre. [m AMSL]"""

@@ -542,8 +542,12 @@ class MissionState:
     def change_height(self, item: MissionItem) -> None:
         """Fly to a place, then change height there."""
         self._go(StageKind.CHANGE_HEIGHT, item)
-        radius_m = min(abs(item.param2 or 0.0), LARGEST_RADIUS_M)
-        self.stages[-1] = replace(self.stages[-1], radius_m=radius_m)
+        radius_m = item.param2 or 0.0
+        self.stages[-1] = replace(
+            self.stages[-1],
+            radius_m=max(min(radius_m, LARGEST_RADIUS_M), -LARGEST_RADIUS_M),
+            leaves_on_tangent=(item.param4 or 0.0) > 0.0,
+        )
 
     def return_home(self, _item: MissionItem) -> None:
         """Return and land: the flight is over."""

@@ -440,6 +440,7 @@ def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Le
     turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 
     ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
+    ends[:, 2] = _end_heights_m(turns.end_m, ends, part, parameters)
     turns, ends = cut_short(begun, turns, ends, parameters)
     limits = limits_along(turns.end_m, ends, part, parameters)
     held = climbing & ~part.takeoffs.is_free
@@ -466,6 +467,27 @@ def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Le
     )
     end, end_m_s = ends_of_moves(flown, parameters)
     return replace(flown, end_m=end, end_m_s=end_m_s)
+
+
+def _end_heights_m(
+    place_m: FloatArray, ends_m: FloatArray, planned: PlannedLegs, parameters: Px4Parameters
+) -> FloatArray:
+    """Return the heights at which legs end that are straight from places. (n,) [m]
+
+    A height that counts as reached already comes closer as the target does, or dies away at j/2a as the
+    braking law has it, in the least time the way takes, (6 x/j)^(1/3) or x/v: the tail of a climb or descent
+    that goes on beyond a level leg does not slow it.
+    """
+    way, left = planned.target_m - place_m, planned.target_m - ends_m
+    near = np.abs(way[:, 2]) <= parameters.altitude_acceptance_m + _ON_THE_EDGE_M
+    near &= planned.is_leg & ~planned.is_takeoff & (planned.direction[:, 2] == 0.0)
+    flown_m = np.maximum(horizontal(way) - horizontal(left), 0.0)
+    _, vertical = vertical_limits(way[:, 2] > 0.0, parameters)
+    jerk = parameters.jerk_m_s3
+    least_s = np.maximum(np.cbrt(6.0 * flown_m / jerk), flown_m / planned.speed_m_s)
+    part = np.minimum(quotient(horizontal(left), horizontal(way)), 1.0)
+    part = np.minimum(part, np.exp(-0.5 * jerk / vertical * least_s))
+    return np.where(near, planned.target_m[:, 2] - way[:, 2] * part, ends_m[:, 2])
 
 
 def _starts(

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.flight.motion.px4.landing import CLIMB_LATE_S
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -111,6 +111,8 @@ def return_looks_home(
     return np.asarray(((leg == _HOMEWARD) & near) | (leg == _DOWN) | (leg == _LANDING))
 
 
+SHORTEST_L1_M = 5.0
+"""Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this means NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
 _HOMEWARD, _DOWN, _LANDING = 1, 2, 3
@@ -295,9 +297,13 @@ class _Navigator:
         self.is_airborne = place_m is not None
         self.east_m, self.north_m, self.height_m = place_m or (0.0, 0.0, 0.0)
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
+        self._circle: tuple[float, float, float] | None = None
+        """Centre and radius, negative for counter-clockwise, of what is left by a tangent. [m]"""
 
     def moves(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the moves of one stage."""
+        if stage.kind is not StageKind.DELAY:
+            yield from self._leave_circle(index, stage)
         match stage.kind:
             case StageKind.GO | StageKind.SPLINE | StageKind.CIRCLE | StageKind.SET_DOWN:
                 self._place_at(stage)
@@ -396,6 +402,40 @@ class _Navigator:
         if left > self.parameters.acceptance_radius_m:
             self.east_m += (east - stage.east_m) * left / way
             self.north_m += (north - stage.north_m) * left / way
+
+        if stage.leaves_on_tangent:
+            left = math.copysign(radius, stage.radius_m)
+            self._circle = (stage.east_m, stage.north_m, left)
+
+    def _leave_circle(self, index: int, stage: Stage) -> Iterator[Move]:
+        """Yield the flight to the leg to a stage's place, where that leg is the tangent of a circle.
+
+        Notes
+        -----
+        Of a LOITER_TO_ALT with parameter 4 the place moves to where the tangent leads to the next place
+        (``MissionBlock::is_mission_item_reached``, ``loiter_exit_xtrack``).  The vehicle, beside that
+        leg, flies straight at that leg until near enough to turn into it
+        (``PositionSmoothing::_getL1Point``): with 20 m, and 60 m to the next place, a build flew 74 m in 5 s
+        more.  It does not slow down before the turn, as is assumed here: 0.6 s.
+        """
+        circle, self._circle = self._circle, None
+        if circle is None or stage.kind in RETURN_STAGES:
+            return
+        east, north, radius = circle
+        away_e, away_n = stage.east_m - east, stage.north_m - north
+        distance = math.hypot(away_e, away_n)
+        if distance <= abs(radius):
+            return
+        turn = math.copysign(math.acos(abs(radius) / distance), radius)
+        course = math.atan2(away_e, away_n) - turn
+        out_e, out_n = math.sin(course), math.cos(course)
+        # What is left is a line across that, so far from the centre: its nearest point.
+        off = abs(radius) - (self.east_m - east) * out_e - (self.north_m - north) * out_n
+        self.east_m, self.north_m = self.east_m + off * out_e, self.north_m + off * out_n
+        move = self._go(index, stage, hold_s=0.0)
+        near = max(move.radius_m, SHORTEST_L1_M)
+        if abs(off) > near:
+            yield move._replace(radius_m=near, reach_m=near, yaw_rad=math.nan, goes_on=True)
 
     def _place_at(self, stage: Stage) -> None:
         self.east_m, self.north_m, self.height_m = stage.east_m, stage.north_m, stage.height_m

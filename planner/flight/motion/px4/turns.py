@@ -16,7 +16,7 @@ from planner.flight.motion.px4.braking import (
     turning_back,
     vertical_limits,
 )
-from planner.flight.motion.px4.moves import directions
+from planner.flight.motion.px4.moves import SHORTEST_L1_M, directions
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ ALIGNED_COS = 0.98
 """Cosine of the angle to the target from which a turn counts as done (``PositionSmoothing::_isTurning``)."""
 SLOWEST_TURN_M_S = 0.2
 """Speed below which nothing is turned (``PositionSmoothing::_isTurning``). [m s⁻¹]"""
-SHORTEST_L1_M = 5.0
-"""Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 CLAMPED_M_S = 0.5
 """Speed below which one axis is slowed alone (``clampToXYNorm``, ``clampToZNorm``). [m s⁻¹]"""
 PEAK_OVER_MEAN = 1.5
