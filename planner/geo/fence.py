@@ -312,8 +312,8 @@ INVALID_POLYGON = Rule(
     "PX4's test of a point is made for polygons that do not cross themselves.",
     how="Fewer than 3 different vertices, a vertex that is no position, edges that cross or fold "
     "back, an area thinner than 2 cm, a radius that is not positive.  Vertices given twice in a row "
-    "are a warning.  The direction of turning does not matter.  On PX4, which compares longitudes as they "
-    "are, an area across the 180th meridian too.",
+    "are a warning.  The direction of turning does not matter.  A polygon across the 180th meridian too: "
+    "PX4 and ArduPilot compare longitudes as they are, so its inside is outside for them.  A circle may be.",
     fix="draw the fence area again",
     instead="a fence that encloses an area",
 )

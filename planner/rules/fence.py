@@ -425,19 +425,20 @@ def fence_alone(
 
 
 def _size(autopilot: Autopilot, fence: Fence) -> Iterator[Finding]:
+    for polygon in fence.polygons:
+        longitudes_deg = [longitude_deg for _, longitude_deg in polygon.vertices_deg]
+        if max(longitudes_deg, default=0.0) - min(longitudes_deg, default=0.0) > 180.0:
+            # PX4's Geofence::insidePolygon; ArduPilot's Polygon_outside, on latitudes and longitudes (1e-7°)
+            yield INVALID_POLYGON.finding(
+                "fence polygon across the 180th meridian: PX4 and ArduPilot take its area to lie the other "
+                "way round the Earth",
+                place=polygon.place,
+                fix="keep the fence and the flight on one side of the meridian, or draw a circle",
+            )
     if autopilot is Autopilot.PX4:
         points = sum(len(p.vertices_deg) for p in fence.polygons) + len(fence.circles)
         if points > _PX4_POINTS:
             yield FENCE_TOO_LARGE.finding(f"{points} points in the fence; PX4 holds {_PX4_POINTS}")
-        for polygon in fence.polygons:
-            longitudes_deg = [longitude_deg for _, longitude_deg in polygon.vertices_deg]
-            if max(longitudes_deg, default=0.0) - min(longitudes_deg, default=0.0) > 180.0:
-                # Geofence::insidePolygon compares longitudes as they are
-                yield INVALID_POLYGON.finding(
-                    "fence polygon across the 180th meridian: for PX4 no place is inside it",
-                    place=polygon.place,
-                    fix="keep the fence and the flight on one side of the meridian",
-                )
     elif autopilot is Autopilot.ARDUPILOT:
         for polygon in fence.polygons:
             if len(polygon.vertices_deg) > _ARDUPILOT_VERTICES:

@@ -140,7 +140,7 @@ def _moved(plan: Any, place: Callable[[float, float], tuple[float, float]]) -> A
 def _eastward(document: Document, amount: float) -> Document:
     turn = round(amount * 360.0) - 180.0
     if amount >= 0.7 and not _plan(document)["geoFence"]["polygons"]:
-        turn = 172.0  # home is on the antimeridian; in an area across it no place is inside, to PX4
+        turn = 172.0  # home is on the antimeridian; polygons across it are refused
     elif abs(turn - 172.0) < 6.0:  # so far from home the farthest corner is
         turn = 160.0
 

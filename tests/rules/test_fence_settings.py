@@ -169,15 +169,23 @@ def test_a_fence_with_more_points_than_the_autopilot_holds_is_told(
     assert set(findings_of(SHORT, ring(most + 1), autopilot=autopilot)) == {"F112"}
 
 
-@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
-def test_only_ardupilot_has_areas_across_the_180th_meridian(autopilot: Autopilot) -> None:
-    # PX4's Geofence::insidePolygon compares longitudes as they are: between 179.9 and -179.9 there are
-    # none of the area, whatever lies in it.
-    fiji = FencePolygon(
-        inclusion=True,
-        vertices_deg=((-17.0, 179.9), (-16.9, 179.9), (-16.9, -179.9), (-17.0, -179.9)),
+@pytest.mark.parametrize("autopilot", Autopilot)
+@pytest.mark.parametrize("is_inclusion", [True, False])
+def test_no_autopilot_has_polygons_across_the_180th_meridian(
+    autopilot: Autopilot,
+    is_inclusion: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # PX4's Geofence::insidePolygon and ArduPilot's Polygon_outside, in AC_PolyFence_loader::breached, count
+    # edges that pass a place's longitude: one at 179.95° has none of 179.9° to -179.9°, one at 0° has all.
+    north, south, west, east = -16.9, -17.0, 179.9, -179.9
+    corners = ((south, west), (north, west), (north, east), (south, east))
+    fiji = FencePolygon(inclusion=is_inclusion, vertices_deg=corners)
+    assert "F105" in findings_of(SHORT, fiji, autopilot=autopilot)
+    near = FencePolygon(
+        inclusion=is_inclusion,
+        vertices_deg=tuple((lat, min(lon % 360.0, 180.0)) for lat, lon in corners),
     )
-    assert ("F105" in findings_of(SHORT, fiji, autopilot=autopilot)) == (autopilot is Autopilot.PX4)
+    assert "F105" not in findings_of(SHORT, near, autopilot=autopilot)
 
 
 @pytest.mark.parametrize(
