@@ -296,11 +296,11 @@ DISCHARGE_RATE_HIGH = Rule(
     why="Beyond its rate a battery heats up, sags and ages, and its predicted voltage does not hold; "
     "beyond what any battery gives the vehicle falls down.",
     how="Highest predicted current over the charge of the new battery (of a battery of which only the "
-    "energy is known, power over energy), above its max_c_rate: a warning.  Where no rate is known, an "
-    "error where it is above the most that any battery of its kind of cell gives (36 C for "
-    "lithium-polymer, 20 C for lithium-ion) or its mean above what one bears until it is empty (20 C and "
-    "12 C): limits and sources in models/chemistries.  Of an unknown kind the limits of lithium-polymer "
-    "are an error, those of lithium-ion a warning.",
+    "energy is known, power over energy), above its max_c_rate: a warning.  An error where it is "
+    "also above the most that any battery of its kind of cell gives (36 C for lithium-polymer, 20 C for "
+    "lithium-ion), or its mean above what one bears until it is empty (20 C and 12 C) and above the rate: "
+    "limits and sources in models/chemistries.  Of an unknown kind the limits of lithium-polymer are an "
+    "error; without a rate, those of lithium-ion a warning.",
     fix="use a battery of more charge or a higher rate, or fly slower and lighter",
     instead="--battery",
 )
@@ -317,17 +317,8 @@ def _discharge_rate_high(a: Assessment, budget: BatteryBudget, pack: Battery) ->
         "" if discharge is None else f" ({quantity.decimals(discharge.highest_current_a, 0)} A)"
     )
     item = None if discharge is None else a.item_of(discharge.highest_current_segment)
-    if rated is not None:
-        if peak > rated:
-            yield a.finding(
-                DISCHARGE_RATE_HIGH,
-                f"{quantity.beside(peak, rated, _c_rate)}{current}; the battery is rated for "
-                f"{_c_rate(rated)}",
-                item=item,
-            )
-        return
     kinds = [(chemistry_of(pack), Severity.ERROR, "no battery of its kind {} more than {}")]
-    if pack.chemistry is None:
+    if pack.chemistry is None and rated is None:
         kinds.append(
             (
                 load_chemistry(LITHIUM_ION),
@@ -340,7 +331,7 @@ def _discharge_rate_high(a: Assessment, budget: BatteryBudget, pack: Battery) ->
             (peak, kind.peak_c_rate, current, "gives"),
             (mean, kind.sustained_c_rate, " in the mean", "bears"),
         ):
-            if most is not None and rate > most:
+            if most is not None and rate > max(most, rated or 0.0):
                 yield a.finding(
                     DISCHARGE_RATE_HIGH,
                     f"{quantity.beside(rate, most, _c_rate)}{where}; "
@@ -349,6 +340,13 @@ def _discharge_rate_high(a: Assessment, budget: BatteryBudget, pack: Battery) ->
                     item=item,
                 )
                 return
+    if rated is not None and peak > rated:
+        yield a.finding(
+            DISCHARGE_RATE_HIGH,
+            f"{quantity.beside(peak, rated, _c_rate)}{current}; the battery is rated for "
+            f"{_c_rate(rated)}",
+            item=item,
+        )
 
 
 def _c_rate(rate: float) -> str:

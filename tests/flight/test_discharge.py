@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
+from planner.findings import Severity
 from planner.flight.budget import Discharge, predict_discharge
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import Flight, predict_flight
@@ -191,6 +192,18 @@ def test_more_current_than_the_battery_is_made_for_is_marked(
 ) -> None:
     # 458 W from 23 V are 20 A: 4 times 5 Ah an hour.
     assert bool(found(checked(replace(PACK, max_c_rate=max_c_rate)), "E110")) is fires
+
+
+@pytest.mark.parametrize(
+    ("max_c_rate", "severity"), [(None, Severity.ERROR), (20.0, Severity.ERROR), (100.0, None)]
+)
+def test_a_rate_does_not_excuse_what_no_battery_gives(
+    max_c_rate: float | None, severity: Severity | None
+) -> None:
+    # 458 W from 25 V at most are 18 A: 37 times 0.5 Ah an hour, 36 are the most of lithium-polymer.
+    small = replace(PACK, capacity_ah=0.5, max_c_rate=max_c_rate)
+    rates = [one.severity for one in found(checked(small), "E110")]
+    assert rates == ([] if severity is None else [severity])
 
 
 NEED_WH = checked().totals.energy_wh
