@@ -3,11 +3,13 @@
 Prints the table and keeps it; ``--compare`` marks what became slower than in the last kept run by more
 than the noise of both.  Of a ratio it is the median over rounds in which both are measured one after
 the other, so that another load on the machine meets both; its noise is half the spread of the middle
-half of the rounds.  Times are of the processor, but for starts, counted in instructions (callgrind).
+half of the rounds.  Times are of the processor, but for starts, counted in instructions (callgrind), and
+for work shared by cores, which passes meanwhile.
 """
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import pickle
@@ -16,7 +18,7 @@ import shutil
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from functools import partial
 from pathlib import Path
 from statistics import median, quantiles
@@ -24,14 +26,21 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import msgspec
+import numpy as np
 from dataflash_writer import copter_log
 from long_missions import plan
+from made_record import record_of
 from pymavlink.DFReader import DFReader_binary
 from pymavlink.mavwp import MAVWPLoader
 from pyulog import ULog
-from sampled_flight import Manoeuvre, SampledVehicle
+from reviews import review_app, settled
+from sampled_flight import SAMPLE_S, Manoeuvre, SampledVehicle
+from simulated_experiment import fly_horizontally, fly_vertically
+from textual.app import App
 from ulog_writer import px4_log
 
+from planner.identify.assembly import IdentificationSettings
+from planner.identify.identification import identify_vehicle
 from planner.logs.files import read_log
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
@@ -49,6 +58,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from planner.mission.items import Mission
+    from planner.service.preflight import CheckResult
 
 KEPT = Path(__file__).parents[1] / ".benchmarks" / "speed.json"
 MISSIONS = Path(__file__).parents[1] / "missions"
@@ -79,6 +89,13 @@ def seconds(work: Callable[[], object]) -> float:
     return time.process_time() - begun
 
 
+def elapsed(work: Callable[[], object]) -> float:
+    """Return the time that passes in one run, of which several cores may do parts."""
+    begun = time.perf_counter()
+    work()
+    return time.perf_counter() - begun
+
+
 def against(
     what: str,
     work: Callable[[], object],
@@ -87,10 +104,11 @@ def against(
     *,
     goal: str,
     rounds: int = ROUNDS,
+    clock: Callable[[Callable[[], object]], float] = seconds,
 ) -> Row:
     """Return how many times as long one takes as another."""
     work(), other()
-    pairs = [(seconds(work), seconds(other)) for _ in range(rounds)]
+    pairs = [(clock(work), clock(other)) for _ in range(rounds)]
     ratios = [ours / max(theirs, 1e-6) for ours, theirs in pairs]
     low, _, high = quantiles(ratios, n=4)
     ours_ms = 1e3 * median(ours for ours, _ in pairs)
@@ -146,9 +164,31 @@ def fly(vehicle: SampledVehicle, moves: list[Manoeuvre]) -> None:
         vehicle.fly(one)
 
 
+def step_through(result: CheckResult) -> float:
+    """Return the energy of a flight stepped at 50 Hz, as a naive planner does it. [J]
+
+    The speed of each segment follows its reference with a lag; power is hover power and drag.
+    """
+    speed, energy_j = np.zeros(3), 0.0
+    for one in result.segments:
+        wanted = np.array((one.speed_m_s or 0.0, 0.0, one.climb_m / max(one.duration_s, SAMPLE_S)))
+        for _ in range(round(one.duration_s / SAMPLE_S)):
+            speed += SAMPLE_S * (wanted - speed)
+            energy_j += SAMPLE_S * (120.0 + 0.05 * float(speed @ speed))
+    return energy_j
+
+
 def checks() -> Iterator[Row]:
     """Yield what checks take, and what is made of them."""
     article = load_vehicle("falkowski-2023-quadrotor")
+    small = mission_of(10, 12)
+    yield against(
+        "check, 10 items",
+        partial(check, small, article),
+        "a loop in numpy at 50 Hz",
+        partial(step_through, check(small, article)),
+        goal="4 ms",
+    )
     for count, goal in ((10, "1 / 100"), (100, "1 / 500")):
         mission, sampled = mission_of(count, 12), SampledVehicle()
         moves = [
@@ -161,7 +201,7 @@ def checks() -> Iterator[Row]:
             if s.climb_m != 0.0 or s.state == "accelerate"
         ]
         yield against(
-            f"check, {count} items",
+            f"check, {count} items, all of it",
             partial(check, mission, article),
             "control.forced_response at 50 Hz",
             partial(fly, sampled, moves),
@@ -271,6 +311,79 @@ def readers(folder: Path) -> Iterator[Row]:
     )
 
 
+def identification() -> Iterator[Row]:
+    """Yield what identifying a vehicle takes."""
+
+    def flights() -> list[object]:
+        draw = np.random.default_rng(1)
+        return [fly_vertically(draw), fly_horizontally(draw)]
+
+    settings = IdentificationSettings(name="bench", date=date(2026, 1, 1), version="1")
+    draw = np.random.default_rng(1)
+    records = [
+        record_of(fly_vertically(draw), is_vertical=True),
+        record_of(fly_horizontally(draw), is_vertical=False),
+    ]
+    yield against(
+        "identify, two flights at 10 Hz",
+        lambda: identify_vehicle(records, settings),
+        "flying them in control",
+        flights,
+        goal="",
+        rounds=3,
+    )
+
+
+def many_files(folder: Path) -> Iterator[Row]:
+    """Yield what the check of many files in one call takes on the cores here."""
+    for number in range(60):
+        mission = plan(100 + number, autopilot=3)
+        (folder / f"{number:03d}.plan").write_text(mission, encoding="utf-8")
+    run = "import os, sys; {} from planner.cli.main import main; main()"
+    words = ("check", str(folder), "--vehicle", "arducopter-sitl-quad", "--format", "json-lines")
+
+    def call(first: str = "") -> None:
+        command = [sys.executable, "-c", run.format(first), *words]
+        subprocess.run(command, capture_output=True, check=False)
+
+    yield against(
+        "check of 60 files, 100 to 159 items",
+        call,
+        "on one core",
+        partial(call, "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))});"),
+        goal="0.5 on two cores",
+        rounds=3,
+        clock=elapsed,
+    )
+
+
+def keys() -> Iterator[Row]:
+    """Yield what a key press takes in the review, all panes following."""
+
+    async def presses(app: App[None], times: list[float]) -> None:
+        async with app.run_test(size=(160, 48)) as pilot:
+            if not isinstance(app, Bare):
+                await settled(pilot)
+                await pilot.press("4")
+            for _ in range(40):
+                begun = time.process_time()
+                await pilot.press("down")
+                times.append(time.process_time() - begun)
+
+    ours, theirs = list[float](), list[float]()
+    for _ in range(3):
+        asyncio.run(presses(review_app(str(MISSIONS / "survey-vineyard.plan")), ours))
+        asyncio.run(presses(Bare(), theirs))
+    ratios = [one / median(theirs) for one in ours]
+    low, middle, high = quantiles(ratios, n=4)
+    taken = f"{1e3 * median(ours):.3g} ms"
+    yield Row("key press", taken, "in an empty Textual app", middle, 0.5 * (high - low), "16 ms")
+
+
+class Bare(App[None]):
+    """Textual alone."""
+
+
 def table(rows: list[Row], before: dict[str, Row]) -> list[str]:
     """Return the table, with what became slower than before."""
     lines = ["| | takes | times | of | goal | |", "|---|---|---|---|---|---|"]
@@ -292,7 +405,9 @@ def main(*arguments: str) -> int:
             return 2
         before = {row.what: row for row in msgspec.json.decode(KEPT.read_bytes(), type=list[Row])}
     with TemporaryDirectory() as folder:
-        rows = [*starts(), *readers(Path(folder)), *checks()]
+        rows = [*starts(), *readers(Path(folder)), *checks(), *identification(), *keys()]
+    with TemporaryDirectory() as folder:
+        rows += many_files(Path(folder))
     lines = table(rows, before)
     sys.stdout.write("\n".join(lines) + "\n")
     KEPT.parent.mkdir(exist_ok=True)

@@ -6,6 +6,7 @@ longer to import than a small mission takes to check.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,8 +42,12 @@ def unit_derivative(points: int, at: FloatArray) -> FloatArray:
 
     That of the polynomial through them: exact up to degree ``points`` − 1.  (…, points)
     """
-    nodes, _ = unit_quadrature(points)
     powers = np.arange(points)
-    to_coefficients = np.linalg.inv(nodes[:, None] ** powers)
     slopes = powers * np.asarray(at)[..., None] ** np.maximum(powers - 1, 0)
-    return np.asarray(slopes @ to_coefficients)
+    return np.asarray(slopes @ _coefficients_of_values(points))
+
+
+@cache
+def _coefficients_of_values(points: int) -> FloatArray:
+    nodes, _ = unit_quadrature(points)
+    return np.asarray(np.linalg.inv(nodes[:, None] ** np.arange(points)), np.float64)

@@ -16,7 +16,7 @@ exact at every time.  Order three is what flights can tell; more belongs to the 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -168,7 +168,18 @@ class TransferFunction(Value):
         return system
 
 
-class Modes(Value, eq=False):
+class _Terms(NamedTuple):
+    """What I_k of a system, or of a stack of shape B, is made of."""
+
+    weights: tuple[tuple[FloatArray, FloatArray], ...]
+    """Re and Im of :math:`r_i p_i^{-(z+k)}`, a pair for each partial fraction, each of shape B."""
+    steady: FloatArray
+    """Coefficients of its polynomial in t, ascending.  (z + k, …)"""
+    series: FloatArray
+    """Taylor coefficients about t = 0, ascending, of I_k / t^k where k is above 0.  (…, terms)"""
+
+
+class Modes(Value, eq=False, dict=True):
     r"""One rational system, or a stack of them of batch shape B, ready to be evaluated over time.
 
     With z poles at the origin and the others :math:`p_i`,
@@ -230,37 +241,50 @@ class Modes(Value, eq=False):
         if self.feedthrough.ndim:
             t = np.broadcast_to(t, np.broadcast_shapes(t.shape, self.feedthrough.shape))
         totals = np.zeros((len(orders), *t.shape))
-        for rate, turning, residue in self.fractions:
+        terms = [self._terms(k) for k in orders]
+        for index, (rate, turning, _) in enumerate(self.fractions):
             turns = turning.any()
             decay = np.exp(rate * t)
             cosine, sine = (np.cos(turning * t), np.sin(turning * t)) if turns else (1.0, 0.0)
-            for row, k in enumerate(orders):
-                weight = residue / (rate + 1j * turning) ** (self.integrators + k)
-                wave = weight.real * cosine - weight.imag * sine if turns else weight.real
-                totals[row] += decay * wave
+            for row, (weights, _, _) in enumerate(terms):
+                real, imaginary = weights[index]
+                totals[row] += decay * (real * cosine - imaginary * sine if turns else real)
         early = t * self.fastest_rad_s < 1.0
         some_early = early.any()
         slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
-        for row, k in enumerate(orders):
+        for row, (k, (_, steady, series)) in enumerate(zip(orders, terms, strict=True)):
             own = totals[row, ...]
-            powers = self.integrators + k
-            if powers > 0:
-                own += _power_sum(self.steady_series[:powers][::-1], t)
-            close = self.is_close | slow if powers > 0 else self.is_close
+            if len(steady):
+                own += _polynomial(steady, t)
+            close = self.is_close | slow if len(steady) else self.is_close
             if close.any():
                 mask = close & ~early
                 own[mask] = self._by_differences(t[mask], mask, k)
             if some_early:
-                own[early] = self._by_series(t[early], early, k)
-            if k > 0:
+                some = _polynomial(np.moveaxis(_at(early, series, trailing=1), -1, 0), t[early])
+                own[early] = t[early] ** max(k, 0) * some
+            if k > 0 and self.feedthrough.any():
                 own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
         return totals
 
-    def _by_series(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
-        terms = self.markov[max(-k, 0) :]
-        if terms.ndim > 1:
-            terms = np.broadcast_to(terms, (len(terms), *mask.shape))[:, mask]
-        return t ** max(k, 0) * _power_sum(terms, t, max(k, 0))
+    def _terms(self, k: int) -> _Terms:
+        """Return what :math:`I_k` is made of; worked out once, as short flights ask for it often."""
+        terms = self._known_terms.get(k)
+        if terms is None:
+            powers = self.integrators + k
+            weights = [one / (rate + 1j * turn) ** powers for rate, turn, one in self.fractions]
+            series = _over_factorials(self.markov[max(-k, 0) :], max(k, 0))
+            terms = _Terms(
+                tuple((one.real, one.imag) for one in weights),
+                _over_factorials(self.steady_series[: max(powers, 0)][::-1]),
+                np.moveaxis(series, 0, -1),
+            )
+            self._known_terms[k] = terms
+        return terms
+
+    @cached_property
+    def _known_terms(self) -> dict[int, _Terms]:
+        return {}
 
     def _by_differences(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
         zeros = max(k, 0)
@@ -386,10 +410,15 @@ def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int
     return terms
 
 
-def _power_sum(coefficients: FloatArray, t: FloatArray, offset: int = 0) -> FloatArray:
-    """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
+def _over_factorials(coefficients: FloatArray, offset: int = 0) -> FloatArray:
+    """Return c_j / (j + offset)!, j along the first axis."""
     divisors = _FACTORIALS[offset : offset + len(coefficients)]
-    *lower, total = coefficients / divisors.reshape(-1, *(1,) * (coefficients.ndim - 1))
+    return np.asarray(coefficients / divisors.reshape(-1, *(1,) * (coefficients.ndim - 1)))
+
+
+def _polynomial(coefficients: FloatArray, t: FloatArray) -> FloatArray:
+    """Sum of c_j t^j by Horner's rule: to the bit the same in any batch, as a matrix product is not."""
+    *lower, total = coefficients
     for term in reversed(lower):
         total = total * t + term
     return np.asarray(total)
