@@ -91,7 +91,7 @@ def command(
     configuration, 3 a vehicle did not answer.
     """
     link = taken_link(options)
-    missions = _found(missions, exclude)
+    missions, left_out = _found(missions, exclude)
     if missions.count("-") > 1:
         msg = "standard input can be read once: give - once"
         raise UsageError(msg)
@@ -119,7 +119,7 @@ def command(
         results = results if apart is None else apart
     if write_baseline is not None:
         attach_baseline(results, write_baseline)
-    results = _report(results, output)
+    results = _report(results, output, left_out)
     if output.format == "github":
         _add_summary(results)
     if output.output is not None:
@@ -127,19 +127,24 @@ def command(
     return _exit_code(results, is_zero=output.exit_zero)
 
 
-def _found(named: tuple[str, ...], exclude: tuple[str, ...]) -> tuple[str, ...]:
+def _found(
+    named: tuple[str, ...], exclude: tuple[str, ...]
+) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
     """Return the missions that are named, of folders those in them, without what is excluded.
 
-    What is left out is said.  Raises UsageError if no mission is left.
+    With them the other files of the folders, ``None`` where no folder is named.  What is left out is
+    said.  Raises UsageError if no mission is left.
     """
     missions: list[str] = []
     met: set[str] = set()
+    others: list[str] | None = None
     for name in named:
         if not is_vehicle(name) and Path(name).is_dir():
             found = find_missions(Path(name), exclude=exclude)
             # one without any is reported as what it is: no mission file
             missions += map(str, found.files) if found.files or found.excluded else [name]
             met |= found.met
+            others = [*(others or ()), *map(str, found.others)]
             left = f", {found.excluded} excluded" if found.excluded else ""
             if found.others:
                 names = [str(path.relative_to(name)) for path in found.others[:_MOST_NAMED]]
@@ -162,14 +167,15 @@ def _found(named: tuple[str, ...], exclude: tuple[str, ...]) -> tuple[str, ...]:
     if not missions:
         msg = f"--exclude {', '.join(exclude)} leaves no mission"
         raise UsageError(msg)
-    return tuple(missions)
+    return tuple(missions), None if others is None else tuple(others)
 
 
-def _report(results: Results, output: Output) -> Results:
+def _report(results: Results, output: Output, left_out: tuple[str, ...] | None) -> Results:
     """Write what is asked for of results; return them, of which some may have become failed checks."""
 
     def text_of(some: Results) -> str:
-        return rendered(some, output, exit_code=_exit_code(some, is_zero=output.exit_zero))
+        code = _exit_code(some, is_zero=output.exit_zero)
+        return rendered(some, output, exit_code=code, left_out=left_out)
 
     results, _ = surviving(results, lambda some: write_attachments(some, output))
     results, text = surviving(results, text_of)

@@ -65,8 +65,10 @@ def _refuse_formats(asked: Output) -> None:
         load_converter()
 
 
-def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
-    """Return the report of a call in the format asked for."""
+def rendered(
+    results: Results, asked: Output, *, exit_code: ExitCode, left_out: tuple[str, ...] | None = None
+) -> str:
+    """Return the report of a call in the format asked for, in JSON with the files of folders left out."""
     match asked.format:
         case "text" | "concise" as name:
             from planner.report.text import check_concise, check_text, statistics_text
@@ -80,7 +82,12 @@ def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
             return (
                 check_json_lines(results, version=__version__)
                 if name == "json-lines"
-                else check_json(results, version=__version__, with_statistics=asked.statistics)
+                else check_json(
+                    results,
+                    version=__version__,
+                    with_statistics=asked.statistics,
+                    left_out=left_out,
+                )
             )
         case "sarif":
             from planner import catalogue

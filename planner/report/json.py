@@ -107,9 +107,15 @@ def check_json(
     *,
     version: str,
     with_statistics: bool = False,
+    left_out: Sequence[str] | None = None,
 ) -> str:
-    """Return all missions of a call as one JSON document, if asked with a count of each code."""
+    """Return all missions of a call as one JSON document.
+
+    If asked with a count of each code; of folders with their files that are no missions.
+    """
     document: Document = {"missions": [mission_document(result) for result in results]}
+    if left_out is not None:
+        document["left_out"] = list(left_out)
     if with_statistics:
         counts = count_codes(results)
         document["statistics"] = [values(one, field_names(one)) for one in counts]

@@ -17,6 +17,8 @@ from planner.values import Value
 from planner.vehicle.model import NO_LEAN_THRUST
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
+from planner.vehicle.power import MomentumLaw
+from planner.vehicle.priors import BEST_HOVER_EFFICIENCY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -35,6 +37,36 @@ _LEAST_SPIN_MAX, _USUAL_SPIN_MAX = 0.9, 0.95
 """MOT_SPIN_MAX: the least of its documented values, and its default. [-]"""
 _SAME_NUMBER = 1e-6
 """Numbers this near are one: files write them in single precision. [-]"""
+
+HOVER_POWER_IMPOSSIBLE = Rule(
+    "E132 hover-power-impossible",
+    Severity.ERROR,
+    summary="The model hovers on less power than any multicopter: its energies are too low.",
+    why="A hover power read at another voltage, of one battery of two, or of a lighter vehicle makes every "
+    "flight look short of its energy, and the vehicle comes down before it is home.",
+    how="Of models by momentum theory without flights: 1 / (induced_factor + profile_factor), the power of "
+    "the ideal disk over that of the battery in hover, is above 0.75.  The best published multicopter has "
+    "0.65; a figure of merit of 0.8 and motors and controllers of 0.9 give 0.72.",
+    fix="measure the hover power, the mass and the propellers again, or log a flight and run mavjoule "
+    "vehicle refine",
+    instead="--vehicle",
+)
+
+
+@judges(HOVER_POWER_IMPOSSIBLE)
+def _hover_power_impossible(a: Assessment) -> Iterator[Finding]:
+    law, basis = a.vehicle.cruise, a.vehicle.provenance.basis
+    if not isinstance(law, MomentumLaw) or (basis is not None and basis.is_flown):
+        return
+    efficiency = 1.0 / (law.induced_factor + law.profile_factor)
+    if efficiency > BEST_HOVER_EFFICIENCY:
+        shown = quantity.beside(efficiency, BEST_HOVER_EFFICIENCY, quantity.percent)
+        yield a.finding(
+            HOVER_POWER_IMPOSSIBLE,
+            f"the rotors of {a.vehicle.name} are taken to turn {shown} of the battery's power into lift; no "
+            f"multicopter reaches {quantity.percent(BEST_HOVER_EFFICIENCY)}",
+        )
+
 
 HOVER_THROTTLE_HIGH = Rule(
     "E116 hover-throttle-high",

@@ -50,6 +50,7 @@ from planner.vehicle.pack import (
 from planner.vehicle.parameters.resolve import kept_parameters
 from planner.vehicle.power import MomentumLaw
 from planner.vehicle.priors import (
+    BEST_HOVER_EFFICIENCY,
     disk_area_m2,
     hover_cost,
     ideal_hover_w,
@@ -378,6 +379,7 @@ class _Sheet:
             )
         self._assume("avionics", self.priors["avionics"])
         self._refuse_hover(hover_w, ideal_w)
+        self._doubt_hover(hover_w, ideal_w)
         priors = self.priors
         return {
             "mass": self.mass_kg,
@@ -477,12 +479,6 @@ class _Sheet:
             )
             raise UsageError(msg)
         usual_w = hover_cost().at(self.propeller_m) * ideal_w
-        if hover_w < usual_w / _CHEAPEST:
-            fraction = quantity.percent(hover_w / usual_w)
-            self.readings.append(
-                f"{hovering} is {fraction} of what published multicopters take with {carrying}: check the "
-                "figure, and log a flight before its energies are relied on"
-            )
         if hover_w > _COSTLIEST * usual_w:
             times = f"{hover_w / usual_w:.1f} times the {quantity.power(usual_w)}"
             msg = (
@@ -499,6 +495,23 @@ class _Sheet:
                 f"{quantity.duration(lasts_s)}, faster than any battery bears: is the charge in mAh?"
             )
             raise UsageError(msg)
+
+    def _doubt_hover(self, hover_w: float, ideal_w: float) -> None:
+        """Say of a figure that it is better than multicopters are, and doubt it by as much.
+
+        The figure or what it is compared with is wrong, nobody knows which: the spread holds both.
+        """
+        usual_w = hover_cost().at(self.propeller_m) * ideal_w
+        best_w = ideal_w / BEST_HOVER_EFFICIENCY + self._avionics_w(hover_w)
+        if hover_w >= max(usual_w / _CHEAPEST, best_w):
+            return
+        doubt = math.log(usual_w / hover_w)
+        self.fractions["hover"] = max(self.fractions.get("hover", 0.0), doubt)
+        self.readings.append(
+            f"hovering on {quantity.power(hover_w)} is {quantity.percent(hover_w / usual_w)} of what "
+            f"published multicopters take with {self._rotors_text} to carry {quantity.mass(self.mass_kg)}: "
+            "taken to be off by as much; check the figure, and log a flight before its energies are relied on"
+        )
 
     def _rotor(self, given: Mapping[str, float]) -> Rotor:
         """Return the rotor of which the hover takes what the quantities say."""

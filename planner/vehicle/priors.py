@@ -32,6 +32,10 @@ from planner.vehicle.reader import Reading, models_root
 OF_MIDDLE_80_PERCENT = 2.0 * 1.2815515655446004
 """Width of the middle 80 % of a normal distribution over its standard deviation. [-]"""
 
+BEST_HOVER_EFFICIENCY = 0.75
+"""Power of the ideal disk over that of the battery, which no multicopter hovers at: the best of the published
+ones has 0.65; a figure of merit of 0.8 and motors and controllers of 0.9 are 0.72. [-]"""
+
 
 class Prior(Part):
     """A quantity nobody measured on this vehicle: its likeliest value, and where 80 % lie."""

@@ -476,6 +476,8 @@ def test_a_folder_holds_the_missions_that_are_called_as_other_files_are(
     out, err = capsys.readouterr()
     files = [Path(one["file"]).name for one in json.loads(out)["missions"]]
     assert files == ["flight.json", "flight.txt", "flight.wpl"]
+    left_out = [Path(one).name for one in json.loads(out)["left_out"]]
+    assert left_out == ["notes.txt", "settings.json"]
     assert "3 missions, 2 other files (notes.txt, settings.json)" in err
 
 

@@ -17,6 +17,7 @@ from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Basis, ModelSpread, Responses
 from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,6 +48,14 @@ def of_basis(basis: Basis) -> VehicleModel:
     """Return a model of PX4's with power and spread that rests on something."""
     model = load_vehicle("px4-quad-2kg")
     return replace(model, provenance=replace(model.provenance, basis=basis))
+
+
+def hovering_at(efficiency: float, *, basis: Basis = Basis.THEORY) -> tuple[Finding, ...]:
+    """Return what is reported of a model whose hover is so near that of the ideal disk."""
+    model = of_basis(basis)
+    assert isinstance(model.cruise, MomentumLaw)
+    law = replace(model.cruise, induced_factor=1.0 / efficiency - 0.2, profile_factor=0.2)
+    return found(OUT_AND_BACK, PX4, vehicle=replace(model, cruise=law))
 
 
 def slowing_to(speed_m_s: float) -> tuple[Finding, ...]:
@@ -384,6 +393,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.DATA_SHEET)),
         boundary=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.REFINED)),
         silent=lambda: found(OUT_AND_BACK, PX4, vehicle=of_basis(Basis.ARTICLE)),
+    ),
+    "E132": RuleCases(
+        fires=lambda: hovering_at(0.751),
+        boundary=lambda: hovering_at(0.75 - 1e-9),
+        silent=lambda: hovering_at(0.751, basis=Basis.REFINED),
     ),
     "E129": RuleCases(
         fires=lambda: over_ridge_and_back(0.99),

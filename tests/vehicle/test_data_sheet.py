@@ -299,6 +299,20 @@ def test_a_hover_that_few_have_is_taken_with_a_word() -> None:
     assert word not in " ".join(_vehicle(hover=read_hover("180W")).provenance.readings)
 
 
+def test_a_hover_better_than_published_ones_is_doubted_by_as_much() -> None:
+    # 1.6 kg on four of 10 in: an ideal disk of 88 W, published multicopters 1.331 + 0.2723 / 0.254 = 2.40
+    # times that, 211 W, from which 95 W are a factor of 2.22, and 180 W one of 1.17
+    assert _hover_doubt("95W") == pytest.approx(math.log(211.0 / 95.0), abs=0.01)
+    # from two thirds of the usual on, 141 W, a figure is as sure as any
+    assert _hover_doubt("145W") == _hover_doubt("180W") < 0.1
+
+
+def _hover_doubt(figure: str) -> float:
+    spread = _vehicle(hover=read_hover(figure)).spread
+    assert spread is not None
+    return dict(spread.law_fraction)["hover"]
+
+
 def test_a_throttle_is_of_the_thrust_or_of_the_signal() -> None:
     # 1.6 kg under 5 kg of thrust: 32 % of it, the signal of u with 0.35 u + 0.65 u^2 = 0.32 is 48 %
     motor = read_motor("1250g@310W")
