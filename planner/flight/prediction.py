@@ -12,6 +12,7 @@ from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import (
     QUADRATURE_POINTS,
     QUADRATURE_WEIGHTS,
+    SHORTEST_CHANGE_S,
     STATES,
     FlightState,
     quotient,
@@ -258,7 +259,8 @@ class Flight(Value, eq=False, dict=True):
         duration_s = self.motion.piece_duration_s[piece]
         of_nodes = unit_derivative(QUADRATURE_POINTS, quotient(own_s, duration_s))
         nodes = self.node_state.velocity_m_s[piece]
-        return quotient(np.einsum("nk,nka->an", of_nodes, nodes), duration_s)
+        changes = np.einsum("nk,nka->an", of_nodes, nodes)
+        return quotient(changes, duration_s, above=SHORTEST_CHANGE_S)
 
     def power_of_airspeed_w(self, time_s: FloatArray, against_m_s: FloatArray) -> FloatArray:
         """Return how much more it takes to fly faster through the air at times, by (t, 2) [m s⁻¹]. (t,) [W]

@@ -71,6 +71,7 @@ DOWNWASH = Rule(
     "lower, whichever is more, and the height errors of both; fires where they are more above than beside "
     "each other.",
     fix="fly them at heights farther apart, or one after the other",
+    instead="other heights, another start, or the separation that is really required",
 )
 
 RETURN_CROSSES = Rule(
@@ -95,6 +96,7 @@ GROUND_SEPARATION = Rule(
     how="The level distance while both are below min_nav_alt_m, one of them moving: ground_m, or the "
     "position errors of both.",
     fix="move the pads apart, or land one after the other is cleared away",
+    instead="pads farther apart, another start, or the separation that is really required",
 )
 
 

@@ -86,6 +86,7 @@ PAD_OCCUPIED = Rule(
     "flights; on a pad that several use it is put as long before its start as a swap takes ([swap] time_s), "
     "and cleared away as long after its landing.",
     fix="give the vehicles a pad each, or start one after the other has left",
+    instead="a pad each, or another start",
 )
 
 SORTIE_UNSUITED = Rule(
@@ -95,6 +96,7 @@ SORTIE_UNSUITED = Rule(
     why="A camera that is not there takes no pictures, and a pack that does not fit flies nothing.",
     how="needs of the job against equipment of the vehicle; fits of the pack against the vehicle.",
     fix="give the sortie to a vehicle and a pack that suit it",
+    instead="a vehicle and a pack that suit it",
 )
 
 OUT_OF_HOURS = Rule(
@@ -158,6 +160,7 @@ TIMES_UNKNOWN = Rule(
     how="T107 at a NAV_DELAY of its mission: until a time of day, or on the ground before the take-off.  "
     "Fires where there are other sorties, or hours to keep.",
     fix="take the wait out of the mission, and start the sortie later in the fleet file",
+    instead="a mission without the wait",
     leaves_open=True,
 )
 

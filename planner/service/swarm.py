@@ -85,6 +85,7 @@ SWARM_SEPARATION = Rule(
     how="Least distance of any two in the air during the simulation, along the chords of its steps, against "
     "horizontal_m of [separation] and the position errors of both.",
     fix="use a policy that keeps every stop free: --policy stop or orca-stop",
+    instead="--policy stop or orca-stop",
 )
 
 SWARM_DEADLOCK = Rule(
@@ -114,6 +115,7 @@ SWARM_ENERGY = Rule(
     how="Energy of what the agent flew, by its power model, against what is in its pack less the reserve.  "
     "Fires too where the model has no power, or no battery is known.",
     fix="give it a larger pack, fewer neighbours or another policy, or a model with its power and battery",
+    instead="a larger pack, or another policy",
 )
 
 SWARM_UNSEEN = Rule(

@@ -251,3 +251,25 @@ def test_a_predicted_leg_takes_the_power_of_its_acceleration() -> None:
         mean_w = float(np.trapezoid(flight.power_w(times), times)) / float(np.ptp(times))
         joules = mean_w * (end_s - start_s)
         assert flight.segment_energy_j[segment] == pytest.approx(joules, rel=1e-3)
+
+
+def test_the_rounding_of_a_speed_in_a_piece_of_no_length_is_no_acceleration() -> None:
+    # A return that begins in flight has pieces of 1e-17 s: 402 m/s² were found in one at 5.9 m/s.
+    vehicle = load_vehicle("dji-matrice-100")
+    assert vehicle.ramps is not None
+    stages = (
+        Stage(kind=StageKind.TAKEOFF, item=1, east_m=0.0, north_m=0.0, height_m=30.0),
+        Stage(kind=StageKind.GO, item=2, east_m=200.0, north_m=0.0, height_m=30.0, speed_m_s=8.0),
+    )
+    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=8.0), vehicle.ramps)
+    least = min(vehicle.ramps.acceleration_m_s2, vehicle.ramps.braking_m_s2)
+    cruise = int(np.argmax(motion.segments.state == STATE_INDEX[FlightState.CRUISE]))
+    piece = int(np.argmax(motion.piece_segment == cruise))
+    durations = motion.piece_duration_s.copy()
+    durations[piece] = 1e-17
+    node_time_s, speed_m_s = motion.nodes.time_s[piece], motion.nodes.state.ground_speed_m_s[piece]
+    assert node_time_s[-1] > 1.0
+    assert speed_m_s == pytest.approx(8.0)
+    short = replace(motion, piece_duration_s=durations)
+    assert np.abs(short.node_acceleration_m_s2[:, piece]).max() == 0.0
+    assert np.abs(short.node_acceleration_m_s2).max() > least

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 # Gauss-Legendre on [0, 1]: exact to degree 7; against 32 nodes within 1e-5 on the sample missions.
 QUADRATURE_POINTS = 4
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(QUADRATURE_POINTS)
+# In shorter pieces the rounding of speeds, 1e-14 m/s, would pass for an acceleration. [s]
+SHORTEST_CHANGE_S = 1e-6
 
 
 def horizontal(vectors: FloatArray) -> FloatArray:
@@ -204,12 +206,13 @@ class Motion(Value, eq=False, dict=True):
     def node_acceleration_m_s2(self) -> FloatArray:
         """East, north and up, at the nodes; exact where the jerk is constant. (3, p, k) [m s⁻²]
 
-        That of the cubic through the velocities there.
+        That of the cubic through the velocities there; none in pieces too short to tell.
         """
         _, _, state = self.nodes
         velocity = np.stack((state.east_m_s, state.north_m_s, state.climb_m_s))
         slopes = unit_derivative(QUADRATURE_POINTS, QUADRATURE_NODES)
-        return quotient(velocity @ slopes.T, self.piece_duration_s[:, None])
+        duration_s = self.piece_duration_s[:, None]
+        return quotient(velocity @ slopes.T, duration_s, above=SHORTEST_CHANGE_S)
 
     @property
     def segment_stage(self) -> IntArray:
