@@ -402,3 +402,13 @@ def test_returns_are_flown_from_the_same_points_in_any_wind_and_for_any_limit(
     np.testing.assert_array_equal(fraction, near[1])
     assert len(segment)
     assert not len(late[0])
+
+
+def test_pieces_of_no_duration_take_no_power() -> None:
+    # the ramps of the Matrice brake by 2 m/s² or so; rounding over a piece of 1e-16 s was hundreds of m/s²
+    legs = takeoff(40), speed(8.0), waypoint(300, 40), waypoint(0, 40), waypoint(310, 40), rtl()
+    returns = returns_of(mission(*legs), None, vehicle=load_vehicle("dji-matrice-100"))
+    assert returns.sample is not None
+    motion = returns.sample.flight.motion
+    assert motion.piece_duration_s[motion.piece_duration_s > 0.0].min() < 1e-12
+    assert np.abs(motion.node_acceleration_m_s2).max() < 9.81
