@@ -18,6 +18,7 @@ from planner.identify.power_laws import (
     fit_cruise_curve,
     fit_density_law,
     fit_steady_map,
+    mean_powers_w,
 )
 from planner.identify.ramps import timed_flight
 from planner.identify.segments import (
@@ -28,8 +29,17 @@ from planner.identify.segments import (
     speed_through_air_m_s,
 )
 from planner.identify.uncertainty import Estimate, fit_percent, rounded
-from planner.values import Value, replace
-from planner.vehicle.power import AltitudeLaw, CruisePower, DensityLaw, VerticalPower, hover_power_w
+from planner.physics.rotor import Rotor
+from planner.values import Value, field_values, replace
+from planner.vehicle.power import (
+    AltitudeLaw,
+    CruisePower,
+    DensityLaw,
+    MomentumLaw,
+    VerticalPower,
+    WholeLaw,
+    hover_power_w,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +47,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.identify.ramps import TimedChange
     from planner.logs.record import FlightRecord
-    from planner.vehicle.model import Loads
+    from planner.vehicle.model import Loads, VehicleModel
     from planner.vehicle.power import CruiseLaw, HoverLaw
 
 
@@ -230,6 +240,23 @@ def hover_powers_w(law: HoverLaw, flights: Sequence[MeasuredPower]) -> list[floa
         )
         for f in flights
     ]
+
+
+def predicted_powers_w(
+    model: PowerIdentification | VehicleModel, flights: Sequence[MeasuredPower]
+) -> FloatArray | None:
+    """Return the power predicted for flights, each with its own mass and air; ``None``: it has none. [W]"""
+    avionics_w = 0.0 if model.loads is None else model.loads.avionics_w
+    if isinstance(model.cruise, MomentumLaw):
+        return avionics_w + mean_powers_w(Rotor(**field_values(model.cruise)), flights)
+    if model.hover is None or isinstance(model.cruise, WholeLaw):
+        return None
+    total = avionics_w + np.array(hover_powers_w(model.hover, flights))
+    if isinstance(model.cruise, CruisePower):
+        total += model.cruise.above_hover_w(np.array([one.airspeed_m_s for one in flights]))
+    if model.vertical is not None:
+        total += model.vertical.above_hover_w(np.array([one.climb_rate_m_s for one in flights]))
+    return total
 
 
 def identify_cruise(

@@ -18,6 +18,7 @@ import numpy as np
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.identify.uncertainty import Estimate, mean_with_error
 from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
+from planner.physics.rotor import Acceleration
 from planner.values import Value, field_names
 
 if TYPE_CHECKING:
@@ -412,6 +413,20 @@ def flown_parts(record: FlightRecord, part: BoolArray) -> tuple[FlownPart, ...]:
         across = math.sqrt(max(change[0] ** 2 + change[1] ** 2 - along**2, 0.0))
         found.append(FlownPart(*map(float, (airspeed, climb, along, across, up))))
     return tuple(found)
+
+
+def flown_acceleration(record: FlightRecord) -> Acceleration:
+    """Return how the velocity of a record changes, seen along its track; 0 where it is not known. (n,)"""
+    window = round(_PART_S / record.step_s)
+    north, east = record.velocity_north_m_s, record.velocity_east_m_s
+    up, *change = (
+        slope_per_s(column, window, record.step_s)
+        for column in (climb_rate_m_s(record), north, east)
+    )
+    size = np.maximum(np.hypot(north, east), _STANDING_M_S)
+    along = (change[0] * north + change[1] * east) / size
+    across = (change[1] * north - change[0] * east) / size
+    return Acceleration(*map(np.nan_to_num, (along, across, up)))
 
 
 class FlownPart(NamedTuple):

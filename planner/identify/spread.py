@@ -38,20 +38,25 @@ from planner.errors import IdentificationError, MavjouleError
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.uncertainty import kind_of
 from planner.identify.flown_mission import BEGUN_IN_AIR, MISSION_LEFT
-from planner.identify.power import identify_power, manoeuvre_powers, power_of_manoeuvres
-from planner.identify.power_laws import mean_powers_w
+from planner.identify.power import (
+    identify_power,
+    manoeuvre_powers,
+    power_of_manoeuvres,
+    predicted_powers_w,
+)
 from planner.identify.ramps import durations_s, fit_ramps, timed_flight
 from planner.identify.segments import (
     climb_rate_m_s,
     find_states,
+    flown_acceleration,
     record_air_density_kg_m3,
     speed_through_air_m_s,
 )
 from planner.identify.verification import KnownConditions, items_begun, verify_flight
-from planner.physics.rotor import Rotor
-from planner.values import Value, field, field_values, replace
+from planner.physics.rotor import Acceleration
+from planner.values import Value, field, replace
 from planner.vehicle.model import ModelSpread
-from planner.vehicle.power import AltitudeLaw, CruisePower, MomentumLaw, WholeLaw, whole_power_w
+from planner.vehicle.power import WholeLaw, whole_power_w
 from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY
 
 if TYPE_CHECKING:
@@ -498,6 +503,7 @@ def _energy_alone(
         climb_rate_m_s=climb[known],
         mass_kg=mass_kg,
         air_density_kg_m3=density[known],
+        acceleration=Acceleration(*(np.asarray(a)[known] for a in flown_acceleration(record))),
     )
     flown: dict[FlightState, float] = defaultdict(float)
     predicted: dict[FlightState, float] = defaultdict(float)
@@ -565,14 +571,15 @@ def _compared(
 ) -> FlownAndPredicted:
     durations = list(zip(flight.manoeuvres, durations_s(flight, ramps), strict=True))
     flown_j, predicted_j = 0.0, 0.0
-    for mean in powers if power.is_known else ():
+    predicted_w = predicted_powers_w(power, powers) if powers else None
+    for mean, power_w in zip(powers, [] if predicted_w is None else predicted_w, strict=False):
         # a manoeuvre that takes longer than predicted takes its power for longer
         middle_s = mean.start_s + 0.5 * mean.duration_s
         own, duration_s = next(
             (m, s) for m, s in reversed(durations) if m.start_s <= middle_s or m is flight.takeoff
         )
         flown_j += mean.power_w * mean.duration_s
-        predicted_j += _power_w(power, mean) * mean.duration_s * duration_s / own.duration_s
+        predicted_j += float(power_w) * mean.duration_s * duration_s / own.duration_s
     of_manoeuvres = [(m.duration_s, s) for m, s in durations]
     takeoff, *legs, landing = of_manoeuvres
     has_power = predicted_j > 0.0
@@ -583,16 +590,3 @@ def _compared(
         flown_energy_j={FlightState.CRUISE: flown_j} if has_power else {},
         predicted_energy_j={FlightState.CRUISE: predicted_j} if has_power else {},
     )
-
-
-def _power_w(power: PowerIdentification, mean: MeasuredPower) -> float:
-    """Return what the other flights predict for a manoeuvre, by what was flown in it. [W]"""
-    if isinstance(power.cruise, MomentumLaw):
-        return float(mean_powers_w(Rotor(**field_values(power.cruise)), [mean])[0])
-    assert isinstance(power.hover, AltitudeLaw)
-    total = power.hover.coefficient_w
-    if isinstance(power.cruise, CruisePower):
-        total += float(power.cruise.above_hover_w(np.array(mean.airspeed_m_s)))
-    if power.vertical is not None:
-        total += float(power.vertical.above_hover_w(np.array(mean.climb_rate_m_s)))
-    return total

@@ -153,6 +153,55 @@ class EnergyFractions(Value):
         )
 
 
+def _log_slopes(
+    rotor: Rotor,
+    law: LawSpread,
+    airspeed_m_s: FloatArray,
+    climb_rate_m_s: FloatArray,
+    *,
+    mass_kg: float,
+    air_density_kg_m3: float,
+    avionics_w: float,
+) -> FloatArray:
+    """Return the slopes of the logarithm of power over those of the factors. (n, factors)"""
+
+    def log_powers(logarithms: FloatArray) -> FloatArray:
+        power = momentum_power_w(
+            airspeed_m_s,
+            climb_rate_m_s,
+            moved_rotor(rotor, dict(zip(law.names, logarithms.tolist(), strict=True))),
+            mass_kg=mass_kg,
+            air_density_kg_m3=air_density_kg_m3,
+        )
+        return np.log(power + avionics_w)
+
+    steps = _STEP * np.eye(len(law.names))
+    return np.stack([log_powers(one) - log_powers(-one) for one in steps], axis=-1) / (2 * _STEP)
+
+
+def power_deviations(
+    rotor: Rotor,
+    law: LawSpread,
+    airspeed_m_s: FloatArray,
+    climb_rate_m_s: FloatArray,
+    *,
+    mass_kg: float,
+    air_density_kg_m3: float,
+    avionics_w: float,
+) -> FloatArray:
+    """Return how far the power of each steady flight may be off, relative, as standard deviations. (n,)"""
+    slopes = _log_slopes(
+        rotor,
+        law,
+        airspeed_m_s,
+        climb_rate_m_s,
+        mass_kg=mass_kg,
+        air_density_kg_m3=air_density_kg_m3,
+        avionics_w=avionics_w,
+    )
+    return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", slopes, law.covariance, slopes)))
+
+
 def energy_fractions(
     rotor: Rotor, law: LawSpread, *, mass_kg: float, avionics_w: float
 ) -> EnergyFractions:
@@ -161,19 +210,15 @@ def energy_fractions(
     Of flights at several speeds it is the root mean square.
     """
     speed_m_s, climb_m_s = np.concatenate([np.array(one) for one in STEADY_FLIGHTS.values()]).T
-
-    def log_powers(logarithms: FloatArray) -> FloatArray:
-        power = momentum_power_w(
-            speed_m_s,
-            climb_m_s,
-            moved_rotor(rotor, dict(zip(law.names, logarithms.tolist(), strict=True))),
-            mass_kg=mass_kg,
-            air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
-        )
-        return np.log(power + avionics_w)
-
-    steps = _STEP * np.eye(len(law.names))
-    slopes = np.stack([log_powers(one) - log_powers(-one) for one in steps], axis=-1) / (2 * _STEP)
+    slopes = _log_slopes(
+        rotor,
+        law,
+        speed_m_s,
+        climb_m_s,
+        mass_kg=mass_kg,
+        air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
+        avionics_w=avionics_w,
+    )
     beside = slopes - slopes[0]
     variances = iter(np.einsum("ij,jk,ik->i", beside, law.covariance, beside).tolist())
     return EnergyFractions(

@@ -15,6 +15,7 @@ from planner.identify.power_laws import fit_steady_map, mean_powers_w
 from planner.identify.segments import (
     FlownPart,
     MeasuredPower,
+    flown_acceleration,
     flown_parts,
     record_air_density_kg_m3,
     steady_flight,
@@ -109,6 +110,13 @@ def test_the_seconds_of_a_record_hold_how_it_speeds_up_and_turns() -> None:
         expected = (2.0, 0.0) if second < 20 else (0.0, 4.0)
         # the chord of 0.1 rad is 0.04 % shorter than its arc
         assert (one.along_m_s2, one.across_m_s2) == pytest.approx(expected, abs=0.002)
+    # the same at every sample, away from where it ends to speed up; half a second aside of it both mix
+    found = flown_acceleration(record)
+    speeds_up, turns = (time_s > 1.0) & (time_s < 19.0), (time_s > 21.0) & (time_s < 29.0)
+    for which, expected in ((speeds_up, (2.0, 0.0, 0.5)), (turns, (0.0, 4.0, 0.5))):
+        along, across, up = (np.asarray(one)[which] for one in found)
+        for one, value in zip((along, np.abs(across), up), expected, strict=True):
+            assert one == pytest.approx(np.full(one.size, value), abs=0.01)
 
 
 def test_hovers_in_number_do_not_drown_one_cruise() -> None:

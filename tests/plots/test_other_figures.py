@@ -14,8 +14,11 @@ import planner
 from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.responses import ResponseEvidence
 from planner.identify.segments import MeasuredPower
+from planner.physics.rotor import Rotor, momentum_power_w
 from planner.report import plots
+from planner.values import field_values
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -140,6 +143,11 @@ def test_a_manoeuvre_is_drawn_from_its_command_beside_the_answer_of_the_model(
     assert flown[20.0] == 100.0  # 150 m before, 250 m from 15 s after the command on
     # The article's G1 answers a step of 100 m with 100 m: its steady gain is 1.
     assert model[50.0] == pytest.approx(100.0, rel=0.02)
+    left = {row["time_s"]: row["answer"] for row in rows_of(figure, 1, 1)}
+    assert left[20.0] == pytest.approx(100.0 - model[20.0], abs=2e-4)  # of rounding
+    [band] = rows_of(figure, 1, 0)
+    rms = float(np.sqrt(np.mean(np.square(list(left.values())))))
+    assert (band["low"], band["high"]) == pytest.approx((-1.96 * rms, 1.96 * rms))
     svg = texts(figure, tmp_path / "altitude.svg")
     for text in ("Time after the command [s]", "Altitude above rest [m]", "end of the window"):
         assert text in svg
@@ -153,8 +161,38 @@ def test_hovers_are_drawn_with_their_errors_on_the_law(
     points = rows_of(figures["hover"], 0, 0)
     assert [(row["x"], row["y"]) for row in points] == [(100.0, 220.0), (200.0, 320.0)]
     assert points[0]["high"] == pytest.approx(220.0 + 1.96 * 2.0)
+    # the article's P(H) = 119.49 H^0.02, at 100 m and at 200 m
+    left = [row["y"] for row in rows_of(figures["hover"], 1, 0)]
+    assert left == pytest.approx([220.0 - 119.49 * 100.0**0.02, 320.0 - 119.49 * 200.0**0.02])
     assert "Height above home [m]" in texts(figures["hover"], tmp_path / "hover.svg")
     assert "Open-circuit voltage [V]" in texts(figures["battery"], tmp_path / "battery.svg")
+
+
+def test_a_law_is_drawn_with_how_far_it_may_be_off_and_points_with_their_own_load() -> None:
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    assert isinstance(vehicle.cruise, MomentumLaw)
+    rotor, spread = Rotor(**field_values(vehicle.cruise)), vehicle.spread
+    assert spread is not None
+    # one light and one heavy, each on its own law: nothing is left of either
+    steady = [
+        MeasuredPower(
+            power_w=float(momentum_power_w(v, 0.0, rotor, mass_kg=mass_kg, air_density_kg_m3=1.2)),
+            error_w=1.0,
+            duration_s=10.0,
+            height_above_home_m=50.0,
+            airspeed_m_s=v,
+            mass_kg=mass_kg,
+            air_density_kg_m3=1.2,
+        )
+        for v, mass_kg in ((0.0, 3.0), (10.0, 4.0))
+    ]
+    evidence = SimpleNamespace(responses=(), steady=steady, hovers=(), battery=None)
+    figure = drawn(SimpleNamespace(model=vehicle, evidence=evidence))["power_over_speed"]
+    assert [row["y"] for row in rows_of(figure, 1, 0)] == pytest.approx([0.0, 0.0], abs=1e-9)
+    # hovering all that moves the power is its own factor: disk area is at the same hover
+    hover = rows_of(figure, 0, 2)[0]
+    deviation = dict(spread.law_fraction)["hover"]
+    assert hover["high"] / hover["y"] - 1.0 == pytest.approx(1.96 * deviation, rel=0.001)
 
 
 def test_the_speeds_worth_knowing_are_marked_on_a_curve(tmp_path: Path) -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.identify.calibration import OF_FLIGHTS
 from planner.identify.manoeuvres import simulated_answers
+from planner.identify.power import predicted_powers_w
 from planner.report.plots.picture_files import BLUE, GREY, Chart, inline_rows, load_altair, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import altair as alt
 
     from planner.arrays import FloatArray
     from planner.identify.assembly import Identification
@@ -27,6 +30,10 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 640, 360
 """Of a picture. [px]"""
+RESIDUAL_HEIGHT = 140
+"""Of what is left below it. [px]"""
+_BAND = 0.15
+"""Opacity."""
 _LABELS = {
     "altitude": "Altitude above rest [m]",
     "speed": "Speed above rest [m/s]",
@@ -45,12 +52,16 @@ _LEVEL_M_S = 0.3
 """A flight that climbs more slowly is level. [m s⁻¹]"""
 _UPRIGHT_M_S = 1.0
 """A flight of less airspeed climbs or descends upright. [m s⁻¹]"""
-_FLOWN, _MODEL, _PREDICTED = "flown", "model", "predicted"
+_FLOWN, _MODEL, _PREDICTED, _LEFT = "flown", "model", "predicted", "left"
 _CURVES = {_FLOWN: (GREY, [1, 0]), _MODEL: (BLUE, [6, 2])}
 
 
 def identification_figures(found: Identification) -> dict[str, Chart]:
-    """Return the pictures of an identification by name, only those there are data for."""
+    """Return the pictures of an identification by name, only those there are data for.
+
+    Below what was flown and the model stands what is left between them.
+    """
+    alt = load_altair()
     evidence, model = found.evidence, found.model
     figures = {response.name: _response(response) for response in evidence.responses}
     if evidence.steady:
@@ -61,35 +72,40 @@ def identification_figures(found: Identification) -> dict[str, Chart]:
         figures["hover"] = _hover(evidence.hovers, model)
     if evidence.battery is not None:
         figures["battery"] = _battery(evidence.battery)
+    sizes = {"width": WIDTH, "height": HEIGHT}, {"width": WIDTH, "height": RESIDUAL_HEIGHT}
     return {
-        name: chart.properties(
-            title=f"{model.name}: {name.replace('_', ' ')}", width=WIDTH, height=HEIGHT
+        name: alt.vconcat(
+            *(panel.properties(**size) for panel, size in zip(panels, sizes, strict=False)),
+            title=f"{model.name}: {name.replace('_', ' ')}",
         )
-        for name, chart in figures.items()
+        for name, panels in figures.items()
     }
 
 
-def _response(response: ResponseEvidence) -> Chart:
+def _response(response: ResponseEvidence) -> list[Chart]:
     """Figures 3 to 7: each manoeuvre from its command on, and the model's answer."""
     alt = load_altair()
     chosen = response.manoeuvres[:_MOST_CURVES]
     system = response.transfer_function
     answers = simulated_answers(system.modes, system.delay_s, chosen)
     rows: list[Row] = []
+    left: list[FloatArray] = []
     for number, (manoeuvre, answer) in enumerate(zip(chosen, answers, strict=True)):
         since_s = manoeuvre.time_s - manoeuvre.command_s
         step = max(1, len(since_s) // _MOST_SAMPLES)
         flown = manoeuvre.answer - manoeuvre.answer_before
-        for what, values in ((_FLOWN, flown), (_MODEL, answer)):
+        left.append(flown - answer)
+        for what, values in ((_FLOWN, flown), (_MODEL, answer), (_LEFT, left[-1])):
             rows += [
                 {"manoeuvre": number, "what": what, "time_s": round(t, 3), "answer": round(v, 4)}
                 for t, v in zip(since_s[::step].tolist(), values[::step].tolist(), strict=True)
             ]
+    x_axis = alt.X("time_s:Q").title("Time after the command [s]").scale(nice=False)
     layers = [
-        alt.Chart(inline_rows(rows))
+        alt.Chart(inline_rows([row for row in rows if row["what"] != _LEFT]))
         .mark_line(strokeWidth=1.2)
         .encode(
-            x=alt.X("time_s:Q").title("Time after the command [s]").scale(nice=False),
+            x=x_axis,
             y=alt.Y("answer:Q").title(_LABELS[response.name]),
             detail="manoeuvre:N",
             **styled("what:N", "Curve", _CURVES),
@@ -103,10 +119,30 @@ def _response(response: ResponseEvidence) -> Chart:
                 y=alt.value(4), text=alt.value("end of the window")
             ),
         ]
-    return alt.layer(*layers)
+    band = _95_PERCENT * float(np.sqrt(np.mean(np.square(np.concatenate(left)))))
+    unit = _LABELS[response.name].rpartition(" ")[2]
+    y_axis = alt.Y("answer:Q").title(f"Flown − model {unit}")
+    residuals = [
+        alt.Chart(inline_rows([{"low": -band, "high": band}]))
+        .mark_rect(color=BLUE, opacity=_BAND)
+        .encode(y=alt.Y("low:Q").title(f"Flown − model {unit}"), y2="high:Q"),
+        alt.Chart(inline_rows([row for row in rows if row["what"] == _LEFT]))
+        .mark_line(strokeWidth=1.0, color=GREY)
+        .encode(x=x_axis, y=y_axis, detail="manoeuvre:N"),
+    ]
+    return [alt.layer(*layers), alt.layer(*residuals)]
 
 
-def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
+class _Law(NamedTuple):
+    """A law as a line."""
+
+    at: FloatArray
+    value: FloatArray
+    deviation: FloatArray | None = None
+    """How far the law itself may be off, a standard deviation; ``None``: it is not known."""
+
+
+def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> list[Chart]:
     """Figure 8: mean power at each level and the law over height."""
     from planner.vehicle.power import AltitudeLaw, hover_power_w
 
@@ -117,77 +153,152 @@ def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
         power_w = hover_power_w(
             model.hover, height_above_home_m=at_m, mass_kg=None, air_density_kg_m3=1.0
         )
-        law = (at_m, power_w)
+        law = _Law(at_m, power_w)
     return _points_and_law(
         [(h.height_above_home_m, h.power_w, h.error_w) for h in hovers],
         law,
+        predicted_powers_w(model, hovers),
         titles=("Height above home [m]", "Power [W]"),
     )
 
 
-def _power_over_speed(steady: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
-    """Figure 9: power of level flight over airspeed, and the law at the mean density."""
-    from planner.vehicle.power import WholeLaw, whole_power_w
-
+def _power_over_speed(steady: Sequence[MeasuredPower], model: VehicleModel) -> list[Chart]:
+    """Figure 9: power of level flight over airspeed, and the law at the mean mass and density."""
     level = [one for one in steady if abs(one.climb_rate_m_s) < _LEVEL_M_S]
     law = None
-    if level and isinstance(model.cruise, WholeLaw):
+    if level:
         at_m_s = np.linspace(0.0, max(one.airspeed_m_s for one in level), _CURVE_POINTS)
-        power_w = whole_power_w(
-            model.cruise,
-            airspeed_m_s=at_m_s,
-            climb_rate_m_s=np.zeros(at_m_s.size),
-            mass_kg=float(np.mean([one.mass_kg or 0.0 for one in level])),
-            air_density_kg_m3=float(np.mean([one.air_density_kg_m3 or 0.0 for one in level])),
-        )
-        law = (at_m_s, power_w)
+        law = _law_line(model, level, at_m_s, np.zeros(at_m_s.size), at=at_m_s)
     return _points_and_law(
         [(one.airspeed_m_s, one.power_w, one.error_w) for one in level],
         law,
+        predicted_powers_w(model, level),
         titles=("Airspeed [m/s]", "Power [W]"),
     )
 
 
-def _power_over_climb(steady: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
+def _power_over_climb(steady: Sequence[MeasuredPower], model: VehicleModel) -> list[Chart]:
     """Power of vertical flight over climb rate, and the law at the mean airspeed, mass and density."""
-    from planner.vehicle.power import WholeLaw, whole_power_w
-
     upright = [one for one in steady if one.airspeed_m_s < _UPRIGHT_M_S]
     law = None
-    if upright and isinstance(model.cruise, WholeLaw):
+    if upright:
         rates = [one.climb_rate_m_s for one in upright]
         at_m_s = np.linspace(min(rates), max(rates), _CURVE_POINTS)
-        power_w = whole_power_w(
-            model.cruise,
-            airspeed_m_s=np.full(at_m_s.size, np.mean([one.airspeed_m_s for one in upright])),
-            climb_rate_m_s=at_m_s,
-            mass_kg=float(np.mean([one.mass_kg or 0.0 for one in upright])),
-            air_density_kg_m3=float(np.mean([one.air_density_kg_m3 or 0.0 for one in upright])),
-        )
-        law = (at_m_s, power_w)
+        speed_m_s = np.full(at_m_s.size, np.mean([one.airspeed_m_s for one in upright]))
+        law = _law_line(model, upright, speed_m_s, at_m_s, at=at_m_s)
     return _points_and_law(
         [(one.climb_rate_m_s, one.power_w, one.error_w) for one in upright],
         law,
+        predicted_powers_w(model, upright),
         titles=("Climb rate [m/s]", "Power [W]"),
     )
 
 
-def _battery(battery: BatteryFit) -> Chart:
+def _law_line(
+    model: VehicleModel,
+    flights: Sequence[MeasuredPower],
+    airspeed_m_s: FloatArray,
+    climb_rate_m_s: FloatArray,
+    *,
+    at: FloatArray,
+) -> _Law | None:
+    """Return the law of a model in the mean air and with the mean mass of flights, and its deviation."""
+    from planner.physics.rotor import Rotor
+    from planner.values import field_values
+    from planner.vehicle.law_factors import LawSpread, is_narrowable, power_deviations
+    from planner.vehicle.power import WholeLaw, whole_power_w
+
+    law = model.cruise
+    if not isinstance(law, WholeLaw):
+        return None
+    mass_kg = float(np.mean([one.mass_kg or 0.0 for one in flights]))
+    density = float(np.mean([one.air_density_kg_m3 or 0.0 for one in flights]))
+    avionics_w = 0.0 if model.loads is None else model.loads.avionics_w
+    power_w = avionics_w + whole_power_w(
+        law,
+        airspeed_m_s=airspeed_m_s,
+        climb_rate_m_s=climb_rate_m_s,
+        mass_kg=mass_kg,
+        air_density_kg_m3=density,
+    )
+    if not is_narrowable(model) or model.spread is None:
+        return _Law(at, power_w)
+    fractions = power_deviations(
+        Rotor(**field_values(law)),
+        LawSpread.of_model(model.spread),
+        airspeed_m_s,
+        climb_rate_m_s,
+        mass_kg=mass_kg,
+        air_density_kg_m3=density,
+        avionics_w=avionics_w,
+    )
+    return _Law(at, power_w, fractions * power_w)
+
+
+def _battery(battery: BatteryFit) -> list[Chart]:
     """Open-circuit voltage over the charge that is left."""
     return _points_and_law(
         list(zip(battery.ocv_soc, battery.ocv_v, battery.ocv_error_v, strict=True)),
-        (np.array(battery.ocv_soc), np.array(battery.ocv_v)),
+        _Law(np.array(battery.ocv_soc), np.array(battery.ocv_v)),
+        None,
         titles=("State of charge [-]", "Open-circuit voltage [V]"),
     )
 
 
 def _points_and_law(
     points: Sequence[tuple[float, float, float]],
-    law: tuple[FloatArray, FloatArray] | None,
+    law: _Law | None,
+    predicted: FloatArray | None,
     *,
     titles: tuple[str, str],
-) -> Chart:
-    """Return what was flown as points with their 95 % range, and a law as a line."""
+) -> list[Chart]:
+    """Return what was flown as points with their 95 % range, and a law as a line with its own.
+
+    Below them each point less what is predicted for it, with its own mass and air.
+    """
+    alt = load_altair()
+    x_axis = alt.X("x:Q").title(titles[0]).scale(zero=False)
+    y_axis = alt.Y("y:Q").title(titles[1]).scale(zero=False)
+    layers = _points(points, x_axis, y_axis)
+    if law is not None:
+        deviation = np.zeros(law.at.size) if law.deviation is None else law.deviation
+        columns = (law.at, law.value, _95_PERCENT * deviation)
+        line = [
+            {"x": round(x, 5), "y": round(y, 5), "low": y - d, "high": y + d, "what": _MODEL}
+            for x, y, d in zip(*(column.tolist() for column in columns), strict=True)
+        ]
+        of_law = alt.Chart(inline_rows(line))
+        if law.deviation is not None:
+            layers.append(
+                of_law.mark_area(color=BLUE, opacity=_BAND).encode(
+                    x=x_axis, y=_low(y_axis), y2="high:Q"
+                )
+            )
+        layers.append(
+            of_law.mark_line(color=BLUE, strokeWidth=1.8).encode(
+                x=x_axis, y=y_axis, strokeDash=alt.StrokeDash("what:N").title("Law")
+            )
+        )
+    if predicted is None:
+        return [alt.layer(*layers)]
+    left = [(x, y - p, d) for (x, y, d), p in zip(points, predicted.tolist(), strict=True)]
+    unit = titles[1].rpartition(" ")[2]
+    left_axis = alt.Y("y:Q").title(f"Flown − model {unit}")
+    zero = alt.Chart(inline_rows([{"y": 0.0}])).mark_rule(color=BLUE).encode(y=left_axis)
+    return [alt.layer(*layers), alt.layer(*_points(left, x_axis, left_axis), zero)]
+
+
+def _low(y_axis: alt.Y) -> alt.Y:
+    """Return the axis of values as that of the lower end of their range."""
+    low = y_axis.copy()
+    low["shorthand"] = "low:Q"
+    return low
+
+
+def _points(
+    points: Sequence[tuple[float, float, float]], x_axis: alt.X, y_axis: alt.Y
+) -> list[Chart]:
+    """Return the layers of points with their 95 % range."""
     alt = load_altair()
     rows = [
         {
@@ -199,28 +310,15 @@ def _points_and_law(
         }
         for x, y, error in points
     ]
-    x_axis = alt.X("x:Q").title(titles[0]).scale(zero=False)
-    y_axis = alt.Y("y:Q").title(titles[1]).scale(zero=False)
     measured = alt.Chart(inline_rows(rows))
-    layers = [
+    return [
         measured.mark_rule(color=GREY, strokeWidth=1.5).encode(
-            x=x_axis, y=alt.Y("low:Q").title(titles[1]), y2="high:Q"
+            x=x_axis, y=_low(y_axis), y2="high:Q"
         ),
         measured.mark_point(filled=True, size=45, color=GREY, opacity=1.0).encode(
             x=x_axis, y=y_axis, shape=alt.Shape("what:N").title("Data")
         ),
     ]
-    if law is not None:
-        line = [
-            {"x": round(x, 5), "y": round(y, 5), "what": _MODEL}
-            for x, y in zip(law[0].tolist(), law[1].tolist(), strict=True)
-        ]
-        layers.append(
-            alt.Chart(inline_rows(line))
-            .mark_line(color=BLUE, strokeWidth=1.8)
-            .encode(x=x_axis, y=y_axis, strokeDash=alt.StrokeDash("what:N").title("Law"))
-        )
-    return alt.layer(*layers)
 
 
 VERIFICATION_WIDTH, VERIFICATION_HEIGHT = 720, 160
