@@ -338,3 +338,14 @@ def test_a_change_of_height_is_left_by_the_tangent_where_that_is_asked_for(
     if radius_m < 0.0:  # 27.9 s by a build of PX4, of which 0.6 s are how it turns in
         assert legs_s[1] == pytest.approx(27.9, abs=0.6)
         assert legs_s[1] > legs_s[0] + 4.0
+
+
+def test_a_tangent_is_flown_to_from_where_the_vehicle_is() -> None:
+    """Within 82 m of the place already: 50.2 s from there to the next place, flown by a build of PX4.
+
+    By hand, from 2 m before (0, 40) straight to its nearest point of the tangent at (40, 169), and along it
+    until 2 m before the next place: 131 m and 106 m at 5 m/s, 47.6 s, and two turns.
+    """
+    change = replace(stage(StageKind.CHANGE_HEIGHT, 0.0, 100.0, 20.0), leaves_on_tangent=True)
+    took = took_s(takeoff(20.0), go(0.0, 40.0, 20.0), change, go(160.0, 100.0, 20.0))
+    assert took[3] == pytest.approx(50.2, abs=1.0)

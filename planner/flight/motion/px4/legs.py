@@ -270,7 +270,7 @@ def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
     direction, tail = _aims(moves, begins, parameters)
     ends = moves.target_m - direction * tail[:, None]
     reached = _reached_at_once(moves, begins, ends, parameters)
-    if moves.goes_on.any():
+    for _ in range(2 if moves.goes_on.any() else 0):  # one may follow another
         before_m = np.where(reached[:, None], begins, ends)
         begins = np.where(moves.goes_on[:, None], np.roll(before_m, 1, axis=0), begins)
         direction, tail = _aims(moves, begins, parameters)
