@@ -1,7 +1,7 @@
 """Measured weather: rows of a CSV file, with the units in the heads.
 
-The columns are known by words of their heads: time or date, wind speed, wind direction, gust, temperature,
-pressure; each but the time names its unit, ``wind_speed_10m (km/h)`` or ``wind_m_s``.
+The columns are known by words of their heads: time or date, wind speed, wind direction, gust,
+temperature; each but the time names its unit, ``wind_speed_10m (km/h)`` or ``wind_m_s``.
 """
 
 from __future__ import annotations
