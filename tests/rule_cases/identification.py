@@ -53,6 +53,15 @@ def article() -> tuple[FlightRecord, FlightRecord]:
     )
 
 
+def of_its_cells() -> VehicleModel:
+    """Return the shipped model that ArduPilot flies, with a battery of the four cells of the made flight."""
+    model = vehicle_of(ARDUPILOT)
+    assert model.battery is not None
+    assert model.battery.ocv_v is not None
+    four_of_six = tuple(4.0 / 6.0 * voltage for voltage in model.battery.ocv_v)
+    return replace(model, battery=replace(model.battery, cells_in_series=4, ocv_v=four_of_six))
+
+
 def of_data_sheet(*, hover_w: float = 160.0) -> VehicleModel:
     """Return the model of a quadrotor by a data sheet that says what its hover takes."""
     sheet = DataSheet(
@@ -131,12 +140,12 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "I102": RuleCases(
         fires=lambda: reported(about="battery"),
-        boundary=lambda: reported(about="battery", base=vehicle_of(ARDUPILOT)),  # the base's: I103
+        boundary=lambda: reported(about="battery", base=of_its_cells()),  # the base's: I103
         silent=lambda: reported(about="battery", pack=PACK),
     ),
     "I103": RuleCases(
-        fires=lambda: reported(about="battery", base=vehicle_of(ARDUPILOT)),
-        boundary=lambda: reported(about="battery", base=vehicle_of(ARDUPILOT), pack=PACK),
+        fires=lambda: reported(about="battery", base=of_its_cells()),
+        boundary=lambda: reported(about="battery", base=of_its_cells(), pack=PACK),
         silent=lambda: reported(about="battery"),
     ),
     "I104": RuleCases(
@@ -146,7 +155,7 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "I105": RuleCases(
         fires=lambda: reported(logs=LogTable()),
-        boundary=lambda: reported(logs=LogTable(), base=vehicle_of(ARDUPILOT)),
+        boundary=lambda: reported(logs=LogTable(), base=of_its_cells()),
         silent=reported,
     ),
     "I106": RuleCases(
