@@ -27,9 +27,6 @@ QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(QUADRATURE_POINTS)
 # In shorter pieces the rounding of speeds, 1e-14 m/s, would pass for an acceleration. [s]
 SHORTEST_CHANGE_S = 1e-6
 
-SHORTEST_CHANGE_S = 1e-6
-"""Velocities that differ in less do so by rounding: pieces of 1e-16 s are left where sums meet. [s]"""
-
 
 def horizontal(vectors: FloatArray) -> FloatArray:
     """Return the horizontal lengths of vectors that begin with east and north. (…,)"""
