@@ -113,9 +113,9 @@ def test_the_seconds_of_a_record_hold_how_it_speeds_up_and_turns() -> None:
     # the same at every sample, away from where it ends to speed up; half a second aside of it both mix
     found = flown_acceleration(record)
     speeds_up, turns = (time_s > 1.0) & (time_s < 19.0), (time_s > 21.0) & (time_s < 29.0)
-    for which, expected in ((speeds_up, (2.0, 0.0, 0.5)), (turns, (0.0, 4.0, 0.5))):
+    for which, changes in ((speeds_up, (2.0, 0.0, 0.5)), (turns, (0.0, 4.0, 0.5))):
         along, across, up = (np.asarray(one)[which] for one in found)
-        for one, value in zip((along, np.abs(across), up), expected, strict=True):
+        for one, value in zip((along, np.abs(across), up), changes, strict=True):
             assert one == pytest.approx(np.full(one.size, value), abs=0.01)
 
 
