@@ -11,6 +11,7 @@ from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.physics.atmosphere import air_density_kg_m3
 from planner.physics.rotor import Acceleration
+from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
 
@@ -192,8 +193,14 @@ class SteadyPower(Value):
 def _in_the_air(
     acceleration_m_s2: FloatArray, through_air: tuple[FloatArray, FloatArray], airspeed: FloatArray
 ) -> Acceleration:
-    """Return accelerations along and across the airspeed; across it where there is none."""
-    east, north, up = acceleration_m_s2
+    """Return accelerations along and across the airspeed; across it where there is none.
+
+    Those a vehicle follows: one that leans 45 degrees, as far as autopilots lean by default, has that of
+    gravity.  References beyond it (a sharp spline) are flown wider than they say.
+    """
+    level = np.maximum(np.hypot(*acceleration_m_s2[:2]) / GRAVITY_M_S2, 1.0)
+    east, north = acceleration_m_s2[:2] / level
+    up = np.clip(acceleration_m_s2[2], -GRAVITY_M_S2, GRAVITY_M_S2)
     size = np.maximum(airspeed, _LEAST_SPEED_M_S)
     ahead_east, ahead_north = through_air[0] / size, through_air[1] / size
     along = east * ahead_east + north * ahead_north

@@ -380,17 +380,6 @@ def test_a_home_moved_into_the_air_does_not_lift_the_ground() -> None:
     assert codes(route(here, takeoff(50), rtl())) == []
 
 
-def test_a_load_is_not_lowered_beyond_its_limit_and_that_is_said() -> None:
-    def told(deepest_m: float) -> str:
-        place = item(94, north(100), 0.0, params=(deepest_m, 0.0, 0.0, 0.0))
-        [finding] = [f for f in route(takeoff(50), place, rtl()).findings if f.code == "T102"]
-        return finding.message
-
-    assert told(20.0).endswith("the vehicle gives up 20 m down")
-    assert "gives up" not in told(60.0)
-    assert "gives up" not in told(0.0)
-
-
 def test_a_home_moved_in_a_relative_frame_lies_above_the_one_before() -> None:
     moved = item(179, north(500), 40.0, params=(0.0, 0.0, 0.0, 0.0), frame=3)
     found = route(takeoff(50), moved, waypoint(600, 50), rtl())

@@ -207,7 +207,7 @@ def test_outputs_are_set_again_and_the_pilot_is_told() -> None:
         ),
         (
             mission(takeoff(40.0), waypoint(900.0, 40.0), waypoint(0.0, 40.0), rtl(), home=None),
-            "where home is",
+            "M107 home-unknown",
         ),
     ],
 )

@@ -25,7 +25,7 @@ DEBOUNCE_S = 0.12
 """A blink: what is typed faster is taken together."""
 
 
-class _Field(Input):
+class _SettingInput(Input):
     """A field in which ``?`` is the key of help, as everywhere: no setting holds one."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -87,7 +87,9 @@ class WhatIfForm(VerticalScroll):
             return
         self._is_filled = True
         shown = form_settings()
-        fields = [_Field(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown]
+        fields = [
+            _SettingInput(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown
+        ]
         labels = Static("\n".join(one.label for one in shown), classes="labels", markup=False)
         rows = suggestion_table(self._suggestions)
         self.mount(
