@@ -43,14 +43,11 @@ def _east_north(places_m: ComplexArray) -> FloatArray:
     return np.ascontiguousarray(places_m)[..., None].view(np.float64)
 
 
-def capsules_about(
-    ways_m: FloatArray, velocity_m_s: FloatArray, *, more_m: FloatArray | float = 0.0
-) -> Capsules:
+def capsules_about(ways_m: FloatArray, *, more_m: FloatArray | float = 0.0) -> Capsules:
     """Return capsules that hold ways (n, samples, 2) [m], and ``more_m`` about them.
 
     Between its samples a way is no farther from their chords than an eighth of its second differences, ahead
-    and aside: who sets out along a straight line takes no more room beside it than who stands.  Nor behind
-    it, where no sample is behind the first and the velocity there (n, 2) [m s⁻¹] does not lead back.
+    and aside: who sets out along a straight line takes no more room beside it than who stands.
     """
     ways = in_plane(ways_m)
     first = ways[:, 0]
@@ -62,10 +59,8 @@ def capsules_about(
     bend = away[:, 2:] - 2.0 * away[:, 1:-1] + away[:, :-2]
     bent_m = 0.25 * np.abs(bend.imag).max(axis=1, initial=0.0)
     longer_m = 0.25 * np.abs(bend.real).max(axis=1, initial=0.0)
-    hindmost_m = ahead.min(axis=1)
-    sets_out = (hindmost_m >= 0.0) & ((in_plane(velocity_m_s) * unit.conj()).real >= 0.0)
     return Capsules(
-        begin_m=_east_north(first + np.where(sets_out, 0.0, hindmost_m - longer_m) * unit),
+        begin_m=_east_north(first + (ahead.min(axis=1) - longer_m) * unit),
         end_m=_east_north(first + (ahead.max(axis=1) + longer_m) * unit),
         radius_m=np.abs(away.imag).max(axis=1) + bent_m + more_m,
     )
