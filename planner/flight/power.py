@@ -195,12 +195,11 @@ def _in_the_air(
 ) -> Acceleration:
     """Return accelerations along and across the airspeed; across it where there is none.
 
-    Those a vehicle follows: one that leans 45 degrees, as far as autopilots lean by default, has that of
-    gravity.  References beyond it (a sharp spline) are flown wider than they say.
+    Of those a vehicle follows: one that leans 45 degrees, as far as autopilots lean by default, has that of
+    gravity.  What references ask beyond it (the cusp of a spline) is flown otherwise, and not counted.
     """
-    level = np.maximum(np.hypot(*acceleration_m_s2[:2]) / GRAVITY_M_S2, 1.0)
-    east, north = acceleration_m_s2[:2] / level
-    up = np.clip(acceleration_m_s2[2], -GRAVITY_M_S2, GRAVITY_M_S2)
+    is_followed = np.linalg.norm(acceleration_m_s2, axis=0) <= GRAVITY_M_S2
+    east, north, up = acceleration_m_s2 * is_followed
     size = np.maximum(airspeed, _LEAST_SPEED_M_S)
     ahead_east, ahead_north = through_air[0] / size, through_air[1] / size
     along = east * ahead_east + north * ahead_north

@@ -136,13 +136,13 @@ def _measured_thrust(a: Assessment) -> _HoverThrust | None:
     return thrust if thrust is not None and thrust.is_measured else None
 
 
-_THRUST: Need[_HoverThrust] = Need(
+THRUST: Need[_HoverThrust] = Need(
     "the vehicle's thrust: thrust_max_n in the model, or its measured hover throttle by --params",
     _measured_thrust,
 )
 
 
-@judges(HOVER_THROTTLE_HIGH, needs=(_THRUST,))
+@judges(HOVER_THROTTLE_HIGH, needs=(THRUST,))
 def _thrust_is_known(_a: Assessment, _thrust: _HoverThrust) -> Iterator[Finding]:
     return iter(())  # what follows from it is found below; that it is missing stands in the ledger
 

@@ -33,7 +33,7 @@ from planner.report.html.page import check_html
 from planner.report.text import Medium
 from planner.rules.declaration import DISCHARGE, PARAMETERS, TARGET, TERRAIN
 from planner.rules.ledger import Outcome
-from planner.rules.lift import 
+from planner.rules.lift import THRUST
 from planner.rules.registry import SUBJECTS
 from planner.selection import is_kept_on
 from planner.service.fleet import check_fleet
@@ -346,7 +346,7 @@ def _holds(result: CheckResult) -> None:
         _is_checked(result)
 
 
-_MAY_LACK = frozenset({TERRAIN.what, PARAMETERS.what, DISCHARGE.what, TARGET.what, .what})
+_MAY_LACK = frozenset({TERRAIN.what, PARAMETERS.what, DISCHARGE.what, TARGET.what, THRUST.what})
 """A go may rest on a check without these, and says so; whatever else a rule lacks is no go."""
 
 
