@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 720, 540
 """Of every map: of a narrow mission it shows more of the ground beside. [px]"""
+_NARROW_PX, _NARROW = 520, 0.45
+"""A map less wide is that of a telephone, whose texts are placed as at such a share of `WIDTH`. [px, -]"""
 _LEAST_M = 20.0
 """Extent of a mission that stays at one place. [m]"""
 _FAR_FENCE = 3.0
@@ -131,30 +133,8 @@ def map_panel(tables: FlightTables) -> Chart:
         )
         if rows
     ]
-    labels = _Labels(view, tables.path)
-    spots = [row for row in tables.stretches if row["part"] == row["order"] == 0]
-    texts: list[tuple[list[Row], dict[str, object]]] = [
-        (labels.placed(tables.points, "short", _POINT_NAME), {}),
-        (labels.placed(spots, "code", _POINT_NAME), {"fontWeight": "bold"}),
-    ]
-    if not crowded:
-        texts.append((labels.placed(_together(tables.marks, view), "short", _NAME), {}))
-    if len(tables.marks) <= _MOST_DETAILS:
-        texts.append((labels.placed(tables.marks, "detail", _DETAIL), {"fontSize": _DETAIL_PX}))
-    for rows, style in texts:
-        layers += [
-            layer(inline_rows([row for row in rows if (row["side"], row["dy"]) == (side, dy)]))
-            .mark_text(
-                align="left" if side > 0 else "right",
-                baseline="middle",
-                dx=_NAME_DX_PX * side,
-                dy=dy,
-                clip=True,
-                **style,
-            )
-            .encode(text="text:N")
-            for side, dy in sorted({(row["side"], row["dy"]) for row in rows})
-        ]
+    for share, is_shown in ((1.0, f"width >= {_NARROW_PX}"), (_NARROW, f"width < {_NARROW_PX}")):
+        layers += _text_layers(layer, tables, view, share, is_shown)
     layers += compass_layers(tables.result.setup.wind)
     return alt.layer(*layers).properties(
         width=WIDTH,
@@ -184,14 +164,45 @@ def _path_layers(layer: Callable[[Chart], Chart], tables: FlightTables) -> list[
     return layers
 
 
-def _together(marks: list[Row], view: View) -> list[Row]:
+def _text_layers(
+    layer: Callable[[Chart], Chart], tables: FlightTables, view: View, share: float, is_shown: str
+) -> list[Chart]:
+    """Return the texts of a map that is drawn at a share of `WIDTH`, seen where an expression holds."""
+    alt = load_altair()
+    labels = _Labels(view, tables.path, share)
+    spots = [row for row in tables.stretches if row["part"] == row["order"] == 0]
+    texts: list[tuple[list[Row], dict[str, object]]] = [
+        (labels.placed(tables.points, "short", _POINT_NAME), {}),
+        (labels.placed(spots, "code", _POINT_NAME), {"fontWeight": "bold"}),
+    ]
+    if len(tables.marks) <= _MOST_NUMBERS:
+        texts.append((labels.placed(_together(tables.marks, labels), "short", _NAME), {}))
+    if len(tables.marks) <= _MOST_DETAILS and share == 1.0:
+        texts.append((labels.placed(tables.marks, "detail", _DETAIL), {"fontSize": _DETAIL_PX}))
+    return [
+        layer(inline_rows([row for row in rows if (row["side"], row["dy"]) == (side, dy)]))
+        .mark_text(
+            align="left" if side > 0 else "right",
+            baseline="middle",
+            dx=_NAME_DX_PX * side,
+            dy=dy,
+            clip=True,
+            **style,
+        )
+        .encode(text="text:N", opacity=alt.value(alt.ExprRef(f"{is_shown} ? 1 : 0")))
+        for rows, style in texts
+        for side, dy in sorted({(row["side"], row["dy"]) for row in rows})
+    ]
+
+
+def _together(marks: list[Row], labels: _Labels) -> list[Row]:
     """Return marks with one name for those too near to each other: the first and last of many."""
-    metres_per_px = (view.east_m - view.west_m) / WIDTH
+    near_m = _NEAR_PX / labels.px_per_m
     together: list[list[Row]] = []
     for mark in marks:
         for group in together:
             east_m, north_m = (group[0][key] - mark[key] for key in ("east_m", "north_m"))
-            if np.hypot(east_m, north_m) < _NEAR_PX * metres_per_px:
+            if np.hypot(east_m, north_m) < near_m:
                 group.append(mark)
                 break
         else:
@@ -227,8 +238,9 @@ _PATH_STEP_PX = 4.0
 class _Labels:
     """Texts on a map: beside the path where there is room, and never one on another."""
 
-    def __init__(self, view: View, path: Sequence[Row]) -> None:
-        self._px_per_m = WIDTH / (view.east_m - view.west_m)
+    def __init__(self, view: View, path: Sequence[Row], share: float) -> None:
+        self._width_px, self._height_px = share * WIDTH, share * HEIGHT
+        self.px_per_m = self._width_px / (view.east_m - view.west_m)
         self._view = view
         self._taken: list[tuple[float, float, float, float]] = []
         corners = np.array([self._pixel(row) for row in path]).reshape(-1, 2)
@@ -238,8 +250,8 @@ class _Labels:
 
     def _pixel(self, place: Row) -> tuple[float, float]:
         return (
-            (place["east_m"] - self._view.west_m) * self._px_per_m,
-            (self._view.north_m - place["north_m"]) * self._px_per_m,
+            (place["east_m"] - self._view.west_m) * self.px_per_m,
+            (self._view.north_m - place["north_m"]) * self.px_per_m,
         )
 
     def placed(self, marks: Sequence[Row], key: str, style: _Style) -> list[Row]:
@@ -271,9 +283,9 @@ class _Labels:
         gap = _TEXT_GAP_PX
         return (
             left >= 0.0
-            and right <= WIDTH
+            and right <= self._width_px
             and top >= 0.0
-            and bottom <= HEIGHT
+            and bottom <= self._height_px
             and not any(
                 left < other[1]
                 and right > other[0]
