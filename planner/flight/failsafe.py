@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
 from planner.values import Value
-from planner.vehicle.pack import ASSUMED_CHEMISTRY, LIPO_CELL_V
+from planner.vehicle.pack import ASSUMED_CHEMISTRY, LIPO_CELL_V, rest_curve
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.reader import load_chemistry
 
@@ -72,9 +72,11 @@ class BatteryProfile(Value, eq=False):
     fraction: FloatArray
     """Of the full charge that is left. (s + 1,) [-]"""
     rest_v: FloatArray | None
-    """Open-circuit voltage; ``None`` where the curve is not known. (s + 1,) [V]"""
+    """Open-circuit voltage as a voltmeter sees it; ``None``: the curve is not known. (s + 1,) [V]"""
     loaded_v: FloatArray | None
     """Under load; ``None`` where the resistance is not known. (s + 1,) [V]"""
+    is_curve_assumed: bool
+    """Whether the voltages are those of a kind of cell, not of this battery."""
 
 
 def battery_profile(
@@ -85,10 +87,13 @@ def battery_profile(
     fraction = charge - returns.used_wh / battery.energy_wh
     if discharge is not None:
         fraction = np.concatenate(([charge], discharge.state_of_charge))
-    if battery.ocv_soc is not None and battery.ocv_v is not None:
-        rest_v = np.interp(fraction, battery.ocv_soc, battery.ocv_v)
-    if discharge is not None and rest_v is not None:
-        loaded_v = np.concatenate((rest_v[:1], discharge.voltage_v))
+    curve = rest_curve(battery)
+    if curve is not None:
+        rest_v = np.interp(fraction, curve.state_of_charge, curve.voltage_v)
+        if discharge is not None and battery.ocv_soc is not None and battery.ocv_v is not None:
+            of_label_v = np.interp(fraction, battery.ocv_soc, battery.ocv_v)
+            loaded_v = rest_v.copy()
+            loaded_v[1:] += discharge.voltage_v - of_label_v[1:]
     full_ah = battery.charge_ah
     return BatteryProfile(
         time_s=np.append(returns.start_s, returns.flight.time_s),
@@ -96,6 +101,7 @@ def battery_profile(
         fraction=fraction,
         rest_v=rest_v,
         loaded_v=loaded_v,
+        is_curve_assumed=curve is not None and curve.is_assumed,
     )
 
 
@@ -141,7 +147,7 @@ def px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Paramet
     if parameters.battery_capacity_ah > 0.0 and profile.used_ah is not None:
         seen = profile.fraction[0] - profile.used_ah / parameters.battery_capacity_ah
     cells = parameters.battery_cells or battery.cells_in_series
-    if profile.rest_v is None or profile.loaded_v is None or not cells:
+    if profile.rest_v is None or profile.loaded_v is None or profile.is_curve_assumed or not cells:
         return seen  # a curve that is assumed says little of what PX4 sees
     return np.minimum(seen, _by_voltage(profile.rest_v / cells, parameters))
 
@@ -157,9 +163,10 @@ def px4_charge_assumed(
     """
     cells = parameters.battery_cells or battery.cells_in_series
     is_known = profile.rest_v is not None and profile.loaded_v is not None
+    is_known = is_known and not profile.is_curve_assumed
     if is_known or not cells or parameters.battery_source == _COUNTS_ITSELF:
         return None
-    if profile.rest_v is not None and battery.chemistry is None:
+    if profile.rest_v is not None:
         cell_v = profile.rest_v / cells
     else:
         kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)

@@ -14,6 +14,7 @@ from planner.flight.returns.tightest import sweep_returns
 from planner.link.telemetry import BatteryState
 from planner.physics.battery import BatteryCircuit
 from planner.values import Value, replace
+from planner.vehicle.pack import rest_curve
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -201,11 +202,11 @@ class BatteryMeter:
         return max(self._usable_wh - (taken_wh[0] - taken_wh[1]), 0.0)
 
     def _voltage_fraction(self, reading: BatteryState) -> float | None:
-        curve_soc, curve_v = self._battery.ocv_soc, self._battery.ocv_v
-        if reading.voltage_v is None or curve_soc is None or curve_v is None:
+        curve = rest_curve(self._battery)
+        if reading.voltage_v is None or curve is None:
             return None
         sag_v = (self._resistance_ohm or 0.0) * (reading.current_a or 0.0)
-        return float(np.interp(reading.voltage_v + sag_v, curve_v, curve_soc))
+        return float(np.interp(reading.voltage_v + sag_v, curve.voltage_v, curve.state_of_charge))
 
 
 _LEAST_USED = 0.1

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.physics.battery import loaded_voltage_v
 from planner.values import Value
+from planner.vehicle.pack import rest_curve
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -102,9 +103,10 @@ class FlownMission(Value, eq=False):
         if battery is None:
             return None, None
         left = max(0.0, float(np.interp(used_wh, self.charge_wh, self.charge_left)))
-        if battery.ocv_soc is None or battery.ocv_v is None or self.resistance_ohm is None:
+        curve = rest_curve(battery)
+        if curve is None or self.resistance_ohm is None:
             return left, battery.voltage_v
-        open_v = np.interp(left, battery.ocv_soc, battery.ocv_v)
+        open_v = np.interp(left, curve.state_of_charge, curve.voltage_v)
         loaded_v = loaded_voltage_v(open_v, power_w, resistance_ohm=self.resistance_ohm)
         return left, float(loaded_v)
 

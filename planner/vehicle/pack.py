@@ -10,7 +10,7 @@ lithium-polymer.  What nothing tells the kind of is judged by the kind that bear
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from planner.errors import UsageError
 from planner.values import Value, field_values, replace
 from planner.vehicle.battery import Battery, Chemistry
 from planner.vehicle.reader import load_chemistry
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
 
 ASSUMED_CHEMISTRY, LITHIUM_ION = "lipo", "li-ion"
 """What most multicopters fly with, and bears most; and what those of long endurance fly with."""
@@ -41,8 +44,19 @@ _SAME_LABEL = 0.02
 _LABEL = frozenset({"capacity_ah", "capacity_wh", "nominal_voltage_v"})
 
 
+_SAME_CURVE = 1e-3
+"""Ratios to the curve of a kind of cell that differ by no more are one: model files have millivolts. [-]"""
 _OVERCHARGED = 1.01
 """A full battery shows up to this over its curve: chargers and voltmeters are as far off."""
+
+
+class RestCurve(NamedTuple):
+    """Open-circuit voltages of a whole battery over its state of charge."""
+
+    state_of_charge: tuple[float, ...]
+    voltage_v: FloatArray
+    is_assumed: bool
+    """Whether it is that of a kind of cell, not one of this battery."""
 
 
 class FlownPack(Value):
@@ -68,24 +82,21 @@ class FlownPack(Value):
         """
         pack = self.battery
         shown = quantity.exact(voltage_v)
-        soc, volts = (None, None) if pack is None else (pack.ocv_soc, pack.ocv_v)
-        if pack is not None and pack.chemistry is not None and pack.cells_in_series is not None:
-            cell = load_chemistry(pack.chemistry)
-            soc = cell.ocv_soc
-            volts = tuple(pack.cells_in_series * one for one in cell.cell_ocv_v)
-        if soc is None or volts is None:
+        curve = None if pack is None else rest_curve(pack)
+        if curve is None:
             msg = (
                 f"a charge of {shown} V needs the curve of the battery: give --battery with cells, "
                 "such as 5.2Ah@4S, or the charge as a percentage"
             )
             raise UsageError(msg)
+        volts = curve.voltage_v.tolist()
         if not volts[0] <= voltage_v <= volts[-1] * _OVERCHARGED:
             low, high = (quantity.decimals(one, 1) for one in (volts[0], volts[-1]))
             msg = (
                 f"a charge of {shown} V: this battery has {low} V when empty and {high} V when full"
             )
             raise UsageError(msg)
-        return float(np.interp(voltage_v, volts, soc))
+        return float(np.interp(voltage_v, volts, curve.state_of_charge))
 
 
 def chemistry_of(battery: Battery | None) -> Chemistry:
@@ -93,6 +104,24 @@ def chemistry_of(battery: Battery | None) -> Chemistry:
     own = None if battery is None or battery.chemistry is None else battery.chemistry
     found = load_chemistry(own or ASSUMED_CHEMISTRY)
     return load_chemistry(ASSUMED_CHEMISTRY) if found.highest_wh_kg is None else found
+
+
+def rest_curve(battery: Battery) -> RestCurve | None:
+    """Return the curve a voltmeter sees on a battery without load; ``None``: it is not known.
+
+    A curve of a kind of cell, scaled so that the energy is that of a label, is taken as the cells have it.
+    """
+    if battery.ocv_soc is None or battery.ocv_v is None:
+        return None
+    volts = np.array(battery.ocv_v)
+    if battery.chemistry is not None and battery.cells_in_series is not None:
+        kind = load_chemistry(battery.chemistry)
+        if battery.ocv_soc == kind.ocv_soc:
+            cells_v = battery.cells_in_series * np.array(kind.cell_ocv_v)
+            scale = volts / cells_v
+            if float(np.ptp(scale)) < _SAME_CURVE:
+                return RestCurve(kind.ocv_soc, cells_v, is_assumed=True)
+    return RestCurve(battery.ocv_soc, volts, is_assumed=False)
 
 
 def lowest_voltage_v(battery: Battery) -> float:

@@ -563,3 +563,34 @@ def test_cells_that_px4_counts_wrong_keep_it_from_arming_with_a_known_curve() ->
     result = checked(autopilot=Autopilot.PX4, battery=OWN, BAT1_N_CELLS=cells)
     [finding] = told(result, "E114")
     assert "0 % charge" in finding.message
+
+
+# The same cells in a data sheet's battery, whose curve is scaled to what its label holds: a voltmeter sees
+# the cells all the same.  Full 4.19 V, four of them 16.76 V, three 12.57 V; half 3.71 V, which PX4 takes for
+# (3.71 - 3.6)/0.45 = 24 %.  By the scaled curve they were 16.40, 12.30 V and 7 %.
+@pytest.mark.parametrize(
+    ("vehicle", "charge", "values", "code"),
+    [
+        ("holybro-x500-v2", 0.5, {"COM_LOW_BAT_ACT": 3}, None),
+        ("holybro-x500-v2", 0.5, {"COM_ARM_BAT_MIN": 0.23}, None),
+        ("holybro-x500-v2", 0.5, {"COM_ARM_BAT_MIN": 0.25}, "X904"),
+        ("holybro-x500-v2", 0.26, {"COM_LOW_BAT_ACT": 3}, "X904"),
+        ("3dr-solo", 1.0, {"BATT_ARM_VOLT": 16.7}, None),
+        ("3dr-solo", 1.0, {"BATT_ARM_VOLT": 16.8}, "E114"),
+        ("3dr-iris-plus", 1.0, {"BATT_ARM_VOLT": 12.5}, None),
+    ],
+)
+def test_thresholds_in_volts_are_held_against_the_cells_not_against_a_label(
+    vehicle: str, charge: float, values: dict[str, float], code: str | None
+) -> None:
+    model = load_vehicle(vehicle)
+    stack = Autopilot(model.reference)
+    given = ParameterSet(
+        source="made.param",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=stack,
+    )
+    near = mission(takeoff(20), waypoint(50, 20), rtl())
+    result = check(near, model, charge=charge, reserve=0.0, parameters=given)
+    errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert errors & {"E103", "E114", "X904"} == ({code} if code else set())
