@@ -15,7 +15,7 @@ from planner.cli.log_conditions import given_log_table, log_options
 from planner.cli.options import KindType, data_options, format_option, kind_option, path_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
-from planner.setting import Choice, Form
+from planner.setting import Choice, Form, Number
 from planner.setup import battery_text, read_battery, settings
 from planner.values import replace
 from planner.vehicle.reader import chemistry_names
@@ -47,6 +47,12 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         Form(_later("read_mass"), str),
         "5kg",
         "highest take-off mass its maker allows, payload in it",
+    ),
+    "ceiling_amsl_m": (
+        "--ceiling",
+        Number("m", 100.0, 9000.0),
+        "3000",
+        "height above sea level up to which its maker lets it take off",
     ),
     "battery": (
         "--battery",

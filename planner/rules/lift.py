@@ -18,7 +18,7 @@ from planner.vehicle.model import NO_LEAN_THRUST
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 from planner.vehicle.power import MomentumLaw
-from planner.vehicle.priors import BEST_HOVER_EFFICIENCY
+from planner.vehicle.priors import hover_impossible
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -58,14 +58,8 @@ def _hover_power_impossible(a: Assessment) -> Iterator[Finding]:
     law, basis = a.vehicle.cruise, a.vehicle.provenance.basis
     if not isinstance(law, MomentumLaw) or (basis is not None and basis.is_flown):
         return
-    efficiency = 1.0 / (law.induced_factor + law.profile_factor)
-    if efficiency > BEST_HOVER_EFFICIENCY:
-        shown = quantity.beside(efficiency, BEST_HOVER_EFFICIENCY, quantity.percent)
-        yield a.finding(
-            HOVER_POWER_IMPOSSIBLE,
-            f"the rotors of {a.vehicle.name} are taken to turn {shown} of the battery's power into lift; no "
-            f"multicopter reaches {quantity.percent(BEST_HOVER_EFFICIENCY)}",
-        )
+    if does := hover_impossible(law.induced_factor + law.profile_factor):
+        yield a.finding(HOVER_POWER_IMPOSSIBLE, f"the hover of {a.vehicle.name} {does}")
 
 
 HOVER_THROTTLE_HIGH = Rule(

@@ -19,6 +19,7 @@ from typing import Annotated
 
 import numpy as np
 
+from planner import quantity
 from planner.arrays import FloatArray
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import hover_induced_velocity_m_s
@@ -35,6 +36,17 @@ OF_MIDDLE_80_PERCENT = 2.0 * 1.2815515655446004
 BEST_HOVER_EFFICIENCY = 0.75
 """Power of the ideal disk over that of the battery, which no multicopter hovers at: the best of the published
 ones has 0.65; a figure of merit of 0.8 and motors and controllers of 0.9 are 0.72. [-]"""
+
+
+def hover_impossible(cost: float) -> str | None:
+    """Return what no multicopter does that hovers at such a cost; ``None`` where some may."""
+    if cost * BEST_HOVER_EFFICIENCY >= 1.0:
+        return None
+    shown = quantity.beside(1.0 / cost, BEST_HOVER_EFFICIENCY, quantity.percent)
+    return (
+        f"turns {shown} of the battery's power into lift; no multicopter reaches "
+        f"{quantity.percent(BEST_HOVER_EFFICIENCY)}"
+    )
 
 
 class Prior(Part):

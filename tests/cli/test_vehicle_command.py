@@ -55,6 +55,13 @@ def test_a_battery_of_other_cells_in_a_settings_file_is_named_with_the_file(
     assert main(["check", mission, "--vehicle", "mine.toml", "--battery", "3S5000"]) == ExitCode.GO
 
 
+def test_the_ceiling_of_the_maker_bounds_the_air_it_flies_in() -> None:
+    assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET, "--ceiling", "3000"]) == ExitCode.GO
+    air = load_vehicle("mine.toml").valid_for.air_density_kg_m3
+    assert air is not None
+    assert air.low == pytest.approx(0.909, abs=5e-4)  # the standard atmosphere's table at 3000 m
+
+
 def test_a_model_is_not_written_over(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET]) == ExitCode.GO
     before = (tmp_path / "mine.toml").read_text(encoding="utf-8")

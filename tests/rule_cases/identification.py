@@ -69,7 +69,7 @@ def of_data_sheet(*, hover_w: float = 160.0) -> VehicleModel:
         mass_kg=2.0,
         battery=Battery(capacity_ah=5.2, nominal_voltage_v=14.8),
         rotors=4,
-        propeller_m=0.254,
+        propeller_m=0.330,
         hover=HoverFigure(kind=HoverKind.POWER, value=hover_w),
         date=dt.date(2026, 11, 23),
     )
