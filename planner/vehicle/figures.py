@@ -106,8 +106,8 @@ def read_propeller(text: str) -> float:
 
 
 def read_hover(text: str) -> HoverFigure:
-    """Return the figure of ``18A``, ``260W``, ``22min``, ``25min max`` or ``38%``."""
-    found = re.fullmatch(rf"{NUMBER}\s*(A|W|min|min\s*max|%)", text.strip(), re.IGNORECASE)
+    """Return the figure of ``18A``, ``260W``, ``4kW``, ``22min``, ``25min max`` or ``38%``."""
+    found = re.fullmatch(rf"{NUMBER}\s*(A|k?W|min|min\s*max|%)", text.strip(), re.IGNORECASE)
     if found is None:
         msg = (
             "expected a current, power, hover time, longest flight time or throttle: 18A, 260W, 22min, "
@@ -115,8 +115,9 @@ def read_hover(text: str) -> HoverFigure:
         )
         raise ValueError(msg)
     unit = re.sub(r"\s*max", " max", found[2].lower())
-    kind = next(one for one in HoverKind if one.lower() == unit)
-    value = _above_0(float(found[1]), "figure of the hover", text)
+    kind = next(one for one in HoverKind if one.lower() == unit.removeprefix("k"))
+    thousands = 1000.0 if unit.startswith("k") else 1.0
+    value = _above_0(thousands * float(found[1]), "figure of the hover", text)
     if kind is not HoverKind.THROTTLE:
         return HoverFigure(kind=kind, value=value)
     if value >= 100.0:

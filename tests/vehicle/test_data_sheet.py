@@ -298,6 +298,12 @@ def test_what_cannot_fly_is_refused_with_the_physics(given: dict[str, Any], sent
         _vehicle(**given)
 
 
+def test_a_hover_power_may_be_in_kilowatts() -> None:
+    assert read_hover("4kW") == read_hover("4 KW") == read_hover("4000W")
+    with pytest.raises(ValueError, match="expected a current"):
+        read_hover("4kA")
+
+
 def test_a_hover_that_few_have_is_taken_with_a_word() -> None:
     word = "of what published multicopters take"
     assert word in " ".join(_vehicle(hover=read_hover("130W")).provenance.readings)
@@ -305,7 +311,7 @@ def test_a_hover_that_few_have_is_taken_with_a_word() -> None:
 
 
 def test_a_hover_better_than_published_ones_is_doubted_by_as_much() -> None:
-    # 1.6 kg on four of 10 in: an ideal disk of 88 W, published multicopters 1.331 + 0.2723 / 0.254 = 2.40
+    # 1.6 kg on four of 10 in: an ideal disk of 88 W, published multicopters 1.332 + 0.2740 / 0.254 = 2.41
     # times that, 211 W, from which 130 W are a factor of 1.62, and 180 W one of 1.17
     assert _hover_doubt("130W") == pytest.approx(math.log(211.0 / 130.0), abs=0.01)
     # from two thirds of the usual on, 141 W, a figure is as sure as any

@@ -99,7 +99,7 @@ def test_less_is_known_of_a_drone_without_a_figure_of_its_hover() -> None:
     assert fraction("dji-matrice-600") == pytest.approx(
         multicopter_priors()["hover_time"].fraction, abs=0.005
     )
-    assert fraction("dji-matrice-600") < fraction("dji-mavic-2-pro") < fraction("freefly-astro")
+    assert fraction("dji-matrice-600") < fraction("3dr-iris-plus") < fraction("freefly-astro")
 
 
 if __name__ == "__main__":
