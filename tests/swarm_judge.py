@@ -84,12 +84,15 @@ def least_of_flights_m(flown: SwarmResult, *, above_m: float) -> float:
 
     Taken of the flights themselves, which are those of `planner.check_mission` with holds in them.
     """
-    flights = [(one.start_s, one.flight) for one in flown.agents if one.flight is not None]
-    pads_m = flown.record.place_m[0]
-    end_s = max(start_s + flight.time_s for start_s, flight in flights)
+    flights = [
+        (one.start_s, one.flight, pad_m)
+        for one, pad_m in zip(flown.agents, flown.record.place_m[0], strict=True)
+        if one.flight is not None  # it never took off
+    ]
+    end_s = max((start_s + flight.time_s for start_s, flight, _ in flights), default=0.0)
     time_s = np.arange(0.0, end_s, _STEP_S)
     places, is_up = [], []
-    for (start_s, flight), pad_m in zip(flights, pads_m, strict=True):
+    for start_s, flight, pad_m in flights:
         place_m = flight.motion.state_at_time(np.clip(time_s - start_s, 0.0, flight.time_s)).place_m
         places.append(place_m + np.append(pad_m, 0.0))
         is_up.append((time_s >= start_s) & (place_m[:, 2] > _LOW_M))

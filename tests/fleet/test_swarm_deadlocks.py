@@ -47,6 +47,13 @@ def test_exact_symmetry_is_broken_by_rank(policy: Policy, count: int) -> None:
     assert judged(with_faults(agents, ways, policy)).has_landed.all()
 
 
+@pytest.mark.parametrize("policy", POLICIES)
+def test_two_that_stand_a_centimetre_beyond_the_gap_set_out(policy: Policy) -> None:
+    agents = [agent("ahead", 0.0, 0.0), agent("behind", 0.0, 10.01)]
+    ways = [np.array([(0.0, -100.0)]), np.array([(0.0, -80.0)])]
+    assert judged(with_faults(agents, ways, policy)).has_landed.all()
+
+
 class Stays:
     """An algorithm: the first flies far away, the others stay for ever."""
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 from made_swarm import AT_ONCE, G4
 
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack, Motions
 from planner.fleet.swarm.zones import capsules_about, distances_m
+
+if TYPE_CHECKING:
+    from planner.physics.response import TransferFunction
 
 STEADY_M_S = 9.947018
 """The article's vehicle, commanded 10 m/s: 10 × 0.03569 / 0.3588 m/s."""
@@ -50,10 +55,23 @@ def test_stops_of_the_article_end_and_reach_as_far_as_by_hand() -> None:
     way_m = stack.ways_m(motions)[0, :, 0] - here
     # the highest of its samples is below the true one by their spacing
     assert way_m.max() == pytest.approx(32.654, abs=0.05)
-    zone = capsules_about(stack.ways_m(motions))
-    assert (
-        32.654 <= zone.end_m[0, 0] - here + zone.radius_m[0] <= 32.654 + 0.7
-    )  # the bends between its samples
+    zone = capsules_about(stack.ways_m(motions), stack.velocity_m_s(motions))
+    # between its samples it may bend
+    assert 32.654 <= zone.end_m[0, 0] - here + zone.radius_m[0] <= 32.654 + 0.05
+
+
+@pytest.mark.parametrize("response", [G4, AT_ONCE])
+def test_who_sets_out_takes_no_room_behind_it_and_who_turns_round_does(
+    response: TransferFunction,
+) -> None:
+    stack, motions = flown(Dynamics(response=response), [], 0.5)
+    ways_m = stack.ways_m(motions, np.array([[5.0, 0.0]]), 1)
+    zone = capsules_about(ways_m, stack.velocity_m_s(motions))
+    assert zone.begin_m[0].tolist() == [0.0, 0.0]
+    stack, motions = flown(Dynamics(response=response), [5.0] * 20, 0.5)
+    ways_m = stack.ways_m(motions, np.array([[-5.0, 0.0]]), 20)
+    zone = capsules_about(ways_m, stack.velocity_m_s(motions))
+    assert zone.begin_m[0, 0] > ways_m[0, :, 0].max()
 
 
 def test_a_command_of_zero_for_a_time_costs_just_that_way_and_time() -> None:
@@ -80,9 +98,9 @@ def test_head_on_pairs_are_told_to_stop_as_far_apart_as_by_hand() -> None:
     assert gap_m == pytest.approx(10.0, abs=0.1)
     rest = ways[:, -1, 0]
     assert rest[1] - rest[0] == pytest.approx(11.528, abs=2e-3)
-    zones = capsules_about(ways)
+    zones = capsules_about(ways, stack.velocity_m_s(motions))
     apart_m = distances_m(zones.select(np.array([0])), zones.select(np.array([1])))
-    assert 8.6 <= apart_m[0] <= 10.0 + 0.1  # less the bends between samples, 0.7 m of each
+    assert 9.9 <= apart_m[0] <= 10.0  # less the bends between samples
 
 
 @pytest.mark.parametrize(("later_s", "nearer_m"), [(0.5, 5.072), (1.0, 10.141), (2.0, 20.266)])

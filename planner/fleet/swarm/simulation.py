@@ -250,7 +250,8 @@ class Swarm:
 
     def _stop_zones(self) -> Capsules:
         ways_m = self._dynamics.ways_m(self._motions)
-        zones = capsules_about(ways_m, more_m=self._error_m)
+        velocity_m_s = self._dynamics.velocity_m_s(self._motions)
+        zones = capsules_about(ways_m, velocity_m_s, more_m=self._error_m)
         return zones_ahead(zones, self._dynamics, self._motions, self._is_deaf)
 
     @property

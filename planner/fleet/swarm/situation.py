@@ -67,9 +67,10 @@ class SwarmSituation(Value, eq=False):
     def zones_after(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
         """Return where agents may come that fly by commands for some ticks and are told to stop then."""
         ways_m = self.dynamics.ways_m(self.motions, command_m_s, ticks)
-        zones, motions = capsules_about(ways_m, more_m=self.error_m), self.motions
+        zones = capsules_about(ways_m, self.velocity_m_s, more_m=self.error_m)
         if not self.is_deaf.any():
             return zones
+        motions = self.motions
         for _ in range(ticks):
             motions = self.dynamics.advanced(motions, command_m_s)
         return zones_ahead(zones, self.dynamics, motions, self.is_deaf)

@@ -43,11 +43,15 @@ def _east_north(places_m: ComplexArray) -> FloatArray:
     return np.ascontiguousarray(places_m)[..., None].view(np.float64)
 
 
-def capsules_about(ways_m: FloatArray, *, more_m: FloatArray | float = 0.0) -> Capsules:
+def capsules_about(
+    ways_m: FloatArray, velocity_m_s: FloatArray, *, more_m: FloatArray | float = 0.0
+) -> Capsules:
     """Return capsules that hold ways (n, samples, 2) [m], and ``more_m`` about them.
 
-    Between its samples a way is no farther from their chords than an eighth of its second differences, ahead
-    and aside: who sets out along a straight line takes no more room beside it than who stands.
+    Between its samples a way is no farther from their chords than an eighth of its second differences: aside
+    of any of them, ahead of those where it turns back.  It may turn before the second, too, if its velocity
+    at the first (n, 2) [m s⁻¹] leads the other way.  So who sets out along a straight line takes no more
+    room beside it than who stands, and none behind it.
     """
     ways = in_plane(ways_m)
     first = ways[:, 0]
@@ -56,12 +60,18 @@ def capsules_about(ways_m: FloatArray, *, more_m: FloatArray | float = 0.0) -> C
     unit = np.where(length > _STILL_M, along / np.maximum(length, _STILL_M), 1.0)
     away = (ways - first[:, None]) * unit.conj()[:, None]
     ahead = away.real
-    bend = away[:, 2:] - 2.0 * away[:, 1:-1] + away[:, :-2]
-    bent_m = 0.25 * np.abs(bend.imag).max(axis=1, initial=0.0)
-    longer_m = 0.25 * np.abs(bend.real).max(axis=1, initial=0.0)
+    goes = np.empty(ahead.shape)
+    goes[:, 0] = (in_plane(velocity_m_s) * unit.conj()).real
+    goes[:, 1:] = ahead[:, 1:] - ahead[:, :-1]
+    turns = goes[:, 1:] * goes[:, :-1] < 0.0
+    bend = 0.25 * (away[:, 2:] - 2.0 * away[:, 1:-1] + away[:, :-2])
+    longer_m = np.zeros(ahead.shape)
+    longer_m[:, 1:-1] = np.where(turns[:, 1:], np.abs(bend.real), 0.0)
+    longer_m[:, 0] = np.where(turns[:, 0], np.abs(bend.real).max(axis=1, initial=0.0), 0.0)
+    bent_m = np.abs(bend.imag).max(axis=1, initial=0.0)
     return Capsules(
-        begin_m=_east_north(first + (ahead.min(axis=1) - longer_m) * unit),
-        end_m=_east_north(first + (ahead.max(axis=1) + longer_m) * unit),
+        begin_m=_east_north(first + (ahead - longer_m).min(axis=1) * unit),
+        end_m=_east_north(first + (ahead + longer_m).max(axis=1) * unit),
         radius_m=np.abs(away.imag).max(axis=1) + bent_m + more_m,
     )
 
