@@ -22,7 +22,7 @@ from made_swarm import (
 )
 
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
-from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
+from planner.fleet.swarm.orca import Neighbours, half_planes, nearest_velocities_m_s
 from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
 from planner.fleet.swarm.simulation import Swarm
 from planner.mission.route.stage import StageKind
@@ -56,7 +56,8 @@ def test_agents_on_a_circle_fly_the_same_until_their_order_decides(count: int) -
     turns = np.exp(-2j * np.pi * np.arange(count) / count)
     compared = 0
     for step in swarm.run():
-        if step.waits.any() != step.waits.all():
+        stops = (step.command_m_s == 0.0).all(axis=1)
+        if step.waits.any() != step.waits.all() or stops.any() != stops.all():
             break
         places = (step.place_m[:, 0] + 1j * step.place_m[:, 1]) * turns
         assert np.abs(places - places[0]).max() <= 1e-6
@@ -142,34 +143,40 @@ def test_strips_share_an_area_out() -> None:
     assert sorted(north for one in lanes for north in one) == [5.0 + 10.0 * k for k in range(9)]
 
 
-def drawn_disks(seed: int) -> tuple[Disks, np.ndarray, np.ndarray]:
+SPEED_M_S = 5.0
+
+
+def drawn_disks(seed: int) -> tuple[Neighbours, np.ndarray, np.ndarray]:
+    """All others of each of six disks, the velocities of all and those they want."""
     draw = np.random.default_rng(seed)
     count = 6
-    disks = Disks(
-        place_m=draw.uniform(-30.0, 30.0, (count, 2)),
-        velocity_m_s=draw.uniform(-4.0, 4.0, (count, 2)),
-        radius_m=draw.uniform(1.0, 4.0, count),
-        speed_m_s=np.full(count, 5.0),
-        evades=np.ones(count, np.bool_),
+    place_m = draw.uniform(-30.0, 30.0, (count, 2))
+    velocity_m_s = draw.uniform(-4.0, 4.0, (count, 2))
+    radius_m = draw.uniform(1.0, 4.0, count)
+    rows = np.array([[c for c in range(count) if c != row] for row in range(count)])
+    neighbours = Neighbours(
+        rows=rows,
+        apart_m=place_m[rows] - place_m[:, None],
+        reach_m=radius_m[:, None] + radius_m[rows],
     )
-    others = np.array([[c for c in range(count) if c != row] for row in range(count)])
-    return disks, others, draw.uniform(-4.0, 4.0, (count, 2))
+    return neighbours, velocity_m_s, draw.uniform(-4.0, 4.0, (count, 2))
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_velocities_are_those_of_the_published_half_planes(seed: int) -> None:
     """Against the obstacle by its definition, and the programme solved by its corners, exactly."""
     horizon_s = 8.0
-    disks, others, wanted = drawn_disks(seed)
-    planes = half_planes(disks, others, horizon_s=horizon_s, tick_s=0.25)
-    best, possible = nearest_velocities_m_s(planes, wanted, disks.speed_m_s)
+    neighbours, velocity_m_s, wanted = drawn_disks(seed)
+    evades = np.ones(len(wanted), np.bool_)
+    planes = half_planes(neighbours, velocity_m_s, evades, horizon_s=horizon_s, tick_s=0.25)
+    best, possible = nearest_velocities_m_s(planes, wanted, np.full(len(wanted), SPEED_M_S))
     checked = 0
     for row in range(len(wanted)):
         own = []
-        for other in others[row]:
-            p = disks.place_m[other] - disks.place_m[row]
-            v = disks.velocity_m_s[row] - disks.velocity_m_s[other]
-            radius = disks.radius_m[row] + disks.radius_m[other]
+        for other, p, radius in zip(
+            neighbours.rows[row], neighbours.apart_m[row], neighbours.reach_m[row], strict=True
+        ):
+            v = velocity_m_s[row] - velocity_m_s[other]
             if np.hypot(*p) <= radius:
                 break
             edge = _nearest_edge(p, v, radius, horizon_s)
@@ -178,10 +185,10 @@ def test_velocities_are_those_of_the_published_half_planes(seed: int) -> None:
             if np.hypot(*normal) < 1e-6:
                 break
             normal = normal / np.hypot(*normal)
-            own.append((disks.velocity_m_s[row] + 0.5 * (edge - v), normal))
-        if len(own) < len(others[row]):
+            own.append((velocity_m_s[row] + 0.5 * (edge - v), normal))
+        if len(own) < len(neighbours.rows[row]):
             continue
-        found = _nearest_by_corners(own, wanted[row], 5.0)
+        found = _nearest_by_corners(own, wanted[row], SPEED_M_S)
         assert possible[row] == (found is not None)
         if found is not None:
             assert best[row] == pytest.approx(found, abs=1e-6)

@@ -27,19 +27,15 @@ _PARALLEL = 1e-9
 _LEAST_M = 1e-12
 
 
-class Disks(Value, eq=False):
-    """Agents as disks that move."""
+class Neighbours(Value, eq=False):
+    """Those that each of n agents keeps apart from, m of each, as disks that move."""
 
-    place_m: FloatArray
-    """(n, 2) [m]"""
-    velocity_m_s: FloatArray
-    """(n, 2) [m s⁻¹]"""
-    radius_m: FloatArray
-    """(n,) [m]"""
-    speed_m_s: FloatArray
-    """Greatest speed. (n,) [m s⁻¹]"""
-    evades: BoolArray
-    """Whether it does its half; else the others have all of it to do. (n,)"""
+    rows: IndexArray
+    """Which they are, -1 where there are fewer. (n, m)"""
+    apart_m: FloatArray
+    """From the agent to each. (n, m, 2) [m]"""
+    reach_m: FloatArray
+    """Sum of the radii of both. (n, m) [m]"""
 
 
 class HalfPlanes(Value, eq=False):
@@ -52,21 +48,30 @@ class HalfPlanes(Value, eq=False):
 
 
 def half_planes(
-    disks: Disks, neighbours: IndexArray, *, horizon_s: float, tick_s: float
+    neighbours: Neighbours,
+    velocity_m_s: FloatArray,
+    evades: BoolArray,
+    *,
+    horizon_s: float,
+    tick_s: float,
 ) -> HalfPlanes:
-    """Return what each agent keeps for its neighbours (n, m), -1 where there are fewer.
+    """Return what each agent keeps for its neighbours.
 
     Parameters
     ----------
+    neighbours : Neighbours
+    velocity_m_s : ndarray
+        Of all agents. (n, 2) [m s⁻¹]
+    evades : ndarray of bool
+        Whether an agent does its half; else the others have all of it to do. (n,)
     horizon_s : float
         Time for which they keep apart. [s]
     tick_s : float
         Time in which those that are too near already come apart. [s]
     """
-    own, other = np.arange(len(neighbours))[:, None], neighbours
-    p = disks.place_m[other] - disks.place_m[own]
-    v = disks.velocity_m_s[own] - disks.velocity_m_s[other]
-    radius = disks.radius_m[own] + disks.radius_m[other]
+    other, p, radius = neighbours.rows, neighbours.apart_m, neighbours.reach_m
+    own_m_s = velocity_m_s[:, None]
+    v = own_m_s - velocity_m_s[other]
     square = (p**2).sum(axis=-1)
     overlaps = square < radius**2
     time_s = np.where(overlaps, tick_s, horizon_s)
@@ -93,9 +98,9 @@ def half_planes(
     leg_normal = side[..., None] * np.stack((-direction[..., 1], direction[..., 0]), axis=-1)
     normal = np.where(on_disk[..., None], w_unit, leg_normal)
     way = np.where(on_disk, radius / time_s - w_size, -(v * leg_normal).sum(axis=-1))
-    share = np.where(disks.evades[other], 0.5, 1.0)
-    point = disks.velocity_m_s[own] + (share * way)[..., None] * normal
-    nobody = (neighbours < 0)[..., None]
+    share = np.where(evades[other], 0.5, 1.0)
+    point = own_m_s + (share * way)[..., None] * normal
+    nobody = (other < 0)[..., None]
     return HalfPlanes(point_m_s=np.where(nobody, 0.0, point), normal=np.where(nobody, 0.0, normal))
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner.fleet.swarm.orca import Disks, half_planes, nearest_velocities_m_s
+from planner.fleet.swarm.orca import Neighbours, half_planes, nearest_velocities_m_s
+from planner.fleet.swarm.zones import gaps_m
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -122,7 +123,8 @@ class OrcaStop(Value):
     """``orca-stop``: reciprocal velocities, of those from which a stop is still free.
 
     Where an agent stops is where it is told to: that place moves at the velocity commanded, at once, as
-    reciprocal velocities take it.  Each is a disk about the middle of its stop that holds all of it.
+    reciprocal velocities take it.  Of two zones it keeps disks apart about the places where they are
+    nearest to each other: who flies abreast of another keeps its way.
     """
 
     needs_ticks: bool = True
@@ -136,23 +138,14 @@ class OrcaStop(Value):
 
     def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities nearest to those wanted, slower where no stop would be free."""
-        zones = situation.zones
-        disks = Disks(
-            place_m=0.5 * (zones.begin_m + zones.end_m),
-            velocity_m_s=situation.command_m_s,
-            radius_m=0.5 * situation.separation_m
-            + zones.radius_m
-            + 0.5 * np.hypot(*(zones.end_m - zones.begin_m).T),
-            speed_m_s=situation.speed_m_s,
-            evades=situation.is_led,
-        )
         wanted = _turned_right(
             situation.wanted_m_s,
             np.clip(situation.waited_s / self.patience_s, 0.0, 1.0) * _ROUND_RAD,
         )
         planes = half_planes(
-            disks,
-            nearest_neighbours(disks.place_m, situation.is_there, self.neighbours),
+            self._neighbours(situation),
+            situation.command_m_s,
+            situation.is_led,
             horizon_s=self.horizon_s,
             tick_s=situation.tick_s,
         )
@@ -165,6 +158,18 @@ class OrcaStop(Value):
                 return command
             command = np.where(may[:, None], command, part * command)
         return command
+
+    def _neighbours(self, situation: SwarmSituation) -> Neighbours:
+        """Return whom each keeps apart from."""
+        zones = situation.zones
+        middle_m = 0.5 * (zones.begin_m + zones.end_m)
+        rows = nearest_neighbours(middle_m, situation.is_there, self.neighbours)
+        own, other = np.repeat(np.arange(len(rows)), rows.shape[1]), rows.ravel()
+        apart_m = gaps_m(zones.select(own), zones.select(other))
+        reach_m = situation.separation_m + zones.radius_m[own] + zones.radius_m[other]
+        return Neighbours(
+            rows=rows, apart_m=apart_m.reshape(*rows.shape, 2), reach_m=reach_m.reshape(rows.shape)
+        )
 
 
 def _turned_right(velocity_m_s: FloatArray, angle_rad: FloatArray) -> FloatArray:

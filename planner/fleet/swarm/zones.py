@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 _BOXED = 60
 """From so many agents on near ones are found by a tree instead of all pairs."""
 _STILL_M = 1e-9
+_SAME_M = 1e-6
+"""Ways that differ by less are as short. [m]"""
 _ENDS = ("begin_m", "end_m")
 
 
@@ -78,6 +80,29 @@ def capsules_about(
 
 def distances_m(first: Capsules, second: Capsules) -> FloatArray:
     """Return how far capsules are apart, row by row; negative where they overlap. (n,) [m]"""
+    apart = np.abs(_ways_to_lines(first, second)).min(axis=0)
+    return np.asarray(apart - first.radius_m - second.radius_m)
+
+
+def gaps_m(first: Capsules, second: Capsules) -> FloatArray:
+    """Return the shortest ways from the lines of capsules to those of others, row by row. (n, 2) [m]
+
+    Where there are several it is in the middle between them: the same for both, and for all of a symmetry.
+    """
+    ways = _ways_to_lines(first, second)
+    ways[:2] *= -1.0
+    length = np.abs(ways)
+    least = length.min(axis=0)
+    middle = np.where(length <= least + _SAME_M, ways, 0.0).sum(axis=0)
+    size = np.abs(middle)
+    return _east_north(np.where(size > 0.0, least / np.maximum(size, _STILL_M), 0.0) * middle)
+
+
+def _ways_to_lines(first: Capsules, second: Capsules) -> ComplexArray:
+    """Return how each end of two lines is reached from the other: the first's two, the second's. (4, n) [m]
+
+    Lines that cross are no way apart.
+    """
     ends = np.array([in_plane(getattr(one, name)) for one in (first, second) for name in _ENDS])
     lines = np.diff(ends, axis=0)[::2]
     along = lines[[1, 1, 0, 0]]  # each end against the other line
@@ -85,10 +110,9 @@ def distances_m(first: Capsules, second: Capsules) -> FloatArray:
     turned = to * along.conj()
     square = np.maximum(along.real**2 + along.imag**2, _STILL_M**2)
     part = np.minimum(np.maximum(turned.real / square, 0.0), 1.0)
-    apart = np.abs(to - part * along).min(axis=0)
     side = turned.imag
     crosses = (side[0] * side[1] < 0.0) & (side[2] * side[3] < 0.0)
-    return np.asarray(np.where(crosses, 0.0, apart) - first.radius_m - second.radius_m)
+    return np.where(crosses, 0.0, to - part * along)
 
 
 @lru_cache(maxsize=16)
