@@ -378,15 +378,23 @@ def _battery_voltage_differs(a: Assessment, pack: Battery) -> Iterator[Finding]:
     own_v, given_v = own.voltage_v, pack.voltage_v
     assert own_v is not None  # without them it fits
     assert given_v is not None
-    file, origin, fix = a.setup.settings_file, "", None
-    if file is not None and "battery" in dict(file.values):
-        origin = f" from {file.path}"
-        fix = f"give the battery that flies with --battery: it goes before {file.path}"
+    path = _settings_with_battery(a)
+    origin = "" if path is None else f" from {path}"
     yield a.finding(
         BATTERY_VOLTAGE_DIFFERS,
         f"battery of {_volts(given_v)}{origin}; that of {a.vehicle.name} has {_volts(own_v)}",
-        fix=fix,
+        fix=None if path is None else _name_battery(path),
     )
+
+
+def _settings_with_battery(a: Assessment) -> str | None:
+    """Return the settings file that the battery is from; ``None``: it is from none."""
+    file = a.setup.settings_file
+    return None if file is None or "battery" not in dict(file.values) else str(file.path)
+
+
+def _name_battery(path: str) -> str:
+    return f"give the battery that flies with --battery: it goes before {path}"
 
 
 CAPACITY_SETTING_DIFFERS = Rule(
@@ -631,6 +639,8 @@ def _needed_wh(a: Assessment, budget: BatteryBudget) -> float:
     return max(a.totals.energy_wh, budget.above_reserve_wh - way.margin_wh)
 
 
+_MUCH_MORE = 1.25
+"""Energy of a battery over that of the model's own, above which it is that of another vehicle. [-]"""
 BATTERY_ASSUMED = Rule(
     "E125 battery-assumed",
     Severity.INFO,
@@ -643,14 +653,26 @@ BATTERY_ASSUMED = Rule(
     "lithium-polymer above.  What it holds more than the model's "
     "own it weighs more, by the typical energy over mass of its kind of cell (175 Wh/kg, "
     "models/chemistries); a smaller one is taken to weigh as much.  A charge given as a voltage, --charge "
-    "16.2V, is read off the curve of its kind of cell: it has to be measured without load.",
+    "16.2V, is read off the curve of its kind of cell: it has to be measured without load.  A warning where "
+    "a settings file has a battery of more than 1.25 times the energy of the model's own: it may be another "
+    "vehicle's.",
     fix="put the battery that flies into the [battery] of the vehicle model, its mass into mass_kg",
 )
 
 
 @judges(BATTERY_ASSUMED, needs=(PACK,))
 def _battery_assumed(a: Assessment, pack: Battery) -> Iterator[Finding]:
-    flown = a.setup.flown_pack
+    flown, own, path = a.setup.flown_pack, a.vehicle.battery, _settings_with_battery(a)
+    if path is not None and own is not None and own.new_energy_wh > 0.0:
+        times = pack.new_energy_wh / own.new_energy_wh
+        if times > _MUCH_MORE:
+            yield a.finding(
+                BATTERY_ASSUMED,
+                f"battery of {quantity.energy(pack.new_energy_wh)} from {path}; that of {a.vehicle.name} has "
+                f"{quantity.energy(own.new_energy_wh)}",
+                severity=Severity.WARNING,
+                fix=_name_battery(path),
+            )
     if flown.assumed:
         yield a.finding(BATTERY_ASSUMED, f"battery assumed to have {flown.assumed}")
     if a.setup.rest_voltage_v is not None:
@@ -660,7 +682,6 @@ def _battery_assumed(a: Assessment, pack: Battery) -> Iterator[Finding]:
             "without load, by the curve of the battery's cells",
         )
     if flown.added_kg > 0.0 and a.vehicle.mass_kg is not None:
-        own = a.vehicle.battery
         more_wh = pack.new_energy_wh - (0.0 if own is None else own.new_energy_wh)
         yield a.finding(
             BATTERY_ASSUMED,

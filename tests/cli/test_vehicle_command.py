@@ -55,6 +55,24 @@ def test_a_battery_of_other_cells_in_a_settings_file_is_named_with_the_file(
     assert main(["check", mission, "--vehicle", "mine.toml", "--battery", "3S5000"]) == ExitCode.GO
 
 
+@pytest.mark.parametrize(
+    ("own", "is_told"), [("4S4200", False), ("4S4100", True)], ids=["1.24 times", "1.27 times"]
+)
+def test_a_larger_battery_in_a_settings_file_is_warned_of(
+    own: str, mission: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, *, is_told: bool
+) -> None:
+    # the samples' settings have 5.2 Ah, and a racer of 1.3 Ah was a go on four times its battery
+    assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET, "--battery", own]) == ExitCode.GO
+    (tmp_path / "mavjoule.toml").write_text('battery = "5.2Ah@14.8V"\n', encoding="utf-8")
+    capsys.readouterr()
+    main(["check", mission, "--vehicle", "mine.toml", "--format", "json"])
+    [checked] = json.loads(capsys.readouterr().out)["missions"]
+    told = [one for one in checked["findings"] if one["code"] == "E125"]
+    warned = [one["message"] for one in told if one["severity"] == "warning"]
+    assert bool(warned) is is_told
+    assert all("battery of 77.0 Wh from " in one and "that of mine has" in one for one in warned)
+
+
 def test_the_ceiling_of_the_maker_bounds_the_air_it_flies_in() -> None:
     assert main(["vehicle", "new", "-o", "mine.toml", *_SHEET, "--ceiling", "3000"]) == ExitCode.GO
     air = load_vehicle("mine.toml").valid_for.air_density_kg_m3
