@@ -206,17 +206,37 @@ class GroundProfile(Value, eq=False):
     """At the beginning, the middle and the end of each part; NaN where it is not known. (k, 3) [m]"""
 
 
+_COMPARED = 129
+"""Places each way at which overlapping tiles are compared."""
+_SAME_GROUND_M = 0.01
+"""Tiles that differ by no more were cut from one. [m]"""
+_NARROW_DEG = 180.0
+"""Wider tiles are on every longitude, as good as. [°]"""
 _SAME_FRACTION = 1e-12
 _QUARTERS = np.array([0.25, 0.5, 0.75])
 _TO_ENDS = np.array([[3.0, 0.0, 1.0], [-3.0, 1.0, -3.0], [1.0, 0.0, 3.0]])
 """From a parabola at its quarters to its beginning, middle and end."""
 
 
+class OtherGround(Value, eq=False):
+    """A tile that knows other ground where one before it counts."""
+
+    grid: TerrainGrid
+    """The same tiles, this one first."""
+    source: str
+    counted: str
+    """The files: its own, and that which counts."""
+    apart_m: float
+    """How far its ground is above the other's where they differ most. [m]"""
+    latitude_deg: float
+    longitude_deg: float
+
+
 class TerrainGrid(Value):
     """Ground heights above mean sea level from one tile or several."""
 
     tiles: tuple[TerrainTile, ...]
-    """Where tiles overlap the first that has the height counts."""
+    """Where tiles overlap the first that has the height counts; `others` are those that differ from it."""
 
     @property
     def cell_m(self) -> float:
@@ -242,6 +262,34 @@ class TerrainGrid(Value):
             height[missing] = tile.height_amsl_m(latitude[missing], longitude[missing])
         masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
         return masked
+
+    def others(
+        self, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> tuple[OtherGround, ...]:
+        """Return the tiles that differ from tiles before them in a box, by its two corners. (2,)"""
+        found = []
+        for number, tile in enumerate(self.tiles):
+            apart = [
+                (*most, before.source)
+                for before in self.tiles[:number]
+                if (most := _most_apart(tile, before, latitude_deg, longitude_deg)) is not None
+            ]
+            if not apart:
+                continue
+            apart_m, latitude, longitude, counted = max(apart, key=lambda one: abs(one[0]))
+            if abs(apart_m) > _SAME_GROUND_M:
+                rest = (*self.tiles[:number], *self.tiles[number + 1 :])
+                found.append(
+                    OtherGround(
+                        grid=TerrainGrid(tiles=(tile, *rest)),
+                        source=tile.source,
+                        counted=counted,
+                        apart_m=apart_m,
+                        latitude_deg=latitude,
+                        longitude_deg=longitude,
+                    )
+                )
+        return tuple(found)
 
     def peaks_above(
         self, height_amsl_m: float, latitude_deg: FloatArray, longitude_deg: FloatArray
@@ -294,6 +342,41 @@ class TerrainGrid(Value):
         return GroundProfile(
             line=line, start=start, end=end, ground_amsl_m=heights.filled(np.nan) @ _TO_ENDS
         )
+
+
+def _most_apart(
+    tile: TerrainTile, other: TerrainTile, latitude_deg: FloatArray, longitude_deg: FloatArray
+) -> tuple[float, float, float] | None:
+    """Return how far a tile is above another at most in a box, and where; ``None``: nowhere common. [m, °]"""
+    south, north = latitude_deg
+    west, width = longitude_deg[0], (longitude_deg[1] - longitude_deg[0]) % 360.0
+    low, high = 0.0, width
+    for one in (tile, other):
+        south, north = max(south, one.bounds_deg[0]), min(north, one.bounds_deg[2])
+        begin = (one.bounds_deg[1] - west + 180.0) % 360.0 - 180.0
+        across = (one.bounds_deg[3] - one.bounds_deg[1]) % 360.0 or 360.0
+        if across < _NARROW_DEG:
+            low, high = max(low, begin), min(high, begin + across)
+    if not (south < north and low < high):
+        return None
+    places = np.meshgrid(
+        np.linspace(south, north, _COMPARED), west + np.linspace(low, high, _COMPARED)
+    )
+    latitude, longitude = (axis.ravel() for axis in places)
+    # Within half a cell of its edge a tile repeats its last cells: a neighbour goes on there.
+    inside = np.ones(latitude.shape, bool)
+    for one in (tile, other):
+        for axis, size in zip(
+            one.row_column(latitude, longitude), one.heights_amsl_m.shape, strict=True
+        ):
+            inside &= (axis > _LEAST_WEIGHT) & (axis < size - 1.0 - _LEAST_WEIGHT)
+    latitude, longitude = latitude[inside], longitude[inside]
+    apart_m = tile.height_amsl_m(latitude, longitude) - other.height_amsl_m(latitude, longitude)
+    apart_m = np.nan_to_num(apart_m)
+    if not len(apart_m):
+        return None
+    most = int(np.abs(apart_m).argmax())
+    return float(apart_m[most]), float(latitude[most]), float(longitude[most])
 
 
 def _crossings(place: FloatArray, size: int) -> tuple[IntArray, FloatArray]:

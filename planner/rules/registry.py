@@ -46,6 +46,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "arming": (PARAMETERS,),
     "control": (PARAMETERS,),
     "terrain": (),
+    "overlapping_terrain": (),
     "followed_ground": (BUDGET,),
     "site": (PROFILE,),
 }

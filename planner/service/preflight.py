@@ -218,7 +218,9 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     checked: tuple[LedgerEntry, ...] = ()
     if assessment is not None:
         found, checked = steps.judge(assessment, setup.selection)
-        findings = [*assessment.findings, *found, *_over_known_terrain(prepared, found)]
+        findings = [*assessment.findings, *found]
+        findings += _over_known_terrain(prepared, findings)
+        findings += _over_other_ground(prepared, assessment, findings)
     else:
         findings = [
             *prepared.findings,
@@ -251,7 +253,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     )
 
 
-def _over_known_terrain(prepared: Preparation, found: tuple[Finding, ...]) -> Iterator[Finding]:
+def _over_known_terrain(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
     """Yield the errors of a flight only where ArduPilot knows the terrain, by which it flies to a landing.
 
     Whether it does no parameter says: TERRAIN_ENABLE allows it.  Both flights have to be possible.
@@ -262,17 +264,37 @@ def _over_known_terrain(prepared: Preparation, found: tuple[Finding, ...]) -> It
     from planner.flight.motion.followed_ground import following_to_land
 
     route = following_to_land(prepared.route, terrain)
-    other = None if route is None else assess(replace(prepared, route=route))
+    if route is not None:
+        note = "with terrain data, by which ArduPilot flies to the landing"
+        yield from _further_errors(replace(prepared, route=route), found, note)
+
+
+def _over_other_ground(
+    prepared: Preparation, assessment: Assessment, found: Sequence[Finding]
+) -> Iterator[Finding]:
+    """Yield the errors of a flight only by those of overlapping terrain files that did not count."""
+    terrain, setup = prepared.setup.terrain, prepared.setup
+    if terrain is None or len(terrain.tiles) == 1:
+        return
+    from planner.rules.overlapping_terrain import others_around
+
+    for other in others_around(assessment, terrain):
+        again = prepare(prepared.mission, replace(setup, terrain=other.grid))
+        yield from _further_errors(again, found, f"by the ground of {other.source}")
+
+
+def _further_errors(
+    prepared: Preparation, found: Sequence[Finding], note: str
+) -> Iterator[Finding]:
+    """Yield the errors of another flight of a mission that are none of the first."""
+    other = assess(prepared)
     if other is None:
         return
     judged, _ = judge(other, prepared.setup.selection)
     known = {one.code for one in found if one.severity is Severity.ERROR}
-    for one in judged:
+    for one in (*other.findings, *judged):
         if one.severity is Severity.ERROR and one.code not in known:
-            yield replace(
-                one,
-                message=f"{one.message} (with terrain data, by which ArduPilot flies to the landing)",
-            )
+            yield replace(one, message=f"{one.message} ({note})")
 
 
 check = taking_settings(check_mission, Setup)

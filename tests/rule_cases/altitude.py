@@ -8,6 +8,7 @@ from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from made_terrain import ground, slope
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
+from planner.geo.terrain import TerrainGrid
 from planner.site_profile import SiteProfile
 from planner.values import replace
 
@@ -47,6 +48,11 @@ def landing_at(metres: float) -> Mission:
     return mission(takeoff(60), waypoint(metres, 60), item(21, north(metres), 0.0))
 
 
+def both(first: TerrainGrid, second: TerrainGrid) -> TerrainGrid:
+    """Return two grids of one place."""
+    return TerrainGrid(tiles=(*first.tiles, *second.tiles))
+
+
 CASES: Mapping[str, RuleCases] = {
     "A118": RuleCases(
         fires=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\n"),
@@ -54,6 +60,11 @@ CASES: Mapping[str, RuleCases] = {
             OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,0\nRNGFND1_TYPE,8\nRNGFND1_MAX_CM,3000\n"
         ),
         silent=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,1\n"),
+    ),
+    "A119": RuleCases(
+        fires=lambda: found(PLAIN, terrain=both(LEVEL, ground(1.01))),
+        boundary=lambda: found(PLAIN, terrain=both(LEVEL, ground(1.0))),
+        silent=lambda: found(PLAIN, terrain=ground(1.01)),
     ),
     "A101": RuleCases(
         fires=lambda: found(at(430.0, frame=0)),

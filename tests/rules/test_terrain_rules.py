@@ -697,3 +697,37 @@ def test_a_landing_that_slows_down_too_late_is_hard(
         f"MPC_ACC_UP_MAX,{upwards_m_s2}\n"
     )
     assert bool(of("T120", findings(LOW, None, Autopilot.PX4, text))) is hard
+
+
+@pytest.mark.parametrize("ridge_m", [4.0, 60.0])
+def test_a_flight_is_judged_by_each_of_two_grids_whichever_is_named_first(ridge_m: float) -> None:
+    """At 30 m over a ridge that only one of them has."""
+    one = mission(takeoff(30), waypoint(500, 30), rtl())
+    level, ridge = ground(0.0).tiles[0], replace(ground(ridge_m).tiles[0], source="other.tif")
+    for tiles in ((level, ridge), (ridge, level)):
+        found = findings(one, TerrainGrid(tiles=tiles), clearance_m=5.0)
+        errors = {finding.code for finding in found if finding.severity is Severity.ERROR}
+        assert ("A102" in errors) == (ridge_m > 25.0)
+        [differs] = [finding for finding in found if finding.code == "A119"]
+        assert f"{ridge_m:.0f} m" in differs.message or f"{ridge_m:.1f} m" in differs.message
+
+
+def test_tiles_that_only_share_an_edge_are_no_second_ground() -> None:
+    """Of a steep slope in two files: each repeats its last cells for half a cell, the other goes on."""
+    whole = slope(10.0).tiles[0]
+    heights = np.asarray(whole.heights_amsl_m)
+    cut = 280  # the row both have, 200 m north of home
+    a, b, west, d, e, top = whole.transform
+    middle = top + e * cut
+    northern = replace(
+        whole, heights_amsl_m=heights[: cut + 1], bounds_deg=(middle + e, west, top, west + 1.0)
+    )
+    southern = replace(
+        whole,
+        heights_amsl_m=heights[cut:],
+        transform=(a, b, west, d, e, middle),
+        bounds_deg=(whole.bounds_deg[0], west, middle, west + 1.0),
+    )
+    grid = TerrainGrid(tiles=(northern, southern))
+    box = np.array([whole.bounds_deg[::2], whole.bounds_deg[1::2]])
+    assert grid.others(*box) == ()
