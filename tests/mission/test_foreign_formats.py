@@ -59,12 +59,33 @@ def line(mode: str = "absolute", height: str = "50", more: str = "") -> str:
     return LINE.format(mode=mode, height=height, more=more)
 
 
+def group(name: str, *, first: int, last: int, trigger: str = "reachPoint", more: str = "") -> str:
+    return (
+        f"<wpml:actionGroup><wpml:actionGroupStartIndex>{first}</wpml:actionGroupStartIndex>"
+        f"<wpml:actionGroupEndIndex>{last}</wpml:actionGroupEndIndex><wpml:actionTrigger>"
+        f"<wpml:actionTriggerType>{trigger}</wpml:actionTriggerType></wpml:actionTrigger><wpml:action>"
+        f"<wpml:actionActuatorFunc>{name}</wpml:actionActuatorFunc>{more}</wpml:action></wpml:actionGroup>"
+    )
+
+
 def dji(mode: str = "relativeToStartPoint", end: str = "autoLand") -> str:
     marks = [
         WAYPOINT.format(longitude=8.001, index=1, height=40, speed=7, action=""),
         WAYPOINT.format(longitude=8.0, index=0, height=30, speed=5, action=HOVER),
     ]
     return DJI.format(mode=mode, end=end, marks="".join(marks))
+
+
+def sided(name: str, **properties: bool | str) -> str:
+    """Return GeoJSON of a line and an area that states which side of it is flown on."""
+    ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
+    line = {"type": "LineString", "coordinates": [[8, 47, 450], [8.002, 47, 460]]}
+    area = {"type": "Polygon", "coordinates": [ring]}
+    features = [
+        {"type": "Feature", "properties": {}, "geometry": line},
+        {"type": "Feature", "properties": {"name": name, **properties}, "geometry": area},
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features})
 
 
 def packed(**files: str) -> bytes:
@@ -134,6 +155,11 @@ def test_the_one_line_of_a_kml_is_flown(mode: str, frame: Frame) -> None:
         (dji(mode="realTimeFollowSurface"), "as its radar finds it"),
         (dji(end="dance"), "ends with 'dance'"),
         (dji().replace("wpml:executeHeight>", "wpml:height>"), "without a route to execute"),
+        (dji().replace("index>1<", "index>0<"), "two waypoints with the index 0"),
+        (dji().replace("index>1<", "index>0.5<"), "index is 0.5: waypoints are counted from 0"),
+        (dji().replace(">12<", ">-12<"), "hoverTime is -12 s: give 0 or more"),
+        (dji().replace(HOVER, group("zoom", first=1, last=0)), "actions from waypoint 1 to 0: there is no"),
+        (dji().replace(HOVER, group("zoom", first=2, last=3)), "actions from waypoint 2 to 3: there is no"),
         (LITCHI.replace("(m)", "(ft)"), "export it in metres"),
         (LITCHI + "47,8,30,0,0,0,0,0,-1,0,-1,0,0,5\n47,8,here,0,0,0,0,0,-1,0,-1,0,0,5\n", "x:3:1: altitude"),
         (LITCHI + "47,8,30,0,0,0,0,0,-1,0,-1,0,0,5\n47,8,30,0,0,0,0,0,-1,0,-1,0,1,5\n", "above the ground"),
@@ -145,6 +171,9 @@ def test_the_one_line_of_a_kml_is_flown(mode: str, frame: Frame) -> None:
         ('{"type": "LineString", "coordinates": [[8, 47, "up"]]}', "no list of positions"),
         ('{"type": "FeatureCollection", "features": 7}', "GeoJSON with no lines"),
         ('{"type": "Feature", "geometry": {"type": {}}}', "GeoJSON with no lines"),
+        (sided("Area", inclusion="no"), "an area 'Area' of inclusion 'no': give true"),
+        (sided("Area", inclusion=True, is_inclusion=False), "an area 'Area' of inclusion 'True'"),
+        (sided("No-fly", is_inclusion=True), "an area 'No-fly' of is_inclusion 'True'"),
     ],
 )  # fmt: skip
 def test_what_may_mean_more_than_one_thing_is_refused(text: str, said: str) -> None:
@@ -204,15 +233,6 @@ def test_a_geojson_line_is_checked_like_any_mission() -> None:
     assert result.totals.distance_m == pytest.approx(2 * 152.0, abs=2.0)
     assert result.totals.climb_m >= 60.0
     assert "L165" in {finding.code for finding in result.findings}
-
-
-def group(name: str, *, first: int, last: int, trigger: str = "reachPoint", more: str = "") -> str:
-    return (
-        f"<wpml:actionGroup><wpml:actionGroupStartIndex>{first}</wpml:actionGroupStartIndex>"
-        f"<wpml:actionGroupEndIndex>{last}</wpml:actionGroupEndIndex><wpml:actionTrigger>"
-        f"<wpml:actionTriggerType>{trigger}</wpml:actionTriggerType></wpml:actionTrigger><wpml:action>"
-        f"<wpml:actionActuatorFunc>{name}</wpml:actionActuatorFunc>{more}</wpml:action></wpml:actionGroup>"
-    )
 
 
 def with_config(text: str, **settings: str) -> str:
@@ -400,3 +420,24 @@ def test_an_unknown_home_costs_the_way_in_sight(margin_wh: float, *, is_short: b
     result = check(mission, vehicle, battery=pack)
     own = [one.severity for one in result.findings if one.code == "M107"]
     assert (Severity.ERROR in own) is is_short
+
+
+@pytest.mark.parametrize(
+    ("name", "properties", "is_inside"),
+    [
+        ("Area", {}, True),
+        ("Area", {"inclusion": False}, False),
+        ("Area", {"is_inclusion": False, "inclusion": None}, False),
+        ("Area", {"inclusion": True}, True),
+        ("No-fly", {}, False),
+        ("No-fly", {"inclusion": False}, False),
+    ],
+)
+def test_an_area_of_geojson_says_which_side_of_it_is_flown_on(
+    name: str,
+    properties: dict[str, bool],
+    is_inside: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    fence = read(sided(name, **properties)).fence
+    assert fence is not None
+    assert [polygon.inclusion for polygon in fence.polygons] == [is_inside]

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
 
 
+_SIDES = ("inclusion", "is_inclusion")
+"""Properties of an area that say which side of it is flown on; the second is written by ``--export``."""
 _COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 _GEOMETRIES = frozenset(
     {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
@@ -50,8 +52,8 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
         advice=": give each longitude, latitude, altitude",
     )
     areas = [
-        _area(shape, name, source)
-        for shape, name in _geometries(root)
+        _sided(_area(shape, str(properties.get("name") or ""), source), properties, source)
+        for shape, properties in _geometries(root)
         if shape["type"] == "Polygon"
     ]
     return foreign_mission(
@@ -68,21 +70,36 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
     )
 
 
-def _geometries(root: Any) -> Iterator[tuple[dict[str, Any], str]]:  # noqa: ANN401 - whatever JSON holds
-    """Yield every geometry and its name, of collections in collections too; what is none is left out."""
-    waiting = [(root, "")]
+def _geometries(root: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:  # noqa: ANN401 - whatever JSON holds
+    """Yield every geometry with its properties, of collections in collections too, and nothing else."""
+    waiting: list[tuple[Any, dict[str, Any]]] = [(root, {})]
     while waiting:
-        one, name = waiting.pop()
+        one, properties = waiting.pop()
         if not isinstance(one, dict) or not isinstance(kind := one.get("type"), str):
             continue
         if kind == "Feature":
             said = one.get("properties")
-            named = said.get("name") if isinstance(said, dict) else None
-            waiting.append((one.get("geometry"), str(named or "")))
+            waiting.append((one.get("geometry"), said if isinstance(said, dict) else {}))
         elif kind in _COLLECTIONS and isinstance(members := one.get(_COLLECTIONS[kind]), list):
-            waiting += ((member, name) for member in members[::-1])
+            waiting += ((member, properties) for member in members[::-1])
         elif kind in _GEOMETRIES:
-            yield one, name
+            yield one, properties
+
+
+def _sided(area: FencePolygon, properties: dict[str, Any], source: str) -> FencePolygon:
+    """Return an area with the side of it to fly on: as it states, else as its name says."""
+    stated = {properties[key] for key in _SIDES if isinstance(properties.get(key), bool)}
+    others = [key for key in _SIDES if not isinstance(properties.get(key), bool | None)]
+    if others or len(stated) > 1 or (not area.inclusion and True in stated):
+        key = others[0] if others else next(key for key in _SIDES if key in properties)
+        msg = (
+            f"GeoJSON with an area '{str(properties.get('name') or '')[:40]}' of {key} "
+            f"{str(properties[key])[:20]!r}: give true to stay inside, false to stay out, and no name that "
+            "says otherwise"
+        )
+        raise MissionFileError(msg, source=source)
+    is_inside = stated.pop() if stated else area.inclusion
+    return FencePolygon(inclusion=is_inside, vertices_deg=area.vertices_deg)
 
 
 def _area(shape: dict[str, Any], name: str, source: str) -> FencePolygon:

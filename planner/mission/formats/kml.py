@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import pairwise
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
@@ -243,12 +244,16 @@ def _read_wpml(root: ET.Element, drawn: ET.Element, *, source: str) -> Mission:
     marks = [
         mark for mark in _all(route, "Placemark") if next(_all(mark, "Point"), None) is not None
     ]
-    indexed = [(_required(mark, "index", source=source), mark) for mark in marks]
+    indexed = [(_index(mark, "index", source=source), mark) for mark in marks]
     cruise = _text(route, "autoFlightSpeed")
     indexed.sort(key=lambda pair: pair[0])
+    for (before, _), (index, _) in pairwise(indexed):
+        if before == index:
+            msg = f"two waypoints with the index {index}: which is flown first is not known"
+            raise MissionFileError(msg, source=source)
     held = _held_s(route, indexed, source=source)
     points = [
-        _wpml_point(mark, cruise, held.get(int(index), (0.0, 0.0)), source=source)
+        _wpml_point(mark, cruise, held.get(index, (0.0, 0.0)), source=source)
         for index, mark in indexed
     ]
     finish = _text(root, "finishAction") or "none"
@@ -304,7 +309,7 @@ def _dji_assumptions(root: ET.Element, route: ET.Element) -> Sequence[str]:
 
 
 def _held_s(
-    route: ET.Element, indexed: Sequence[tuple[float, ET.Element]], *, source: str
+    route: ET.Element, indexed: Sequence[tuple[int, ET.Element]], *, source: str
 ) -> dict[int, tuple[float, float]]:
     """Return how long the actions at points hover, by their index, and what else they may wait at most. [s]
 
@@ -315,20 +320,21 @@ def _held_s(
     groups = [(at, group) for at, mark in indexed for group in _all(mark, "actionGroup")]
     groups += [(indexed[0][0], group) for group in _all(route, "startActionGroup") if indexed]
     for at, group in groups:
-        begin = _optional(group, "actionGroupStartIndex", source=source)
-        end = _optional(group, "actionGroupEndIndex", source=source)
-        first = int(at if begin is None else begin)
-        last = int(first if end is None else end)
+        first = _index(group, "actionGroupStartIndex", at, source=source)
+        last = _index(group, "actionGroupEndIndex", first, source=source)
+        if first > last or not any(index == first for index, _ in indexed):
+            msg = f"actions from waypoint {first} to {last}: there is no such part of the route"
+            raise MissionFileError(msg, source=source)
         trigger = _text(group, "actionTriggerType") or _AT_POINTS
         hover_s = wait_s = 0.0
         for action in _all(group, "action"):
             name = _text(action, "actionActuatorFunc") or ""
             if name == "hover":
-                own_s = _required(action, "hoverTime", source=source)
+                own_s = _duration_s(action, "hoverTime", source=source)
                 hover_s += own_s if trigger == _AT_POINTS else 0.0
                 wait_s += 0.0 if trigger == _AT_POINTS else math.inf
             elif name == "gimbalRotate" and _text(action, "gimbalRotateTimeEnable") == "1":
-                hover_s += _required(action, "gimbalRotateTime", source=source)
+                hover_s += _duration_s(action, "gimbalRotateTime", source=source)
             elif name not in _WITHOUT_TIME:
                 wait_s += _ACTION_S.get(name, math.inf) if trigger == _AT_POINTS else 0.0
         for index in range(first, min(last, MOST_ITEMS) + 1):
@@ -358,6 +364,26 @@ def _wpml_point(
         hold_s=hold_s,
         unstated_wait_s=wait_s,
     )
+
+
+def _index(element: ET.Element, name: str, absent: int | None = None, *, source: str) -> int:
+    """Return the number of a waypoint; ``absent`` where the file gives none, which it has to by default."""
+    value = _optional(element, name, source=source)
+    if value is None and absent is not None:
+        return absent
+    value = _required(element, name, source=source) if value is None else value
+    if not (value >= 0.0 and value.is_integer()):
+        msg = f"{name} is {value:g}: waypoints are counted from 0"
+        raise MissionFileError(msg, source=source)
+    return int(value)
+
+
+def _duration_s(element: ET.Element, name: str, *, source: str) -> float:
+    value_s = _required(element, name, source=source)
+    if not 0.0 <= value_s < math.inf:
+        msg = f"{name} is {value_s:g} s: give 0 or more"
+        raise MissionFileError(msg, source=source)
+    return value_s
 
 
 def _optional(element: ET.Element, name: str, *, source: str) -> float | None:
