@@ -22,6 +22,7 @@ from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind, return_spans
 from planner.physics.response import farthest_stop_s
+from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -273,11 +274,32 @@ def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | Non
     limit_m_s = vehicle.airspeed_limit_at(lean_rad)
     if limit_m_s is None or vehicle.airspeed_limit_lean_deg is not None:
         return limit_m_s
+    return limit_m_s * _fraction_left(vehicle, parameters)
+
+
+def shown_airspeed_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
+    """Return the highest airspeed flights of a model show a vehicle with these parameters to hold. [m s⁻¹]
+
+    Its limit where the model has one, else what it was identified at, less what a lower lean angle takes: as
+    above, or as the drag has it that the model gives.  ``None``: the model shows none.
+    """
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters)
+    identified = vehicle.valid_for.speed_m_s
+    if limit_m_s is not None or identified is None or parameters is None:
+        return limit_m_s if identified is None or limit_m_s is not None else identified.high
+    if vehicle.drag_per_s:
+        lean_m_s2 = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
+        return min(identified.high, lean_m_s2 / vehicle.drag_per_s)
+    return identified.high * _fraction_left(vehicle, parameters)
+
+
+def _fraction_left(vehicle: VehicleModel, parameters: FlightParameters) -> float:
+    """Return what is left of an airspeed under another limit of the lean than that of the model, at least."""
     from planner.vehicle.parameters.resolve import PARAMETERS_OF, resolve_parameters
 
     autopilot = next(own for own, kind in PARAMETERS_OF.items() if isinstance(parameters, kind))
     held_rad = resolve_parameters(autopilot, model=vehicle).values.lean_angle_max_rad
-    return limit_m_s * min(math.tan(lean_rad) / math.tan(held_rad), 1.0)
+    return min(math.tan(parameters.lean_angle_max_rad) / math.tan(held_rad), 1.0)
 
 
 _CLIMBS_M_S, _DESCENDS_M_S = 2.5, 1.5

@@ -65,9 +65,12 @@ class Uncounted(Value, eq=False):
     """Fraction of the energy of a return. [-]"""
 
     @classmethod
-    def of(cls, flight: Flight, reach: Situations) -> Uncounted:
-        """Return what a flight may take in all situations it may come to."""
-        more, motion = power_ratio(flight.power, reach) - 1.0, flight.motion
+    def of(cls, flight: Flight, reach: Situations, shown_m_s: float | None = None) -> Uncounted:
+        """Return what a flight may take in all situations it may come to.
+
+        ``shown_m_s`` is the highest airspeed its model shows it to hold; default what it was identified at.
+        """
+        more, motion = power_ratio(flight.power, reach, shown_m_s) - 1.0, flight.motion
         of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
         if np.isfinite(more).all():
             added_w = np.maximum(flight.node_power_w, 0.0) * of_mission
@@ -95,25 +98,30 @@ class Uncounted(Value, eq=False):
         return flown_wh, float(wh_from_j(before_j)) + plan.energy_home_wh * self.of_returns
 
 
-def power_ratio(power: SteadyPower, reach: Situations) -> FloatArray:
+def power_ratio(
+    power: SteadyPower, reach: Situations, shown_m_s: float | None = None
+) -> FloatArray:
     """Return the power that situations may take over that predicted, at least 1. (n,) [-]
 
-    Time lost against the wind is counted as power.
+    Time lost against the wind, or for want of lean, is counted as power.
     """
-    more = _airspeed_ratio(power, reach)
+    more = _airspeed_ratio(power, reach, shown_m_s)
     if not power.vehicle.knows_air_density:
         density = power.air_density_kg_m3(reach.height_m)
         more = more * np.sqrt(np.maximum(SEA_LEVEL_DENSITY_KG_M3 / density, 1.0))
     return more
 
 
-def _airspeed_ratio(power: SteadyPower, reach: Situations) -> FloatArray:
+def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | None) -> FloatArray:
     vehicle, limit = power.vehicle, power.vehicle.valid_for.speed_m_s
     more = np.ones(len(reach.item))
-    if limit is None or limit.high <= 0.0 or not power.wind.speed_m_s > 0.0:
+    if limit is None or limit.high <= 0.0:
+        return more
+    shown_m_s = limit.high if shown_m_s is None else shown_m_s
+    held_m_s = vehicle.airspeed_limit_m_s or shown_m_s
+    if not power.wind.speed_m_s > 0.0 and held_m_s >= limit.high:
         return more
     air_m_s, ground_m_s = reach.airspeed_m_s(power.wind), reach.ground_speed_m_s
-    held_m_s = vehicle.airspeed_limit_m_s or limit.high
     flown_m_s = air_m_s if vehicle.airspeed_limit_m_s is None else np.minimum(air_m_s, held_m_s)
     predicted_w = (
         _steady_w(power, reach, air_m_s)

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from planner.flight.budget import predict_return_discharge
+from planner.flight.pilot import shown_airspeed_m_s
 from planner.flight.reach import situations
 from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
@@ -61,10 +62,15 @@ class Assessment(Value, eq=False, dict=True):
         """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
         return situations(self.returns)
 
+    @property
+    def shown_airspeed_m_s(self) -> float | None:
+        """Highest airspeed the model shows the vehicle to hold at its lean limit; ``None``: none. [m s⁻¹]"""
+        return shown_airspeed_m_s(self.vehicle, self.own_parameters)
+
     @cached_property
     def uncounted(self) -> Uncounted:
         """What the flight may take above its prediction where the model says nothing."""
-        return Uncounted.of(self.returns.flight, self.reach)
+        return Uncounted.of(self.returns.flight, self.reach, self.shown_airspeed_m_s)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

@@ -21,6 +21,7 @@ from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
+from planner.rules.wind import shown_airspeed_text
 from planner.units import wh_from_j
 from planner.vehicle.law_factors import is_narrowable
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -74,8 +75,8 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
     "higher up, or in other air, is only noted.  At an airspeed V beyond the identified V_k the greater "
     "of two bounds counts: the power at V_k times (V / V_k)³, or the longer way at the airspeed V_k "
-    "(airspeed_limit_m_s where the model has it); an error where that may take the margin.  Of a model "
-    "with neither no speed is checked: X904.",
+    "(airspeed_limit_m_s where the model has it; as for W103 where the parameters let it lean less); an "
+    "error where that may take the margin.  Of a model with neither no speed is checked: X904.",
     fix="keep the mission inside the range, or log a flight beyond it and run mavjoule identify, or mavjoule "
     "vehicle refine for a model of a data sheet",
     instead="a model identified there with --vehicle",
@@ -233,6 +234,9 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     reach = a.reach
     up_to = f"up to {quantity.speed(limit.high)}"
     over_m_s = (1.0 + _OVERSHOOT) * limit.high
+    shown_m_s = a.shown_airspeed_m_s
+    assert shown_m_s is not None
+    is_leant_less = a.vehicle.airspeed_limit_m_s is None and shown_m_s < limit.high
     fastest = extremes.ground_speed_m_s
     # A response of reference steps overshoots within the flights it was identified on.
     is_step = a.autopilot is Autopilot.STEP
@@ -252,13 +256,15 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     )
     row = int(np.argmax(air_m_s))
     ground_m_s = float(reach.ground_speed_m_s.max()) if is_step else fastest.value
-    if air_m_s[row] > max(over_m_s, ground_m_s):
+    is_late = is_leant_less and air_m_s[row] > (1.0 + _OVERSHOOT) * shown_m_s
+    if is_late or air_m_s[row] > max(over_m_s, ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.
-        costs, is_short = _uncounted(a) if a.vehicle.knows_airspeed else ("", False)
+        is_counted = a.vehicle.knows_airspeed or is_late
+        costs, is_short = _uncounted(a) if is_counted else ("", False)
         yield _outside(
             a,
             f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}",
-            up_to,
+            f"up to {shown_airspeed_text(a)}" if is_leant_less else up_to,
             so=costs,
             severity=Severity.ERROR if is_short else None,
             item=int(reach.item[row]),

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
     from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _LEAST_ACTION = 2
 """COM_WIND_MAX_ACT and COM_POS_LOW_ACT from which on PX4 breaks the mission off; 1 warns
@@ -56,7 +57,9 @@ WIND_BEYOND_MODEL = Rule(
     "for less wind than they can fly: DJI for 0.50 to 0.67 of the top speed (10 of 20 m/s Phantom 4 Pro, "
     "12 of 21 Mavic 3, 15 of 23 Matrice 300, 10.7 of 16 Mini 4 Pro).",
     how="As W101, in a model without airspeed_limit_m_s: the mean wind above 0.7 of the highest speed "
-    "of the model's [valid_for], or with two standard deviations at that speed.",
+    "of the model's [valid_for], or with two standard deviations at that speed.  Where the parameters let "
+    "it lean less than in those flights, that speed times the ratio of the tangents of both angles, or "
+    "g tan(θ) over the model's drag_per_s.",
     fix="wait for less wind, or identify the vehicle at higher speeds",
     instead="--wind",
 )
@@ -83,8 +86,9 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
         return
     limit_m_s = stated_m_s
     if limit_m_s is None:
+        limit_m_s = a.shown_airspeed_m_s
         assert identified is not None
-        limit_m_s = identified.high
+        assert limit_m_s is not None
     if stated_m_s is not None:
         drifts = gust_m_s > limit_m_s
     else:
@@ -115,15 +119,30 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
         )
         held_m_s = a.vehicle.airspeed_limit_m_s or limit_m_s
         if limit_m_s < held_m_s and a.own_parameters is not None:
-            lean = quantity.decimals(math.degrees(a.own_parameters.lean_angle_max_rad), 0)
-            message += f": {quantity.speed(held_m_s)} less what a lean of {lean}° at most takes"
+            message += (
+                f": {quantity.speed(held_m_s)} less what {_lean_limit(a.own_parameters)} takes"
+            )
     else:
         message = (
             f"no headway is certain {reach.where(first)}: {blows}; the model was identified up to "
-            f"{limit}, good for {quantity.speed(_RATED_WIND * limit_m_s)}"
+            f"{shown_airspeed_text(a)}, good for {quantity.speed(_RATED_WIND * limit_m_s)}"
         )
     rule = WIND_BEYOND_MODEL if stated_m_s is None else NO_HEADWAY
     yield a.finding(rule, message, item=int(reach.item[first]))
+
+
+def shown_airspeed_text(a: Assessment) -> str:
+    """Return up to what airspeed the model of a flight was identified, and what its lean leaves of that."""
+    identified, shown_m_s = a.vehicle.valid_for.speed_m_s, a.shown_airspeed_m_s
+    assert identified is not None
+    text = quantity.speed(identified.high)
+    if a.own_parameters is None or shown_m_s is None or shown_m_s >= identified.high:
+        return text
+    return f"{text}, {_lean_limit(a.own_parameters)} leaves {quantity.speed(shown_m_s)} for certain"
+
+
+def _lean_limit(parameters: FlightParameters) -> str:
+    return f"a lean of {quantity.decimals(math.degrees(parameters.lean_angle_max_rad), 0)}° at most"
 
 
 def _profile(wind: Wind) -> str:

@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from planner.service.swarm_faults import SwarmFaultReport
     from planner.service.swarm_missions import FiledFlights
     from planner.setup import Setup
+    from planner.vehicle.model import VehicleModel
 
 GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 """Of the goal, whose times are reported. [-]"""
@@ -138,6 +139,18 @@ SWARM_LATE = Rule(
     fix="start sooner, fly more agents or fewer, or end the operation later",
 )
 
+SWARM_GUSTS = Rule(
+    "S140 swarm-gusts-unknown",
+    Severity.ERROR,
+    summary="An agent of a simulated swarm flies against gusts that its model says nothing of.",
+    why="What was not counted is not clear: in gusts of 20 m/s an agent without a term of airspeed landed with "
+    "the energy of calm air.",
+    how="Gusts of [fault] that the agent flies against, in a model without an airspeed term, or at the highest "
+    "speed of its [valid_for] or above: whether it holds its place then, and on what power, nobody has seen.",
+    fix="give a model with an airspeed term, identified up to such speeds, or simulate less wind",
+    instead="a model with an airspeed term",
+)
+
 SWARM_UNCHECKED = Rule(
     "S133 swarm-unchecked",
     Severity.INFO,
@@ -170,6 +183,8 @@ class SwarmAgent(Value, eq=False):
     """When a battery that drops is empty before the landing. [s]"""
     gusts_wh: float | None = None
     """What flying against gusts took of its energy; ``None``: it met none. [Wh]"""
+    strongest_gust_m_s: float = 0.0
+    """That it flew against. [m s⁻¹]"""
 
     @property
     def time_s(self) -> float:
@@ -833,7 +848,7 @@ def _findings(
         *_deadlock_findings(deadlock),
         *_agent_findings([one for one in flown if one.name not in lost]),
         _unchecked(),
-        *_uncounted_gusts(flown),
+        *_gusts_beyond_models(flown),
     ]
 
 
@@ -872,10 +887,23 @@ def _unchecked() -> Finding:
     return SWARM_UNCHECKED.finding(message)
 
 
-def _uncounted_gusts(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
-    """Yield whose power nobody knows to depend on the air it flies through."""
-    names = [one.name for one in flown if one.gusts_wh == 0.0]
+def _gusts_beyond_models(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
+    """Yield who flew against gusts that its model says nothing of."""
+    blown = [one for one in flown if one.gusts_wh is not None and one.flight is not None]
+    names = [one.name for one in blown if not _vehicle_of(one).knows_airspeed]
     if names:
-        yield SWARM_UNCHECKED.finding(
+        yield SWARM_GUSTS.finding(
             f"energy of gusts is not counted for {', '.join(names)}: no airspeed term in the model"
         )
+    for one in blown:
+        known = _vehicle_of(one).valid_for.speed_m_s
+        if known is not None and one.strongest_gust_m_s >= known.high:
+            gust, most = quantity.speed(one.strongest_gust_m_s), quantity.speed(known.high)
+            yield SWARM_GUSTS.finding(
+                f"{one.name} meets a gust of {gust}; its model was identified up to {most}"
+            )
+
+
+def _vehicle_of(agent: SwarmAgent) -> VehicleModel:
+    assert agent.flight is not None
+    return agent.flight.power.vehicle

@@ -154,6 +154,7 @@ def with_gusts(agent: SwarmAgent, record: Record, row: int) -> SwarmAgent:
     return replace(
         agent,
         gusts_wh=gusts_wh,
+        strongest_gust_m_s=float(np.hypot(*against_m_s[is_up, row].T).max()),
         energy_wh=agent.energy_wh + gusts_wh,
         energy_by_state_wh=by_state,
         battery=None if battery is None else _with_less(battery, gusts_wh),

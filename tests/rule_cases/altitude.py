@@ -61,9 +61,9 @@ CASES: Mapping[str, RuleCases] = {
         ),
         silent=lambda: found(OVER_TERRAIN, ARDUPILOT, "TERRAIN_ENABLE,1\n"),
     ),
-    "A119": RuleCases(
+    "A119": RuleCases(  # 1 m, less what is lost between cells of single precision
         fires=lambda: found(PLAIN, terrain=both(LEVEL, ground(1.01))),
-        boundary=lambda: found(PLAIN, terrain=both(LEVEL, ground(1.0))),
+        boundary=lambda: found(PLAIN, terrain=both(LEVEL, ground(0.9999))),
         silent=lambda: found(PLAIN, terrain=ground(1.01)),
     ),
     "A101": RuleCases(

@@ -261,6 +261,13 @@ def packed(times: float) -> tuple[Finding, ...]:
     return simulated(formation(20.0, two_packs(times * least_wh)), policy="none").findings
 
 
+def gusts(wind_m_s: float, model: str = "falkowski-2023-quadrotor") -> tuple[Finding, ...]:
+    """One flight in the gusts of a wind."""
+    fault = f'[fault.f]\nkind = "gusts"\nwind_m_s = {wind_m_s!r}\n' if wind_m_s else ""
+    tables = SEPARATION + pad("a", 0, 0) + vehicles("a", model=model)
+    return simulated(tables, sortie("s", "a", 0.0), fault, policy="none").findings
+
+
 def two_packs(energy_wh: float) -> str:
     """Two packs of so much energy each, of which a fifth stays."""
     return f'{SWAP}[pack.P]\nbattery = "{energy_wh!r}Wh"\ncount = 2\n'
@@ -403,6 +410,11 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S139": RuleCases(
         fires=lambda: numbers(0.1), boundary=lambda: numbers(0.0), silent=lambda: numbers(-60.0)
+    ),
+    "S140": RuleCases(
+        fires=lambda: gusts(0.5),
+        boundary=lambda: gusts(0.5, "arducopter-sitl-quad"),
+        silent=lambda: gusts(0.0),
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)
