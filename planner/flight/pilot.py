@@ -261,6 +261,10 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
     )
 
 
+RATED_WIND = 0.7
+"""The most wind over the highest speed: makers rate their vehicles for 0.50 to 0.67. [-]"""
+
+
 def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
     """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]
 
@@ -280,17 +284,21 @@ def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | Non
 def shown_airspeed_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
     """Return the highest airspeed flights of a model show a vehicle with these parameters to hold. [m s⁻¹]
 
-    Its limit where the model has one, else what it was identified at, less what a lower lean angle takes: as
-    above, or as the drag has it that the model gives.  ``None``: the model shows none.
+    Its limit where the model has one, else what it was identified at, or flies at least where its maker
+    allows a wind: that over `RATED_WIND`.  Less what a lower lean angle takes: as above, or as the drag has
+    it that the model gives.  ``None``: the model shows none.
     """
     limit_m_s = airspeed_limit_m_s(vehicle, parameters)
     identified = vehicle.valid_for.speed_m_s
-    if limit_m_s is not None or identified is None or parameters is None:
-        return limit_m_s if identified is None or limit_m_s is not None else identified.high
+    if limit_m_s is not None or identified is None:
+        return limit_m_s
+    flown_m_s = max(identified.high, (vehicle.wind_max_m_s or 0.0) / RATED_WIND)
+    if parameters is None:
+        return flown_m_s
     if vehicle.drag_per_s:
         lean_m_s2 = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
-        return min(identified.high, lean_m_s2 / vehicle.drag_per_s)
-    return identified.high * _fraction_left(vehicle, parameters)
+        return min(flown_m_s, lean_m_s2 / vehicle.drag_per_s)
+    return flown_m_s * _fraction_left(vehicle, parameters)
 
 
 def _fraction_left(vehicle: VehicleModel, parameters: FlightParameters) -> float:

@@ -21,7 +21,7 @@ from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
-from planner.rules.wind import shown_airspeed_text
+from planner.rules.wind import known_text, shown_airspeed_text
 from planner.units import wh_from_j
 from planner.vehicle.law_factors import is_narrowable
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -93,12 +93,9 @@ def _outside(
     **given: Any,  # noqa: ANN401 - as `Assessment.finding` takes them
 ) -> Finding:
     """Return what is outside of a model: of the flights in it, or of what its data sheet holds for."""
-    basis = a.vehicle.provenance.basis
-    is_flown = basis is None or basis.is_flown
-    known = "the model was identified" if is_flown else "the model of a data sheet holds"
     command = "vehicle refine" if is_narrowable(a.vehicle) else "identify"
     fix = f"{stay}, or log a flight beyond it and run mavjoule {command}"
-    message = f"{what}; {known} {limits}{so}"
+    message = f"{what}; {known_text(a)} {limits}{so}"
     return a.finding(MODEL_OUTSIDE_ENVELOPE, message, **({"fix": fix} | given))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
-from planner.flight.pilot import airspeed_limit_m_s
+from planner.flight.pilot import RATED_WIND, airspeed_limit_m_s
 from planner.rules.declaration import PX4, NotEvaluated, judges
 from planner.setup import ASSUMED_POSITION_ERROR_M
 
@@ -28,10 +28,9 @@ _LEAST_ACTION = 2
 """COM_WIND_MAX_ACT and COM_POS_LOW_ACT from which on PX4 breaks the mission off; 1 warns
 (``commander_params.c``; the second in missions and loiters alone, ``failsafe.cpp``)."""
 _ACTIONS = {2: "holds its position", 3: "returns", 4: "cuts its motors", 5: "lands where it is"}
+_ROUNDING = 1e-9
 _JUDGED_ACTIONS = frozenset({1, 3})
 """To warn changes nothing, and a return from any point is judged by its own rules."""
-_RATED_WIND = 0.7
-"""The most wind over the highest recorded speed: makers rate their vehicles for 0.50 to 0.67. [-]"""
 
 
 NO_HEADWAY = Rule(
@@ -57,9 +56,10 @@ WIND_BEYOND_MODEL = Rule(
     "for less wind than they can fly: DJI for 0.50 to 0.67 of the top speed (10 of 20 m/s Phantom 4 Pro, "
     "12 of 21 Mavic 3, 15 of 23 Matrice 300, 10.7 of 16 Mini 4 Pro).",
     how="As W101, in a model without airspeed_limit_m_s: the mean wind above 0.7 of the highest speed "
-    "of the model's [valid_for], or with two standard deviations at that speed.  Where the parameters let "
-    "it lean less than in those flights, that speed times the ratio of the tangents of both angles, or "
-    "g tan(θ) over the model's drag_per_s.",
+    "of the model's [valid_for], or with two standard deviations at that speed; where its maker "
+    "allows a wind (wind_max_m_s), above that, and its highest speed is taken to be 1/0.7 of it at least.  "
+    "Where the parameters let it lean less than in those flights, that speed times the ratio of the "
+    "tangents of both angles, or g tan(θ) over the model's drag_per_s.",
     fix="wait for less wind, or identify the vehicle at higher speeds",
     instead="--wind",
 )
@@ -84,7 +84,7 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
             asked_by=f"wind of {quantity.speed(strongest_m_s)}",
         )
         return
-    limit_m_s = stated_m_s
+    limit_m_s, rated_m_s = stated_m_s, math.inf
     if limit_m_s is None:
         limit_m_s = a.shown_airspeed_m_s
         assert identified is not None
@@ -93,7 +93,10 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
         drifts = gust_m_s > limit_m_s
     else:
         mean_m_s = wind.speed_m_s * wind.speed_factor(reach.height_m)
-        drifts = (gust_m_s >= limit_m_s) | (mean_m_s > _RATED_WIND * limit_m_s)
+        rated_m_s = RATED_WIND * limit_m_s
+        if a.vehicle.wind_max_m_s is not None:
+            rated_m_s = min(rated_m_s, a.vehicle.wind_max_m_s)
+        drifts = (gust_m_s >= limit_m_s) | (mean_m_s > (1.0 + _ROUNDING) * rated_m_s)
     stuck = np.zeros_like(drifts)
     moves = np.flatnonzero(reach.ground_speed_m_s > 0.0)
     stuck[moves] = (
@@ -124,11 +127,18 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
             )
     else:
         message = (
-            f"no headway is certain {reach.where(first)}: {blows}; the model was identified up to "
-            f"{shown_airspeed_text(a)}, good for {quantity.speed(_RATED_WIND * limit_m_s)}"
+            f"no headway is certain {reach.where(first)}: {blows}; {known_text(a)} up to "
+            f"{shown_airspeed_text(a)}, good for {quantity.speed(rated_m_s)}"
         )
     rule = WIND_BEYOND_MODEL if stated_m_s is None else NO_HEADWAY
     yield a.finding(rule, message, item=int(reach.item[first]))
+
+
+def known_text(a: Assessment) -> str:
+    """Return what a model is known by, with the verb: of flights, or what its data sheet holds for."""
+    basis = a.vehicle.provenance.basis
+    is_flown = basis is None or basis.is_flown
+    return "the model was identified" if is_flown else "the model of a data sheet holds"
 
 
 def shown_airspeed_text(a: Assessment) -> str:
@@ -136,6 +146,8 @@ def shown_airspeed_text(a: Assessment) -> str:
     identified, shown_m_s = a.vehicle.valid_for.speed_m_s, a.shown_airspeed_m_s
     assert identified is not None
     text = quantity.speed(identified.high)
+    if a.vehicle.wind_max_m_s is not None:
+        text = f"{text} and its maker allows {quantity.speed(a.vehicle.wind_max_m_s)} of wind"
     if a.own_parameters is None or shown_m_s is None or shown_m_s >= identified.high:
         return text
     return f"{text}, {_lean_limit(a.own_parameters)} leaves {quantity.speed(shown_m_s)} for certain"

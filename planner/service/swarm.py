@@ -143,10 +143,10 @@ SWARM_GUSTS = Rule(
     "S140 swarm-gusts-unknown",
     Severity.ERROR,
     summary="An agent of a simulated swarm flies against gusts that its model says nothing of.",
-    why="What was not counted is not clear: in gusts of 20 m/s an agent without a term of airspeed landed with "
-    "the energy of calm air.",
-    how="Gusts of [fault] that the agent flies against, in a model without an airspeed term, or at the highest "
-    "speed of its [valid_for] or above: whether it holds its place then, and on what power, nobody has seen.",
+    why="What was not counted is not clear: an agent without a term of airspeed lands with the energy of "
+    "calm air in any gusts.",
+    how="Gusts of [fault] that the agent flies against, in a model without an airspeed term, or at the "
+    "highest speed of its [valid_for] or above: whether it holds its place then nobody has seen.",
     fix="give a model with an airspeed term, identified up to such speeds, or simulate less wind",
     instead="a model with an airspeed term",
 )

@@ -112,6 +112,8 @@ class DataSheet(Value):
     """Highest take-off mass its maker allows. [kg]"""
     ceiling_amsl_m: float | None = None
     """Height up to which its maker lets it take off with the take-off mass. [m]"""
+    wind_max_m_s: float | None = None
+    """Highest wind its maker allows. [m s⁻¹]"""
     battery: Battery | None = None
     chemistry: str | None = None
     rotors: int | None = None
@@ -147,6 +149,7 @@ def drone_sheet(drone: PublishedDrone, *, date: dt.date) -> DataSheet:
         mass_kg=drone.mass_kg,
         mass_max_kg=drone.mass_max_kg,
         ceiling_amsl_m=drone.ceiling_amsl_m,
+        wind_max_m_s=drone.wind_max_m_s,
         battery=drone.battery,
         rotors=drone.rotors,
         propeller_m=drone.propeller_m,
@@ -605,6 +608,7 @@ class _Sheet:
             or f"{facts}: nobody logged a flight, energies may be off by {off}.",
             mass_kg=self.mass_kg,
             mass_max_kg=sheet.mass_max_kg,
+            wind_max_m_s=sheet.wind_max_m_s,
             thrust_max_n=self.thrust_max_n,
             position_noise_m=noise_m,
             drag_per_s=drag_per_s,

@@ -73,6 +73,10 @@ class PublishedDrone(Part):
         float | None,
         Key("height up to which its maker lets it take off with that of mass_kg", "m", POSITIVE),
     ] = None
+    wind_max_m_s: Annotated[
+        float | None,
+        Key("highest wind its maker allows, also to take off and land in", "m/s", POSITIVE),
+    ] = None
     charge_ah: Annotated[float, Key("of all batteries together", "Ah", POSITIVE)]
     voltage_v: Annotated[float, Key("energy over charge", "V", POSITIVE)]
     rotors: Annotated[int, Key("propellers; two on one arm count twice", range=Range(3, 16))]
@@ -87,9 +91,12 @@ class PublishedDrone(Part):
         for name, key in (("mass", "mass_kg"), ("propeller", "propeller_m"), ("hover", "hover")):
             if (getattr(self, key) is None) is not (getattr(self.sources, name) is None):
                 yield key, f"and sources.{name} belong together: give both or neither"
-        limits = (self.mass_max_kg, self.ceiling_amsl_m)
+        limits = (self.mass_max_kg, self.ceiling_amsl_m, self.wind_max_m_s)
         if any(one is not None for one in limits) is not (self.sources.limits is not None):
-            yield "mass_max_kg", "or ceiling_amsl_m, and sources.limits, belong together"
+            yield (
+                "mass_max_kg",
+                "ceiling_amsl_m or wind_max_m_s, and sources.limits, belong together",
+            )
 
     @property
     def battery(self) -> Battery:
@@ -128,6 +135,8 @@ class PublishedDrone(Part):
             yield f"take-off mass {self.mass_max_kg} kg at most"
         if self.ceiling_amsl_m is not None:
             yield f"take-off up to {self.ceiling_amsl_m:g} m"
+        if self.wind_max_m_s is not None:
+            yield f"wind up to {self.wind_max_m_s:g} m/s"
 
     def _sources(self) -> list[tuple[str, FigureSource]]:
         found = ((name, getattr(self.sources, name)) for name in FIGURES)

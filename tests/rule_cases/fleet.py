@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from made_fleet import OUT, PACK, SEPARATION, SWAP, checked, pad, place, sortie, up, vehicles
 from made_missions import item, mission, north, rtl
-from made_swarm import fleet_of, formation, search, simulated
+from made_swarm import MODEL, fleet_of, formation, search, simulated
 from rule_cases.case import RuleCases
 
 from planner.service.swarm_agents import NumbersLimits, simulate_numbers
@@ -261,11 +261,10 @@ def packed(times: float) -> tuple[Finding, ...]:
     return simulated(formation(20.0, two_packs(times * least_wh)), policy="none").findings
 
 
-def gusts(wind_m_s: float, model: str = "falkowski-2023-quadrotor") -> tuple[Finding, ...]:
-    """One flight in the gusts of a wind."""
+def gusts(wind_m_s: float, model: str = MODEL) -> tuple[Finding, ...]:
+    """Two of a model in the gusts of a wind."""
     fault = f'[fault.f]\nkind = "gusts"\nwind_m_s = {wind_m_s!r}\n' if wind_m_s else ""
-    tables = SEPARATION + pad("a", 0, 0) + vehicles("a", model=model)
-    return simulated(tables, sortie("s", "a", 0.0), fault, policy="none").findings
+    return simulated(formation(20.0).replace(MODEL, model), fault, policy="none").findings
 
 
 def two_packs(energy_wh: float) -> str:

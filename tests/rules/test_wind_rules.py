@@ -282,6 +282,26 @@ def test_a_lower_lean_leaves_less_of_what_a_model_was_identified_at(
     assert ("W103" in {one.code for one in found_}) == fires
 
 
+@pytest.mark.parametrize(
+    ("wind_max_m_s", "wind_m_s", "fires"),
+    [
+        (None, 10.5, False),
+        (None, 10.6, True),
+        (12.0, 12.0, False),
+        (12.0, 12.1, True),
+        (8.0, 8.1, True),
+    ],
+)
+def test_the_wind_that_a_maker_allows_is_what_its_vehicle_flies_in(
+    wind_max_m_s: float | None,
+    wind_m_s: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    """Else 0.7 of the 15.1 m/s that it was identified at."""
+    vehicle = replace(QUAD, wind_max_m_s=wind_max_m_s)
+    assert bool(of("W103", HOVER, vehicle, wind=Wind(speed_m_s=wind_m_s, from_deg=0.0))) == fires
+
+
 @pytest.mark.parametrize(("lean", "fires"), [("1000", True), ("3000", False)])
 def test_a_lower_lean_than_the_models_costs_margin_in_calm_air(
     lean: str,
