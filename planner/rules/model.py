@@ -65,14 +65,14 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     Severity.WARNING,
     summary="The flight leaves the range in which the model was identified.",
     why="A model is no evidence of flight it was not identified on.  A longer climb consists of "
-    "manoeuvres inside the range and is only marked; a commanded speed beyond the range does not and "
-    "is an error, as is a climb or descent twice as fast as any.  Wind that makes the airspeed higher "
-    "than any identified one costs margin: power grows with the cube of the airspeed at most, or the "
-    "vehicle is at the limit of its lean and arrives later.",
-    how="Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "
-    "density of the predicted flight, of holds at any point of it (in the mean wind and two standard "
-    "deviations) and of the returns from there against [valid_for] and the identified steps of the "
-    "vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
+    "manoeuvres inside the range and is only marked; a speed commanded beyond the range of a step-response "
+    "model does not and is an error, as is a climb or descent twice as fast as any.  What an autopilot flies "
+    "faster than any identified airspeed, over ground or for the wind, costs margin: power grows with the "
+    "cube of the airspeed at most, or the vehicle is at the limit of its lean and arrives later.",
+    how="Speeds commanded of step-response models, altitude steps and heights, and the airspeeds, climb "
+    "rates, mass and air density of the predicted flight, of holds at any point of it (in the mean wind and "
+    "two standard deviations) and of the returns from there against [valid_for] and the identified steps of "
+    "the vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
     "higher up, or in other air, is only noted.  At an airspeed V beyond the identified V_k the greater "
     "of two bounds counts: the power at V_k times (V / V_k)³, or the longer way at the airspeed V_k "
     "(airspeed_limit_m_s where the model has it; as for W103 where the parameters let it lean less); an "
@@ -111,10 +111,12 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
                 asked_by=f"a flight at {quantity.speed(fastest_m_s)}",
             )
         return
+    if a.autopilot is not Autopilot.STEP:
+        return  # judged as it is flown
     beyond = [
-        (speed, stage)
-        for speed, stage in zip(_commanded_m_s(a), a.route.stages, strict=True)
-        if speed is not None and speed not in limit
+        (stage.speed_m_s, stage)
+        for stage in a.route.stages
+        if stage.speed_m_s is not None and stage.speed_m_s not in limit
     ]
     if not beyond:
         return
@@ -128,16 +130,6 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
         severity=Severity.ERROR,
         item=beyond[0][1].item,
     )
-
-
-def _commanded_m_s(a: Assessment) -> list[float | None]:
-    """Return the speeds commanded on stages, not above what PX4 flies (T103). [m s⁻¹]"""
-    px4 = None if a.autopilot is Autopilot.STEP else PX4.of(a)
-    most_m_s = math.inf if px4 is None else px4.speed_max_m_s
-    return [
-        None if stage.speed_m_s is None else min(stage.speed_m_s, most_m_s)
-        for stage in a.route.stages
-    ]
 
 
 @judges(ITEM_NOT_MODELLED)
@@ -237,14 +229,14 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     fastest = extremes.ground_speed_m_s
     # A response of reference steps overshoots within the flights it was identified on.
     is_step = a.autopilot is Autopilot.STEP
-    is_commanded = any((one or 0.0) > limit.high for one in _commanded_m_s(a))
-    if fastest.value > over_m_s and not is_step and not is_commanded:
+    if fastest.value > over_m_s and not is_step:
+        costs, is_short = _uncounted(a)
         yield _outside(
             a,
             f"{quantity.speed(fastest.value)} flown",
             up_to,
-            so=": time and energy are unreliable",
-            severity=Severity.ERROR,
+            so=costs or ": time and energy are unreliable",
+            severity=Severity.ERROR if is_short or not a.vehicle.knows_airspeed else None,
             item=a.item_of(fastest.segment),
         )
     # Where it holds its place, gusts have to be withstood.

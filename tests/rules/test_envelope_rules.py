@@ -51,7 +51,7 @@ def test_a_speed_beyond_the_identified_one_is_an_error(speed_m_s: float, fires: 
     ("name", "known", "command"),
     [
         ("falkowski-2023-quadrotor", "was identified from", "mavjoule identify"),
-        ("3dr-iris-plus", "of a data sheet holds from", "mavjoule vehicle refine"),
+        ("3dr-iris-plus", "of a data sheet holds up to", "mavjoule vehicle refine"),
     ],
 )
 def test_a_model_of_a_data_sheet_is_narrowed_not_identified(

@@ -239,3 +239,26 @@ def test_a_model_identified_further_is_never_judged_harsher(
     assert not is_go(replace(poor, valid_for=replace(poor.valid_for, speed_m_s=None))) or is_go(
         poor
     )
+
+
+@pytest.mark.parametrize(
+    ("top_m_s", "severity"), [(9.75, None), (9.5, Severity.WARNING), (5.0, Severity.ERROR)]
+)
+def test_what_an_autopilot_flies_faster_than_its_model_costs_margin(
+    top_m_s: float, severity: Severity | None
+) -> None:
+    """10 m/s in calm air: at 5 m/s identified it may take eight times the power, or twice the time."""
+    wh = {"capacity_wh": 90.0} if severity is Severity.ERROR else {}
+    found = [f for f in judged(identified_up_to(top_m_s), 0.0, **wh).findings if f.code == "E105"]
+    flown = [f.severity for f in found if "m/s flown" in f.message]
+    assert flown == ([] if severity is None else [severity])
+
+
+def test_a_commanded_speed_that_no_leg_reaches_is_within_the_model() -> None:
+    """Legs of 30 m, at 2.5 m/s²: it brakes before it is at 15 m/s."""
+    short = mission(
+        takeoff(30), speed(18.0), *(waypoint(30.0 * leg, 30) for leg in (1, 2, 3)), rtl()
+    )
+    battery = Battery(capacity_wh=177.0)
+    found = check(short, identified_up_to(12.0), battery=battery).findings
+    assert not any(f.code == "E105" and "flown" in f.message for f in found)
