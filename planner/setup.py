@@ -775,13 +775,19 @@ class Setup(_Vehicle):
         return replace(setup, charge=charge, rest_voltage_v=at_rest.voltage_v)
 
     def require_named(self, command: str) -> None:
-        """Raise ``UsageError`` where nobody said what flies, or on which battery."""
+        """Raise ``UsageError`` where vehicle or battery are not named, or another speed is given."""
         battery = self.battery or (self.vehicle.battery if self.is_vehicle_named else None)
         missing = {"vehicle": self.is_vehicle_named, "battery": battery is not None}
         names = [name for name, is_known in missing.items() if not is_known]
         if names:
             options = " and ".join(f"--{name}" for name in names)
             msg = f"{command} does not start without {' and '.join(names)}: give {options}"
+            raise UsageError(msg)
+        if self.speed_m_s is not None:
+            msg = (
+                f"{command} judges the mission at its own speeds: leave out --speed and speed_m_s, or write "
+                "the mission with that speed (mavjoule convert --speed)"
+            )
             raise UsageError(msg)
 
     @property

@@ -37,8 +37,10 @@ SPEED_REPLACED = Rule(
     "T111 speed-replaced",
     Severity.WARNING,
     summary="The flight is predicted at another speed than the mission commands.",
-    why="The verdict is that of a mission which is not in the file: flown as it is, it may be another.",
-    how="A speed is given that some leg of the mission is not flown at.",
+    why="What is predicted is a mission which is not in the file; the vehicle flies that which is.",
+    how="A speed is given that some leg of the mission is not flown at.  The mission is judged at its own "
+    "speeds as well: an error then is one.  Only speed, sweep and what is tried in review, "
+    "which ask what if, go by the other alone; upload and guard take no speed.",
     fix="write the mission with this speed (mavjoule convert --speed) and check that file",
 )
 

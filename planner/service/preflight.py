@@ -158,6 +158,9 @@ class Preparation(Value):
 class Steps:
     """The steps of a check; who makes many checks may remember what theirs have come to."""
 
+    judges_file = True
+    """Whether a flight at another speed than the mission commands has to be possible at its own as well."""
+
     def prepare(self, mission: Mission, setup: Setup) -> Preparation:
         """Return what the flight of a mission is predicted from."""
         return prepare(mission, setup)
@@ -183,6 +186,12 @@ class Steps:
     ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
         """Return what every rule finds, and what was checked."""
         return judge(assessment, selection)
+
+
+class WhatIfSteps(Steps):
+    """The steps of a check that asks what a mission would come to at another speed, and sends nobody off."""
+
+    judges_file = False
 
 
 _STEPS = Steps()
@@ -221,6 +230,8 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         findings = [*assessment.findings, *found]
         findings += _over_known_terrain(prepared, findings)
         findings += _over_other_ground(prepared, assessment, findings)
+        if steps.judges_file:
+            findings += _at_own_speeds(prepared, findings)
     else:
         findings = [
             *prepared.findings,
@@ -281,6 +292,18 @@ def _over_other_ground(
     for other in others_around(assessment, terrain):
         again = prepare(prepared.mission, replace(setup, terrain=other.grid))
         yield from _further_errors(again, found, f"by the ground of {other.source}")
+
+
+def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield the errors of a mission at the speeds it commands, where it was predicted at another.
+
+    The vehicle flies what is in the file.
+    """
+    from planner.mission.convert import SPEED_REPLACED
+
+    if any(one.code == SPEED_REPLACED.code for one in prepared.findings):
+        again = prepare(prepared.mission, replace(prepared.setup, speed_m_s=None))
+        yield from _further_errors(again, found, "at the speeds of the file, which are flown")
 
 
 def _further_errors(
@@ -497,12 +520,14 @@ def verdict_text(verdict: Verdict, findings: Iterable[Finding], fail_on: Severit
     return "NOT CHECKED" if deciding and left_open else "NO-GO"
 
 
-def check_file(path: Path | str, setup: Setup) -> CheckResult | UnreadableMission:
+def check_file(
+    path: Path | str, setup: Setup, *, steps: Steps = _STEPS
+) -> CheckResult | UnreadableMission:
     """Read a mission and check it; one that cannot be read is a result too.
 
     Raises UsageError if the model cannot be flown as asked.
     """
-    return check_read(lambda: read_mission(path), setup, file=str(path))
+    return check_read(lambda: read_mission(path), setup, file=str(path), steps=steps)
 
 
 FILE_UNREADABLE = Rule(
@@ -518,7 +543,7 @@ FILE_UNREADABLE = Rule(
 
 
 def check_read(
-    read: Callable[[], Mission], setup: Setup, *, file: str
+    read: Callable[[], Mission], setup: Setup, *, file: str, steps: Steps = _STEPS
 ) -> CheckResult | UnreadableMission:
     """Check a mission wherever it comes from; one that cannot be read is a result too.
 
@@ -528,7 +553,7 @@ def check_read(
     Raises UsageError if the model cannot be flown as asked.
     """
     try:
-        return shielded(lambda: check_mission(read(), setup), file=file)
+        return shielded(lambda: check_mission(read(), setup, steps=steps), file=file)
     except MissionFileError as error:
         fix = {
             OtherVehicleError: "give a multicopter's mission, or leave the file out (--exclude)",

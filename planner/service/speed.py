@@ -14,7 +14,7 @@ from planner.flight.pilot import airspeed_limit_m_s
 from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, route_at_speed
 from planner.presented import Presented
-from planner.service.preflight import check_mission
+from planner.service.preflight import WhatIfSteps, check_mission
 from planner.setting import is_finite_number
 from planner.setup import Setup
 from planner.units import wh_from_j
@@ -44,6 +44,7 @@ _SCAN_M_S = 0.1
 """Steps of the search before it is refined."""
 _MOST_SCANNED = 400
 _SAME = 1e-9
+_WHAT_IF = WhatIfSteps()
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
 
@@ -262,7 +263,9 @@ class _Missions:
         """Return the mission at a speed, by the same check as every other."""
         speed_m_s = round(speed_m_s, 6)
         if speed_m_s not in self._known:
-            result = check_mission(self._mission, replace(self._setup, speed_m_s=speed_m_s))
+            result = check_mission(
+                self._mission, replace(self._setup, speed_m_s=speed_m_s), steps=_WHAT_IF
+            )
             self._known[speed_m_s] = _flown(result, speed_m_s)
         return self._known[speed_m_s]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.cli.configuration import OWN_FILE, SHARED_FILE
-from planner.service.preflight import CheckResult, check_file
+from planner.service.preflight import CheckResult, Steps, WhatIfSteps, check_file
 from planner.tui.widgets.ground_map import ground
 from planner.tui.widgets.profile_plot import pictures
 from planner.values import Value, replace
@@ -80,7 +80,9 @@ def checked(source: str | VehicleSnapshot, what_if: WhatIf) -> Checked:
 
 def _check(source: str | VehicleSnapshot, what_if: WhatIf) -> CheckResult | UnreadableMission:
     if isinstance(source, str):
-        return check_file(source, what_if.setup())
+        # A speed that is tried is that of a mission which may be saved with it.
+        steps = WhatIfSteps() if "speed_m_s" in what_if.changes else Steps()
+        return check_file(source, what_if.setup(), steps=steps)
     from planner.service.vehicle import check_vehicle
 
     return check_vehicle(source, what_if.setup(), is_charge_given="charge" in what_if.values())

@@ -8,8 +8,11 @@ import json
 from pathlib import Path
 
 import pytest
+from made_missions import mission as made_mission
+from made_missions import rtl, speed, takeoff, waypoint
 
 from planner.cli.main import main
+from planner.mission.files import write_mission
 
 
 def test_the_table_marks_the_present_and_the_best_speeds(
@@ -64,6 +67,31 @@ def test_a_check_at_another_speed_says_that_the_file_flies_otherwise(
     assert after["totals"]["time_s"] > before["totals"]["time_s"]
     assert "T111" in {finding["code"] for finding in after["findings"]}
     assert "T111" not in {finding["code"] for finding in before["findings"]}
+
+
+@pytest.mark.parametrize("command", [["upload", "slow.plan", "--yes"], ["guard"]])
+def test_what_is_sent_or_armed_is_judged_at_its_own_speeds(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["--vehicle", "holybro-x500-v2", "--battery", "5Ah@14.8V", "--speed", "8"]
+    assert main([*command[:2], "udpin:127.0.0.1:19599", *command[2:], *given]) == 2
+    assert f"{command[0]} judges the mission at its own speeds" in capsys.readouterr().err
+
+
+def test_a_mission_that_is_too_slow_as_filed_is_no_go_at_any_speed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """2 km out at 1 m/s take 130 W for over half an hour: 77 Wh hold no such flight."""
+    monkeypatch.chdir(tmp_path)
+    slow = made_mission(takeoff(20), speed(1.0), waypoint(2000, 20), rtl())
+    write_mission(slow, Path("slow.plan"))
+    arguments = ["check", "slow.plan", "--battery", "77Wh", "--format", "concise"]
+    arguments += ["--vehicle", "falkowski-2023-quadrotor"]
+    for given in ([], ["--speed", "10"]):
+        assert main([*arguments, *given]) == 1
+    assert "at the speeds of the file, which are flown" in capsys.readouterr().out
+    Path("mavjoule.toml").write_text("speed_m_s = 10\n", encoding="utf-8")
+    assert main(arguments) == 1
 
 
 def test_the_speed_can_stand_in_the_configuration_and_the_range_is_looked_at_anyway(

@@ -22,7 +22,7 @@ from planner.flight.power import Transients
 from planner.flight.returns.path import Returns
 from planner.physics.wind import Wind
 from planner.rules.registry import judge
-from planner.service.preflight import Preparation, Steps, assess_flown, fly, prepare
+from planner.service.preflight import Preparation, WhatIfSteps, assess_flown, fly, prepare
 from planner.setup import Setup
 from planner.values import Value, field_names, field_values, replace
 
@@ -259,7 +259,7 @@ _PARTS = frozenset({"setup", "flight"})
 """Parts of an assessment of which rules look at parts."""
 
 
-class RememberingSteps(Steps):
+class RememberingSteps(WhatIfSteps):
     """The steps of checks that differ in little: each made where something it looks at has changed."""
 
     def __init__(self) -> None:
