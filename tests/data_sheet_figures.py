@@ -37,6 +37,8 @@ README = Path(__file__).parents[1] / "models" / "README.md"
 BEGIN, END = "<!-- sheets begins -->\n\n", "\n<!-- sheets ends -->"
 _EVERY = 11
 """Of the many flights of the Matrice 100 each eleventh narrows the model of all others."""
+_FORWARD_M_S = 3.0
+"""Airspeed from which on a steady flight is forward; ArduPilot and PX4 fly missions at 5 to 10. [m/s]"""
 _MATRICE_KG = 3.715
 """Of the recorded Matrice 100 with its battery and instruments, without payload. [kg]"""
 _MATRICE_1_KG = "dji-matrice-100-tb48d-1kg"
@@ -136,12 +138,14 @@ def error_of(folder: Path, one: Scored) -> FlightError:
     )
 
 
-def narrowed(one: Scored, folder: Path, log: Path) -> Scored:
-    """Return the vehicle with its model narrowed by one flight."""
+def narrowed(one: Scored, folder: Path, log: Path) -> tuple[Scored, bool]:
+    """Return the vehicle with its model narrowed by one flight, and whether that flew forward."""
     flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
     payload_kg = (flown.get("payload_kg") or 0.0) + one.added_kg
     known = LogTable(of_all=LogConditions(payload_kg=payload_kg))
-    return replace(one, vehicle=refine_vehicle(one.vehicle, read_log(log), logs=known).model)
+    refined = refine_vehicle(one.vehicle, read_log(log), logs=known)
+    flew_forward = any(steady.airspeed_m_s >= _FORWARD_M_S for steady in refined.power.steady)
+    return replace(one, vehicle=refined.model), flew_forward
 
 
 def log_of(folder: Path) -> Path | None:
@@ -151,16 +155,21 @@ def log_of(folder: Path) -> Path | None:
 
 
 def rows_of(one: Scored, folders: Sequence[Path]) -> list[str]:
-    """Return the rows of a vehicle: as the sheet has it, and narrowed by one flight."""
+    """Return the rows of a vehicle: as the sheet has it, and narrowed by one flight.
+
+    An ordinary flight goes forward; those that only climb and hover have a row of their own.
+    """
     rows = [row_of(one.name, [error_of(folder, one) for folder in folders])]
     logged = [(folder, log) for folder in folders if (log := log_of(folder)) is not None]
-    after = []
+    after: dict[bool, list[FlightError]] = {True: [], False: []}
     for folder, log in logged[:: _EVERY if len(logged) > _EVERY else 1]:
-        refined = narrowed(one, folder, log)
-        after += [error_of(other, refined) for other in folders if other != folder]
-    if after:
-        rows.append(row_of("… after `refine` with one flight, on the others", after))
-    return rows
+        refined, flew_forward = narrowed(one, folder, log)
+        after[flew_forward] += [error_of(other, refined) for other in folders if other != folder]
+    names = {
+        True: "… after `refine` with one flight, on the others",
+        False: "… after `refine` with one that only climbs and hovers",
+    }
+    return [*rows, *(row_of(names[kind], errors) for kind, errors in after.items() if errors)]
 
 
 def row_of(name: str, errors: Sequence[FlightError]) -> str:

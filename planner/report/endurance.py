@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from planner import quantity
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from planner.identify.refinement import Refinement
     from planner.report.text import Medium
     from planner.service.endurance import Endurance, LevelFlight, LoadedHover
+    from planner.vehicle.model import ModelSpread
 
 _BAR, _EIGHTHS = "\u2588", " \u258f\u258e\u258d\u258c\u258b\u258a\u2589"
 _LONGEST_BAR, _SHORTEST_BAR = 30, 8
@@ -138,10 +140,26 @@ def refinement_text(refined: Refinement, *, medium: Medium) -> str:
         )
     spread = refined.model.spread
     if spread is not None:
-        lines.append(
-            f"Energy of a flight: standard deviation {quantity.percent(spread.energy_fraction)} now."
-        )
+        lines += medium.wrapped(f"Energy, standard deviations now: {_energy_off(spread)}.")
     return "\n".join(lines) + "\n"
+
+
+_KINDS = {"cruise": "level", "climb": "climbing", "descend": "descending"}
+"""States whose power errs alike, in words."""
+
+
+def _energy_off(spread: ModelSpread) -> str:
+    """Return how far energies may be off: of hover, and of the states that are off by more."""
+    shared = spread.energy_fraction
+    if shared is None:
+        return quantity.percent(None)
+    of_states = dict(spread.energy_state_fraction)
+    beside = [
+        f"{words} {quantity.percent(math.hypot(shared, of_states[state]))}"
+        for state, words in _KINDS.items()
+        if of_states.get(state)
+    ]
+    return ", ".join([f"{'hover ' if beside else ''}{quantity.percent(shared)}", *beside])
 
 
 def refinement_json(refined: Refinement, *, version: str) -> str:
@@ -236,11 +254,11 @@ def _facts(shown: Endurance) -> Iterator[tuple[str, str]]:
         at = quantity.speed(shown.farthest.speed_m_s)
         yield "farthest", f"{quantity.distance(shown.farthest.range_m)} at {at}"
     if vehicle.spread is not None:
-        energy, time = vehicle.spread.energy_fraction, vehicle.spread.time_fraction
+        energy, time = _energy_off(vehicle.spread), vehicle.spread.time_fraction
         yield (
             "spread",
             (
-                f"energy {quantity.percent(energy)}, time {quantity.percent(time)} (standard deviations): "
+                f"energy {energy}; time {quantity.percent(time)} (standard deviations): "
                 f"{vehicle.spread.source}"
             ),
         )

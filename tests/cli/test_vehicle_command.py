@@ -184,6 +184,10 @@ def test_a_log_narrows_the_model_in_place(
     assert "changed by" in told
     # it draws 160 W at any speed and climb rate, which no rotor does
     assert "times as wide" in told
+    assert "Energy, standard deviations now: hover " in told
+    # what level flight saves is not shown by a flight at 5 m/s alone
+    off = {name: float(told.split(f"{name} ")[-1].split(" %")[0]) for name in ("hover", "level")}
+    assert off["level"] > off["hover"]
     after = load_vehicle("mine.toml").spread
     assert before is not None
     assert after is not None
