@@ -31,8 +31,12 @@ if TYPE_CHECKING:
 README = Path(__file__).parents[1] / "models" / "README.md"
 BEGIN, END = "<!-- calibration begins -->\n\n", "\n<!-- calibration ends -->"
 NO_NOISE = "PX4, no noise"
+_AT_ONCE_S = 0.1
+"""Items are noted as done within that of when they are. [s]"""
 MIXED = ("px4-[A-FN]*", "px4-N_*")
 """Folders of flights with and without noise; those without end in _quiet."""
+HEADING_DEG = 0.0
+"""Which PX4's simulator arms with, as the logs of its flights show.  [deg]"""
 _DRAG_LOGS = ("c1_rtl_alt60", "f1_vertical_fast", "g3_uturns", "h1_survey8")
 FAMILIES = (
     # what, folders, model or the logs it is identified from, and how
@@ -68,6 +72,7 @@ def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
         home_amsl_m=flown["home"]["amsl_m"],
         position_noise_m=0.0 if folder.name.endswith("_quiet") else None,
         payload_kg=flown.get("payload_kg") or 0.0,
+        heading_deg=HEADING_DEG,
     )
     done_s = {one.item: one.left_s for one in result.items if one.left_s is not None}
     cuts = [(0.0, 0.0)]
@@ -84,7 +89,8 @@ def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
     whole = flown["energy_wh"] / result.totals.energy_wh if predicted_j else 1.0
     return FlownAndPredicted(
         legs_s=parts[:-1],
-        landing_s=parts[-1],
+        # what ends with its last item, done as it ends, has no part after it
+        landing_s=parts[-1] if parts[-1][1] > 0.0 and parts[-1][0] > _AT_ONCE_S else None,
         flown_energy_j={kind: whole * energy_j for kind, energy_j in predicted_j.items()},
         predicted_energy_j=predicted_j,
     )

@@ -5,7 +5,9 @@ Times.  A leg i of flight f takes longer than predicted by
 .. math:: d_{fi} = \tau_f p_{fi} + \lambda_{fi},
 
 p its predicted time, τ common to the flight, λ of each leg with its turn or stop; a landing by
-:math:`\tau_f p + \delta_f`.  Legs of one flight tell τ and λ apart by least absolute errors.
+:math:`\tau_f p + \delta_f`.  What legs of one flight have in common, by least absolute errors, is taken
+from them to tell λ; τ and δ are what whole flights and their landings show beyond that.  Where an item is
+said to be done is up to the log: of what one leg loses to the next nothing is left in a whole flight.
 
 Energies.  With the relative error of the energy of all states of one kind k (climbing, level, descending)
 
@@ -21,6 +23,9 @@ those of the whole model, fitted to the same flights, and are raised as residual
 the next flight is off by :math:`\sqrt{(1 + p/n) \sum e^2 / (n - p)}`; p, the sum of the leverages, follows
 from how much larger the errors become when each flight is left out: :math:`e_{(f)} = e_f / (1 - h_f)`.
 What is known of all flights beforehand counts as one more (`planner.vehicle.repeatability`).
+
+Variances are those of all flights where these are few; of nine or more they are such that the interval of
+80 % reaches to the error of that rank.
 """
 
 from __future__ import annotations
@@ -36,8 +41,8 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, MavjouleError
 from planner.flight.motion.kinematics import STATES, FlightState
-from planner.flight.uncertainty import kind_of
-from planner.identify.flown_mission import BEGUN_IN_AIR, MISSION_LEFT
+from planner.flight.uncertainty import HIGH, LOW, kind_of
+from planner.identify.flown_mission import lift_off
 from planner.identify.power import (
     identify_power,
     manoeuvre_powers,
@@ -169,39 +174,92 @@ def _times(
     """Return the spread of times: of flights, of their legs, and of their landings."""
     if not flights:
         return dict.fromkeys(("time_fraction", "leg_time_s", "landing_time_s"))
-    late: list[float] = []
-    squares: list[float] = []
     of_legs: list[FloatArray] = []
     for flight in flights:
         flown, predicted = np.array(flight.legs_s).reshape(-1, 2).T
-        square = float(predicted @ predicted)
-        if square > 0.0:
+        if float(predicted @ predicted) > 0.0:
             fraction = _weighted_median(flown / predicted - 1.0, predicted)
-            late.append(fraction)
-            squares.append(square)
             of_legs.append(flown - predicted - fraction * predicted)
     legs = _without_outliers(np.concatenate([np.zeros(0), *of_legs]))
-    leg = _pooled(float(legs @ legs), len(legs) - len(late), None if known is None else known.leg_s)
-    # a median scatters as much as a mean of π/2 times the variance
-    shown = np.square(late) - 0.5 * math.pi * (leg or 0.0) ** 2 / np.array(squares)
-    if not late:  # whole flights only: what landings add cannot be told apart
-        shown = np.square([flight.time_error or 0.0 for flight in flights])
-    common = _of_next_flight(
-        float(shown.sum()), len(shown), parameters, None if known is None else known.time_fraction
+    free = len(legs) - len(of_legs)
+    leg_square = float(legs @ legs) / free if free else 0.0
+    error = np.array([flight.time_error or 0.0 for flight in flights])
+    whole_s = np.array([flight.time_s[1] for flight in flights if flight.time_s is not None])
+    of_legs_square = leg_square * np.array([len(f.legs_s) for f in flights]) / np.square(whole_s)
+    # of whole flights only what landings add cannot be told apart
+    ends = np.array([f.landing_s is not None and bool(of_legs) for f in flights])
+    landings = np.array([f.landing_s for f, lands in zip(flights, ends, strict=True) if lands])
+    flown, predicted = landings.reshape(-1, 2).T
+    common, landing_square = _of_flights_and_landings(
+        np.square(_without_outliers(error)) - of_legs_square,
+        ends / np.square(whole_s),
+        np.square(_without_outliers(flown - predicted) / whole_s[ends]),
+        np.square(predicted / whole_s[ends]),
     )
-    landings = np.array([f.landing_s for f in flights if f.landing_s is not None and late])
-    landing = None
-    if landings.size:
-        flown, predicted = landings.T
-        of_fraction = float(np.sum(np.square((common or 0.0) * predicted)))
-        ends = _without_outliers(flown - predicted)
-        of_ends = max(float(ends @ ends) - of_fraction, 0.0)
-        landing = _pooled(of_ends, len(ends), None if known is None else known.landing_s)
+    variance = common + landing_square * ends / np.square(whole_s)
+    ranked = _ranked(error, variance, besides=of_legs_square)
     return {
-        "time_fraction": _rounded_up(common),
-        "leg_time_s": _rounded_up(leg),
-        "landing_time_s": _rounded_up(landing),
+        "time_fraction": _rounded_up(
+            _of_next_flight(
+                ranked * common * len(flights),
+                len(flights),
+                parameters,
+                None if known is None else known.time_fraction,
+            )
+        ),
+        "leg_time_s": _rounded_up(
+            _pooled(leg_square * free, free, None if known is None else known.leg_s)
+        ),
+        "landing_time_s": _rounded_up(
+            _pooled(
+                ranked * landing_square * ends.sum(),
+                float(ends.sum()),
+                None if known is None else known.landing_s,
+            )
+            if ends.any()
+            else None
+        ),
     }
+
+
+def _of_flights_and_landings(
+    whole: FloatArray, per_landing: FloatArray, landing: FloatArray, per_flight: FloatArray
+) -> tuple[float, float]:
+    r"""Return the variances τ² and δ² that whole flights and their landings show by their squares.
+
+    Those of whole flights, :math:`e^2 = \tau^2 + \delta^2 / p^2`, and of landings, which take p_l,
+    :math:`(p_l / p)^2 \tau^2 + \delta^2 / p^2`.
+    """
+    from scipy.optimize import nnls
+
+    lands = per_landing > 0.0
+    factors = np.block(
+        [
+            [np.ones((whole.size, 1)), per_landing[:, None]],
+            [per_flight[:, None], per_landing[lands, None]],
+        ]
+    )
+    scale = float(per_landing.max(initial=0.0)) or 1.0  # of seconds against fractions
+    (common, landing_square), _ = nnls(factors / [1.0, scale], np.concatenate([whole, landing]))
+    return float(common), float(landing_square / scale)
+
+
+def _ranked(errors: FloatArray, variances: FloatArray, besides: FloatArray | float = 0.0) -> float:
+    """Return by how much variances are to be larger for 80 % of such errors to lie inside.
+
+    Of n errors in units of their deviations the next one, which may be any of n + 1, is below that of
+    rank 0.8 (n + 1) in 80 % of all cases, whatever they are distributed by (V. Vovk, A. Gammerman,
+    G. Shafer, Algorithmic Learning in a Random World, 2005): a flight far out makes no interval wide.
+    Fewer than nine, of which that rank is the largest or none, leave what they show by their squares.
+    ``besides`` are variances that stay as they are.
+    """
+    from scipy.special import stdtrit
+
+    rank = math.ceil((HIGH - LOW) * (errors.size + 1) - 1e-9)
+    if rank >= errors.size or not (variances > 0.0).all():
+        return 1.0
+    needed = (np.square(errors / stdtrit(errors.size, HIGH)) - besides) / variances
+    return max(float(np.sort(needed)[rank - 1]), 0.0)
 
 
 def _of_next_flight(
@@ -274,9 +332,11 @@ def _energy_fractions(
     # a kind of little energy is little known and matters little: weighed by what it is of a flight
     weight = fraction[flight, kind]
     variances, _ = nnls(weight[:, None] * coefficients, weight * np.square(deviation))
-    of_kinds = float(np.sum(np.square(fraction) @ variances))
-    common = _of_next_flight(float(whole @ whole) - of_kinds, len(flights), parameters, known)
-    raised = _raised(len(flights), parameters)
+    of_kinds = np.square(fraction) @ variances
+    shown = max(float(whole @ whole - of_kinds.sum()), 0.0)
+    ranked = _ranked(whole, shown / len(flights) + of_kinds)
+    common = _of_next_flight(ranked * shown, len(flights), parameters, known)
+    raised = ranked * _raised(len(flights), parameters)
     deviations = dict(zip(_KINDS, np.sqrt(raised * variances), strict=True))
     seen = dict(zip(_KINDS, fraction.any(axis=0), strict=True))
     return _rounded_up(common), tuple(
@@ -406,19 +466,17 @@ def _compare(
     return _energy_alone(record, model, settings)
 
 
-_NOT_FLOWN = frozenset((MISSION_LEFT.code, BEGUN_IN_AIR.code))
-
-
 def compared_flight(one: Verification) -> FlownAndPredicted | None:
     """Return a flight with its prediction, cut where both begin an item of the mission.
 
     ``None`` where it was not flown by its mission.
     """
-    if any(finding.code in _NOT_FLOWN for finding in one.findings):
+    if not one.is_of_mission:
         return None
     flown, foreseen = one.flown, one.foreseen
     begun, expected = items_begun(flown), items_begun(foreseen)
-    cuts = [(_lift_off_s(flown), _lift_off_s(foreseen))]
+    # how long a flight waits armed on the ground is no part of it
+    cuts = [tuple(float(one.time_s[lift_off(one)]) for one in (flown, foreseen))]
     for key, at_s in begun.items():
         if key in expected and at_s > cuts[-1][0] and expected[key] > cuts[-1][1]:
             cuts.append((at_s, expected[key]))
@@ -447,15 +505,8 @@ def compared_flight(one: Verification) -> FlownAndPredicted | None:
 
 _KNOWN = 0.95
 """Fraction of an item that power must be known for. [-]"""
-_OFF_GROUND_M = 1.0
-"""Height above home at which flights are seen to have taken off, whatever lands a log reports. [m]"""
 _CLIMBING_M_S = 0.3
 """Slower it is level. [m s⁻¹]"""
-
-
-def _lift_off_s(record: FlightRecord) -> float:
-    """Return when a flight is off the ground: how long it waited there armed is no part of it. [s]"""
-    return float(record.time_s[np.argmax(record.height_above_home_m > _OFF_GROUND_M)])
 
 
 def _known_energy_j(record: FlightRecord, begin_s: float, end_s: float) -> float | None:

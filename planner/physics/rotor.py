@@ -116,6 +116,11 @@ def vortex_ring_surplus(edgewise_squared: FloatArray, axial_ratio: FloatArray) -
 
     None in a climb or where the speed in the plane of the disk, of which the square is given, is that
     of hover; both speeds over the induced velocity of hover, down to −1.5 through the disk.
+
+    Measured is the quartic for vertical descents that textbooks carry (section 2.13 of [3]_; its constant 1
+    of an ideal disk), with the coefficients that seven public programs quote from there or from Johnson,
+    Helicopter Theory, 1980; neither book was at hand.  That it is gone at an edgewise speed of v_h is of
+    flight tests reported in [4]_; that it fades with the square up to there is assumed.
     """
     z = np.maximum(-axial_ratio, 0.0)
     measured = 1.0 + z * (1.125 + z * (-1.372 + z * (1.718 - 0.655 * z)))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import t as student_t
 
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
@@ -84,6 +85,36 @@ def test_a_pilot_who_waits_once_does_not_make_every_leg_uncertain() -> None:
     spread = fit_spread([waited, *made[1:]], source="made")
     # one of a hundred legs counts as 2.5 standard deviations instead of 120
     assert spread.leg_time_s == pytest.approx(0.5, rel=0.3)
+
+
+@pytest.mark.parametrize("count", [9, 199])
+def test_the_interval_of_80_percent_ends_at_the_error_of_its_rank(count: int) -> None:
+    """Of errors without a variance, too: rank 8 of 9 flights and the next, 160 of 199 and the next."""
+    errors = 0.01 * np.random.default_rng(3).standard_cauchy(count)
+    made = [
+        FlownAndPredicted(
+            landing_s=(100.0 * (1.0 + error), 100.0),
+            flown_energy_j={FlightState.CRUISE: 1e4 * (1.0 + error)},
+            predicted_energy_j={FlightState.CRUISE: 1e4},
+        )
+        for error in errors
+    ]
+    spread = fit_spread(made, source="made")
+    for deviation in (spread.time_fraction, spread.energy_fraction):
+        assert deviation is not None
+        half_width = deviation * student_t.ppf(0.9, count)
+        assert np.sum(np.abs(errors) <= half_width) == math.ceil(0.8 * (count + 1))
+
+
+def test_what_one_leg_loses_to_the_next_makes_no_flight_uncertain() -> None:
+    """Where an item is said to be done is up to the log: its seconds are one leg's or the next one's."""
+    made = flights(20, leg_s=0.1)
+    first, second, *rest = made[0].legs_s
+    moved = [(first[0] + 5.0, first[1]), (second[0] - 5.0, second[1]), *rest]
+    shifted = FlownAndPredicted(legs_s=moved, landing_s=made[0].landing_s)
+    spread = fit_spread([shifted, *made[1:]], source="made")
+    assert spread.time_fraction is not None
+    assert spread.time_fraction < 0.1 * math.sqrt(5.0) / 240.0  # what the legs make of a flight
 
 
 def test_few_flights_that_agree_by_chance_leave_what_is_known_of_all() -> None:
