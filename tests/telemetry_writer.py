@@ -36,6 +36,7 @@ def copter_telemetry(
     boot_s: float = 0.0,
     epoch_s: float = EPOCH_S,
     writer: TelemetryWriter | None = None,
+    vz_is_up: bool = False,
 ) -> TelemetryWriter:
     """Return the made flight as ArduCopter sends it, at five messages of a kind a second.
 
@@ -51,6 +52,8 @@ def copter_telemetry(
         The ground station's clock then.
     writer : TelemetryWriter, optional
         A log to go on with.
+    vz_is_up : bool, optional
+        Whether climbs are positive, as ArduCopter sent them before 3.6.
     """
     log = writer or TelemetryWriter()
     log.add(
@@ -69,7 +72,7 @@ def copter_telemetry(
                 round(moment.height_m * 1e3),
                 round(moment.speed_m_s * 100),
                 0,
-                round(-moment.climb_m_s * 100),
+                round((1 if vz_is_up else -1) * moment.climb_m_s * 100),
                 0,
             ),
             mavlink.MAVLink_heartbeat_message(

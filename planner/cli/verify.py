@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from planner.identify.assembly import IdentificationSettings
     from planner.identify.calibration import Calibration
+    from planner.identify.log_table import LogTable
     from planner.identify.verification import KnownConditions, Verification
     from planner.report.text import Medium
     from planner.vehicle.model import VehicleModel
@@ -44,6 +45,11 @@ if TYPE_CHECKING:
 @setting_option("home_amsl_m", unset="the log's")
 @setting_option("temperature_c")
 @setting_option("payload_kg")
+@path_option(
+    "--table",
+    metavar="FILE.csv",
+    help="payload, temperature and mass of each log, a row each, units in the heads",
+)
 @kind_option("--fail-on-time", Fraction(), "exit with 1 at a larger error of time")
 @kind_option(
     "--fail-on-energy",
@@ -69,6 +75,7 @@ def command(
     mission: Path | None,
     params: Path | None,
     mapping: Path | None,
+    table: Path | None,
     plots: Path | None,
     file_format: str,
     output: Path | None,
@@ -82,7 +89,11 @@ def command(
     Exit codes: 0 every flight was compared, 1 an error is larger than asked for, 2 unusable input
     or usage.
     """
-    read = [*logs, model, *(str(path) for path in (mission, params, mapping) if path is not None)]
+    read = [
+        *logs,
+        model,
+        *(str(path) for path in (mission, params, mapping, table) if path is not None),
+    ]
     refuse_overwriting(output, read)
     known = _known(mission, params, given_settings(options))
     vehicle = load_vehicle(model)
@@ -91,13 +102,20 @@ def command(
         from planner.logs.csv import read_csv_mapping
 
         csv_mapping = read_csv_mapping(mapping)
+    log_table = None
+    if table is not None:
+        from planner.identify.log_table import read_log_table
+
+        log_table = read_log_table(table)
+        log_table.refuse_strangers(logs)
     done = list(
         verify_logs(
             vehicle,
             progress(logs, of=len(logs), label="verifying"),
             known,
             mapping=csv_mapping,
-            left_out=_settings(vehicle) if options["leave_one_out"] else None,
+            left_out=_settings(vehicle, log_table) if options["leave_one_out"] else None,
+            table=log_table,
         )
     )
     report = partial(_calibration, vehicle) if options["calibration"] else _comparison
@@ -118,13 +136,15 @@ def _known(mission: Path | None, params: Path | None, given: dict[str, Any]) -> 
     )
 
 
-def _settings(vehicle: VehicleModel) -> IdentificationSettings:
+def _settings(vehicle: VehicleModel, table: LogTable | None) -> IdentificationSettings:
     """Return how the models of leaving one out are identified: as the one given, which is the base."""
     import datetime as dt
 
     from planner.identify.assembly import IdentificationSettings
+    from planner.identify.log_table import LogTable
 
     return IdentificationSettings(
+        logs=table or LogTable(),
         name=vehicle.name,
         date=dt.datetime.now(dt.UTC).date(),
         version=__version__,

@@ -237,6 +237,17 @@ class FlownWindow(Value):
     after_s: float
     """Left out after. [s]"""
     findings: tuple[Finding, ...]
+    is_begun_running: bool = False
+    """Whether the mission was begun with the motors running: what they take to be is no part of it."""
+
+
+OFF_GROUND_M = 1.0
+"""Height above home at which flights are seen to have taken off, whatever lands a log reports. [m]"""
+
+
+def lift_off(record: FlightRecord) -> int:
+    """Return the sample at which a flight is off the ground; the first where it never is."""
+    return int(np.argmax(record.height_above_home_m > OFF_GROUND_M))
 
 
 MISSION_LEFT = Rule(
@@ -257,8 +268,9 @@ FLIGHT_CUT = Rule(
     summary="Only part of the time armed is compared with the prediction.",
     why="Waiting on the ground before a mission, and what follows one that ends in the air, is not "
     "part of it.",
-    how="The flight begins where the mission begins if that is on the ground, and ends with it if the "
-    "mission does not land; reported from more than 2 s on.",
+    how="The flight begins where the mission begins if that is on the ground, of several times the last, "
+    "and ends with it if the mission does not land; reported from more than 2 s on.  Motors that run already "
+    "are not waited for: of the prediction counts as much on the ground as was flown.",
     fix="nothing",
 )
 
@@ -268,7 +280,8 @@ BEGUN_IN_AIR = Rule(
     Severity.WARNING,
     summary="A mission was begun in the air.",
     why="The prediction takes off from the ground: times and energies are not of the same flight.",
-    how="The vehicle is in the air when the mode that flies missions is entered first.",
+    how="The vehicle is more than 1 m up, or in the air where heights are not known, when the mode that "
+    "flies missions is entered first.",
     fix="verify with flights whose mission takes off",
 )
 
@@ -276,8 +289,8 @@ BEGUN_IN_AIR = Rule(
 def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownWindow:
     """Return the part of a flight to compare with the prediction of its mission.
 
-    It begins with the record, or with the mission where that began on the ground later; it ends with
-    the record, or with the mission where that ends in the air.
+    It begins with the record, or with the mission where that began on the ground later, of more than one
+    time the last; it ends with the record, or with the mission where that ends in the air.
     """
     in_mission = np.isin(record.mode, _MISSION_MODES)
     if not in_mission.any():
@@ -286,15 +299,20 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
         return FlownWindow(flown=record, before_s=0.0, after_s=0.0, findings=left)
     findings: list[Finding] = []
     first, last = np.flatnonzero(in_mission)[[0, -1]].tolist()
-    begin = first if record.is_landed[first] else 0
-    if not record.is_landed[first]:
+    height = record.height_above_home_m
+    has_flown = np.logical_or.accumulate(
+        np.where(np.isfinite(height), height > OFF_GROUND_M, ~record.is_landed)
+    )
+    on_ground = np.flatnonzero(in_mission & ~np.append(False, in_mission[:-1]) & ~has_flown)
+    begin = int(on_ground[-1]) if on_ground.size else 0
+    if not on_ground.size:
         message = (
             f"{record.source}: the mission was begun in the air, after {record.time_s[first]:.1f} s"
         )
         findings.append(BEGUN_IN_AIR.finding(message))
     ends_in_air = route.ends_in_air
     end = last + 1 if ends_in_air else record.time_s.size
-    flown = _cut(record, begin, end)
+    flown = cut_record(record, begin, end)
     before_s = float(record.time_s[begin])
     after_s = record.duration_s - before_s - flown.duration_s
     cut = [(before_s, "before"), (after_s, "after")]
@@ -303,11 +321,16 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
         findings.append(FLIGHT_CUT.finding(f"{record.source}: {left_out} the mission are left out"))
     findings += _left(flown, mission)
     return FlownWindow(
-        flown=flown, before_s=before_s, after_s=max(after_s, 0.0), findings=tuple(findings)
+        flown=flown,
+        before_s=before_s,
+        after_s=max(after_s, 0.0),
+        findings=tuple(findings),
+        is_begun_running=begin > 0,
     )
 
 
-def _cut(record: FlightRecord, begin: int, end: int) -> FlightRecord:
+def cut_record(record: FlightRecord, begin: int, end: int) -> FlightRecord:
+    """Return the samples of a flight from one to before another."""
     if begin == 0 and end == record.time_s.size:
         return record
     begin_s = float(record.time_s[begin])

@@ -350,7 +350,9 @@ def _loads(records: Sequence[FlightRecord]) -> Loads | None:
 
 
 def verify_left_out(
-    logs: Sequence[Sequence[FlightRecord]], settings: IdentificationSettings, known: KnownConditions
+    logs: Sequence[Sequence[FlightRecord]],
+    settings: IdentificationSettings,
+    known_of: Callable[[FlightRecord], KnownConditions],
 ) -> Iterator[Verification]:
     """Identify a vehicle from all logs but one, and verify on that one, for each in turn.
 
@@ -368,6 +370,6 @@ def verify_left_out(
         others = [record for n, log in enumerate(logs) if n != number for record in log]
         identified = identify_vehicle(others, settings)
         for record in flights:
-            verified = verify_flight(record, identified.model, known)
+            verified = verify_flight(record, identified.model, known_of(record))
             own = [f for f in identified.findings if f.code.startswith("I")]
             yield replace(verified, findings=(*verified.findings, *own))

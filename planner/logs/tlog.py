@@ -506,6 +506,11 @@ def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
     if _POSITION in marked:
         marked[_POSITION] = marked[_POSITION].without_null_places("lat", "lon")
     series = quantity_series(marked, _QUANTITIES)
+    climb = series.get("climb_m_s")
+    if climb is not None and climb.found_in == f"{_POSITION}.vz" and _is_up(tables[_POSITION]):
+        series["climb_m_s"] = replace(
+            climb, values=-climb.values, found_in=f"{_POSITION}.vz, up as the heights say"
+        )
     if "WIND" in tables:
         wind = tables["WIND"]
         north, east = wind_north_east_m_s(wind.numbers["speed"], wind.numbers["direction"])
@@ -513,6 +518,19 @@ def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
             series[name] = Series.of(wind.time_s, values, "WIND.speed, direction")
     electrical, remarks = _electrical(tables)
     return series | electrical, remarks
+
+
+_NEXT_S = 2.0
+"""Heights of a link farther apart do not tell a climb. [s]"""
+
+
+def _is_up(position: MessageTable) -> bool:
+    """Return whether a position's vz is positive in climbs, against its definition: as of ArduCopter 3.5."""
+    step_s = np.diff(position.time_s)
+    climbed = np.diff(position.numbers["relative_alt"])
+    down = 0.5 * (position.numbers["vz"][1:] + position.numbers["vz"][:-1])
+    near = step_s < _NEXT_S
+    return float(np.sum((climbed * down * step_s)[near])) > 0.0
 
 
 def _electrical(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:

@@ -300,8 +300,12 @@ def _summary_lines(verifications: Sequence[Verification]) -> list[str]:
         for one in verifications
     ]
     lines = table_lines([("Flight", "flown", "error", "energy", "error"), *rows], alignment="<>>>>")
+    flown = [one for one in verifications if one.is_of_mission]
+    if 0 < len(flown) < len(verifications):
+        left_out = quantity.count(len(verifications) - len(flown), "flight")
+        lines.append(f"without {left_out} that did not fly the mission:")
     for name in ("time", "energy"):
-        errors = [getattr(one, f"{name}_fraction") for one in verifications]
+        errors = [getattr(one, f"{name}_fraction") for one in flown or verifications]
         sizes = [abs(error) for error in errors if error is not None]
         if sizes:
             lines.append(

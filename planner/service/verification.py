@@ -12,8 +12,10 @@ if TYPE_CHECKING:
 
     from planner.identify.assembly import IdentificationSettings
     from planner.identify.calibration import Calibration
+    from planner.identify.log_table import LogTable
     from planner.identify.verification import KnownConditions, Verification
     from planner.logs.csv import CsvMapping
+    from planner.logs.record import FlightRecord
     from planner.vehicle.model import VehicleModel
 
 
@@ -53,11 +55,13 @@ def verify_logs(
     *,
     mapping: CsvMapping | None = None,
     left_out: IdentificationSettings | None = None,
+    table: LogTable | None = None,
 ) -> Iterator[Verification]:
     """Predict the flights in logs from their missions alone, and compare with what was flown.
 
     With ``left_out``, each log is predicted by a model that was identified from the others with these
-    settings, instead of by the model given.
+    settings, instead of by the model given.  A table has what is known of single logs: payload, temperature,
+    and mass where it is not the model's.
 
     Raises LogFileError if a log cannot be read, or holds no mission and none is given.
     Raises MissionFileError if a mission cannot be predicted.
@@ -67,11 +71,15 @@ def verify_logs(
     from planner.logs.files import read_log
 
     known = known or KnownConditions()
+
+    def known_of(record: FlightRecord) -> KnownConditions:
+        return known if table is None else known.beside(table.of(record.source), vehicle)
+
     if left_out is not None:
         from planner.identify.identification import verify_left_out
 
-        yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known)
+        yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known_of)
         return
     for path in paths:
         for record in read_log(path, mapping):
-            yield verify_flight(record, vehicle, known)
+            yield verify_flight(record, vehicle, known_of(record))

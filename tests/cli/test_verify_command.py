@@ -133,3 +133,36 @@ def test_the_calibration_tells_how_often_flights_lie_in_their_intervals(
     assert all(
         (one["low"] <= one["error"] <= one["high"]) is one["is_inside"] for one in time["intervals"]
     )
+
+
+def test_each_log_is_verified_with_what_a_table_says_of_it(
+    log: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("other.bin").write_bytes(copter_log().content())
+    Path("table.csv").write_text(
+        "log,payload_g,temperature_c,mass_kg\nother.bin,500,30,3.5\nflight.bin,0,10,3.75\n",
+        encoding="utf-8",
+    )
+    logs = ["verify", MODEL, log, "other.bin", "--format", "json"]
+    assert main([*logs, "--table", "table.csv", "--payload", "1"]) == 0
+    heavy, loaded = json.loads(capsys.readouterr().out)["flights"]
+    for flight, payload_kg, temperature_c in ((heavy, 0.25, 10.0), (loaded, 0.5, 30.0)):
+        # the model weighs 3.5 kg
+        assert flight["conditions"]["payload_kg"] == pytest.approx(payload_kg)
+        assert flight["conditions"]["temperature_c"] == temperature_c
+    assert loaded["predicted"]["energy_wh"] > heavy["predicted"]["energy_wh"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("log,payload_kg\nother.bin,0.5\n", "no row for flight.bin"),
+        ("log,mass_kg\nflight.bin,2\n", "2 kg are less than the 3.5 kg"),
+    ],
+)
+def test_a_table_that_does_not_fit_the_logs_is_refused(
+    log: str, text: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("table.csv").write_text(text, encoding="utf-8")
+    assert main(["verify", MODEL, log, "--table", "table.csv"]) == 2
+    assert message in capsys.readouterr().err

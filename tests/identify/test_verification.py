@@ -208,6 +208,39 @@ def test_waiting_on_the_ground_for_the_mission_is_left_out(flown: FlightRecord) 
     assert "R205" in {finding.code for finding in verified.findings}
 
 
+def test_motors_that_run_already_when_the_mission_begins_are_not_waited_for(
+    flown: FlightRecord,
+) -> None:
+    """Armed in STABILIZE it lifts off 2 s sooner after it enters AUTO; its land detector has it airborne."""
+    left = round(2.0 / flown.step_s)
+    mode = np.full(flown.time_s.size, "AUTO_MISSION", dtype="<U16")
+    mode[:left] = "STABILIZE"
+    landed = flown.is_landed.copy()
+    landed[:left] = False
+    running = replace(flown, mode=mode, is_landed=landed)
+    verified = verify_flight(running, ARTICLE, CALM)
+    assert verified.cut_before_s == pytest.approx(2.0)
+    assert verified.is_of_mission
+    assert verified.predicted.time_s == pytest.approx(verified.measured.time_s, abs=0.11)
+    assert verified.energy_fraction == pytest.approx(0.0, abs=1e-3)
+
+
+def test_firmware_before_the_one_that_is_predicted_is_named(flown: FlightRecord) -> None:
+    model = load_vehicle("arducopter-sitl-quad")
+    old = replace(
+        flown,
+        autopilot=Autopilot.ARDUPILOT,
+        firmware="APM:Copter V3.5.7 (b11c6af3)",
+        parameters={"WPNAV_SPEED": 500.0},
+    )
+    new = replace(old, firmware="ArduCopter V4.6.0 (8264a9b4)")
+    is_named = [
+        "R208" in {finding.code for finding in verify_flight(one, model, CALM).findings}
+        for one in (old, new)
+    ]
+    assert is_named == [True, False]
+
+
 def test_an_item_that_is_not_logged_is_reported_and_keeps_the_numbers(flown: FlightRecord) -> None:
     gappy = replace(flown, mission_items=(MISSION[0], *MISSION[2:]))
     verified = verify_flight(gappy, ARTICLE, CALM)

@@ -48,6 +48,15 @@ def test_what_was_flown_is_found(tmp_path: Path) -> None:
     assert record.findings == ()
 
 
+def test_a_climb_rate_that_is_positive_up_is_known_by_the_heights(tmp_path: Path) -> None:
+    [down] = _read(tmp_path, copter_telemetry().content())
+    [up] = _read(tmp_path, copter_telemetry(vz_is_up=True).content())
+    np.testing.assert_array_equal(up.climb_m_s, down.climb_m_s)
+    assert np.max(up.climb_m_s) == pytest.approx(made.CLIMB_M_S)
+    found_in = {quantity.name: quantity.found_in for quantity in up.quantities}
+    assert found_in["climb_m_s"] == "GLOBAL_POSITION_INT.vz, up as the heights say"
+
+
 def test_the_vehicle_s_clock_counts_not_when_messages_arrive(tmp_path: Path) -> None:
     log = TelemetryWriter()
     for frame in copter_telemetry().frames:

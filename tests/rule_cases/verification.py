@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from made_record import make_record
-from rule_cases.case import STEP, RuleCases, vehicle_of
+from rule_cases.case import ARDUPILOT, STEP, RuleCases, vehicle_of
 
+from planner.identify.flown_mission import lift_off
 from planner.identify.verification import KnownConditions, verify_flight
 from planner.logs.record import LoggedHome, LoggedItem
 from planner.physics.wind import Wind
@@ -96,8 +97,19 @@ def waiting(samples: int) -> tuple[Finding, ...]:
 
 
 def begun(samples: int) -> tuple[Finding, ...]:
-    """Return what is reported of a mission begun so many samples behind the last on the ground."""
-    return by_hand(int(np.flatnonzero(flown().is_landed[:100])[-1]) + samples, first=0)
+    """Return what is reported of a mission begun so many samples behind the last not above 1 m."""
+    return by_hand(lift_off(flown()) - 1 + samples, first=0)
+
+
+def of_firmware(version: str) -> tuple[Finding, ...]:
+    """Return what is reported of a flight by a version of ArduCopter."""
+    record = replace(
+        flown(),
+        autopilot=ARDUPILOT,
+        firmware=f"ArduCopter V{version}",
+        parameters={"WPNAV_SPEED": 500.0},
+    )
+    return verify_flight(record, vehicle_of(ARDUPILOT), KnownConditions(wind=CALM)).findings
 
 
 CASES: Mapping[str, RuleCases] = {
@@ -125,4 +137,9 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: waiting(21), boundary=lambda: waiting(20), silent=lambda: waiting(0)
     ),
     "R207": RuleCases(fires=lambda: begun(1), boundary=lambda: begun(0), silent=reported),
+    "R208": RuleCases(
+        fires=lambda: of_firmware("4.0.7"),
+        boundary=lambda: of_firmware("4.1.0"),
+        silent=lambda: of_firmware("4.6.0"),
+    ),
 }
