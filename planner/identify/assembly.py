@@ -640,8 +640,9 @@ NUMBER_NOT_SHOWN = Rule(
     "at another speed or payload, rest on what is usual for multirotors.",
     how="A coefficient of a response or a delay is left at 0, a resistance out, a number of momentum theory "
     "near what is usual, where the flights narrow that by less than a fifth; an exponent of hover power over "
-    "mass or air density is that of momentum theory, 3/2 and -1/2.  A response of which neither "
-    "the size nor the time is shown is no response (I102).",
+    "mass or air density is that of momentum theory, 3/2 and -1/2; a wait, height or speed of ramps stays: "
+    "without it flights would be shorter than flown.  A response of which neither the size nor the time is "
+    "shown is no response (I102).  Powers of tables are not asked: a difference from hover may be none.",
     fix="record more flights that show it: faster legs for the drag, steps for a response, climbs for the "
     "resistance of the battery",
 )

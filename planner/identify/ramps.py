@@ -247,6 +247,14 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
     predicted = np.concatenate(
         [durations_s(flight, without) for flight, without in zip(usable, others, strict=True)]
     )
+    estimates = tuple(
+        Estimate(
+            name=name,
+            value=getattr(ramps, name),
+            error=_jackknife_error([getattr(other, name) for other in others]),
+        )
+        for name in field_names(Ramps)
+    )
     outcome = StateOutcome(
         name="ramps",
         summary=(
@@ -254,14 +262,8 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
             f"{quantity.count(len(measured), 'manoeuvre')}: no references in the logs"
         ),
         unit="s",
-        estimates=tuple(
-            Estimate(
-                name=name,
-                value=getattr(ramps, name),
-                error=_jackknife_error([getattr(other, name) for other in others]),
-            )
-            for name in field_names(Ramps)
-        ),
+        estimates=estimates,
+        not_shown=tuple(e.name for e in estimates if e.error > e.value),
         segments=(*refused, *(SegmentUse.of(m, m.label, is_held_out=True) for m in manoeuvres)),
         fit_percent=fit_percent(measured, predicted),
         rms=float(np.sqrt(np.mean((predicted - measured) ** 2))),

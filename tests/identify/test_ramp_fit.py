@@ -44,7 +44,7 @@ TRUTH = Ramps(
 )
 
 
-def _flown(height_m: float, speed_m_s: float, seed: int) -> FlightRecord:
+def _flown(height_m: float, speed_m_s: float, seed: int, ramps: Ramps = TRUTH) -> FlightRecord:
     """Return a flight out, across and down again as a logger with noise records it."""
     stages = [
         Stage(kind=kind, item=1, east_m=east, north_m=north, height_m=height, speed_m_s=speed_m_s)
@@ -56,7 +56,7 @@ def _flown(height_m: float, speed_m_s: float, seed: int) -> FlightRecord:
             (StageKind.LAND, 0.0, 0.0, 0.0),
         )
     ]
-    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=speed_m_s), TRUTH)
+    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=speed_m_s), ramps)
     time_s = np.arange(0.0, float(motion.segments.duration_s.sum()), 0.1)
     state = motion.state_at_time(time_s)
     noise = np.random.default_rng(seed)
@@ -96,6 +96,21 @@ def test_predicted_durations_hold_for_a_flight_left_out(records: list[FlightReco
     assert outcome.rms < 0.7  # s, of manoeuvres of 15 to 60 s
     assert outcome.fit_percent is not None
     assert outcome.fit_percent > 90.0
+
+
+def test_a_wait_within_its_own_error_is_not_shown(records: list[FlightRecord]) -> None:
+    """Of waits of 0, 12, 0, 0.5 and 9 s the median is 0.5 s, and 4.5 s without some one flight."""
+    flights = [(25.0, 4.0), (50.0, 8.0), (75.0, 12.0), (100.0, 6.0), (40.0, 10.0)]
+    waits_s = (0.0, 12.0, 0.0, 0.5, 9.0)
+    dawdled = [
+        _flown(*flight, seed, replace(TRUTH, turn_wait_s=wait_s))
+        for seed, (flight, wait_s) in enumerate(zip(flights, waits_s, strict=True))
+    ]
+    assert identify_ramps(dawdled).outcome.not_shown == ("turn_wait_s",)
+    assert identify_ramps(records).outcome.not_shown == ()
+    found = identify_vehicle(dawdled, SETTINGS).findings
+    [finding] = [one for one in found if one.code == "I107" and "ramps" in one.message]
+    assert "turn_wait_s" in finding.message
 
 
 def test_too_few_flights_or_one_height_are_refused(records: list[FlightRecord]) -> None:
