@@ -527,6 +527,15 @@ def test_autocontinue_off_stops_px4_for_ever_and_not_ardupilot() -> None:
     assert unknown.severity is Severity.WARNING
 
 
+def test_after_the_end_there_is_nothing_for_px4_to_continue_to() -> None:
+    land = item(21, north(9), 0.0)
+    for end in (land, rtl()):
+        last = replace(end, autocontinue=False)
+        assert codes(route(takeoff(20), waypoint(9, 20), last, dialect=PX4)) == []
+    held = replace(land, autocontinue=False)
+    assert "T108" in codes(route(takeoff(20), held, takeoff(20), rtl(), dialect=PX4))
+
+
 def test_without_home_the_flight_starts_at_the_first_place() -> None:
     found = make_route(mission(takeoff(20), waypoint(100, 20), rtl(), home=None))
     assert found.stages[1].north_m == pytest.approx(100.0, abs=0.1)

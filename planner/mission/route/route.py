@@ -235,7 +235,8 @@ def make_route(
         if position == order.lap_start:
             lap_start = len(state.stages)
         reached.append(number)
-        state.follow(number, mission.items[number - 1])
+        is_last = position == len(order.visits) - 1
+        state.follow(number, mission.items[number - 1], is_last=is_last)
     flown = len(state.stages)
     findings += _boundaries(mission, state)
     assumed = len(state.stages) - flown  # a take-off put before everything

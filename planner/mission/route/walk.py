@@ -257,8 +257,8 @@ WAITS_FOR_EVER = Rule(
     summary="The vehicle waits at an item until a command continues the mission.",
     why="With autoContinue off PX4 holds at the item; ArduPilot continues.  At NAV_GUIDED_ENABLE "
     "ArduPilot waits for a companion computer.",
-    how="An item with autoContinue off is reached in flown order on PX4, or NAV_GUIDED_ENABLE on "
-    "ArduPilot.  A warning where the autopilot is unknown.",
+    how="An item with autoContinue off is reached in flown order on PX4, but a return and a landing at the "
+    "end, or NAV_GUIDED_ENABLE on ArduPilot.  A warning where the autopilot is unknown.",
     fix="set autoContinue, unless a pilot will continue the mission",
     instead="autoContinue, or a mission without NAV_GUIDED_ENABLE",
 )
@@ -398,7 +398,7 @@ class MissionState:
     remarks: Remarks = field(default_factory=Remarks)
     amsl_items: list[int] = field(default_factory=list)
 
-    def follow(self, number: int, item: MissionItem) -> None:
+    def follow(self, number: int, item: MissionItem, *, is_last: bool = False) -> None:
         """Fly one item; raise the error about one that holds a number no vehicle can fly."""
         self.number, self.place = number, item.place
         self.visit += 1
@@ -412,7 +412,9 @@ class MissionState:
         if is_navigation(item.command):
             self.queued, self.is_speed_late, self.is_climb_late = 0, False, False
         self.queued += is_queued(item.command)
-        if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
+        # After a landing at the end, and a return, there is nothing to continue to.
+        ends = self.is_over and (is_last or item.command == Command.NAV_RETURN_TO_LAUNCH)
+        if not (item.autocontinue or ends or self.dialect is Autopilot.ARDUPILOT):
             is_px4 = self.dialect is Autopilot.PX4
             other = "" if is_px4 else ", ArduPilot continues"
             message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
