@@ -48,6 +48,7 @@ _OF_AGENT = (
     "energy_wh",
     "energy_by_state_wh",
     "has_landed",
+    "turned_back_s",
 )
 _OF_BATTERY = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
 _OF_FAULT = ("kind", "vehicle", "at_s", "lasts_s")
@@ -148,7 +149,8 @@ def goal_text(result: SwarmResult) -> str:
         for time_s in [goal.time_to_s(fraction)]
         if time_s is not None
     ]
-    return f"{quantity.percent(goal.fraction)} of the {goal.what}; {', '.join(times) or 'never half of it'}"
+    reached = quantity.beside(goal.fraction, 1.0, quantity.percent)
+    return f"{reached} of the {goal.what}; {', '.join(times) or 'never half of it'}"
 
 
 def _row(result: SwarmResult, one: SwarmAgent) -> tuple[str, ...]:
@@ -163,8 +165,17 @@ def _row(result: SwarmResult, one: SwarmAgent) -> tuple[str, ...]:
         str(one.stops),
         quantity.duration(one.waited_s),
         quantity.ABSENT if near is None else quantity.distance(near.distance_m),
-        "" if one.has_landed else "in the air",
+        agent_end(one),
     )
+
+
+def agent_end(one: SwarmAgent) -> str:
+    """Return what is to be said of how the flight of an agent ended, if anything."""
+    if not one.has_landed:
+        return "in the air"
+    if one.turned_back_s is None:
+        return ""
+    return f"home early for its battery, from {quantity.clock(one.turned_back_s)} on"
 
 
 def swarm_json(result: SwarmResult, *, version: str) -> str:

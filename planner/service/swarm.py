@@ -185,6 +185,8 @@ class SwarmAgent(Value, eq=False):
     """What flying against gusts took of its energy; ``None``: it met none. [Wh]"""
     strongest_gust_m_s: float = 0.0
     """That it flew against. [m s⁻¹]"""
+    turned_back_s: float | None = None
+    """When it flew home for its battery before it was done; ``None``: it did not. [s]"""
 
     @property
     def time_s(self) -> float:
@@ -372,7 +374,9 @@ def simulate_fleet(
     record = Record.of(steps, swarm)
     distances = predict_distances(record, tuple(one.name for one in agents), separation_m)
     flown = tuple(
-        with_drop(with_gusts(_flown(record, row, body), record, row), drop)
+        with_drop(
+            with_gusts(_flown(record, row, body, float(swarm.turns_back_s[row])), record, row), drop
+        )
         for row, (body, drop) in enumerate(zip(bodies, drops, strict=True))
     )
     allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
@@ -801,8 +805,8 @@ def _level_power_w(body: _Body, speed_m_s: float) -> float:
     return float(body.vertical.power.power_w(state, kind, np.array([speed_m_s]))[0])
 
 
-def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
-    """Return what one agent did."""
+def _flown(record: Record, row: int, body: _Body, turns_back_s: float) -> SwarmAgent:
+    """Return what one agent did; ``turns_back_s`` is infinite of one that did not turn back."""
     flight = agent_flight(
         record, row, vertical=body.vertical, speed_m_s=body.agent.speed_m_s, height_m=body.height_m
     )
@@ -824,6 +828,7 @@ def _flown(record: Record, row: int, body: _Body) -> SwarmAgent:
         energy_wh=energy_wh,
         energy_by_state_wh=by_state,
         battery=budget,
+        turned_back_s=turns_back_s if math.isfinite(turns_back_s) else None,
     )
 
 
@@ -860,7 +865,8 @@ def _deadlock_findings(members: Sequence[str]) -> Iterator[Finding]:
 
 def _too_near_text(near: Approach, required_m: float) -> str:
     return (
-        f"{near.first} and {near.second}: {quantity.distance(near.distance_m)} apart at "
+        f"{near.first} and {near.second}: "
+        f"{quantity.beside(near.distance_m, required_m, quantity.distance)} apart at "
         f"{quantity.duration(near.time_s)}; {quantity.distance(required_m)} required"
     )
 

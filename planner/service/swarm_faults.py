@@ -87,12 +87,17 @@ def fault_text(fault: Fault) -> str:
         since = f"from {quantity.clock(fault.at_s)} to {quantity.clock(fault.at_s + fault.lasts_s)}"
     what = {
         FaultKind.KEEPS_COMMAND: "keeps its last command",
-        FaultKind.LOSES_POSITION: f"errs about its position by {quantity.speed(fault.drift_m_s)}",
+        FaultKind.LOSES_POSITION: f"errs about its position by {_as_given(fault.drift_m_s)}",
         FaultKind.BATTERY_DROPS: f"has {quantity.percent(fault.charge_left)} of its battery",
         FaultKind.LINK_LATE: f"does {quantity.duration(fault.late_s)} late what it has to do for others",
-        FaultKind.GUSTS: f"in gusts of a wind of {quantity.speed(fault.wind_m_s)}",
+        FaultKind.GUSTS: f"in gusts of a wind of {_as_given(fault.wind_m_s)}",
     }[fault.kind]
     return f"{who} {what} {since}"
+
+
+def _as_given(speed_m_s: float | None) -> str:
+    """Return a speed of the file: one of 0.25 m/s is no 0.2 m/s."""
+    return quantity.ABSENT if speed_m_s is None else f"{speed_m_s:.3g} m/s"
 
 
 def drop_of(fleet: Fleet, vehicle: str) -> Fault | None:

@@ -326,6 +326,7 @@ def test_agents_fly_home_while_their_batteries_bring_them_there(amp_hours: float
         assert one.has_landed
         assert one.battery is not None
         assert one.battery.margin_wh >= 0.0
+    assert any(one.turned_back_s is not None for one in flown.agents)
     # they did not see it all
     assert "S137" in {one.code for one in flown.findings}
 

@@ -169,6 +169,8 @@ class Swarm:
         self._left_m = np.full(count, np.inf)
         """The least that was left of the way to its goal."""
         self._returns = np.zeros(count, np.bool_)
+        self.turns_back_s = np.full(count, np.inf)
+        """When each had to fly home before it was done. (n,) [s]"""
         self._on_s = np.zeros(count)
         """When each last came on, or wanted to go nowhere. [s]"""
         self._leader: int | None = None
@@ -245,8 +247,14 @@ class Swarm:
                 return
             step = self._next()
             if meter is not None:
-                self._returns |= meter.take(step)
+                self._turn_back(meter.take(step))
             yield step
+
+    def _turn_back(self, has_to: BoolArray) -> None:
+        """Let agents fly home that have to; note who was not on its way home already."""
+        early = has_to & ~self._returns & (self._goal_m != self._home_m).any(axis=1)
+        self.turns_back_s[early] = self.time_s
+        self._returns |= has_to
 
     def _stop_zones(self) -> Capsules:
         ways_m = self._dynamics.ways_m(self._motions)

@@ -19,6 +19,7 @@ from planner.report.plots.swarm import (
 )
 from planner.report.swarm import (
     NUMBERS_CUT_SHORT,
+    agent_end,
     numbers_document,
     numbers_headline,
     numbers_note,
@@ -138,7 +139,7 @@ def swarm_html(result: SwarmResult, *, version: str, made_at: datetime) -> str:
                 {
                     "name": one.name,
                     "numbers": _numbers(document, f"agents.{row}.", _OF_AGENT),
-                    "vehicle": one.vehicle if one.has_landed else f"{one.vehicle}, in the air",
+                    "vehicle": ", ".join(filter(None, (one.vehicle, agent_end(one)))),
                 }
                 for row, one in enumerate(result.agents)
             ],
