@@ -25,6 +25,7 @@ from planner.fleet.swarm.yielding import LateLink, Passage, Traveller, Wait, Yie
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.service.fleet import SortieChecks, fly_sorties
 from planner.service.fleet_separation import fleet_spacing, members
+from planner.service.preflight import UnreadableMission
 from planner.service.separation import why_left_out
 from planner.service.swarm_carried import Carried, carried_approaches, predict_carried
 from planner.service.swarm_sorties import StoppedSorties
@@ -210,6 +211,8 @@ def planned_sorties(fleet: Fleet) -> tuple[FlownSortie, ...]:
     for one in flown:
         if one.time_s <= 0.0:
             msg = f"{fleet.source}: sortie.{one.name} {why_left_out(one.result)}"
+            if isinstance(one.result, UnreadableMission):
+                msg += f": {one.result.file}: {one.result.findings[0].message}"
             raise UsageError(msg)
     return flown
 

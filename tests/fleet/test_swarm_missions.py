@@ -261,6 +261,13 @@ def test_a_fleet_without_sorties_has_nothing_to_simulate() -> None:
         simulated(*crossing()[:2], policy="none", **MISSIONS)
 
 
+def test_a_mission_that_cannot_be_read_is_named_with_what_is_wrong() -> None:
+    sorties = sortie("s1", "a", 0.0, job="away")
+    job = '[job.away]\nmission = "away.plan"\n'
+    with pytest.raises(UsageError, match=r"s1 cannot be read: .*away\.plan: no such file"):
+        simulated(crossing()[0] + crossing()[1] + job, sorties, policy="stop")
+
+
 @pytest.mark.parametrize("seed", [4, 11])
 def test_whoever_flies_them_drawn_missions_keep_apart(seed: int) -> None:
     """`tests/bench/test_swarm_campaign.py` draws a hundred."""
