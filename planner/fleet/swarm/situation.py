@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +25,7 @@ _AHEAD_S = 20.0
 15 m aside at 2 m/s, with the article's response. [s]"""
 
 
-class SwarmSituation(Value, eq=False):
+class SwarmSituation(Value, eq=False, dict=True):
     """All agents at one tick; rows are agents, east and north their columns."""
 
     time_s: float
@@ -92,13 +93,24 @@ class SwarmSituation(Value, eq=False):
         no nearer.
         """
         command_m_s = np.where(self.is_deaf[:, None], self.command_m_s, command_m_s)
-        further_m = SWING * ticks * self.tick_s * float(self.speed_m_s.max(initial=0.0))
-        pairs = near_pairs(self.zones, self.separation_m + 2.0 * further_m, self.is_there)
+        pairs = self._near_pairs(ticks)
         if not len(pairs[0]):
             return np.ones(len(self.rank), np.bool_)
         after = self.granted_zones(command_m_s, ticks)
         rank = np.where(self.is_deaf, -1, self.rank)
         return _granted(self.zones, after, pairs, rank, self.separation_m) | self.is_deaf
+
+    @cached_property
+    def _pairs(self) -> dict[int, tuple[IndexArray, IndexArray]]:
+        """Those that are near, by the ticks within which they may meet: policies ask several times."""
+        return {}
+
+    def _near_pairs(self, ticks: int) -> tuple[IndexArray, IndexArray]:
+        if ticks not in self._pairs:
+            further_m = SWING * ticks * self.tick_s * float(self.speed_m_s.max(initial=0.0))
+            reach_m = self.separation_m + 2.0 * further_m
+            self._pairs[ticks] = near_pairs(self.zones, reach_m, self.is_there)
+        return self._pairs[ticks]
 
 
 def zones_ahead(
