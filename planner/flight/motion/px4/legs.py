@@ -450,12 +450,11 @@ def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Le
     start[climbing], acceleration[climbing] = part.takeoffs.speed_m_s[climbing], 0.0
     moving = np.flatnonzero(limits.length_m > STILL_M)
     straights = _unmoved(start)
-    straights.put(
-        moving,
-        fly_straights(
+    if len(moving):
+        flown_straights = fly_straights(
             limits.select(moving), start_m_s=start[moving], acceleration_m_s2=acceleration[moving]
-        ),
-    )
+        )
+        straights.put(moving, flown_straights)
     flown = Px4Legs(
         **field_values(begun),
         turn_s=turns.duration_s,

@@ -270,10 +270,10 @@ def _flown(
     """Return how moves are flown, and the pieces of that, as a vehicle does that does not lag."""
     legs = fly_legs(moves, parameters)
     for _ in range(2):  # what waits stops, and is longer underway
-        waits = yaw_waits_s(legs, parameters)
-        if not (waits > moves.hold_s).any():
+        hold_s = np.maximum(yaw_waits_s(legs, parameters), moves.hold_s)
+        if np.array_equal(hold_s, legs.planned.hold_s):
             break
-        legs = fly_legs(replace(moves, hold_s=np.maximum(waits, moves.hold_s)), parameters)
+        legs = fly_legs(replace(moves, hold_s=hold_s), parameters)
     pieces = Px4Pieces()
     add_takeoffs(pieces, legs, parameters)
     add_legs(pieces, legs, parameters, time_scale=time_scale)
