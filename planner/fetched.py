@@ -14,10 +14,9 @@ KEY = "fetched"
 """Of a plan, where QGroundControl and MAVSDK pass over keys that they do not know."""
 _COMMENT = "# Fetched: "
 """Begins the line of a parameter file."""
-_TEXT = re.compile(
-    r"(?P<time>\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ) vehicle (?P<vehicle>[0-9a-f]{1,64}|-) "
-    r"parameters (?P<parameters>[0-9a-f]{16})",
-    re.ASCII,
+_TEXT = (
+    r"(?a)(?P<time>\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ) vehicle (?P<vehicle>[0-9a-f]{1,64}|-) "
+    r"parameters (?P<parameters>[0-9a-f]{16})"
 )
 _SELF_SET = (
     *("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK"),
@@ -50,7 +49,7 @@ class FetchMark(Value):
     @classmethod
     def read(cls, text: object) -> Self | None:
         """Return the mark in the value of a plan's key; ``None`` where it is none."""
-        found = _TEXT.fullmatch(text) if isinstance(text, str) else None
+        found = re.fullmatch(_TEXT, text) if isinstance(text, str) else None
         if found is None:
             return None
         return cls(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
 
-_ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
+_ITEM = r"(?P<pattern>.+)#(?P<item>\d+)"
 _MOST_BYTES = 1 << 26
 """250,000 findings of 256 bytes."""
 
@@ -106,7 +106,7 @@ def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -
     ValueError
         If the key can mean no file or no item.
     """
-    with_item = _ITEM.fullmatch(key)
+    with_item = re.fullmatch(_ITEM, key)
     pattern = with_item["pattern"] if with_item else key
     item = int(with_item["item"]) if with_item else None
     if item == 0:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy  # noqa: F401 - first: typing_extensions, which msgspec loads, slows it down
 
 from planner import __version__, quantity
 from planner.cli.check_output import attach_baseline, refuse_output, rendered, write_attachments

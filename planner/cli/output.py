@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -34,6 +33,8 @@ def standard_medium(output: Path | None = None) -> Medium:
 
     if output is not None or sys.stdout is None or not sys.stdout.isatty():
         return Medium()
+    import shutil
+
     return Medium(
         width=min(shutil.get_terminal_size().columns, _WIDEST),
         is_coloured=not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb",

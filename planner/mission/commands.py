@@ -6,11 +6,12 @@ The table is generated from the dialects common and ardupilotmega as pymavlink c
 
 from __future__ import annotations
 
-import json
 from enum import IntEnum, StrEnum
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import msgspec
 
 from planner.autopilot import Autopilot
 from planner.values import Value
@@ -132,7 +133,7 @@ class CommandTable(Value):
 @cache
 def load_command_table() -> CommandTable:
     """Return the generated table; read once, on first use."""
-    table = json.loads(Path(__file__).with_name("mavlink_commands.json").read_text("utf-8"))
+    table = msgspec.json.decode(Path(__file__).with_name("mavlink_commands.json").read_bytes())
     return CommandTable(
         commands={
             int(number): CommandDefinition(

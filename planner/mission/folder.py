@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import gzip
 import os
-import zipfile
-import zlib
 from pathlib import Path, PurePath
 from typing import IO, TYPE_CHECKING
 
@@ -16,6 +13,8 @@ from planner.mission.formats.litchi import is_litchi
 from planner.values import Value
 
 if TYPE_CHECKING:
+    import gzip
+    import zipfile
     from collections.abc import Mapping, Sequence
 
 _BEGINNINGS: Mapping[str, tuple[bytes, ...]] = {
@@ -55,20 +54,37 @@ class FolderMissions(Value):
 def is_mission(path: Path) -> bool:
     """Return whether a file is a mission by its name, or by its content where others have such names."""
     suffix = path.suffix.lower()
+    if suffix == ".gz" or suffix in _PACKED:
+        return _packs_mission(path, suffix)
+    if suffix in MISSION_SUFFIXES:
+        return True
+    try:
+        with path.open("rb") as file:
+            return _holds_mission(path.name, file)
+    except OSError:
+        return _is_called_mission(path)
+
+
+def _is_called_mission(path: Path) -> bool:
+    """Return whether a file that is locked or damaged is one by its name: the reader says what it has."""
+    suffix = path.suffix.lower()
+    return PurePath(path.stem).suffix.lower() in MISSION_SUFFIXES or suffix == ".kmz"
+
+
+def _packs_mission(path: Path, suffix: str) -> bool:
+    # what packed files are read with is imported for them alone
+    import gzip
+    import zipfile
+    import zlib
+
     try:
         if suffix == ".gz":
             with gzip.open(path) as file:
                 return _holds_mission(path.stem, file)
-        if suffix in _PACKED:
-            with zipfile.ZipFile(path) as archive:
-                return any(_is_packed_mission(archive, name) for name in archive.namelist())
-        if suffix in MISSION_SUFFIXES:
-            return True
-        with path.open("rb") as file:
-            return _holds_mission(path.name, file)
+        with zipfile.ZipFile(path) as archive:
+            return any(_is_packed_mission(archive, name) for name in archive.namelist())
     except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError):
-        # damaged or locked: the reader says so of what is called a mission
-        return PurePath(path.stem).suffix.lower() in MISSION_SUFFIXES or suffix == ".kmz"
+        return _is_called_mission(path)
 
 
 def _is_packed_mission(archive: zipfile.ZipFile, name: str) -> bool:

@@ -633,7 +633,11 @@ class StepResponse(Value):
         return self.system.delay_s + _quiet_after_s(make_modes(left, modes.denominator), least)
 
     def _reached_s(self, level: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        return _bracketed_roots(lambda t: (self.value(t) - level, self.slope(t)), low, high)
+        def away_and_slope(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+            slope, value = self.slope_and_value(t)
+            return value - level, slope
+
+        return _bracketed_roots(away_and_slope, low, high)
 
 
 def _quiet_after_s(modes: Modes, limit: float) -> float:

@@ -100,8 +100,8 @@ TAKEOFF_BLOCKED = Rule(
 )
 _TELEMETRY_PORTS = frozenset({16, 38})
 """SERIALn_PROTOCOL of telemetry from motor controllers, and of FETtec's."""
-_PORT = re.compile(r"SERIAL\d+_PROTOCOL")
-_TELLS_SPEEDS = re.compile(r"SERVO_BLH_BDMASK|CAN_P\d_DRIVER|SIM_ESC_TELEM")
+_PORT = r"SERIAL\d+_PROTOCOL"
+_TELLS_SPEEDS = r"SERVO_BLH_BDMASK|CAN_P\d_DRIVER|SIM_ESC_TELEM"
 
 
 @judges(TAKEOFF_BLOCKED, needs=(ARDUPILOT,))
@@ -110,8 +110,8 @@ def _takeoff_blocked(a: Assessment, _parameters: ArduPilotParameters) -> Iterato
     least, most = values.get("TKOFF_RPM_MIN", 0.0), values.get("TKOFF_RPM_MAX", 0.0)
     if least <= 0.0:
         return
-    ports = {int(value) for name, value in values.items() if _PORT.fullmatch(name)}
-    is_told = any(_TELLS_SPEEDS.fullmatch(name) and value for name, value in values.items())
+    ports = {int(value) for name, value in values.items() if re.fullmatch(_PORT, name)}
+    is_told = any(value and re.fullmatch(_TELLS_SPEEDS, name) for name, value in values.items())
     asked = f"TKOFF_RPM_MIN is {least:g}"
     if 0.0 < most < least:
         yield a.finding(

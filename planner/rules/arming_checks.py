@@ -103,12 +103,12 @@ _GAINS = (
     *((f"ATC_ANG_{axis}_P",) for axis in ("RLL", "PIT", "YAW")),
 )
 """Gains above 0, each from 4.7 on and before."""
-_SWITCHES = re.compile(r"RC\d+_OPTION")
-_PORTS = re.compile(r"SERIAL\d_PROTOCOL")
-_RELAY_FUNCTIONS = re.compile(r"RELAY\d+_FUNCTION")
+_SWITCHES = r"RC\d+_OPTION"
+_PORTS = r"SERIAL\d_PROTOCOL"
+_RELAY_FUNCTIONS = r"RELAY\d+_FUNCTION"
 _OPTIONS = 256
 """Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
-_OUTPUTS, _OUTPUTS_OF_A_FILE = re.compile(r"SERVO\d+_FUNCTION"), 8
+_OUTPUTS, _OUTPUTS_OF_A_FILE = r"SERVO\d+_FUNCTION", 8
 """The outputs of a vehicle, and the least number of them: a file with fewer does not list them all."""
 _MOTOR_OUTPUTS = (*range(33, 41), *range(82, 86))
 """SERVOx_FUNCTION of the twelve motors."""
@@ -224,9 +224,10 @@ class ArduPilotGiven(NamedTuple):
         if self.value(f"{prefix}_MAX", default=1900) < trim:
             yield f"{prefix}_MAX is below {prefix}_TRIM"
 
-    def counted(self, pattern: re.Pattern[str]) -> Counter[int]:
+    def counted(self, pattern: str) -> Counter[int]:
         """Return how often each value is given to the parameters of a pattern."""
-        return Counter(int(value) for name, value in self.values.items() if pattern.fullmatch(name))
+        matches = re.compile(pattern).fullmatch
+        return Counter(int(value) for name, value in self.values.items() if matches(name))
 
     @property
     def motors_without_output(self) -> bool:

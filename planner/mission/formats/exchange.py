@@ -93,20 +93,16 @@ _SIGNATURES: tuple[tuple[bytes, int, str], ...] = (
 )
 """First bytes, their offset, and the sentence."""
 
-_XML_ROOT = re.compile(r"<\s*([A-Za-z_][\w.-]*:)?([A-Za-z_][\w.-]*)")
-_XML_SKIP = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>", re.DOTALL | re.IGNORECASE)
+_XML_ROOT = r"<\s*([A-Za-z_][\w.-]*:)?([A-Za-z_][\w.-]*)"
+_XML_SKIP = r"(?si)<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>"
 _XML: dict[str, str] = {
     "mission": "this is a MultiWii or iNav mission (XML): those autopilots do not speak MAVLink's "
     "mission items; plan it in QGroundControl or Mission Planner",
     "gpx": "this is a GPS track (GPX): plan it in QGroundControl or Mission Planner",
     "html": "this is a web page, not a mission: the download may have gone wrong",
 }
-_PYTHON = re.compile(
-    r"^(?:import \w|from \w+(?:\.\w+)* import |def \w+\(|class \w+|#!.*python)", re.MULTILINE
-)
-_PARAMETERS = re.compile(
-    r"^(?:\d+\s+\d+\s+)?[A-Z][A-Z0-9_]{2,15}[\s,]+[-+.\deE]+(?:\s+\d+)?\s*$", re.MULTILINE
-)
+_PYTHON = r"(?m)^(?:import \w|from \w+(?:\.\w+)* import |def \w+\(|class \w+|#!.*python)"
+_PARAMETERS = r"(?m)^(?:\d+\s+\d+\s+)?[A-Z][A-Z0-9_]{2,15}[\s,]+[-+.\deE]+(?:\s+\d+)?\s*$"
 
 
 def describe_binary(data: bytes) -> str | None:
@@ -129,16 +125,16 @@ def describe_xml(text: str) -> str:
 def xml_root(text: str) -> str:
     """Return the name of the element that a text of XML is, without its prefix; ``""`` for none."""
     # Comments may be long; what names the document is near its beginning.
-    match = _XML_ROOT.search(_XML_SKIP.sub("", text[:20_000]))
+    match = re.search(_XML_ROOT, re.sub(_XML_SKIP, "", text[:20_000]))
     return "" if match is None else match[2]
 
 
 def describe_text(text: str) -> str:
     """Return the sentence about a text that is no mission."""
     head = text.lstrip()[:20_000]
-    if _PYTHON.search(head):
+    if re.search(_PYTHON, head):
         return f"this is Python source, not a mission: {_GIVE_A_MISSION}"
-    if len(_PARAMETERS.findall(head)) >= 3:
+    if len(re.findall(_PARAMETERS, head)) >= 3:
         return "this is a parameter file, not a mission: give it with --params"
     first = head.splitlines()[0][:40]
     return f"this is no mission, it begins with {first!r}: {_GIVE_A_MISSION}"

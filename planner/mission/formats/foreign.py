@@ -63,11 +63,14 @@ class RoutePoint(Value):
 LONGEST_ACTION_S = 6.0
 """Of photos and recordings: DJI's waypoint missions go on with the next action after that (DJI Mobile SDK,
 ``DJIWaypointActionType``); turns of gimbal and vehicle are taken to last no longer. [s]"""
-KEEP_OUT = re.compile(
-    r"no.?(fly|go)|keep.?out|exclu|prohib|forbid|restrict|\bnfz\b|avoid", re.IGNORECASE
-)
-"""Names of areas that are to be stayed out of."""
+_KEEP_OUT = r"(?i)no.?(fly|go)|keep.?out|exclu|prohib|forbid|restrict|\bnfz\b|avoid"
+"""In names of areas that are to be stayed out of."""
 _START = Place(1, 1)
+
+
+def keeps_out(name: str) -> bool:
+    """Return whether an area of a name is to be stayed out of."""
+    return re.search(_KEEP_OUT, name) is not None
 
 
 class RouteEnds(Value):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.errors import MissionFileError
 from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import KEEP_OUT, foreign_mission, line_points
+from planner.mission.formats.foreign import foreign_mission, keeps_out, line_points
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,7 +109,7 @@ def _area(shape: dict[str, Any], name: str, source: str) -> FencePolygon:
         msg = "GeoJSON with an area that has holes, or fewer than three corners: mend or remove it"
         raise MissionFileError(msg, source=source)
     corners = tuple((position[1], position[0]) for position in ring[:-1])
-    return FencePolygon(inclusion=KEEP_OUT.search(name) is None, vertices_deg=corners)
+    return FencePolygon(inclusion=not keeps_out(name), vertices_deg=corners)
 
 
 def _positions(found: object, source: str) -> list[list[float]]:

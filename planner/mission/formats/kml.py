@@ -17,12 +17,12 @@ from planner.findings import Place
 from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
 from planner.mission.formats.foreign import (
-    KEEP_OUT,
     LONGEST_ACTION_S,
     Ending,
     RouteEnds,
     RoutePoint,
     foreign_mission,
+    keeps_out,
     line_points,
 )
 from planner.mission.items import MOST_ITEMS
@@ -198,7 +198,7 @@ def _corners(element: ET.Element, name: str, *, source: str) -> list[list[float]
 
 def _areas(mark: ET.Element, *, source: str) -> Iterator[FencePolygon]:
     """Yield the areas of a placemark, and their holes as areas to stay out of."""
-    is_inside = KEEP_OUT.search(_text(mark, "name") or "") is None
+    is_inside = not keeps_out(_text(mark, "name") or "")
     for polygon in _all(mark, "Polygon"):
         holes = list(_all(polygon, "innerBoundaryIs"))
         if holes and not is_inside:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from typing import TYPE_CHECKING
 
@@ -39,6 +38,8 @@ def read_litchi(text: str, *, source: str) -> Mission:
 
     Raises MissionFileError with the line of what cannot be read, and where its units are not metric.
     """
+    import csv
+
     rows = csv.reader(text.splitlines())
     names = [name.strip().lower() for name in next(rows)]
     imperial = [name for name in names if name.endswith(("(ft)", "(mph)", "(feet)"))]

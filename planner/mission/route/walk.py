@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
@@ -39,7 +38,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
-from planner.values import replace
+from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -336,8 +335,7 @@ def _acts_at_the_end(stage: Stage, one: HeldItem, item: MissionItem) -> bool:
     return True
 
 
-@dataclass(slots=True)
-class MissionState:
+class MissionState(Value, frozen=False, eq=False):
     """A mission half followed: place, height, speeds, home, and the stages so far."""
 
     source: str
