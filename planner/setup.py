@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import cache
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
@@ -933,7 +934,8 @@ class Output(Declared):
     """Typed only: a file that comes with a mission turns no verdict into success."""
 
 
-def settings() -> dict[str, Setting]:
+@cache
+def settings() -> Mapping[str, Setting]:
     """Return every setting by its key."""
     return {setting.key: setting for cls in (Setup, Together, Output) for setting in declared(cls)}
 
