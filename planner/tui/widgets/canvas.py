@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from rich.segment import Segment as Run
+from textual.geometry import Region
 from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 
 if TYPE_CHECKING:
+    from rich.style import Style
     from textual import events
     from textual.app import RenderResult
 
@@ -54,6 +56,9 @@ class Drawing(Widget, can_focus=True):
         self.cursor_s = 0.0
         self._still: Canvas | None = None
         self._shown: Canvas | None = None
+        self._stale: Canvas | None = None
+        """What the screen still shows of a cursor that has moved."""
+        self._styles: dict[str, Style] = {}
 
     @property
     def end_s(self) -> float:
@@ -82,13 +87,38 @@ class Drawing(Widget, can_focus=True):
 
     def redraw(self) -> None:
         """Draw everything again."""
-        self._still = None
-        self.move_cursor()
+        self._still = self._shown = self._stale = None
+        self.refresh()
 
     def move_cursor(self) -> None:
-        """Draw the cursor again."""
-        self._shown = None
-        self.refresh()
+        """Draw the cursor again: of a key that moves it twice once, and only the rows that change."""
+        if self._shown is None:
+            if self._stale is None:
+                self.refresh()
+            return
+        if self._stale is not None:  # painted since, nobody knows how much of it
+            self.refresh()
+        self._stale, self._shown = self._shown, None
+        self.call_next(self._show_moved)
+
+    def _show_moved(self) -> None:
+        stale, self._stale = self._stale, None
+        if stale is not None and self.size:
+            for row in self._drawn().rows_unlike(stale):
+                self.refresh(Region(0, row, self.size.width, 1))
+
+    def notify_style_update(self) -> None:
+        """Look the styles up again."""
+        self._styles.clear()
+        super().notify_style_update()
+
+    def _style(self, ink: str) -> Style:
+        """Return the style of an ink; the widget's own where there is none."""
+        style = self._styles.get(ink)
+        if style is None:
+            style = self.get_component_rich_style(f"drawing--{ink}") if ink else self.rich_style
+            self._styles[ink] = style
+        return style
 
     def on_resize(self, event: events.Resize) -> None:  # noqa: ARG002 - given by textual
         """Draw for the new size."""
@@ -100,18 +130,19 @@ class Drawing(Widget, can_focus=True):
 
     def render_line(self, y: int) -> Strip:
         """Return a row of the canvas."""
+        shown = self._drawn()
+        if y >= shown.rows:
+            return Strip.blank(self.size.width, self._style(""))
+        return Strip([Run(text, self._style(ink)) for text, ink in shown.runs(y)], self.size.width)
+
+    def _drawn(self) -> Canvas:
+        """Return the canvas with the cursor where it is."""
         if self._shown is None:
             if self._still is None:
                 self._still = self.still_canvas(self.size.width, self.size.height)
             self._shown = self._still.copy()
             self.draw_cursor(self._shown)
-        if y >= self._shown.rows:
-            return Strip.blank(self.size.width, self.rich_style)
-        runs = [
-            Run(text, self.get_component_rich_style(f"drawing--{ink}") if ink else self.rich_style)
-            for text, ink in self._shown.runs(y)
-        ]
-        return Strip(runs, self.size.width)
+        return self._shown
 
 
 DOTS_ACROSS, DOTS_DOWN = 2, 4
@@ -197,6 +228,16 @@ class Canvas:
         """Write a character of a line through everything: of a letter it takes the ink alone."""
         there = self._characters.get((row, column), "")
         self.write(column, row, there if there.isalnum() else character, ink)
+
+    def rows_unlike(self, other: Canvas) -> list[int]:
+        """Return the rows on which another drawing, of any size, is not the same."""
+        if (self.rows, self.columns) != (other.rows, other.columns):
+            return list(range(self.rows))
+        dots = (self._dots != other._dots).any(axis=1)
+        unlike = dots.reshape(-1, DOTS_DOWN).any(axis=1) | (self._inks != other._inks).any(axis=1)
+        written = self._characters.items() ^ other._characters.items()
+        unlike[[row for (row, _), _ in written]] = True
+        return np.flatnonzero(unlike).tolist()
 
     def runs(self, row: int) -> list[tuple[str, str]]:
         """Return one row as runs of text, each with its ink; blank where nothing was drawn."""

@@ -94,7 +94,7 @@ class DetailsPane(VerticalScroll):
     DetailsPane {
         background: $surface;
         scrollbar-size-vertical: 1;
-        & > Static { width: 1fr; padding: 0 1; }
+        & > Static { width: 1fr; min-height: 100%; padding: 0 1; }
     }
     """
     can_focus: ClassVar[bool] = True  # type: ignore[misc] # scrolled by keys
@@ -114,7 +114,11 @@ class DetailsPane(VerticalScroll):
         for label, text in details.parts:
             head = Content.styled(f"{label}  ", "bold") if label else Content("")
             lines.append(Content.assemble(head, Content(text)))
-        self.query_one("#details-text", Static).update(Content("\n").join(lines))
+        text, body = Content("\n").join(lines), self.query_one("#details-text", Static)
+        # Every widget of the screen is laid out again only where the text needs other room.
+        width, room = body.content_size.width, self.container_size.height
+        fits = width > 0 and body.size.height == max(text.get_height({}, width), room)
+        body.update(text, layout=not fits)
         self.scroll_home(animate=False)
 
 
