@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NoReturn
 
+import msgspec
 import numpy as np
 
 from planner import quantity
@@ -38,7 +39,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
-from planner.values import Value, field, replace
+from planner.values import field, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -335,7 +336,7 @@ def _acts_at_the_end(stage: Stage, one: HeldItem, item: MissionItem) -> bool:
     return True
 
 
-class MissionState(Value, frozen=False, eq=False):
+class MissionState(msgspec.Struct, kw_only=True, eq=False):
     """A mission half followed: place, height, speeds, home, and the stages so far."""
 
     source: str
