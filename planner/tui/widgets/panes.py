@@ -114,11 +114,11 @@ class DetailsPane(VerticalScroll):
         for label, text in details.parts:
             head = Content.styled(f"{label}  ", "bold") if label else Content("")
             lines.append(Content.assemble(head, Content(text)))
-        text, body = Content("\n").join(lines), self.query_one("#details-text", Static)
+        content, body = Content("\n").join(lines), self.query_one("#details-text", Static)
         # Every widget of the screen is laid out again only where the text needs other room.
         width, room = body.content_size.width, self.container_size.height
-        fits = width > 0 and body.size.height == max(text.get_height({}, width), room)
-        body.update(text, layout=not fits)
+        fits = width > 0 and body.size.height == max(content.get_height({}, width), room)
+        body.update(content, layout=not fits)
         self.scroll_home(animate=False)
 
 
