@@ -21,6 +21,7 @@ from planner.cli.options import (
 )
 from planner.cli.output import narrate, write_data
 from planner.errors import ExitCode, UsageError
+from planner.link.upload import LONGEST_S
 from planner.mission.files import read_mission
 from planner.report.comparison import difference_lines
 from planner.service.upload import UploadOptions, send_mission
@@ -30,11 +31,6 @@ from planner.setup import Output, Setup
 if TYPE_CHECKING:
     from planner.link.upload import UploadResult
     from planner.service.upload import UploadProposal
-
-
-_LISTEN_S = 3.0
-"""PX4 judges a mission within one, and says every so often which its latest report is: a lost one is known
-by then. [s]"""
 
 
 @click.command(
@@ -56,9 +52,9 @@ by then. [s]"""
 @kind_option(
     "--listen",
     Number("s", 0.0, 600.0),
-    "how long to listen for the vehicle's own rejection",
+    "how long to listen for the vehicle's own rejection [default: until it shows that it has taken the "
+    f"mission, {LONGEST_S:g} s at most]",
     name="listen_s",
-    default=_LISTEN_S,
 )
 @setting_options(*CHECK_GROUPS)
 @link_options
@@ -69,7 +65,7 @@ def command(
     force: bool,
     keep_fence: bool,
     yes: bool,
-    listen_s: float,
+    listen_s: float | None,
     **options: object,
 ) -> ExitCode:
     """Check a mission for a vehicle and put it there: mission, fence and rally points.
@@ -118,6 +114,10 @@ def command(
         narrate("nothing was sent")
         return ExitCode.NO_GO
     _tell(upload.result)
+    took = ", ".join(
+        f"{part} {quantity.decimals(span_s, 1)} s" for part, span_s in upload.spans_s.items()
+    )
+    narrate(f"took: {took}")
     return ExitCode.GO if upload.result.is_good else ExitCode.NO_GO
 
 

@@ -41,10 +41,10 @@ from planner.guard.decision import (
 )
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.connection import TwoVehiclesError
-from planner.link.mission import ListIdRequest, MissionKind
+from planner.link.mission import MissionKind
 from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot, with_limits
 from planner.link.telemetry import BatteryState, homes_apart_m
-from planner.link.transfers import REQUEST_MESSAGE, EchoRequest, ParameterHashRequest
+from planner.link.transfers import REQUEST_MESSAGE, ParameterHashRequest
 from planner.link.wire import message
 from planner.values import Value, replace
 
@@ -266,8 +266,6 @@ class PartReader:
         self._ids: dict[MissionKind, int] = {}
         self._hash: bytes | None = None
         self._has_hash = link.identity.autopilot is Autopilot.PX4
-        self._has_echo: bool | None = None
-        """Whether the vehicle answers TIMESYNC; ``None`` before it was tried."""
         self._round_trip_s: float | None = None
 
     def read(self, asked: ReadParts) -> Iterator[PartRead | PartUnread]:
@@ -293,12 +291,9 @@ class PartReader:
     def _is_confirmed(self, kind: MissionKind, settings: LinkSettings) -> bool:
         """Return whether a list is as it was read, by the number that the vehicle has for it."""
         known = self._ids.get(kind)
-        if not (known and self._has_echo):
+        if not (known and self._link.has_echo):
             return False
-        question = ListIdRequest(kind, settings, retries=_RETRIES)
-        self._connection.run(question)
-        self._connection.send(question.ended)
-        return question.list_id == known
+        return self._link.has_list(kind, known, settings)
 
     def _read_list(self, kind: MissionKind, settings: LinkSettings) -> PartRead:
         if kind in self._lists:
@@ -309,10 +304,8 @@ class PartReader:
         round_trip_s = took_s / (1 + len(items or ()))
         self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
         self._ids[kind] = list_id
-        if self._has_echo is None and list_id:
-            echo = EchoRequest(self._settings, retries=_RETRIES)
-            self._connection.run(echo)
-            self._has_echo = echo.answer is not None
+        if list_id:
+            self._link.answers_echo()
         return self._watch.take_list(kind, items)
 
     def _read_parameters(self, settings: LinkSettings) -> PartRead:
@@ -323,7 +316,7 @@ class PartReader:
         if self._has_hash:
             # The hash comes first: what is set while the parameters are read makes it differ.
             question = ParameterHashRequest(
-                settings, retries=_RETRIES, is_fresh=bool(self._has_echo)
+                settings, retries=_RETRIES, is_fresh=bool(self._link.has_echo)
             )
             self._connection.run(question)
             content = question.content

@@ -243,6 +243,7 @@ _RECEIVED = frozenset(
         *("HEARTBEAT", "AUTOPILOT_VERSION", "COMMAND_ACK", "COMMAND_LONG", "STATUSTEXT"),
         *("SYS_STATUS", "BATTERY_STATUS", "EXTENDED_SYS_STATE", "HOME_POSITION", "TIMESYNC"),
         *("GLOBAL_POSITION_INT", "WIND", "WIND_COV", "EVENT", "CURRENT_EVENT_SEQUENCE"),
+        "RESPONSE_EVENT_ERROR",
         *("TERRAIN_REPORT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK", "MISSION_REQUEST"),
         *("MISSION_REQUEST_INT", "MISSION_CLEAR_ALL", "MISSION_WRITE_PARTIAL_LIST"),
         *("MISSION_CURRENT", "PARAM_VALUE", "PARAM_SET"),
@@ -370,14 +371,14 @@ class Connection:
     def hears_vehicle(self, timeout_s: float) -> bool:
         """Return whether another heartbeat of the vehicle comes within a time [s]."""
         self.telemetry.forget("HEARTBEAT")
-        return self.awaits_heartbeat(timeout_s)
+        return self.awaited("HEARTBEAT", timeout_s) is not None
 
-    def awaits_heartbeat(self, timeout_s: float) -> bool:
-        """Return whether a heartbeat is there that was not forgotten, or comes within a time [s]."""
+    def awaited(self, name: str, timeout_s: float) -> Message | None:
+        """Return the latest message of a name, one that comes within a time [s] where none was kept."""
         until_s = self.now_s + timeout_s
-        while self.telemetry.latest("HEARTBEAT") is None and self.now_s < until_s:
+        while self.telemetry.latest(name) is None and self.now_s < until_s:
             self._turn(until_s)
-        return self.telemetry.latest("HEARTBEAT") is not None
+        return self.telemetry.latest(name)
 
     def run(self, transfer: Transfer, on_progress: Callable[[], None] = lambda: None) -> None:
         """Run a transfer to its end: `LinkError` where it stalls or the line breaks.

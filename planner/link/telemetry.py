@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from planner.autopilot import Autopilot
 from planner.catalogue import PX4_EVENTS
 from planner.geo.geodesy import distance_m
-from planner.link.transfers import Transfer
+from planner.link.transfers import Question, Transfer
 from planner.link.wire import message
 from planner.mission.items import Home
 from planner.values import Value
@@ -172,6 +172,8 @@ _AUTOPILOT = 1 << 24
 _MOST_KEPT = 200
 _MOST_MISSING = 100
 """PX4 keeps fewer."""
+_HALF = 0x8000
+"""Of the numbers: what is farther ahead is behind."""
 _ITEM_FIRST = frozenset(
     {
         *("navigator_mis_no_home_rel_alt", "navigator_mis_unsup_cmd"),
@@ -226,6 +228,11 @@ class EventRecord:
         self._events: list[VehicleEvent] = []
 
     @property
+    def next(self) -> int | None:
+        """Number of the event that is to come next; ``None`` before any was known of."""
+        return None if self._latest is None else (self._latest + 1) & 0xFFFF
+
+    @property
     def missing(self) -> tuple[int, ...]:
         """What is known to have been sent and did not come, by its number in the sequence."""
         return tuple(sorted(self._missing))
@@ -238,7 +245,7 @@ class EventRecord:
             return
         is_repeated = (
             self._latest is not None
-            and (sequence - self._latest) & 0xFFFF not in range(1, 0x8000)
+            and (sequence - self._latest) & 0xFFFF not in range(1, _HALF)
             and sequence not in self._missing
         )
         if is_repeated:
@@ -270,7 +277,7 @@ class EventRecord:
         if self._latest is None:
             self._latest = sequence
         ahead = (sequence - self._latest) & 0xFFFF
-        if ahead >= 0x8000:
+        if ahead >= _HALF:
             return  # late
         if ahead > _MOST_MISSING:  # it was restarted, or counts in its own way
             self._missing.clear()
@@ -301,6 +308,32 @@ class EventRequest(Transfer):
             message("REQUEST_EVENT", first_sequence=sequence, last_sequence=sequence)
             for sequence in self._record.missing
         )
+
+
+class NextEventRequest(Question):
+    """Asks for the event after the latest that is known of: a vehicle without one says that it has none.
+
+    PX4 does so by RESPONSE_EVENT_ERROR, with the first that it has from there on, or round to the oldest
+    (``SendProtocol::handle_request_event``).
+    """
+
+    def __init__(self, record: EventRecord, settings: LinkSettings, *, retries: int) -> None:
+        assert record.next is not None  # nobody asks before
+        self._number = record.next
+        request = message("REQUEST_EVENT", first_sequence=self._number, last_sequence=self._number)
+        super().__init__(request, settings, retries=retries)
+
+    @property
+    def is_last(self) -> bool:
+        """Whether the vehicle said that there is none from there on."""
+        if self.answer is None or self.answer.name == "EVENT":
+            return False
+        oldest: int = self.answer["sequence_oldest_available"]
+        return (oldest - self._number) & 0xFFFF >= _HALF
+
+    def _is_answer(self, received: Message) -> bool:
+        is_named = received.name in {"EVENT", "RESPONSE_EVENT_ERROR"}
+        return is_named and received["sequence"] == self._number
 
 
 _NO_VOLTAGE_MV = 65_535

@@ -83,6 +83,9 @@ def sending_order(lists: Mapping[MissionKind, Sequence[WireItem]]) -> tuple[Miss
 
 _SETTLED_S = 1.0
 """In which PX4's navigator has judged what it was sent. [s]"""
+LONGEST_S = 3.0
+"""How long a vehicle is listened to that does not show that it would fly its mission: so often PX4 says \
+which its latest report is, and a lost one is known by then. [s]"""
 _LOOKS = 3
 _RESTORE_S = 20.0
 """How long the vehicle is waited for after the line broke. [s]"""
@@ -103,6 +106,8 @@ class UploadResult(Value):
     """Whether the vehicle has not judged it yet, for want of a place that it is at."""
     restored: bool | None = None
     """Whether the old mission is on the vehicle again, and was read back; ``None``: the new one is."""
+    spans_s: Mapping[str, float] = {}
+    """How long each part of it took, in their order. [s]"""
 
     @property
     def is_good(self) -> bool:
@@ -124,20 +129,22 @@ def upload_mission(
     link: VehicleLink,
     mission: Mission,
     *,
-    listen_s: float,
+    listen_s: float | None = None,
     kept: Collection[MissionKind] = (),
     has_home: bool = True,
 ) -> UploadResult:
     """Put a mission, its fence and its rally points in place of those on a vehicle.
 
-    The vehicle is listened to for ``listen_s`` afterwards.  Lists that are kept stay as it has them, and
-    the mission has the same.  PX4 judges no mission before it has a home.
+    The vehicle is listened to for ``listen_s`` afterwards, by default until it shows that it would fly
+    the mission and has reported nothing else, `LONGEST_S` at most.  Lists that are kept stay as it has
+    them, and the mission has the same.  PX4 judges no mission before it has a home.
 
     Raises LinkError if the line breaks, or somebody stops it, and CheckFailedError of a bug; the message
     names what is on the vehicle then.
     Raises UsageError if an item cannot be sent, or the vehicle keeps no list of its kind.
     """
-    before = {kind: link.fetch_items(kind) for kind in MissionKind}
+    began_s = link.connection.now_s
+    before = {kind: link.fetch_items_again(kind) for kind in MissionKind}
     wanted = _lists(link, mission, before)
     touched: list[MissionKind] = []
     is_new = any(one.matters for one in _differences(link, mission, before))
@@ -162,6 +169,7 @@ def upload_mission(
                 rejection = f"the vehicle refuses the {kind.label}: {why}"
                 restored = not _put_back(link, before, touched)
                 return UploadResult(rejection=rejection, restored=restored)
+        sent_s = link.connection.now_s
         back = {kind: link.fetch_items(kind) for kind in MissionKind}
         differences = _differences(link, mission, back)
         if any(one.matters for one in differences):
@@ -170,12 +178,22 @@ def upload_mission(
     except (Exception, KeyboardInterrupt) as error:  # a bug too leaves nothing half done
         sent = {kind: wanted[kind] for kind in touched}
         raise _after_break(link, before, sent, error) from error
+    back_s = link.connection.now_s
     result = UploadResult(differences=differences)
+    listening_s = _listening_s(link, listen_s, back_s - sent_s)
     try:
-        return _judged(link, result, listen_s, has_items=bool(mission.items), has_home=has_home)
+        result = _judged(
+            link, result, listening_s, has_items=bool(mission.items), has_home=has_home
+        )
     except (Exception, KeyboardInterrupt) as error:
         left = "the mission is on the vehicle, but its reports on it were not heard"
         raise _break_error(error, left) from error
+    spans_s = {
+        "sent": sent_s - began_s,
+        "read back": back_s - sent_s,
+        "listened": link.connection.now_s - back_s,
+    }
+    return replace(result, spans_s=spans_s)
 
 
 def _differences(
@@ -186,13 +204,26 @@ def _differences(
 
 
 def _judged(
-    link: VehicleLink, result: UploadResult, listen_s: float, *, has_items: bool, has_home: bool
+    link: VehicleLink,
+    result: UploadResult,
+    listen_s: tuple[float, float],
+    *,
+    has_items: bool,
+    has_home: bool,
 ) -> UploadResult:
-    """Return a result with what the vehicle reports on the mission."""
-    texts = link.listen(listen_s, "the vehicle's objections")
-    reports = objections(texts, link.fetch_events())
+    """Return a result with what the vehicle reports on the mission, in a time that may end early. [s]"""
+    first_s, longest_s = listen_s
+    texts, events = link.listen(first_s, "the vehicle's objections"), link.fetch_events()
+    is_taken = (
+        first_s < longest_s
+        and not objections(texts, events)
+        and link.would_fly_mission()
+        and link.has_every_event()
+    )
+    texts += link.listen(0.0 if is_taken else longest_s - first_s)
+    reports = objections(texts, events + link.fetch_events())
     is_unjudged = False
-    if has_items and not reports and _has_none_after_all(link):
+    if has_items and not reports and not is_taken and _has_none_after_all(link):
         # PX4 takes what it has already without a report, and objects to it no more.
         is_unjudged = not has_home
         late = objections(link.listen(0.0), link.fetch_events())  # lost at first, and asked for
@@ -200,6 +231,18 @@ def _judged(
             () if is_unjudged else ("the vehicle reports no mission that it would fly",)
         )
     return replace(result, rejection="; ".join(reports), texts=texts, is_unjudged=is_unjudged)
+
+
+def _listening_s(link: VehicleLink, listen_s: float | None, since_s: float) -> tuple[float, float]:
+    """Return how long a vehicle is listened to, at least and at most, some time after the last list. [s]
+
+    ArduPilot judges each item and each fence before it accepts it.  PX4's navigator judges afterwards.
+    """
+    if listen_s is not None:
+        return listen_s, listen_s
+    if link.identity.has_home_slot:
+        return 0.0, 0.0
+    return max(_SETTLED_S - since_s, 0.0), LONGEST_S
 
 
 def _has_none_after_all(link: VehicleLink) -> bool:

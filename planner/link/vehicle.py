@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 from planner.errors import LinkError
 from planner.link.connection import OWN_SYSTEM, Connection, Purpose, TwoVehiclesError, uid_text
 from planner.link.files import FileDownload, FileNumbers, FileRefusedError
-from planner.link.mission import LIST_FILES, MissionDownload, MissionUpload, read_packed_items
+from planner.link.mission import (
+    LIST_FILES,
+    ListIdRequest,
+    MissionDownload,
+    MissionKind,
+    MissionUpload,
+    read_packed_items,
+)
 from planner.link.parameters import (
     PARAMETER_FILE,
     STORAGE_FILE,
@@ -18,8 +25,8 @@ from planner.link.parameters import (
     read_packed_parameters,
 )
 from planner.link.signing import open_signer
-from planner.link.telemetry import EventRequest, firmware_release
-from planner.link.transfers import LinkSettings, MessageRequest, MessageRequests
+from planner.link.telemetry import EventRequest, NextEventRequest, firmware_release
+from planner.link.transfers import EchoRequest, LinkSettings, MessageRequest, MessageRequests
 from planner.link.wire import open_line
 from planner.values import Value, replace
 
@@ -28,12 +35,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.link.address import LinkAddress
-    from planner.link.mission import MissionKind, UploadOutcome, WireItem
+    from planner.link.mission import UploadOutcome, WireItem
     from planner.link.parameters import WireParameter
     from planner.link.signing import Signer
     from planner.link.telemetry import StatusText, VehicleEvent, VehicleIdentity, VehicleState
     from planner.link.transfers import Transfer
-    from planner.link.wire import VehicleLine
+    from planner.link.wire import Message, VehicleLine
 OnProgress = Callable[[str, int, int | None], None]
 
 
@@ -51,7 +58,7 @@ _LATEST_WORD_S = 10.0
 """A reply that comes later than this is lost. [s]"""
 _WARNING = 4
 """MAV_SEVERITY_WARNING; greater numbers are less."""
-_NO_MISSION = 1
+_UNKNOWN_STATE, _NO_MISSION = 0, 1
 """MISSION_STATE."""
 _HAS_FILES = 1 << 5
 """MAV_PROTOCOL_CAPABILITY_FTP."""
@@ -59,6 +66,14 @@ _FILE_RETRIES = 5
 """Of a request for a piece of what can be asked for otherwise."""
 _OPTIONAL_RETRIES = 6
 """Of a message that a vehicle may not have."""
+_ID_RETRIES = 5
+"""Of a question about a list that can be read instead."""
+_CURRENT_S = 1.5
+"""In which a message that is sent every second comes, unless it got lost. [s]"""
+_EVENT_RETRIES = 3
+"""Of a question whose answer can be waited for instead."""
+_MOST_LATER = 20
+"""Events that come one after the other: PX4 keeps no more."""
 
 
 class LinkRequest(Value):
@@ -101,8 +116,14 @@ class VehicleLink:
         self._stray = 0
         self._stray_until_s = 0.0
         self._unpacked: set[str] = set()
-        self._storage_b: int | None = None
         """Files that the vehicle does not make up."""
+        self._storage_b: int | None = None
+        self._read: dict[MissionKind, tuple[tuple[WireItem, ...] | None, int]] = {}
+        """Lists as they were read last, and the vehicle's own numbers of them."""
+        self.has_echo: bool | None = None
+        """Whether the vehicle answers TIMESYNC; ``None`` before it was tried."""
+        self.opened_s = line.now_s()
+        """By the line's clock. [s]"""
         self.file_numbers = FileNumbers(random.randrange(1 << 16))
         """Of the requests of its file protocol."""
         self.connection = Connection(
@@ -131,10 +152,43 @@ class VehicleLink:
         """Return one list of items; ``None`` where the vehicle knows no such list."""
         return self.fetch_list(kind, self.settings)[0]
 
+    def fetch_items_again(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
+        """Return a list as it is now, without its items where it is known to be what was read."""
+        items, list_id = self._read.get(kind, (None, 0))
+        if list_id and self.answers_echo() and self.has_list(kind, list_id, self.settings):
+            return items
+        return self.fetch_items(kind)
+
+    def list_id(self, kind: MissionKind) -> int:
+        """Return the vehicle's own number of a list as it was read last; 0 where it has none."""
+        return self._read.get(kind, (None, 0))[1]
+
+    def answers_echo(self) -> bool:
+        """Return whether an answer of the vehicle can be told from what was under way before."""
+        if self.has_echo is None:
+            echo = EchoRequest(self.settings, retries=_ID_RETRIES)
+            self.connection.run(echo)
+            self.has_echo = echo.answer is not None
+        return self.has_echo
+
+    def has_list(self, kind: MissionKind, list_id: int, settings: LinkSettings) -> bool:
+        """Return whether the vehicle has the list of its own number still; it has to answer echoes."""
+        question = ListIdRequest(kind, settings, retries=_ID_RETRIES)
+        self.connection.run(question)
+        self.connection.send(question.ended)
+        return question.list_id == list_id
+
     def fetch_list(
         self, kind: MissionKind, settings: LinkSettings
     ) -> tuple[tuple[WireItem, ...] | None, int]:
         """Return one list of items, and the vehicle's own number of it; 0 where it has none."""
+        self._read.pop(kind, None)
+        self._read[kind] = self._fetched_list(kind, settings)
+        return self._read[kind]
+
+    def _fetched_list(
+        self, kind: MissionKind, settings: LinkSettings
+    ) -> tuple[tuple[WireItem, ...] | None, int]:
         packed = self._fetch_packed(LIST_FILES[kind], kind.label, settings)
         if packed is not None:
             try:
@@ -149,6 +203,7 @@ class VehicleLink:
         self, kind: MissionKind, items: Sequence[WireItem]
     ) -> tuple[UploadOutcome, str]:
         """Replace one list of items; return what became of it, and why the vehicle refused it."""
+        self._read.pop(kind, None)
         upload = MissionUpload(kind, items, self.settings)
         self.run(upload, f"{kind.label}, to the vehicle")
         assert upload.outcome is not None  # a transfer that is done has one
@@ -225,7 +280,7 @@ class VehicleLink:
         )
         self.connection.run(requests, lambda: self._on_progress("the vehicle's state", 0, None))
         self._note_stray(requests.stray)
-        if not self.connection.awaits_heartbeat(self.settings.heartbeat_timeout_s):
+        if self.connection.awaited("HEARTBEAT", self.settings.heartbeat_timeout_s) is None:
             msg = (
                 f"{self.identity.label} sent no heartbeat in "
                 f"{self.settings.heartbeat_timeout_s:g} s: whether it is armed is not known; bring "
@@ -247,14 +302,44 @@ class VehicleLink:
         self.connection.run(EventRequest(record, self.settings, retries=_OPTIONAL_RETRIES))
         return record.take_events()
 
+    def has_every_event(self) -> bool:
+        """Return whether the vehicle says that it reported nothing beyond the events that came (PX4)."""
+        record = self.connection.telemetry.events
+        for _ in range(_MOST_LATER):
+            if record.next is None:
+                return False
+            question = NextEventRequest(record, self.settings, retries=_EVENT_RETRIES)
+            self.connection.run(question)
+            if question.is_last:
+                return not record.missing
+            if question.answer is None or question.answer.name != "EVENT":
+                return False
+        return False
+
     def has_no_mission(self) -> bool:
         """Return whether the vehicle reports that it has no mission it would fly.
 
         PX4 reports it of a mission that its feasibility check rejects (``update_mission_state``),
         versions before 2025 do not.
         """
-        current = self._ask("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES).answer
+        current = self._current_mission()
         return current is not None and current["mission_state"] == _NO_MISSION
+
+    def would_fly_mission(self) -> bool:
+        """Return whether the vehicle reports that it would fly the mission that was read of it last.
+
+        No where it does not name the mission, or its state: versions of PX4 before 2025.
+        """
+        current, known = self._current_mission(), self.list_id(MissionKind.MISSION)
+        if current is None or not known or current.fields.get("mission_id", 0) != known:
+            return False
+        return current["mission_state"] not in {_UNKNOWN_STATE, _NO_MISSION}
+
+    def _current_mission(self) -> Message | None:
+        """Return the next MISSION_CURRENT, which PX4 sends every second and refuses to send when asked."""
+        self.connection.telemetry.forget("MISSION_CURRENT")
+        asked = self._ask("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES).answer
+        return asked or self.connection.awaited("MISSION_CURRENT", _CURRENT_S)
 
     def _fetch_identity(self) -> VehicleIdentity:
         identity = self.connection.vehicle

@@ -434,6 +434,14 @@ LAYOUTS: Mapping[str, MessageLayout] = {
             *(("target_system", "B"), ("target_component", "B")),
         ),
     ),
+    "RESPONSE_EVENT_ERROR": MessageLayout(
+        number=413,
+        crc_extra=77,
+        fields=(
+            *(("sequence", "H"), ("sequence_oldest_available", "H")),
+            *(("target_system", "B"), ("target_component", "B"), ("reason", "B")),
+        ),
+    ),
     "MISSION_CURRENT": MessageLayout(
         number=42,
         crc_extra=28,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from planner import quantity
@@ -16,7 +17,7 @@ from planner.service.vehicle import check_vehicle, go_objection
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Mapping
 
     from planner.findings import Finding
     from planner.link.snapshot import VehicleSnapshot
@@ -34,6 +35,8 @@ class Upload(Value):
     """With the vehicle's own parameters, charge and home."""
     result: UploadResult | None
     """``None`` where it was not sent."""
+    spans_s: Mapping[str, float] = {}
+    """How long each part of it took by the line's clock, in their order. [s]"""
 
 
 class UploadProposal(Value):
@@ -56,8 +59,8 @@ class UploadProposal(Value):
 class UploadOptions(Value):
     """How a mission is sent."""
 
-    listen_s: float
-    """How long the vehicle is listened to afterwards. [s]"""
+    listen_s: float | None = None
+    """How long the vehicle is listened to afterwards; ``None``: until it has taken the mission. [s]"""
     keeps_areas: bool = False
     """Whether the vehicle keeps its fence and rally points where the mission has none; it is checked
     with them then."""
@@ -90,7 +93,9 @@ def send_mission(
     """
     setup.require_named("upload")
     with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
+        began_s = [link.opened_s, link.connection.now_s]
         snapshot = fetch_snapshot(link, mission)
+        began_s.append(link.connection.now_s)
         if not options.is_forced:
             _refuse_hazard(snapshot)
         kept = tuple(_removed(mission, snapshot)) if options.keeps_areas else ()
@@ -103,8 +108,10 @@ def send_mission(
             replaced=_replaced(mission, snapshot.mission, kept),
             removed=tuple(_removed(mission, snapshot).values()),
         )
+        began_s.append(link.connection.now_s)
         if not may_send(proposal):
             return Upload(check=check, result=None)
+        began_s.append(link.connection.now_s)
         if not options.is_forced:
             # Looked at last of all: it may have been armed during the question.
             _refuse_hazard(replace(snapshot, state=link.fetch_state(is_whole=False)))
@@ -115,7 +122,11 @@ def send_mission(
             kept=kept,
             has_home=snapshot.state.home is not None,
         )
-        return Upload(check=check, result=sent)
+        parts = ("vehicle found", "read", "checked", "confirmed")
+        spans_s = {
+            part: end - start for part, (start, end) in zip(parts, pairwise(began_s), strict=True)
+        }
+        return Upload(check=check, result=sent, spans_s={**spans_s, **sent.spans_s})
 
 
 FENCE_REMOVED = Rule(

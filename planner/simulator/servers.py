@@ -153,12 +153,18 @@ class EventServer:
         """Take a message of any kind, and return the answers."""
         if received.name != "REQUEST_EVENT" or not self._is_reporting:
             return ()
-        span = (received["last_sequence"] - received["first_sequence"]) & 0xFFFF
-        return tuple(
-            event
-            for event in self._kept
-            if (event["sequence"] - received["first_sequence"]) & 0xFFFF <= span
-        )
+        first = received["first_sequence"]
+        span = (received["last_sequence"] - first) & 0xFFFF
+        kept = {event["sequence"]: event for event in self._kept}
+        asked = [(first + step) & 0xFFFF for step in range(min(span, _KEPT) + 1)]
+        return tuple(kept.get(one) or self._unavailable(received, one) for one in asked)
+
+    def _unavailable(self, received: Message, number: int) -> Message:
+        """Return that there is no such event, and the first from there on, round to the oldest."""
+        ahead = [(event["sequence"] - number) & 0xFFFF for event in self._kept]
+        oldest = (number + min(ahead)) & 0xFFFF if ahead else self._sequence
+        fields = {"sequence": number, "sequence_oldest_available": oldest}
+        return answer(received, "RESPONSE_EVENT_ERROR", **fields)
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
         """Send the number of the latest event."""

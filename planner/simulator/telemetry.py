@@ -333,6 +333,8 @@ _UNASKED: Mapping[Autopilot, frozenset[str]] = {
     Autopilot.ARDUPILOT: frozenset({"HEARTBEAT"}),
 }
 """What is sent at no one's request: of ArduPilot's streams, all rates are 0 at first."""
+_PX4_REFUSES = frozenset({"MISSION_CURRENT"})
+"""What it sends by itself alone: its mission manager does, and no stream (tried on a build)."""
 _DATA_STREAMS = frozenset(_STREAMS) - {"HEARTBEAT", "HOME_POSITION", "WIND_COV"}
 """What REQUEST_DATA_STREAM begins, in one or another of its groups (ArduPilot)."""
 _FASTEST_S = 0.02
@@ -407,7 +409,8 @@ class TelemetryServer:
                 sent = make_telemetry("AUTOPILOT_VERSION", self._situation(now_s))
             case command if command == REQUEST_MESSAGE:
                 name = _asked_name(received)
-                sent = make_telemetry(name, self._situation(now_s))
+                is_refused = self._autopilot is Autopilot.PX4 and name in _PX4_REFUSES
+                sent = None if is_refused else make_telemetry(name, self._situation(now_s))
                 unknown = _DENIED if self._autopilot is Autopilot.PX4 else _FAILED
                 result = unknown if sent is None else _ACCEPTED
             case command if command == SET_MESSAGE_INTERVAL:

@@ -60,7 +60,9 @@ def test_a_go_is_on_the_vehicle_and_the_same_as_the_file(
     on_line += [VirtualLine(vehicle, loss=loss), VirtualLine(vehicle)]
     assert main(list(SENT)) == 0
     assert [item.command for item in _flown(vehicle)] == [22, 16, 20]
-    assert "read back and compared" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "read back and compared" in said
+    assert "took: vehicle found " in said
     assert main(["diff", "out.waypoints", URL]) == 0
     assert "are the same mission" in capsys.readouterr().out
 

@@ -11,9 +11,11 @@ from simulated_vehicles import memory_line
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence
 from planner.link.connection import Purpose
+from planner.link.mission import MissionKind
 from planner.link.telemetry import (
     EventRecord,
     EventRequest,
+    NextEventRequest,
     StatusText,
     Telemetry,
     VehicleEvent,
@@ -21,9 +23,11 @@ from planner.link.telemetry import (
 )
 from planner.link.transfers import LinkSettings
 from planner.link.upload import (
+    LONGEST_S,
     UploadResult,
     is_event_rejection,
     is_rejection,
+    is_same,
     objections,
     upload_mission,
 )
@@ -131,6 +135,80 @@ def test_a_mission_that_is_flown_is_good_and_may_be_sent_twice(autopilot: Autopi
 def test_no_mission_is_none_and_good() -> None:
     empty = replace(NEW, items=(), fence=Fence(), rally=())
     assert _upload(memory_line(PX4), empty).is_good
+
+
+def _timed(line: MemoryLine) -> tuple[UploadResult, float]:
+    """Return what becomes of an upload that is listened to until it is taken, and how long that took. [s]"""
+    link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    result = upload_mission(link, NEW)
+    return result, result.spans_s.get("listened", 0.0)
+
+
+def test_px4_is_listened_to_until_it_has_judged_the_mission_and_reported_nothing() -> None:
+    result, listened_s = _timed(memory_line(PX4))
+    assert result.is_good
+    assert listened_s < 2.1  # MISSION_CURRENT comes every second, the first that counts after one
+
+
+def test_ardupilot_has_judged_it_when_it_accepted_it() -> None:
+    result, listened_s = _timed(memory_line(ARDUPILOT))
+    assert result.is_good
+    assert listened_s < 0.5
+
+
+def test_what_px4_reports_against_a_mission_is_heard_without_a_time_to_listen() -> None:
+    result, _ = _timed(memory_line(PX4, f"event={VIOLATION}"))
+    assert VIOLATION in result.rejection
+    result, _ = _timed(memory_line(PX4, f"event={VIOLATION},loss=20%,seed=1"))
+    assert not result.is_good
+
+
+def test_px4_that_does_not_name_its_mission_is_listened_to_as_long_as_may_be() -> None:
+    line = memory_line(PX4)
+    link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    link.would_fly_mission = lambda: False  # type: ignore[method-assign] # as versions before 2025
+    result = upload_mission(link, NEW)
+    assert result.is_good
+    assert result.spans_s["listened"] >= LONGEST_S - 1.0
+
+
+def _asked_for(link: VehicleLink) -> list[str]:
+    names: list[str] = []
+    send = link.connection.send
+
+    def note(sent: Message) -> None:
+        names.append(sent.name)
+        send(sent)
+
+    link.connection.send = note  # type: ignore[method-assign] # reads along
+    return names
+
+
+def test_a_list_that_is_still_the_one_that_was_read_is_not_read_again() -> None:
+    line = memory_line(PX4)
+    link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    first = link.fetch_items(MissionKind.MISSION)
+    names = _asked_for(link)
+    assert link.fetch_items_again(MissionKind.MISSION) == first
+    assert "MISSION_REQUEST_INT" not in names
+    other = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    assert first is not None
+    other.upload_items(MissionKind.MISSION, first[:2])  # another station sends one
+    assert is_same(link.fetch_items_again(MissionKind.MISSION) or (), first[:2])
+    assert "MISSION_REQUEST_INT" in names
+
+
+def test_a_vehicle_without_a_later_event_says_so_across_the_end_of_the_numbers() -> None:
+    for latest, oldest, is_last in ((70, 51, True), (70, 72, False), (65_535, 65_516, True)):
+        record = EventRecord()
+        record.take(_latest(latest))
+        request = NextEventRequest(record, LinkSettings(), retries=2)
+        number = (latest + 1) & 0xFFFF
+        assert [one["first_sequence"] for one in request.begin(0.0)] == [number]
+        fields = {"sequence": number, "sequence_oldest_available": oldest}
+        request.feed(Message(name="RESPONSE_EVENT_ERROR", fields=fields), 0.1)
+        assert request.is_done
+        assert request.is_last is is_last
 
 
 def _event(sequence: int, *, number: int = 5) -> Message:

@@ -61,6 +61,15 @@ _READY_S = 30.0
 """By our clock, until a build speaks. [s]"""
 
 
+_JUDGED_S = 90.0
+"""By our clock, until the guard has judged a vehicle, on a busy computer too. [s]"""
+
+
+def _is_verdict(one: Decision) -> bool:
+    """Return whether a decision is a verdict on what was read."""
+    return one.kind == "verdict" and one.verdict is not Verdict.UNKNOWN
+
+
 class Place:
     """Items about a home, by metres east and north."""
 
@@ -327,7 +336,7 @@ class Tour:
         thread = threading.Thread(target=guard)
         thread.start()
         try:
-            self.build.until(lambda: any(one.kind == "verdict" for one in decisions), 40.0)
+            self.build.until(lambda: any(map(_is_verdict, decisions)), _JUDGED_S)
             return decisions, does()
         finally:
             is_over.set()
