@@ -225,3 +225,12 @@ def test_a_thousand_items_are_a_thousand_arrivals() -> None:
     motion = fly_ardupilot((takeoff(), *points), DEFAULTS)
     assert_is_sound(motion)
     assert len(np.unique(motion.arrival_segment)) == 1001
+
+
+def test_a_vehicle_that_does_not_see_where_it_goes_next_stops() -> None:
+    on = (takeoff(20.0), go(0.0, 60.0, 20.0), go(60.0, 60.0, 20.0))
+    unseen = (on[0], replace(on[1], is_next_unseen=True), on[2])
+    held = (on[0], replace(on[1], hold_s=1e-6), on[2])
+    all_s = [float(fly(*flown).segments.end_s[-1]) for flown in (on, unseen, held)]
+    assert all_s[1] == pytest.approx(all_s[2], abs=0.02)
+    assert all_s[0] < all_s[1] - 1.0

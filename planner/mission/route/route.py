@@ -41,6 +41,14 @@ if TYPE_CHECKING:
 
 MOST_VISITS = 20_000
 """A mission whose jumps lead past so many items again is cut here, with a finding."""
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
+_FLOWN_ON_TO = frozenset(
+    {
+        *(Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TIME),
+        *(Command.NAV_LOITER_UNLIM, Command.NAV_PAYLOAD_PLACE),
+    }
+)
+"""``ModeAuto::set_next_wp``: what ArduPilot flies on to through a waypoint."""
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
@@ -75,8 +83,7 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
 
     PX4 has no jump tags.
     """
-    jumps = {Command.DO_JUMP, Command.DO_JUMP_TAG}
-    if not any(item.command in jumps for item in items):
+    if not any(item.command in _JUMPS for item in items):
         return FlownOrder(visits=tuple(range(1, len(items) + 1)))
     targets, findings = _targets(items, dialect)
     visits: list[int] = []
@@ -141,7 +148,7 @@ def _targets(
     targets: dict[int, int] = {}
     findings: list[Finding] = []
     for at, item in enumerate(items):
-        if item.command not in {Command.DO_JUMP, Command.DO_JUMP_TAG}:
+        if item.command not in _JUMPS:
             continue
         is_tag = item.command == Command.DO_JUMP_TAG
         named, target = item.param1, None
@@ -234,6 +241,8 @@ def make_route(
             break
         if position == order.lap_start:
             lap_start = len(state.stages)
+        if dialect is Autopilot.ARDUPILOT and _hides_next(mission.items, order.visits, position):
+            state.stages[-1:] = [replace(one, is_next_unseen=True) for one in state.stages[-1:]]
         reached.append(number)
         is_last = position == len(order.visits) - 1
         state.follow(number, mission.items[number - 1], is_last=is_last)
@@ -246,6 +255,22 @@ def make_route(
     if order.lap_item is not None and lap_start is not None and not state.is_over:
         lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
     return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
+
+
+def _hides_next(items: Sequence[MissionItem], visits: Sequence[int], position: int) -> bool:
+    """Return whether ArduPilot looks ahead past an item that a jump led to, and finds no place beyond.
+
+    Notes
+    -----
+    ``AP_Mission::get_next_nav_cmd`` goes from place to place in the list: where a jump leads to an item that
+    is not flown, it looks on behind the jump.  What it finds there decides whether it stops before.
+    """
+    jump = visits[position - 1] if position else 0
+    is_taken = jump > 0 and items[jump - 1].command in _JUMPS and visits[position] != jump + 1
+    if not is_taken or is_navigation(items[visits[position] - 1].command):
+        return False
+    behind = (item.command for item in items[jump:] if is_navigation(item.command))
+    return next(behind, Command.NAV_RETURN_TO_LAUNCH) not in _FLOWN_ON_TO
 
 
 CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
@@ -272,7 +297,7 @@ def _takes_off_next(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
     the ground, a take-off or not (``MissionBase::checkClimbRequired`` asks when the mission begins, not
     after a landing in it): up, where that is over where it stands.
     """
-    places = (item for item in ahead if item.command not in {Command.DO_JUMP, Command.DO_JUMP_TAG})
+    places = (item for item in ahead if item.command not in _JUMPS)
     last_delay = -1
     for place, item in enumerate(places):
         if state.dialect is Autopilot.PX4 and item.command in LIFTS_OFF:

@@ -87,6 +87,8 @@ class Stage(Value, kw_only=False):
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
     is_speed_late: bool = False
     """Whether its horizontal speed is commanded when its first leg has begun already."""
+    is_next_unseen: bool = False
+    """Whether ArduPilot does not find there ahead of time where it leads on: it stops."""
     is_here: bool = False
     """Whether its item names no place: the vehicle stays where it is sent to already."""
     above_ground_m: float = 0.0

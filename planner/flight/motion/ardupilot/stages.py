@@ -201,6 +201,7 @@ def stage_columns(
     # Splines ask for the place of the next command alone.
     elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & (place[:, :2] != start[:, :2]).any(axis=1)
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
+    unseen = np.array([stage.is_next_unseen for stage in stages], np.bool_)
     return StageColumns(
         kind=kind,
         item=np.array([stage.item for stage in stages]),
@@ -216,7 +217,7 @@ def stage_columns(
         turns=turns,
         radius_m=radius,
         circles=circles,
-        is_passed=through & np.concatenate((onward[1:], [False])),
+        is_passed=through & ~unseen & np.concatenate((onward[1:], [False])),
         is_speed_late=is_speed_late,
         is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
         is_here=np.array([stage.is_here for stage in stages], np.bool_),
