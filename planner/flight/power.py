@@ -11,6 +11,7 @@ from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.physics.atmosphere import air_density_kg_m3
 from planner.physics.rotor import Acceleration
+from planner.physics.wind import Wind
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import KinematicState
     from planner.physics.response import StepResponse
-    from planner.physics.wind import Wind
     from planner.vehicle.model import Responses, VehicleModel
 
 
@@ -41,6 +41,16 @@ class SteadyPower(Value):
     home_amsl_m: float
     home_temperature_c: float
     wind: Wind
+
+    @property
+    def counted(self) -> SteadyPower:
+        """The same without what no law of the vehicle looks at: where it is equal, powers are."""
+        vehicle = self.vehicle
+        return replace(
+            self,
+            wind=self.wind if vehicle.knows_airspeed else Wind(),
+            home_temperature_c=self.home_temperature_c if vehicle.knows_air_density else 0.0,
+        )
 
     def power_w(
         self,

@@ -217,6 +217,12 @@ class Flight(Value, eq=False, dict=True):
         airspeed_m_s = self.power.airspeed_m_s(self.node_state)
         return flight_extremes(self.node_state, airspeed_m_s, self.motion.piece_segment)
 
+    def in_equal_power(self, power: SteadyPower) -> Flight:
+        """Return the same flight with a power that counts the same."""
+        same, known = replace(self, power=power), vars(self)
+        vars(same).update({name: known[name] for name in _OF_POWER if name in known})
+        return same
+
     @property
     def segments(self) -> Segments:
         """The segments one by one."""
@@ -282,6 +288,10 @@ class Flight(Value, eq=False, dict=True):
         return blown_w - calm_w
 
 
+_OF_POWER = ("node_power_w", "peak_power_w")
+"""What a flight works out of its power, whatever the air besides."""
+
+
 def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
     """Return the flight of a vehicle along a route of at least one stage.
 
@@ -289,7 +299,7 @@ def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
     the exact integrals of the transients.
     """
     motion, transients = pilot.fly(route)
-    return make_flight(motion, transients, _steady_power(route, setup))
+    return make_flight(motion, transients, steady_power(route, setup))
 
 
 def predict_costs(
@@ -299,7 +309,7 @@ def predict_costs(
 
     As `predict_flight` has them, but for the rounding of times.
     """
-    power, count = _steady_power(routes[0], setup), len(routes)
+    power, count = steady_power(routes[0], setup), len(routes)
     energy_j, time_s = np.zeros((2, count))
     for motion, transients in pilot.fly_all(routes):
         columns = motion.segments
@@ -309,7 +319,7 @@ def predict_costs(
     return energy_j, time_s
 
 
-def _steady_power(route: Route, setup: Setup) -> SteadyPower:
+def steady_power(route: Route, setup: Setup) -> SteadyPower:
     """Return the power of the vehicle of a setup, over the home of a route."""
     vehicle = setup.vehicle
     return SteadyPower(

@@ -8,6 +8,7 @@ over lines: those of the flight (`planner.flight.path`) and the fan of its retur
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,7 +36,7 @@ class SituationKind(IntEnum):
     """A return from any point of it, home or to a rally point."""
 
 
-class Situations(Columns, eq=False):
+class Situations(Columns, eq=False, dict=True):
     """n situations as columns: those of the mission first, in flown order."""
 
     east_m_s: FloatArray
@@ -49,7 +50,7 @@ class Situations(Columns, eq=False):
     kind: IntArray
     """As `SituationKind`. (n,)"""
 
-    @property
+    @cached_property
     def ground_speed_m_s(self) -> FloatArray:
         """Speed over ground. (n,) [m s⁻¹]"""
         return np.hypot(self.east_m_s, self.north_m_s)

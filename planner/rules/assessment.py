@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from planner.flight.budget import predict_return_discharge
 from planner.flight.pilot import shown_airspeed_m_s
-from planner.flight.reach import situations
 from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
 from planner.values import Value
@@ -60,7 +59,7 @@ class Assessment(Value, eq=False, dict=True):
     @cached_property
     def reach(self) -> Situations:
         """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
-        return situations(self.returns)
+        return self.returns.situations
 
     @property
     def shown_airspeed_m_s(self) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -15,20 +15,22 @@ from planner.flight.motion.kinematics import (
     quotient,
 )
 from planner.flight.prediction import make_flight, segment_energies_j
+from planner.flight.reach import situations
 from planner.flight.returns.destination import HOME
 from planner.flight.returns.sample import judged_segments, line_ends, sample_points
 from planner.mission.route.stage import StageKind
 from planner.units import wh_from_j
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.kinematics import SegmentColumns
+    from planner.flight.motion.kinematics import Motion, SegmentColumns
     from planner.flight.pilot import Pilot
-    from planner.flight.power import SteadyPower
+    from planner.flight.power import SteadyPower, Transients
     from planner.flight.prediction import Flight
+    from planner.flight.reach import Situations
     from planner.flight.returns.destination import Destinations
     from planner.mission.route.stage import ReturnPath, Route
 
@@ -78,6 +80,34 @@ class ReturnPoints(Value, eq=False):
     """Energy until it does. (n,) [Wh]"""
     used_wh: FloatArray
     """Energy used since the start of the flight. (n,) [Wh]"""
+
+
+class StopPlaces(Value, eq=False):
+    """n points of a flight and the stops from there, as its motion alone has them, whatever the air."""
+
+    segment: IntArray
+    """(n,)"""
+    fraction: FloatArray
+    """As in `ReturnPoints`, like the next five. (n,) [-]"""
+    stage: IntArray
+    time_s: FloatArray
+    place_m: FloatArray
+    stop_m: FloatArray
+    stop_s: FloatArray
+    braking_s: FloatArray
+    """Time the pilot brakes for from the ground speed. (n,) [s]"""
+    braking: KinematicState
+    """At full, half and no speed. (n, 3)"""
+    braking_m_s2: FloatArray
+    """Acceleration there, east, north and up. (3, n, 3) [m s⁻²]"""
+    speed_m_s: FloatArray
+    """Over ground. (n,) [m s⁻¹]"""
+    stops: BoolArray
+    """Whether the leg is flown into a stop anyway. (n,)"""
+    brake: IntArray
+    """Segment of that stop. (n,)"""
+    brake_left: FloatArray
+    """Part of its time that is ahead. (n,) [-]"""
 
 
 class FlownReturns(Value, eq=False):
@@ -137,8 +167,17 @@ class Returns(Value, eq=False, dict=True):
     @cached_property
     def sample(self) -> FlownReturns | None:
         """Returns from all over the flight; ``None`` where no point of it is in the air."""
-        points = sample_points(self)
-        return None if points is None else self.flown(self.points(*points))
+        return None if self.sampled is None else self.flown(self.points(*self.sampled))
+
+    @cached_property
+    def sampled(self) -> tuple[IntArray, FloatArray] | None:
+        """Segments of these points, and the fractions of their time, in flown order."""
+        return sample_points(self)
+
+    @cached_property
+    def situations(self) -> Situations:
+        """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
+        return situations(self)
 
     @cached_property
     def judged(self) -> tuple[BoolArray, BoolArray]:
@@ -169,27 +208,19 @@ class Returns(Value, eq=False, dict=True):
         Where the leg is flown into a stop anyway, a cruise stops as its leg does, and a vehicle that
         brakes already goes on braking.  Energy inside a segment is taken to be used evenly.
         """
-        motion, columns = self.flight.motion, self.flight.motion.segments
-        time_s = self.start_s[segment] + fraction * columns.duration_s[segment]
-        piece = np.clip(
-            np.searchsorted(self.piece_start_s, time_s, side="right") - 1,
-            self.first_piece[segment],
-            self.first_piece[segment + 1] - 1,
-        )
-        own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
-        state = motion.state_at(piece, own_s)
-        place_m = state.place_m
-        stop_m, stop_s, stop_wh = self._stops(state, place_m, segment, fraction)
+        places = self.places(segment, fraction)
+        braking_wh = wh_from_j(self._braking_power_w(places) * places.braking_s)
+        of_leg_wh = places.brake_left * wh_from_j(self.flight.segment_energy_j[places.brake])
         before, after = self.used_wh[segment], self.used_wh[segment + 1]
         return ReturnPoints(
             segment=segment,
             fraction=fraction,
-            stage=self.segment_stage[segment],
-            time_s=time_s,
-            place_m=place_m,
-            stop_m=stop_m,
-            stop_s=stop_s,
-            stop_wh=stop_wh,
+            stage=places.stage,
+            time_s=places.time_s,
+            place_m=places.place_m,
+            stop_m=places.stop_m,
+            stop_s=places.stop_s,
+            stop_wh=np.where(places.stops, of_leg_wh, braking_wh),
             used_wh=before + fraction * (after - before),
         )
 
@@ -199,12 +230,12 @@ class Returns(Value, eq=False, dict=True):
 
     def flight_point(self, segment: int, fraction: float) -> FlightPoint:
         """Return where along the mission a point of the flight is."""
-        both = self.points(np.array([segment, segment]), np.array([0.0, fraction]))
-        begin_m, place_m = both.place_m
+        time_s, state = self._passed(np.array([segment, segment]), np.array([0.0, fraction]))
+        begin_m, place_m = state.place_m
         # Inside a segment the flight is taken to be straight.
         inside_m = float(np.hypot(*(place_m - begin_m)[:2]))
         distance_m = self.flight.motion.segments.distance_m
-        stage = int(both.stage[1])
+        stage = int(self.segment_stage[segment])
         serving = np.flatnonzero(self.segment_stage == stage)
         latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
             place_m[:1], place_m[1:2]
@@ -212,23 +243,21 @@ class Returns(Value, eq=False, dict=True):
         before_m = float(distance_m[serving[serving < segment]].sum())
         return FlightPoint(
             item=self.route.stages[stage].item,
-            time_s=float(both.time_s[1]),
+            time_s=float(time_s[1]),
             along_m=before_m + min(inside_m, float(distance_m[segment])),
             leg_m=float(distance_m[serving].sum()),
             latitude_deg=float(latitude_deg[0]),
             longitude_deg=float(longitude_deg[0]),
         )
 
-    def _stops(
-        self, state: KinematicState, place_m: FloatArray, segment: IntArray, fraction: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return where, when and at what energy vehicles in states stand still."""
+    def places(self, segment: IntArray, fraction: FloatArray) -> StopPlaces:
+        """Return where points of the flight are, and where and when vehicles there stand still. (n,)"""
+        time_s, state = self._passed(segment, fraction)
         columns = self.flight.motion.segments
         speed = state.ground_speed_m_s
         moves = speed > _SLOWEST_M_S
         safe = np.where(moves, speed, 1.0)
-        length_m, stop_s = self.pilot.stop(np.where(moves, speed, 0.0))
-        stop_wh = wh_from_j(self._braking_power_w(state, stop_s) * stop_s)
+        length_m, braking_s = self.pilot.stop(np.where(moves, speed, 0.0))
         brakes = columns.state[segment] == _BRAKE
         brake = np.minimum(segment + ~brakes, len(columns.item) - 1)
         brake_m = columns.distance_m[brake]
@@ -244,9 +273,8 @@ class Returns(Value, eq=False, dict=True):
             other = np.abs(speed - columns.speed_m_s[segment]) > _SAME_SPEED * speed
             stops &= brakes | ~other
         left = np.where(brakes, 1.0 - fraction, 1.0)
-        stop_s = np.where(stops, left * columns.duration_s[brake], stop_s)
-        stop_wh = np.where(stops, left * wh_from_j(self.flight.segment_energy_j[brake]), stop_wh)
         length_m = np.where(stops & ~brakes, brake_m, length_m)
+        place_m = state.place_m
         stop_m = place_m.copy()
         stop_m[:, 0] += length_m * state.east_m_s / safe
         stop_m[:, 1] += length_m * state.north_m_s / safe
@@ -256,39 +284,66 @@ class Returns(Value, eq=False, dict=True):
             after = self.first_piece[brake[stands] + 1]
             begin = self.flight.motion.state_at(after, np.zeros(len(after)))
             stop_m[stands, 0], stop_m[stands, 1] = begin.east_m, begin.north_m
-        return stop_m, stop_s, stop_wh
-
-    def _braking_power_w(self, state: KinematicState, stop_s: FloatArray) -> FloatArray:
-        """Return the mean power of stops from states, evenly braked in times. (n,) [W]"""
-        zero = np.zeros((len(state.height_m), len(_BRAKING_FRACTIONS)))
-        slowing = KinematicState.of(
-            [own[:, None] + zero for own in (state.east_m, state.north_m, state.height_m)],
-            (
-                state.east_m_s[:, None] * _BRAKING_FRACTIONS,
-                state.north_m_s[:, None] * _BRAKING_FRACTIONS,
-                zero,
-            ),
+        braking, braking_m_s2 = _evenly_braked(state, braking_s)
+        return StopPlaces(
+            segment=segment,
+            fraction=fraction,
+            stage=self.segment_stage[segment],
+            time_s=time_s,
+            place_m=place_m,
+            stop_m=stop_m,
+            stop_s=np.where(stops, left * columns.duration_s[brake], braking_s),
+            braking_s=braking_s,
+            braking=braking,
+            braking_m_s2=braking_m_s2,
+            speed_m_s=speed,
+            stops=stops,
+            brake=brake,
+            brake_left=left,
         )
-        braking = np.full((len(zero), 1), _BRAKE)
-        velocity = np.stack((state.east_m_s, state.north_m_s, 0.0 * state.climb_m_s))
+
+    def _passed(
+        self, segment: IntArray, fraction: FloatArray
+    ) -> tuple[FloatArray, KinematicState]:
+        """Return when points of the flight are passed, and in which states. (n,) [s]"""
+        motion = self.flight.motion
+        time_s = self.start_s[segment] + fraction * motion.segments.duration_s[segment]
+        piece = np.clip(
+            np.searchsorted(self.piece_start_s, time_s, side="right") - 1,
+            self.first_piece[segment],
+            self.first_piece[segment + 1] - 1,
+        )
+        own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
+        return time_s, motion.state_at(piece, own_s)
+
+    def _braking_power_w(self, places: StopPlaces) -> FloatArray:
+        """Return the mean power of stops, evenly braked. (n,) [W]"""
         power_w = self.flight.power.power_w(
-            slowing,
-            braking,
-            state.ground_speed_m_s[:, None],
-            acceleration_m_s2=zero - quotient(velocity, stop_s)[..., None],
+            places.braking,
+            np.full((len(places.segment), 1), _BRAKE),
+            places.speed_m_s[:, None],
+            acceleration_m_s2=places.braking_m_s2,
         )
         return np.asarray(power_w @ _SIMPSON)
 
     def flown(self, points: ReturnPoints) -> FlownReturns:
         """Return the returns the vehicle itself would fly from points."""
-        destination = self.chosen(points)
-        targets = self.destinations.targets(points.stage, destination, points.stop_m)
-        motion, transients = self.pilot.fly_returns(points.stop_m, targets, self.route)
+        destination, motion, transients = self.ways_back(points)
         return FlownReturns(
             points=points,
             destination=destination,
             flight=make_flight(motion, transients, self.flight.power),
         )
+
+    def ways_back(self, points: ReturnPoints) -> tuple[IntArray, Motion, Transients]:
+        """Return where the vehicle itself would return to from points, and how it flies there. (n,)"""
+        destination = self.chosen(points)
+        targets = self.destinations.targets(points.stage, destination, points.stop_m)
+        return destination, *self.pilot.fly_returns(points.stop_m, targets, self.route)
+
+    def in_other_air(self, flight: Flight) -> Self:
+        """Return the returns from a flight that differs in its power alone."""
+        return replace(self, flight=flight, used_wh=_used_before_wh(flight))
 
     def fly(
         self, stand_m: FloatArray, stage: IntArray, destination: IntArray | int
@@ -380,11 +435,33 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
         pilot=pilot,
         destinations=destinations,
         segment_stage=np.minimum(motion.segment_stage, len(route.stages) - 1),
-        used_wh=np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j)))),
+        used_wh=_used_before_wh(flight),
         start_s=columns.start_s,
         piece_start_s=motion.piece_start_s(),
         first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
     )
+
+
+def _used_before_wh(flight: Flight) -> FloatArray:
+    """Return the energy used before each segment, and after the last. (s + 1,) [Wh]"""
+    return np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j))))
+
+
+def _evenly_braked(
+    state: KinematicState, braking_s: FloatArray
+) -> tuple[KinematicState, FloatArray]:
+    """Return stops from states in times, at full, half and no speed, and the accelerations there."""
+    zero = np.zeros((len(braking_s), len(_BRAKING_FRACTIONS)))
+    slowing = KinematicState.of(
+        [own[:, None] + zero for own in (state.east_m, state.north_m, state.height_m)],
+        (
+            state.east_m_s[:, None] * _BRAKING_FRACTIONS,
+            state.north_m_s[:, None] * _BRAKING_FRACTIONS,
+            zero,
+        ),
+    )
+    velocity = np.stack((state.east_m_s, state.north_m_s, 0.0 * state.climb_m_s))
+    return slowing, zero - quotient(velocity, braking_s)[..., None]
 
 
 def by_state(columns: SegmentColumns, own_j: FloatArray, count: int) -> FloatArray:

@@ -19,7 +19,10 @@ import msgspec
 from planner.flight.motion.kinematics import Motion
 from planner.flight.pilot import ArduPilotPilot, Px4Pilot, make_pilot
 from planner.flight.power import Transients
+from planner.flight.prediction import make_flight, steady_power
+from planner.flight.reach import situations
 from planner.flight.returns.path import Returns
+from planner.flight.returns.sample import judged_segments, line_ends, sample_points
 from planner.physics.wind import Wind
 from planner.rules.registry import judge
 from planner.service.preflight import Preparation, WhatIfSteps, assess_flown, fly, prepare
@@ -29,13 +32,15 @@ from planner.values import Value, field_names, field_values, replace
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.kinematics import KinematicState
     from planner.flight.pilot import Pilot
+    from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight, ItemArrival
+    from planner.flight.reach import Situations
     from planner.flight.returns.destination import ReturnTargets
-    from planner.flight.returns.path import FlightPoint, FlownReturns, ReturnPoints
+    from planner.flight.returns.path import FlightPoint, FlownReturns, ReturnPoints, StopPlaces
     from planner.flight.returns.tightest import ReturnSweep
     from planner.flight.uncertainty import Scenarios
     from planner.mission.items import Mission
@@ -157,36 +162,106 @@ class _KeptTransients(Transients, eq=False, dict=True):
         return self._totals_w.recall(key, lambda: Transients.total_power_w(self, time_s))
 
 
+class _Air:
+    """Returns by one power, as it counts, and what those from the same points have come to."""
+
+    def __init__(self, returns: Returns) -> None:
+        self.returns = returns
+        self.points: _Latest[ReturnPoints] = _Latest()
+        self.flown: _Latest[FlownReturns] = _Latest()
+
+
+class _Way:
+    """A mission as it is flown, and what follows from that, whatever the air and the load."""
+
+    def __init__(self, returns: Returns) -> None:
+        self._returns = returns
+        self.places: _Latest[StopPlaces] = _Latest()
+        self.back: _Latest[tuple[IntArray, Motion, Transients]] = _Latest()
+        self.flight_points: _Latest[FlightPoint] = _Latest()
+        self._once: dict[str, Any] = {}
+        self._airs: _Latest[_Air] = _Latest()
+
+    def once(self, make: Callable[[Returns], Made], returns: Returns) -> Made:
+        """Return what is the same for all returns of this way."""
+        name = make.__name__
+        if name not in self._once:
+            self._once[name] = make(returns)
+        return self._once[name]  # type: ignore[no-any-return] # as it was made above
+
+    def returns_by(self, setup: Setup) -> _KeptReturns:
+        """Return the flight, and its returns, in the air and with the load of a setup."""
+        power = steady_power(self._returns.route, setup)
+        counted = power.counted
+        others = [value for name, value in field_values(counted).items() if name != "vehicle"]
+        air = self._airs.recall((id(power.vehicle), *others), lambda: self._in_air(power))
+        flight = air.returns.flight
+        if flight.power is not power:
+            flight = flight.in_equal_power(power)
+        own = field_values(air.returns) | {"flight": flight}
+        return _KeptReturns(**own, way=self, air=air)
+
+    def _in_air(self, power: SteadyPower) -> _Air:
+        flight = self._returns.flight
+        return _Air(
+            self._returns.in_other_air(make_flight(flight.motion, flight.transients, power))
+        )
+
+
 class _KeptReturns(Returns, eq=False, dict=True):
-    """Returns that remember those that were flown from the same points."""
+    """Returns that remember what others of the same way and of the same power have come to."""
+
+    way: _Way
+    air: _Air
 
     @cached_property
-    def _flown(self) -> _Latest[FlownReturns]:
-        return _Latest()
+    def sampled(self) -> tuple[IntArray, FloatArray] | None:
+        """Segments of the points of the sample, and the fractions of their time, in flown order."""
+        return self.way.once(sample_points, self)
 
     @cached_property
-    def _points(self) -> _Latest[FlightPoint]:
-        return _Latest()
+    def situations(self) -> Situations:
+        """Every situation the vehicle may be in."""
+        return self.way.once(situations, self)
 
     @cached_property
-    def _places(self) -> _Latest[ReturnPoints]:
-        return _Latest()
+    def judged(self) -> tuple[BoolArray, BoolArray]:
+        """From which segments returns are judged, and which continue the one before."""
+        return self.way.once(judged_segments, self)
+
+    @cached_property
+    def line_ends(self) -> BoolArray:
+        """At which segments a line that is flown ends."""
+        return self.way.once(line_ends, self)
+
+    def places(self, segment: IntArray, fraction: FloatArray) -> StopPlaces:
+        """Return where points of the flight are, and where and when vehicles there stand still."""
+        key = (segment.tobytes(), fraction.tobytes())
+        return self.way.places.recall(key, lambda: Returns.places(self, segment, fraction))
+
+    def ways_back(self, points: ReturnPoints) -> tuple[IntArray, Motion, Transients]:
+        """Return where the vehicle itself would return to from points, and how it flies there."""
+        key = (points.segment.tobytes(), points.fraction.tobytes())
+        return self.way.back.recall(key, lambda: Returns.ways_back(self, points))
+
+    def flight_point(self, segment: int, fraction: float) -> FlightPoint:
+        """Return where along the mission a point of the flight is."""
+        return self.way.flight_points.recall(
+            (segment, fraction), lambda: Returns.flight_point(self, segment, fraction)
+        )
 
     def points(self, segment: IntArray, fraction: FloatArray) -> ReturnPoints:
         """Return points of the flight, by segment and fraction of its time. (n,)"""
         key = (segment.tobytes(), fraction.tobytes())
-        return self._places.recall(key, lambda: Returns.points(self, segment, fraction))
+        return self.air.points.recall(key, lambda: Returns.points(self, segment, fraction))
 
     def flown(self, points: ReturnPoints) -> FlownReturns:
         """Return the returns the vehicle itself would fly from points."""
         key = (points.segment.tobytes(), points.fraction.tobytes())
-        return self._flown.recall(key, lambda: Returns.flown(self, points))
-
-    def flight_point(self, segment: int, fraction: float) -> FlightPoint:
-        """Return where along the mission a point of the flight is."""
-        return self._points.recall(
-            (segment, fraction), lambda: Returns.flight_point(self, segment, fraction)
-        )
+        flown = self.air.flown.recall(key, lambda: Returns.flown(self, points))
+        if flown.flight.power is self.flight.power:
+            return flown
+        return replace(flown, flight=flown.flight.in_equal_power(self.flight.power))
 
 
 class _KeptPilot:
@@ -267,6 +342,8 @@ class RememberingSteps(WhatIfSteps):
         """How many were predicted."""
         self._prepared: _StepMemory[Preparation] = _StepMemory()
         self._returns: _StepMemory[_KeptReturns | None] = _StepMemory()
+        self._ways: _Latest[tuple[object, _Way | None]] = _Latest()
+        # with what its key has the identity of
         self._pilots: list[tuple[Pilot, _KeptPilot]] = []
         self._found: dict[int, tuple[Check, dict[str, Any], Any]] = {}
         self._unwatched: set[int] = set()
@@ -322,8 +399,16 @@ class RememberingSteps(WhatIfSteps):
         return judge(assessment, selection, made=lambda check, a: self._checked(check, a, now))
 
     def _fly(self, prepared: Preparation) -> _KeptReturns | None:
-        returns = fly(prepared, pilot_of=self._pilot)
-        return None if returns is None else _KeptReturns(**field_values(returns))
+        setup = prepared.setup
+        pilot = self._pilot(setup, prepared.own_parameters)
+        parts = (prepared.route, prepared.own_parameters, pilot, setup.terrain, setup.flown_by)
+
+        def find() -> tuple[object, _Way | None]:
+            returns = fly(prepared, pilot_of=lambda *_: pilot)
+            return parts, None if returns is None else _Way(returns)
+
+        way = self._ways.recall(tuple(map(id, parts)), find)[1]
+        return None if way is None else way.returns_by(setup)
 
     def _pilot(self, setup: Setup, parameters: FlightParameters | None) -> Pilot:
         pilot = make_pilot(setup, parameters)
@@ -382,7 +467,7 @@ def _with_kept(a: Assessment, before: Assessment) -> Assessment:
     return a
 
 
-_OF_RETURNS = ("reach", "uncounted")
+_OF_RETURNS = ("uncounted",)
 """What an assessment works out of its returns alone."""
 
 
