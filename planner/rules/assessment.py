@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from planner.flight.budget import predict_return_discharge
+from planner.flight.budget import item_arrivals, predict_return_discharge
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
@@ -44,7 +44,6 @@ class Assessment(Value, eq=False, dict=True):
     """Those of the vehicle itself: ``parameters``, or of reference steps what their file holds."""
     flight: Flight
     totals: Totals
-    items: tuple[ItemArrival, ...]
     pack: Battery | None
     """The battery that flies."""
     discharge: Discharge | None
@@ -55,6 +54,11 @@ class Assessment(Value, eq=False, dict=True):
     """The returns from every point of the flight."""
     findings: tuple[Finding, ...]
     """What the mission's file and the prediction had to assume."""
+
+    @cached_property
+    def items(self) -> tuple[ItemArrival, ...]:
+        """When every item is reached, and the energy used by then."""
+        return item_arrivals(self.mission, self.route, self.flight)
 
     @cached_property
     def reach(self) -> Situations:

@@ -71,38 +71,37 @@ def judge(
     selection: Selection,
     *,
     made: Callable[[Check, Assessment], Need[Any] | tuple[Found, ...]] = Check.__call__,
+    is_listed: bool = True,
 ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
     """Return what every rule finds, those off by default where selected, and what was checked.
 
-    ``made`` returns what a check comes to, for whoever remembers that.
+    ``made`` returns what a check comes to, for whoever remembers that; not ``is_listed``: what was checked
+    is listed for nobody.
     """
     findings: list[Finding] = []
     entries: list[LedgerEntry] = []
     for subject, needs in SUBJECTS.items():
         missing = next((need for need in needs if need.of(a) is None), None)
         if missing is not None:
-            entries += (ledger_entry(*one, missing) for one in _declared_in(subject))
+            if is_listed:
+                entries += (ledger_entry(*one, missing) for one in _declared_in(subject))
             continue
         for check in checks_of(subject):
-            if not any(rule.is_default or selection.asks_for(rule.code) for rule in check.rules):
-                entries += (
-                    ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}")
-                    for rule in check.rules
-                )
+            if not (_is_default(check) or any(selection.asks_for(one.code) for one in check.rules)):
+                if is_listed:
+                    entries += (
+                        ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}")
+                        for rule in check.rules
+                    )
                 continue
             found = made(check, a)
-            if isinstance(found, Need):
-                entries += (ledger_entry(rule.code, rule.name, found) for rule in check.rules)
-                continue
-            entries += _entries_of(check)
-            for one in found:
-                if isinstance(one, NotEvaluated):
-                    entries += (
-                        ledger_entry(rule.code, rule.name, one) for rule in (one.rule, *one.also)
-                    )
-                    findings.append(_not_evaluated(a, one))
-                else:
-                    findings.append(one)
+            if is_listed:
+                entries += _entries_of(check, found)
+            if not isinstance(found, Need):
+                findings += (
+                    _not_evaluated(a, one) if isinstance(one, NotEvaluated) else one
+                    for one in found
+                )
     return tuple(findings), one_entry_each(entries)
 
 
@@ -115,8 +114,23 @@ def checks_of(subject: str) -> tuple[Check, ...]:
 
 
 @cache
-def _entries_of(check: Check) -> tuple[LedgerEntry, ...]:
-    """Return the entries of a check that was made."""
+def _is_default(check: Check) -> bool:
+    return any(rule.is_default for rule in check.rules)
+
+
+def _entries_of(check: Check, found: Need[Any] | tuple[Found, ...]) -> Iterator[LedgerEntry]:
+    """Yield the entries of a check by what it has come to."""
+    if isinstance(found, Need):
+        yield from (ledger_entry(rule.code, rule.name, found) for rule in check.rules)
+        return
+    yield from _checked_entries(check)
+    for one in found:
+        if isinstance(one, NotEvaluated):
+            yield from (ledger_entry(rule.code, rule.name, one) for rule in (one.rule, *one.also))
+
+
+@cache
+def _checked_entries(check: Check) -> tuple[LedgerEntry, ...]:
     return tuple(ledger_entry(rule.code, rule.name) for rule in check.rules)
 
 

@@ -89,15 +89,18 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
         limit_m_s = a.shown_airspeed_m_s
         assert identified is not None
         assert limit_m_s is not None
+    mean_m_s = wind.speed_m_s * wind.speed_factor(reach.height_m)
     if stated_m_s is not None:
         drifts = gust_m_s > limit_m_s
     else:
-        mean_m_s = wind.speed_m_s * wind.speed_factor(reach.height_m)
         rated_m_s = RATED_WIND * limit_m_s
         if a.vehicle.wind_max_m_s is not None:
             rated_m_s = min(rated_m_s, a.vehicle.wind_max_m_s)
         drifts = (gust_m_s >= limit_m_s) | (mean_m_s > (1.0 + _ROUNDING) * rated_m_s)
     stuck = np.zeros_like(drifts)
+    # At an airspeed v in a wind w < v the ground speed is nowhere below v − w, that of flight upwind.
+    if limit_m_s - float(mean_m_s.max()) > SLOWEST_M_S and not drifts.any():
+        return
     moves = np.flatnonzero(reach.ground_speed_m_s > 0.0)
     stuck[moves] = (
         headway_m_s(

@@ -19,7 +19,7 @@ from planner.errors import (
     missing_library,
 )
 from planner.findings import Rule, Severity
-from planner.flight.budget import NOTHING_FLOWN, flight_battery, item_arrivals
+from planner.flight.budget import NOTHING_FLOWN, flight_battery
 from planner.flight.pilot import (
     NOISE_ASSUMED,
     continues_after,
@@ -177,9 +177,9 @@ class Steps:
 
         return sample_flights(returns, setup, spread=spread, sweep=sweep)
 
-    def arrivals(self, mission: Mission, returns: Returns) -> tuple[ItemArrival, ...]:
+    def arrivals(self, assessment: Assessment) -> tuple[ItemArrival, ...]:
         """Return when every item is reached, and the energy used by then."""
-        return item_arrivals(mission, returns.route, returns.flight)
+        return assessment.items
 
     def judge(
         self, assessment: Assessment, selection: Selection
@@ -250,7 +250,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         battery=None if assessment is None else assessment.battery,
         return_plan=None if assessment is None else assessment.return_plan,
         segments=() if assessment is None else assessment.flight.segments,
-        items=() if assessment is None else assessment.items,
+        items=() if assessment is None else steps.arrivals(assessment),
         findings=reported,
         suppressed=suppressed,
         parameters=prepared.parameters,
@@ -480,7 +480,6 @@ def assess_flown(prepared: Preparation, returns: Returns, steps: Steps) -> Asses
         **given,
         flight=flight,
         totals=totals,
-        items=steps.arrivals(prepared.mission, returns),
         pack=counted.pack,
         discharge=counted.discharge,
         battery=budget,

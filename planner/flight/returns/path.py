@@ -302,9 +302,7 @@ class Returns(Value, eq=False, dict=True):
             brake_left=left,
         )
 
-    def _passed(
-        self, segment: IntArray, fraction: FloatArray
-    ) -> tuple[FloatArray, KinematicState]:
+    def _passed(self, segment: IntArray, fraction: FloatArray) -> tuple[FloatArray, KinematicState]:
         """Return when points of the flight are passed, and in which states. (n,) [s]"""
         motion = self.flight.motion
         time_s = self.start_s[segment] + fraction * motion.segments.duration_s[segment]

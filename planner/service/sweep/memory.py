@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from enum import Enum
 from functools import cached_property
+from operator import attrgetter
 from types import FunctionType, MethodType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -312,21 +313,24 @@ class _KeptPilot:
 class _Watcher:
     """A value whose attributes are noted as they are read; its methods run on it, its parts are watched."""
 
-    __slots__ = ("_own", "_path", "_seen")
-
-    def __init__(self, own: object, seen: dict[str, Any], path: str = "") -> None:
-        self._own, self._seen, self._path = own, seen, path
+    def __init__(self, own: object, seen: set[str], path: str = "") -> None:
+        self.__own, self.__seen, self.__path = own, seen, path
 
     def __getattr__(self, name: str) -> object:
-        of_class = getattr(type(self._own), name, None)
+        """Return what is read for the first time: it is kept as an attribute."""
+        own = self.__own
+        of_class = getattr(type(own), name, None)
+        value: object
         if isinstance(of_class, FunctionType):
-            return MethodType(of_class, self)
-        if isinstance(of_class, property) and of_class.fget is not None:
-            return of_class.fget(self)
-        path, value = f"{self._path}{name}", getattr(self._own, name)
-        if path in _PARTS:
-            return _Watcher(value, self._seen, f"{path}.")
-        self._seen[path] = value
+            value = MethodType(of_class, self)
+        elif isinstance(of_class, property) and of_class.fget is not None:
+            value = of_class.fget(self)
+        elif (path := self.__path + name) in _PARTS:
+            value = _Watcher(getattr(own, name), self.__seen, f"{path}.")
+        else:
+            value = getattr(own, name)
+            self.__seen.add(path)
+        self.__dict__[name] = value
         return value
 
 
@@ -345,12 +349,14 @@ class RememberingSteps(WhatIfSteps):
         self._ways: _Latest[tuple[object, _Way | None]] = _Latest()
         # with what its key has the identity of
         self._pilots: list[tuple[Pilot, _KeptPilot]] = []
-        self._found: dict[int, tuple[Check, dict[str, Any], Any]] = {}
+        self._found: dict[int, tuple[Check, int, tuple[str, ...], Any]] = {}
+        # when each was made, what it looked at, what it found
+        self._case = 0
+        self._seen: dict[str, _Seen] = {}
         self._unwatched: set[int] = set()
         self._latest: Assessment | None = None
         self._sampled: _Latest[tuple[Returns, _StepMemory[Scenarios]]] = _Latest()
         # with what its key has the identity of
-        self._arrivals: tuple[Returns, tuple[ItemArrival, ...]] | None = None
 
     def prepare(self, mission: Mission, setup: Setup) -> Preparation:
         """Return what the flight of a mission is predicted from."""
@@ -385,18 +391,16 @@ class RememberingSteps(WhatIfSteps):
         memory = self._sampled.recall((id(returns), points), lambda: (returns, _StepMemory()))[1]
         return memory.recall(spread, setup, lambda own: sampled(returns, own, spread, sweep))[0]
 
-    def arrivals(self, mission: Mission, returns: Returns) -> tuple[ItemArrival, ...]:
-        """Return when every item is reached, and the energy used by then."""
-        if self._arrivals is None or self._arrivals[0] is not returns:
-            self._arrivals = (returns, super().arrivals(mission, returns))
-        return self._arrivals[1]
+    def arrivals(self, assessment: Assessment) -> tuple[ItemArrival, ...]:  # noqa: ARG002
+        """Return none: no case of a sweep shows them."""
+        return ()
 
     def judge(
         self, assessment: Assessment, selection: Selection
     ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
-        """Return what every rule finds, and what was checked."""
-        now: dict[str, Any] = {}
-        return judge(assessment, selection, made=lambda check, a: self._checked(check, a, now))
+        """Return what every rule finds; what was checked is listed for no case."""
+        self._case += 1
+        return judge(assessment, selection, made=self._checked, is_listed=False)
 
     def _fly(self, prepared: Preparation) -> _KeptReturns | None:
         setup = prepared.setup
@@ -421,41 +425,57 @@ class RememberingSteps(WhatIfSteps):
         self._pilots = [(pilot, kept), *self._pilots[: _KEPT - 1]]
         return kept
 
-    def _checked(
-        self, check: Check, a: Assessment, now: dict[str, Any]
-    ) -> Need[Any] | tuple[Found, ...]:
+    def _checked(self, check: Check, a: Assessment) -> Need[Any] | tuple[Found, ...]:
         key = id(check)
         if key in self._unwatched:
             return check(a)
         if key in self._found:
-            _, seen, found = self._found[key]
-            for path, before in seen.items():
-                value = now[path] if path in now else _value(a, path, now)
-                if before is not value and not _is_equal(before, value):
+            _, made_in, paths, found = self._found[key]
+            for path in paths:
+                if self._changed_in(a, path) > made_in:
                     break
             else:
                 return found  # type: ignore[no-any-return] # as it was made below
-        seen = {}
+        seen: set[str] = set()
         try:
             found = check(_Watcher(a, seen))  # type: ignore[arg-type] # it has what an assessment has
         except TypeError:  # it hands the assessment on to what takes nothing else
             self._unwatched.add(key)
             return check(a)
-        self._found[key] = (check, seen, found)
+        for path in seen:
+            self._changed_in(a, path)
+        self._found[key] = (check, self._case, tuple(seen), found)
         return found
 
+    def _changed_in(self, a: Assessment, path: str) -> int:
+        """Return the latest case in which what is at a path of an assessment was another than before."""
+        known = self._seen.get(path)
+        if known is None:
+            known = self._seen[path] = _Seen(path)
+        if known.case < self._case:
+            known.look(a, self._case)
+        return known.changed_in
 
+
+class _Seen:
+    """What was last at a path of an assessment, and since when."""
+
+    def __init__(self, path: str) -> None:
+        self._of = attrgetter(path)
+        self._value: object = _NEVER
+        self.case = self.changed_in = 0
+
+    def look(self, a: Assessment, case: int) -> None:
+        """Look at it in a case."""
+        value, self.case = self._of(a), case
+        if value is not self._value and not _is_equal(self._value, value):
+            self.changed_in = case
+        self._value = value
+
+
+_NEVER = object()
 _DECIDED = frozenset({"position_noise_m"})
 """Fields that the preparation decides where a setup leaves them open."""
-
-
-def _value(a: Assessment, path: str, now: dict[str, Any]) -> object:
-    """Return what is at a path of an assessment, and note it for all rules."""
-    value: Any = a
-    for name in path.split("."):
-        value = getattr(value, name)
-    now[path] = value
-    return value
 
 
 def _with_kept(a: Assessment, before: Assessment) -> Assessment:
