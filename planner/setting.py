@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 Subject = TypeVar("Subject")
 Outcome = TypeVar("Outcome")
-_UNIT = re.compile("_(m_s|m|s|c|kg|deg)$")
+_UNIT = re.compile("_(m_s|m|s|c|kg|deg|hpa)$")
 _UNITS = {"m/s": SPEED_UNITS_M_S, "m": LENGTH_UNITS_M, "kg": MASS_UNITS_KG, "s": TIME_UNITS_S}
 """Units that are read for a setting, by the one it counts in."""
 _COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # noqa: SIM905 - read at a glance

@@ -525,6 +525,16 @@ class Setup(_Vehicle):
         phrase=lambda air_c: _spread_text(quantity.temperature, air_c),
     )
 
+    pressure_hpa: float | None = setting(
+        Number("hPa", 850.0, 1100.0, hint="is it reduced to sea level (QNH)?"),
+        Group.FLIGHT,
+        "air pressure reduced to sea level (QNH), as weather reports give it",
+        default=None,
+        unset="standard, 1013.25 hPa",
+        rows=(Row("pressure_hpa", "Pressure at sea level [hPa]", _plain),),
+        phrase=lambda pressure_hpa: f"QNH {pressure_hpa:g} hPa",
+    )
+
     payload_kg: float | Spread = setting(
         Number("kg", 0.0, 1000.0, with_spread=True, hint="is it grams?"),
         Group.FLIGHT,

@@ -23,6 +23,9 @@ KELVINS_PER_FAHRENHEIT = 5.0 / 9.0
 FREEZING_F = 32.0
 """0 °C on Fahrenheit's scale. [°F]"""
 
+PASCALS_PER_HECTOPASCAL = 100.0
+PRESSURE_UNITS_HPA = {"hpa": 1.0, "mbar": 1.0, "mb": 1.0, "kpa": 10.0, "pa": 0.01, "inhg": 33.8639}
+"""The inch of mercury at 0 °C and standard gravity: 3386.39 Pa (NIST SP 811, appendix B)."""
 JOULES_PER_WATT_HOUR = 3600.0
 SECONDS_PER_HOUR = 3600.0
 SECONDS_PER_MINUTE = 60.0

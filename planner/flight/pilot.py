@@ -112,11 +112,11 @@ CONDITION_NOT_MODELLED = Rule(
     summary="A condition was given that this vehicle model does not model.",
     why="Users test an estimator by changing payload or wind and watching the answer (bluerobotics "
     "cockpit #2159).  Where the answer cannot change, the user has to know.",
-    how="Wind needs a model with an airspeed term, payload one with a mass, temperature a hover law "
-    "over air density; the age and temperature of a battery need its resistance and curves.  A payload "
-    "that is not counted is an error: the flight takes more energy than predicted.  Wind, and air at "
-    "least 1.1 times thinner than at sea level, are an error where what they may take is more than the "
-    "margin of the flight or of the tightest return: power grows from the ground speed to the airspeed "
+    how="Wind needs a model with an airspeed term, payload one with a mass, temperature and "
+    "pressure a hover law over air density; the age and temperature of a battery need its resistance and "
+    "curves.  A payload that is not counted is an error: the flight takes more energy than predicted.  Wind, and air "
+    "at least 1.1 times thinner than at sea level, are an error where what they may take is more than "
+    "the margin of the flight or of the tightest return: power grows from the ground speed to the airspeed "
     "as a recorded survey quadrotor's (298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with "
     "the cube beyond, or the time of flying no faster than that), and with 1/√density.  A step-response "
     "model uses only the fence of a parameter "

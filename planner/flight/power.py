@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.physics.atmosphere import air_density_kg_m3
+from planner.physics.atmosphere import SEA_LEVEL_PRESSURE_PA, air_density_kg_m3
 from planner.physics.rotor import Acceleration
 from planner.physics.wind import Wind
 from planner.units import GRAVITY_M_S2
@@ -41,6 +41,7 @@ class SteadyPower(Value):
     home_amsl_m: float
     home_temperature_c: float
     wind: Wind
+    sea_level_pressure_pa: float = SEA_LEVEL_PRESSURE_PA
 
     @property
     def counted(self) -> SteadyPower:
@@ -50,6 +51,9 @@ class SteadyPower(Value):
             self,
             wind=self.wind if vehicle.knows_airspeed else Wind(),
             home_temperature_c=self.home_temperature_c if vehicle.knows_air_density else 0.0,
+            sea_level_pressure_pa=(
+                self.sea_level_pressure_pa if vehicle.knows_air_density else SEA_LEVEL_PRESSURE_PA
+            ),
         )
 
     def power_w(
@@ -197,6 +201,7 @@ class SteadyPower(Value):
             np.asarray(height_above_home_m) + self.home_amsl_m,
             home_amsl_m=self.home_amsl_m,
             home_temperature_c=self.home_temperature_c,
+            sea_level_pressure_pa=self.sea_level_pressure_pa,
         )
 
 

@@ -18,11 +18,11 @@ from planner.flight.motion.kinematics import (
     quotient,
 )
 from planner.flight.power import SteadyPower
-from planner.physics.atmosphere import standard_temperature_c
+from planner.physics.atmosphere import SEA_LEVEL_PRESSURE_PA, standard_temperature_c
 from planner.physics.quadrature import unit_derivative
 from planner.physics.response import farthest_stop_s
 from planner.quantity import mean_of
-from planner.units import wh_from_j
+from planner.units import PASCALS_PER_HECTOPASCAL, wh_from_j
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
@@ -336,6 +336,11 @@ def steady_power(route: Route, setup: Setup) -> SteadyPower:
             else mean_of(setup.temperature_c)
         ),
         wind=setup.wind,
+        sea_level_pressure_pa=(
+            SEA_LEVEL_PRESSURE_PA
+            if setup.pressure_hpa is None
+            else setup.pressure_hpa * PASCALS_PER_HECTOPASCAL
+        ),
     )
 
 

@@ -1,10 +1,11 @@
-r"""The International Standard Atmosphere up to 11 km, with the temperature of the day.
+r"""The International Standard Atmosphere up to 11 km, with the temperature and the pressure of the day.
 
 .. math::
    p(h) = p_0 \left(1 - \frac{L h}{T_0}\right)^{g / (R L)}, \qquad \rho = \frac{p}{R T},
 
 ISO 2533:1975; :math:`T` is the measured or standard temperature at home, falling by the standard
-lapse rate above it.  Pressure is the standard one: a day of high or low pressure is not known.
+lapse rate above it.  :math:`p_0` is the pressure reduced to sea level by the same law, as altimeters are
+set by it (QNH), or the standard one.
 """
 
 from __future__ import annotations
@@ -38,7 +39,11 @@ def standard_temperature_c(altitude_amsl_m: float) -> float:
 
 
 def air_density_kg_m3(
-    altitude_amsl_m: npt.ArrayLike, *, home_amsl_m: float, home_temperature_c: float
+    altitude_amsl_m: npt.ArrayLike,
+    *,
+    home_amsl_m: float,
+    home_temperature_c: float,
+    sea_level_pressure_pa: float = SEA_LEVEL_PRESSURE_PA,
 ) -> npt.NDArray[np.float64]:
     """Return the air density at altitudes below 11 000 m, with the temperature at home given. [kg m⁻³]
 
@@ -51,6 +56,6 @@ def air_density_kg_m3(
     exponent = GRAVITY_M_S2 / (GAS_CONSTANT_J_KG_K * LAPSE_RATE_K_M)
     # Above 44 km the law ends: what is left of the air carries nothing, and is not less than nothing.
     standard_k = np.maximum(SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude, _COLDEST_K)
-    pressure_pa = SEA_LEVEL_PRESSURE_PA * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
+    pressure_pa = sea_level_pressure_pa * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
     temperature_k = home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
     return np.asarray(pressure_pa / (GAS_CONSTANT_J_KG_K * np.maximum(temperature_k, _COLDEST_K)))

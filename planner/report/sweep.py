@@ -24,6 +24,7 @@ _NAMES = {
     "wind_from_deg": "wind from",
     "gust_m_s": "gusts",
     "temperature_c": "temperature",
+    "pressure_hpa": "pressure",
 }
 
 

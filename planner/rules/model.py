@@ -486,8 +486,9 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
             "flights the model was identified on: whether the vehicle has it is unknown",
         )
         return
-    # A temperature that is not counted is reported already.
-    if not vehicle.knows_air_density and thinner > _THINNER and a.setup.temperature_c is None:
+    # A temperature or a pressure that is not counted is reported already.
+    is_reported = a.setup.temperature_c is not None or a.setup.pressure_hpa is not None
+    if not vehicle.knows_air_density and thinner > _THINNER and not is_reported:
         costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
@@ -591,6 +592,14 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
             CONDITION_NOT_MODELLED,
             f"temperature of {quantity.temperature(mean_of(given.temperature_c))} not counted: this "
             f"model has no air density term{costs}",
+            severity=Severity.ERROR if is_short else None,
+        )
+    if given.pressure_hpa is not None and not vehicle.knows_air_density:
+        costs, is_short = _uncounted(a)
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"pressure of {given.pressure_hpa:g} hPa not counted: this model has no air density term"
+            f"{costs}",
             severity=Severity.ERROR if is_short else None,
         )
     spread = [

@@ -71,3 +71,17 @@ def test_what_cannot_be_held_is_flown_slower_and_said() -> None:
     )
     assert stuck == pytest.approx([SLOWEST_M_S])
     assert findings == ()  # W101's
+
+
+@given(
+    st.floats(5.0, 30.0), st.floats(0.0, 1.0), st.floats(0.0, 360.0), st.floats(0.0, 2.0 * np.pi)
+)
+@settings(max_examples=50, deadline=None)
+def test_upwind_is_the_slowest_way(
+    airspeed_m_s: float, part: float, from_deg: float, way_rad: float
+) -> None:
+    """W101 looks at no way where the wind leaves enough of the airspeed upwind."""
+    wind = Wind(speed_m_s=part * airspeed_m_s, from_deg=from_deg)
+    way = np.array([[np.sin(way_rad), np.cos(way_rad)]])
+    [held] = headway_m_s(way, LEVEL, wind=wind, airspeed_limit_m_s=airspeed_m_s)
+    assert held >= airspeed_m_s - wind.speed_m_s - 1e-6

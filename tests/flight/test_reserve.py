@@ -94,3 +94,15 @@ def test_a_reserve_of_energy_decides_at_its_boundary() -> None:
         reserve = Reserve(energy_wh=180.0 - need_wh - slack_wh)
         result = check(FLOWN, SURVEY_QUAD, battery=BATTERY, reserve=reserve)
         assert {f.code for f in result.findings} & {"E101"} == codes
+
+
+def test_a_hover_in_low_pressure_takes_the_power_of_thin_air() -> None:
+    """Momentum theory: the power of a hover goes with 1 over the square root of the density."""
+    reserve = Reserve(hover_s=180.0)
+    held = [
+        check(FLOWN, SURVEY_QUAD, battery=BATTERY, reserve=reserve, pressure_hpa=pressure_hpa)
+        for pressure_hpa in (None, 990.0)
+    ]
+    standard, low = (one.battery.reserve_wh for one in held if one.battery is not None)
+    assert low / standard == pytest.approx((1013.25 / 990.0) ** 0.5, rel=1e-6)
+    assert held[1].totals.energy_wh > held[0].totals.energy_wh

@@ -26,3 +26,11 @@ def test_it_gets_colder_above_home_and_warmer_below() -> None:
     standard = [1.2250, 1.1116, 0.90913]
     expected = [d * t / (t + 20.0) for d, t in zip(standard, standard_k, strict=True)]
     assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_less_pressure_is_less_air_in_proportion() -> None:
+    # 1.225 of 990 over 1013.25 hPa: 1.1969
+    found = air_density_kg_m3(
+        0.0, home_amsl_m=0.0, home_temperature_c=15.0, sea_level_pressure_pa=99_000.0
+    )
+    assert found == pytest.approx(1.1969, rel=1e-4)

@@ -101,9 +101,10 @@ def test_conditions_the_model_cannot_count_are_said() -> None:
         wind=Wind(speed_m_s=5.0, from_deg=90.0),
         payload_kg=0.5,
         temperature_c=30.0,
+        pressure_hpa=1000.0,
     )
     calm = check(one, VEHICLE, battery=BATTERY)
-    assert len([f for f in asked.findings if f.code == "E108"]) == 3
+    assert len([f for f in asked.findings if f.code == "E108"]) == 4
     assert [f for f in calm.findings if f.code == "E108"] == []
     assert asked.totals == calm.totals
     # more is flown than is counted: no go on it

@@ -145,21 +145,28 @@ def test_a_case_changes_only_what_varies() -> None:
     assert case_setup(base, {}) == base
 
 
-WEATHER = """time,wind_speed_10m (km/h),wind_direction_10m (°),gust [kn],temperature_2m (°C),pressure (hPa)
-2025-01-01T00:00,36,270,40,-3,1013
-2025-01-01T01:00,0,120,0,50,1013
-2025-01-01T02:00,0,200,0,50,1013
-2025-01-01T03:00,18,,10,4,1013
+WEATHER = """\
+time,wind_speed (km/h),wind_direction (°),gust [kn],temperature (°C),pressure_msl (inHg),station (hPa)
+2025-01-01T00:00,36,270,40,-3,30,930
+2025-01-01T01:00,0,120,0,50,29,930
+2025-01-01T02:00,0,200,0,50,29,931
+2025-01-01T03:00,18,,10,4,30,931
 """
 
 
 def test_weather_is_read_in_its_units(tmp_path: Path) -> None:
     (tmp_path / "year.csv").write_text(WEATHER, encoding="utf-8")
     weather = read_weather(tmp_path / "year.csv")
-    assert weather.keys == ("wind_m_s", "wind_from_deg", "gust_m_s", "temperature_c")
-    assert weather.unused == ("pressure (hPa)",)
-    # 36 km/h are 10 m/s, 40 kn of 1852 m an hour 20.577...
-    assert weather.rows[0] == pytest.approx((10.0, 270.0, 40 * 1852 / 3600, -3.0))
+    assert weather.keys == (
+        "wind_m_s",
+        "wind_from_deg",
+        "gust_m_s",
+        "temperature_c",
+        "pressure_hpa",
+    )
+    assert weather.unused == ("station (hPa)",), "of a station at some altitude"
+    # 36 km/h are 10 m/s, 40 kn of 1852 m an hour 20.577..., 30 inHg 1015.9 hPa
+    assert weather.rows[0] == pytest.approx((10.0, 270.0, 40 * 1852 / 3600, -3.0, 1015.917))
     cases = make_cases([], weather=weather)
     assert len(cases) == 2, "two calms are one condition, an hour without direction is none"
     assert cases.blocks[0].times == (

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Point = tuple[Any, ...]
 _WIND = (WIND_M_S, WIND_FROM_DEG, GUST_M_S)
-_IN_THE_AIR = ("wind", "temperature_c", "payload_kg")
+_IN_THE_AIR = ("wind", "temperature_c", "pressure_hpa", "payload_kg")
 """Fields that change the power along a motion, and seldom the motion."""
 MOST_CASES = 10**9
 

@@ -1,7 +1,8 @@
 """Measured weather: rows of a CSV file, with the units in the heads.
 
 The columns are known by words of their heads: time or date, wind speed, wind direction, gust,
-temperature; each but the time names its unit, ``wind_speed_10m (km/h)`` or ``wind_m_s``.
+temperature, pressure at sea level; each but the time names its unit, ``wind_speed_10m (km/h)`` or
+``wind_m_s``.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from planner.logs.csv import units_of
 from planner.service.sweep.axes import GUST_M_S, WIND_FROM_DEG, WIND_M_S
 from planner.setting import declared
 from planner.setup import Setup
-from planner.units import FREEZING_F, KELVINS_PER_FAHRENHEIT, ZERO_CELSIUS_K
+from planner.units import FREEZING_F, KELVINS_PER_FAHRENHEIT, PRESSURE_UNITS_HPA, ZERO_CELSIUS_K
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -31,7 +32,10 @@ if TYPE_CHECKING:
 
 _MOST_BYTES = 1 << 28
 _WHAT = "weather file"
-TEMPERATURE_C = next(one for one in declared(Setup) if one.key == "temperature_c")
+TEMPERATURE_C, PRESSURE_HPA = (
+    next(one for one in declared(Setup) if one.key == key)
+    for key in ("temperature_c", "pressure_hpa")
+)
 
 
 class WeatherFileError(InputError):
@@ -77,13 +81,20 @@ _TEMPERATURES = {
     "f": _scaled(KELVINS_PER_FAHRENHEIT, -KELVINS_PER_FAHRENHEIT * FREEZING_F),
 }
 _COLUMNS: Sequence[tuple[str, Setting, Callable[[], Mapping[str, Callable[[float], float]]]]] = (
+    (
+        r"qnh|\bslp\b|press.*(msl|sea)|(msl|sea).*press",
+        PRESSURE_HPA,
+        lambda: {unit: _scaled(factor) for unit, factor in PRESSURE_UNITS_HPA.items()},
+    ),
     (r"gust", GUST_M_S, _speeds),
     (r"\bto\b|_to_|toward|going", WIND_FROM_DEG, lambda: _DEGREES_TO),
     (r"dir|from", WIND_FROM_DEG, lambda: _DEGREES),
     (r"wind", WIND_M_S, _speeds),
     (r"temp", TEMPERATURE_C, lambda: _TEMPERATURES),
 )
-"""Words of a head, what it is then, and the units it may have; the first that is met counts."""
+"""Words of a head, what it is then, and the units it may have; the first that is met counts.
+
+A pressure that does not say that it is reduced to sea level is that of a station at an unknown altitude."""
 
 
 def read_weather(path: Path) -> MeasuredWeather:
