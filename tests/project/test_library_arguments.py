@@ -19,6 +19,7 @@ NUMBERS = (
     "risk",
     "payload_kg",
     "temperature_c",
+    "pressure_hpa",
     "position_noise_m",
     "heading_deg",
     "battery_health",
