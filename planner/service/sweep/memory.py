@@ -349,8 +349,7 @@ class RememberingSteps(WhatIfSteps):
         self._ways: _Latest[tuple[object, _Way | None]] = _Latest()
         # with what its key has the identity of
         self._pilots: list[tuple[Pilot, _KeptPilot]] = []
-        self._found: dict[int, tuple[Check, int, tuple[str, ...], Any]] = {}
-        # when each was made, what it looked at, what it found
+        self._found: dict[int, _Made] = {}
         self._case = 0
         self._seen: dict[str, _Seen] = {}
         self._unwatched: set[int] = set()
@@ -429,13 +428,17 @@ class RememberingSteps(WhatIfSteps):
         key = id(check)
         if key in self._unwatched:
             return check(a)
-        if key in self._found:
-            _, made_in, paths, found = self._found[key]
-            for path in paths:
-                if self._changed_in(a, path) > made_in:
+        known = self._found.get(key)
+        if known is not None:
+            for path in known.paths:
+                if self._changed_in(a, path) > known.case:
                     break
             else:
-                return found  # type: ignore[no-any-return] # as it was made below
+                known.in_a_row = 0
+                return known.found
+            known.in_a_row += 1
+            if known.in_a_row % _WATCHED_AGAIN >= _OFTEN:
+                return check(a)  # watching it again would save nothing
         seen: set[str] = set()
         try:
             found = check(_Watcher(a, seen))  # type: ignore[arg-type] # it has what an assessment has
@@ -444,7 +447,9 @@ class RememberingSteps(WhatIfSteps):
             return check(a)
         for path in seen:
             self._changed_in(a, path)
-        self._found[key] = (check, self._case, tuple(seen), found)
+        made = _Made(check, self._case, tuple(seen), found)
+        made.in_a_row = 0 if known is None else known.in_a_row
+        self._found[key] = made
         return found
 
     def _changed_in(self, a: Assessment, path: str) -> int:
@@ -455,6 +460,21 @@ class RememberingSteps(WhatIfSteps):
         if known.case < self._case:
             known.look(a, self._case)
         return known.changed_in
+
+
+_OFTEN, _WATCHED_AGAIN = 3, 24
+"""A check made in so many cases in a row is made in the next without being watched, up to so many."""
+
+
+class _Made:
+    """What a check has found, and what it looked at."""
+
+    def __init__(
+        self, check: Check, case: int, paths: tuple[str, ...], found: Need[Any] | tuple[Found, ...]
+    ) -> None:
+        self.check, self.case, self.paths, self.found = check, case, paths, found
+        self.in_a_row = 0
+        """Cases in which it was made again, one after the other."""
 
 
 class _Seen:
