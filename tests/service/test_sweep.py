@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,10 +38,11 @@ from planner.setup import Setup
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from planner.mission.items import Mission
     from planner.service.sweep.engines import Engine
+    from planner.service.sweep.outcome import CaseOutcome
     from planner.service.sweep.plan import SweepPlan
     from planner.service.sweep.sweep import SweepProgress
 
@@ -107,6 +109,28 @@ def test_what_cases_share_changes_no_bit(mission: Mission, model: str) -> None:
     found = {number: check_case(plan, number, steps) for number in there_and_back}
     assert found == {number: check_case(plan, number, Steps()) for number in found}
     assert len({one.margin_wh for one in found.values()}) > 1, "the cases differ"
+
+
+def test_workers_that_are_threads_do_not_look_at_each_other(mission: Mission, setup: Setup) -> None:
+    """What each remembers it has looked at is its own."""
+    vary = ["wind=3,9", "wind-from=0,180", "temperature=0,30", "charge=100%,40%"]
+    plan = make_plan(mission, setup, vary=vary)
+    numbers = range(len(plan.cases))
+    alone = [check_case(plan, number, Steps()) for number in numbers]
+    interval_s = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+
+    def work(order: Sequence[int]) -> dict[int, CaseOutcome]:
+        steps = RememberingSteps()
+        return {number: check_case(plan, number, steps) for number in order}
+
+    try:
+        with ThreadPoolExecutor(2) as threads:
+            both = list(threads.map(work, (numbers, numbers[::-1])))
+    finally:
+        sys.setswitchinterval(interval_s)
+    for found in both:
+        assert [found[number] for number in numbers] == alone
 
 
 def _swept(

@@ -12,8 +12,9 @@ from collections import OrderedDict
 from enum import Enum
 from functools import cached_property
 from operator import attrgetter
+from threading import local
 from types import FunctionType, MethodType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import msgspec
 
@@ -60,17 +61,25 @@ _STATES_KEPT = 32
 """States of a motion that are remembered: each case asks for those of some ten sets of points."""
 
 
+class _Read(local):
+    """Names of the fields of watched setups that this thread has read: workers may be threads."""
+
+    def __init__(self) -> None:
+        self.names: set[str] = set()
+
+
+_read = _Read()
+
+
 class _Watched(Setup):
     """A setup that notes which of its fields are read."""
-
-    read: ClassVar[set[str]] = set()
 
     def __post_init__(self) -> None:
         """Refuse nothing: it is made of a setup that was not refused."""
 
     def __getattribute__(self, name: str) -> object:
         if name in _FIELDS:
-            _Watched.read.add(name)
+            _read.names.add(name)
         return super().__getattribute__(name)
 
 
@@ -101,9 +110,9 @@ class _StepMemory(Generic[Made]):
             ):
                 self._known.insert(0, self._known.pop(at))
                 return one.made, False
-        _Watched.read.clear()
+        _read.names.clear()
         made = make(_Watched(**field_values(setup)))
-        seen = {name: getattr(setup, name) for name in _Watched.read}
+        seen = {name: getattr(setup, name) for name in _read.names}
         self._known.insert(0, _Remembered(subject=subject, seen=seen, made=made))
         del self._known[_KEPT:]
         return made, True
