@@ -34,8 +34,10 @@ if TYPE_CHECKING:
 
 OF_VEHICLES = frozenset({"vehicle", "params", "autopilot", "target", "home_amsl_m", "payload_kg"})
 """Settings that each vehicle, pad and job of a fleet has of its own."""
-_BATCH_S = 1.0
-"""What a batch is to take: the overhead of one is some milliseconds."""
+_SHORTEST_S, _LONGEST_S = 0.5, 3.0
+"""What a batch is to take: its overhead is some milliseconds, and a scheduler hands out some 300 a second."""
+_LEAST_BATCHES = 64
+"""Of a sweep that does not take long: workers end at about the same time."""
 _MOST_IN_BATCH = 5000
 _PROBED = 24
 """Cases worked out first, for how long they take."""
@@ -176,7 +178,7 @@ def sweep(
         first, count = jobs[0]
         asked_s = process_time()
         keep(first, count, run_batch(plan, first, count, RememberingSteps()))
-        size = _batch_size((process_time() - asked_s) / count)
+        size = _batch_size((process_time() - asked_s) / count, total - count)
         jobs = missing(total, done, size)
     if engine is None:
         left = sum(count for _, count in jobs)
@@ -279,5 +281,7 @@ def _whole(folder: BatchFolder) -> dict[int, int]:
     return done
 
 
-def _batch_size(seconds: float) -> int:
-    return max(1, min(int(_BATCH_S / max(seconds, 1e-6)), _MOST_IN_BATCH))
+def _batch_size(case_s: float, left: int) -> int:
+    """Return how many cases are a batch where each takes so long, and so many are left."""
+    batch_s = min(max(left * case_s / _LEAST_BATCHES, _SHORTEST_S), _LONGEST_S)
+    return max(1, min(int(batch_s / max(case_s, 1e-6)), _MOST_IN_BATCH))
