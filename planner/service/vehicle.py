@@ -24,12 +24,13 @@ from planner.values import Value, replace
 from planner.vehicle.pack import voltage_fits
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterator, Sequence
     from pathlib import Path
 
     from planner.findings import Finding
     from planner.link.logs import DownloadedLog, VehicleLog
     from planner.link.snapshot import VehicleSnapshot
+    from planner.link.telemetry import VehicleIdentity
     from planner.link.vehicle import LinkRequest, OnProgress
     from planner.mission.compare import Difference
     from planner.mission.items import Home, Mission
@@ -87,6 +88,21 @@ CHARGE_NOT_TOLD = Rule(
     fix="measure the battery and give --charge; set the battery's capacity in the autopilot",
 )
 
+CHARGE_BELOW_GIVEN = Rule(
+    "V109 charge-below-given",
+    Severity.ERROR,
+    summary="The vehicle reports less charge than the check was told.",
+    why="A charge typed in the morning is that of another battery by noon; a guard that goes on by it lets "
+    "half empty batteries take off.",
+    how="The charge of --charge against battery_remaining of BATTERY_STATUS or SYS_STATUS; 10 % of the full "
+    "charge less is allowed, as estimates by voltage are off.",
+    fix="leave --charge away, so that the vehicle's own counts, or correct what the autopilot takes for full "
+    "and empty",
+    instead="the charge that the vehicle reports, without --charge",
+)
+_CHARGE_SLACK = 0.1
+"""A charge estimated by voltage is as far off without anything being wrong. [-]"""
+
 
 def check_vehicle(
     snapshot: VehicleSnapshot,
@@ -106,14 +122,15 @@ def check_vehicle(
         findings += check_capacity(snapshot)
     findings += check_voltage(snapshot, setup)
     taken: list[str] = []
-    if not is_charge_given:
-        reported = None if state.battery is None else state.battery.remaining_fraction
-        if reported is None:
-            message = "charge not reported by the vehicle: full battery assumed"
-            findings.append(CHARGE_NOT_TOLD.finding(message))
-        else:
-            setup = replace(setup, charge=reported)
-            taken.append(f"charge {reported * 100:.0f} %")
+    reported = None if state.battery is None else state.battery.remaining_fraction
+    if is_charge_given:
+        findings += _check_charge(identity, reported, mean_of(setup.charge))
+    elif reported is None:
+        message = "charge not reported by the vehicle: full battery assumed"
+        findings.append(CHARGE_NOT_TOLD.finding(message))
+    else:
+        setup = replace(setup, charge=reported)
+        taken.append(f"charge {reported * 100:.0f} %")
     position = state.position
     if setup.heading_deg is None and not state.is_armed and position is not None:
         setup = replace(setup, heading_deg=position.heading_deg)
@@ -134,6 +151,17 @@ def check_vehicle(
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, setup, file=file)
+
+
+def _check_charge(
+    identity: VehicleIdentity, reported: float | None, given: float
+) -> Iterator[Finding]:
+    """Yield that a vehicle reports less charge than was given."""
+    if reported is None or reported >= given - _CHARGE_SLACK:
+        return
+    told, typed = quantity.percent(reported), quantity.percent(given)
+    message = f"{identity.label} reports {told} charge, --charge is {typed}"
+    yield CHARGE_BELOW_GIVEN.finding(message)
 
 
 def _moved(home: Home, reported: Home | None) -> str:

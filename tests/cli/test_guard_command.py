@@ -204,10 +204,14 @@ def test_with_keep_a_lost_vehicle_is_waited_for(
     assert "waiting for it" in capsys.readouterr().err
 
 
-def test_a_charge_that_is_given_counts_more_than_the_vehicles(vehicle: GuardedVehicle) -> None:
-    vehicle.battery_remaining = 5
+@pytest.mark.parametrize(("reported", "answer"), [(5, 2), (89, 2), (91, 0)])
+def test_a_charge_that_is_given_counts_unless_the_vehicle_reports_less(
+    vehicle: GuardedVehicle, reported: int, answer: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.battery_remaining = reported
     assert main(["guard", URL, *CHECK, "--lost-after", "5s", "--charge", "100%"]) == 3
-    assert vehicle.results() == [0]
+    assert vehicle.results() == [answer]  # 0 accepted, 2 denied
+    assert ("V109" in capsys.readouterr().err) == bool(answer)
 
 
 @pytest.mark.parametrize("text", ["0s", "soon", "-3s", "2days"])

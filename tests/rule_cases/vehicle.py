@@ -38,6 +38,7 @@ def reported(
     charge: float | None = None,
     first_x: int = 470_000_000,
     autopilot: int = _PX4,
+    given: float | None = None,
     **without: bool,
 ) -> tuple[Finding, ...]:
     """Return what is reported of a vehicle with such parameters, home, charge and lists."""
@@ -57,7 +58,8 @@ def reported(
         ),
         address="udpin:127.0.0.1:14550",
     )
-    return check_vehicle(snapshot, Setup(load_vehicle())).findings
+    setup = Setup(load_vehicle(), charge=1.0 if given is None else given)
+    return check_vehicle(snapshot, setup, is_charge_given=given is not None).findings
 
 
 def over_terrain(pending: int | None) -> tuple[Finding, ...]:
@@ -133,6 +135,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported("BATT_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
         boundary=lambda: reported("BATT2_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
         silent=reported,
+    ),
+    "V109": RuleCases(
+        fires=lambda: reported(charge=0.79, given=0.9),
+        boundary=lambda: reported(charge=0.8, given=0.9),
+        silent=lambda: reported(charge=0.79),
     ),
     "X901": RuleCases(
         fires=lambda: read(b"{"),
