@@ -69,39 +69,33 @@ def half_planes(
     tick_s : float
         Time in which those that are too near already come apart. [s]
     """
-    other, p, radius = neighbours.rows, neighbours.apart_m, neighbours.reach_m
-    own_m_s = velocity_m_s[:, None]
-    v = own_m_s - velocity_m_s[other]
-    square = (p**2).sum(axis=-1)
+    other, radius = neighbours.rows, neighbours.reach_m
+    p_x, p_y = np.moveaxis(neighbours.apart_m, -1, 0)
+    own_x, own_y = velocity_m_s.T[..., None]
+    other_x, other_y = velocity_m_s.T[:, other]
+    v_x, v_y = own_x - other_x, own_y - other_y
+    square = p_x**2 + p_y**2
     overlaps = square < radius**2
     time_s = np.where(overlaps, tick_s, horizon_s)
     # to the disk that cuts the cone off
-    w = v - p / time_s[..., None]
-    w_size = np.sqrt((w**2).sum(axis=-1))
-    ahead = (w * p).sum(axis=-1)
+    w_x, w_y = v_x - p_x / time_s, v_y - p_y / time_s
+    w_size = np.sqrt(w_x**2 + w_y**2)
+    ahead = w_x * p_x + w_y * p_y
     on_disk = overlaps | ((ahead < 0.0) & (ahead**2 > radius**2 * w_size**2))
-    w_unit = w / np.maximum(w_size, _LEAST_M)[..., None]
+    w_least, p_least = np.maximum(w_size, _LEAST_M), np.maximum(square, _LEAST_M)
     # to one of its legs
     leg = np.sqrt(np.maximum(square - radius**2, 0.0))
-    left = p[..., 0] * w[..., 1] - p[..., 1] * w[..., 0] > 0.0
-    side = np.where(left, 1.0, -1.0)
-    direction = (
-        np.stack(
-            (
-                p[..., 0] * leg - side * p[..., 1] * radius,
-                side * p[..., 0] * radius + p[..., 1] * leg,
-            ),
-            axis=-1,
-        )
-        / np.maximum(square, _LEAST_M)[..., None]
-    )
-    leg_normal = side[..., None] * np.stack((-direction[..., 1], direction[..., 0]), axis=-1)
-    normal = np.where(on_disk[..., None], w_unit, leg_normal)
-    way = np.where(on_disk, radius / time_s - w_size, -(v * leg_normal).sum(axis=-1))
-    share = np.where(evades[other], 0.5, 1.0)
-    point = own_m_s + (share * way)[..., None] * normal
-    nobody = (other < 0)[..., None]
-    return HalfPlanes(point_m_s=np.where(nobody, 0.0, point), normal=np.where(nobody, 0.0, normal))
+    side = np.where(p_x * w_y - p_y * w_x > 0.0, 1.0, -1.0)
+    leg_x = -side * ((side * p_x * radius + p_y * leg) / p_least)
+    leg_y = side * ((p_x * leg - side * p_y * radius) / p_least)
+    normal_x = np.where(on_disk, w_x / w_least, leg_x)
+    normal_y = np.where(on_disk, w_y / w_least, leg_y)
+    way = np.where(on_disk, radius / time_s - w_size, -(v_x * leg_x + v_y * leg_y))
+    way = np.where(evades[other], 0.5, 1.0) * way
+    point = np.array((own_x + way * normal_x, own_y + way * normal_y))
+    normal = np.array((normal_x, normal_y))
+    point[:, other < 0] = normal[:, other < 0] = 0.0
+    return HalfPlanes(point_m_s=np.moveaxis(point, 0, -1), normal=np.moveaxis(normal, 0, -1))
 
 
 def nearest_velocities_m_s(
@@ -115,37 +109,46 @@ def nearest_velocities_m_s(
     size = np.hypot(*wanted_m_s.T)
     best = wanted_m_s * np.minimum(1.0, speed_m_s / np.maximum(size, _LEAST_M))[:, None]
     possible = np.ones(len(best), np.bool_)
-    for number in range(planes.normal.shape[1]):
-        point, normal = planes.point_m_s[:, number], planes.normal[:, number]
-        cut = np.flatnonzero(possible & (((best - point) * normal).sum(axis=1) < 0.0))
+    # east and north apart, one half-plane of all agents a row: sums of two are then no reductions
+    points, normals = (
+        np.ascontiguousarray(one.transpose(2, 1, 0)) for one in (planes.point_m_s, planes.normal)
+    )
+    for number in range(points.shape[1]):
+        (x, y), (normal_x, normal_y) = points[:, number], normals[:, number]
+        is_cut = (best[:, 0] - x) * normal_x + (best[:, 1] - y) * normal_y < 0.0
+        cut = np.flatnonzero(possible & is_cut)
         if not len(cut):
             continue
-        found, is_there = _on_edge(planes, number, cut, wanted_m_s[cut], speed_m_s[cut])
+        until = slice(number + 1)
+        found, is_there = _on_edge(
+            points[:, until, cut], normals[:, until, cut], wanted_m_s[cut], speed_m_s[cut]
+        )
         possible[cut] = is_there
         best[cut[is_there]] = found[is_there]
     return best, possible
 
 
 def _on_edge(
-    planes: HalfPlanes, number: int, rows: IndexArray, wanted_m_s: FloatArray, speed_m_s: FloatArray
+    points: FloatArray, normals: FloatArray, wanted_m_s: FloatArray, speed_m_s: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Return the best velocities on the edge of a half-plane that keep those before it."""
-    point, normal = planes.point_m_s[rows, number], planes.normal[rows, number]
-    along = np.stack((normal[:, 1], -normal[:, 0]), axis=1)
-    middle = -(point * along).sum(axis=1)
-    room = speed_m_s**2 - (point * normal).sum(axis=1) ** 2
-    is_there = room >= 0.0
+    """Return the best velocities on the edge of the last half-plane that keep those before it.
+
+    Half-planes: (2, m, n).
+    """
+    (x, y), (normal_x, normal_y) = points[:, -1], normals[:, -1]
+    along_x, along_y = normal_y, -normal_x
+    middle = -(x * along_x + y * along_y)
+    room = speed_m_s**2 - (x * normal_x + y * normal_y) ** 2
     half = np.sqrt(np.maximum(room, 0.0))
-    low, high = middle - half, middle + half
-    for earlier in range(number):
-        other, its = planes.point_m_s[rows, earlier], planes.normal[rows, earlier]
-        slope = (along * its).sum(axis=1)
-        lack = ((other - point) * its).sum(axis=1)
-        parallel = np.abs(slope) <= _PARALLEL
-        is_there &= ~(parallel & (lack > 0.0))
-        at = lack / np.where(parallel, 1.0, slope)
-        low = np.where(~parallel & (slope > 0.0), np.maximum(low, at), low)
-        high = np.where(~parallel & (slope < 0.0), np.minimum(high, at), high)
-    is_there &= low <= high
-    best = np.clip(((wanted_m_s - point) * along).sum(axis=1), low, np.maximum(low, high))
-    return point + best[:, None] * along, is_there
+    (others_x, others_y), (its_x, its_y) = points[:, :-1], normals[:, :-1]
+    slope = along_x * its_x + along_y * its_y
+    lack = (others_x - x) * its_x + (others_y - y) * its_y
+    parallel = np.abs(slope) <= _PARALLEL
+    at = lack / np.where(parallel, 1.0, slope)
+    from_ = np.where(~parallel & (slope > 0.0), at, -np.inf).max(axis=0, initial=-np.inf)
+    until = np.where(~parallel & (slope < 0.0), at, np.inf).min(axis=0, initial=np.inf)
+    low, high = np.maximum(middle - half, from_), np.minimum(middle + half, until)
+    is_there = (room >= 0.0) & (low <= high) & ~(parallel & (lack > 0.0)).any(axis=0)
+    best = (wanted_m_s[:, 0] - x) * along_x + (wanted_m_s[:, 1] - y) * along_y
+    best = np.clip(best, low, np.maximum(low, high))
+    return np.stack((x + best * along_x, y + best * along_y), axis=1), is_there

@@ -186,7 +186,8 @@ def nearest_neighbours(place_m: FloatArray, is_there: BoolArray, most: int) -> I
     if count < 1:
         return found
     if len(there) < _TREE_FROM:
-        apart = ((place_m[there, None] - place_m[None, there]) ** 2).sum(axis=2)
+        east, north = place_m[there].T
+        apart = (east[:, None] - east) ** 2 + (north[:, None] - north) ** 2
         np.fill_diagonal(apart, np.inf)
         order = np.argsort(apart, axis=1, kind="stable")[:, :count]
     else:
