@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 
 _TREE_FROM = 150
-"""From so many agents on near ones are found by a tree instead of all pairs: loading it takes 0.3 s."""
+"""From so many agents on near ones are found by a tree instead of all pairs: loading it takes 0.1 s."""
 _STILL_M = 1e-9
 _SAME_M = 1e-6
 """Ways that differ by less are as short. [m]"""
