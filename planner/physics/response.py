@@ -710,12 +710,11 @@ def _bracketed_roots(
 ) -> FloatArray:
     """Root of a monotone function, given with its slope, in each bracket.
 
-    By Newton's rule, to a few units in the last place or 1e-12; by bisection where that leaves the bracket,
-    or would not halve its step.
+    By Newton's rule inside the bracket, to a few units in the last place or 1e-12.
     """
     rising = function(high)[0] > function(low)[0]
-    root, moved = 0.5 * (low + high), high - low
-    for _ in range(200):
+    root = 0.5 * (low + high)
+    for turn in range(200):
         value, slope = function(root)
         below = (value < 0.0) == rising
         low, high = np.where(below, root, low), np.where(below, high, root)
@@ -723,11 +722,10 @@ def _bracketed_roots(
             newton = root - value / slope
         inside = (newton >= low) & (newton <= high)
         tolerance = 1e-12 + 4e-16 * np.abs(root)
-        step = np.abs(newton - root)
-        done = (inside & (step <= tolerance)) | (high - low <= tolerance)
-        chosen = inside & (done | (step <= 0.5 * moved))
-        following = np.where(chosen, newton, 0.5 * (low + high))
-        root, moved = following, np.abs(following - root)
+        done = (inside & (np.abs(newton - root) <= tolerance)) | (high - low <= tolerance)
+        # a bisection now and then, so that slow progress of Newton's rule cannot last
+        chosen = inside & (done | (turn % 4 < 3))
+        root = np.where(chosen, newton, 0.5 * (low + high))
         if done.all():
             break
     return root
