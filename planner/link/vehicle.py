@@ -68,8 +68,8 @@ _OPTIONAL_RETRIES = 6
 """Of a message that a vehicle may not have."""
 _ID_RETRIES = 5
 """Of a question about a list that can be read instead."""
-_CURRENT_S = 1.5
-"""In which a message that is sent every second comes, unless it got lost. [s]"""
+_CURRENT_S = 4.5
+"""In which a message that is sent every second comes, however many in a row get lost on a bad radio. [s]"""
 _EVENT_RETRIES = 3
 """Of a question whose answer can be waited for instead."""
 _MOST_LATER = 20
