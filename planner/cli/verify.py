@@ -75,7 +75,6 @@ def command(
     mission: Path | None,
     params: Path | None,
     mapping: Path | None,
-    table: Path | None,
     plots: Path | None,
     file_format: str,
     output: Path | None,
@@ -89,6 +88,7 @@ def command(
     Exit codes: 0 every flight was compared, 1 an error is larger than asked for, 2 unusable input
     or usage.
     """
+    table: Path | None = options["table"]
     read = [
         *logs,
         model,

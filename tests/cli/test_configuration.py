@@ -74,6 +74,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         battery_temperature_c = 5
         home_amsl_m = 488
         temperature_c = -5.5
+        pressure_hpa = 990
         position_noise_m = 0.3
         heading_deg = 95
         reaction_time_s = 1.5
@@ -135,6 +136,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert setup.payload_kg == 0.5
     assert setup.home_amsl_m == 488.0
     assert setup.temperature_c == -5.5
+    assert setup.pressure_hpa == 990.0
     assert setup.position_noise_m == 0.3
     assert setup.heading_deg == 95.0
     assert setup.reaction_time_s == 1.5

@@ -333,7 +333,7 @@ def fleet_file(folder: Path, mission_file: str) -> Path:
     file.write_text(
         f'schema = 1\n[job.out]\nmission = "{mission_file}"\n{tables}'
         + sortie("s1", "a", 0.0)
-        + sortie("s2", "b", 0.0)
+        + sortie("s2", "b", 3.0)
     )
     return file
 

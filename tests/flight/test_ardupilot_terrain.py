@@ -228,9 +228,9 @@ INTO_A_VALLEY = mission(takeoff_item(60.0), item(16, north(100.0), 60.0), item(2
 @pytest.mark.parametrize(
     ("enabled", "ceiling_m", "floor_m", "reported"),
     [
-        (1, 61.0, -20.0, ["F110"]),  # 60 m above ground 88 m lower than home
-        (1, 61.0, -30.0, []),
-        (0, 61.0, -20.0, []),
+        (1, 63.0, -20.0, ["F110"]),  # 60 m above ground 88 m lower than home
+        (1, 63.0, -30.0, []),
+        (0, 63.0, -20.0, []),
         (1, 59.0, -30.0, ["F110"]),  # level, as without terrain data
     ],
 )

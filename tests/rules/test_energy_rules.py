@@ -272,10 +272,10 @@ def test_ground_that_is_not_known_under_a_return_is_reported() -> None:
     ("degrees_c", "left", "severity"),
     [
         # 80 % at 0 °C and 75 % at -10 °C: between them 0.5 % a degree.
-        (-1.0, 0.205, Severity.ERROR),
-        (-1.0, 0.215, Severity.WARNING),
-        (-9.0, 0.245, Severity.ERROR),
-        (-9.0, 0.255, Severity.WARNING),
+        (-1.0, 0.204, Severity.ERROR),
+        (-1.0, 0.206, Severity.WARNING),
+        (-9.0, 0.244, Severity.ERROR),
+        (-9.0, 0.246, Severity.WARNING),
         (-11.0, 0.9, Severity.ERROR),
     ],
 )

@@ -358,7 +358,7 @@ def test_a_return_above_terrain_without_terrain_asks_for_it(
 @pytest.mark.parametrize(
     ("ceiling_m", "parameters", "fires"),
     [
-        (101, "6000\nRTL_ALT_TYPE,1\n", False),
+        (103, "6000\nRTL_ALT_TYPE,1\n", False),
         (99, "6000\nRTL_ALT_TYPE,1\n", True),  # 60 m above a ridge of 40 m
         (99, "6000\nRTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", False),
         (99, "6000\nRTL_ALT_TYPE,0\n", False),

@@ -225,7 +225,7 @@ def _refined(sweep: ReturnSweep, returns: Returns, limits_wh: tuple[float, ...])
         ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), parts[row])
         segments += [even, ends]
         fractions += [fraction, np.ones(len(ends))]
-    if not segments:
+    if not any(map(len, segments)):
         return refined
     return _with(refined, returns, np.concatenate(segments), np.concatenate(fractions))
 

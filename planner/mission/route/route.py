@@ -448,8 +448,8 @@ OTHER_VEHICLE = Rule(
     "fires on are of aircraft.  A warning where a take-off pitch is all there is: multicopters take off "
     "without it, and fly the rest as predicted; so where the parameters of --params are of ArduCopter, "
     "which knows DO_LAND_START.",
-    fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle, or "
-    "ignore the code where a multicopter flies it",
+    fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle",
+    instead="a plan, which names its vehicle, or ArduCopter's parameters with --params",
 )
 
 VEHICLE_ASSUMED = Rule(
