@@ -201,5 +201,6 @@ def attach_baseline(results: Results, path: Path) -> None:
     written, refused = write_baseline(path, found)
     text = f"{quantity.count(written, 'finding')} written to {path}"
     if refused:
-        text += f"; {quantity.count(refused, 'error')} of energy left out: mend the mission"
+        errors = quantity.count(refused, "error")
+        text += f"; {errors} left out that take part in every verdict: mend the mission"
     narrate(text)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.errors import UsageError
@@ -15,7 +16,6 @@ from planner.files import replacing
 from planner.report.columns import cell, load_parquet
 
 if TYPE_CHECKING:
-    from pathlib import Path
     from typing import BinaryIO
 
     from planner.service.sweep.sweep import Sweep
@@ -34,7 +34,7 @@ def refuse_table(path: Path) -> None:
         load_parquet()
 
 
-def write_sweep(sweep: Sweep, path: Path) -> None:
+def write_sweep(sweep: Sweep, path: Path | str) -> None:
     """Write the table of a sweep to a .parquet or .csv file, and take its batches away.
 
     Raises
@@ -44,6 +44,7 @@ def write_sweep(sweep: Sweep, path: Path) -> None:
     OutputError
         If it cannot be written; the batches stay then.
     """
+    path = Path(path)
     refuse_table(path)
     with replacing(path) as file:
         if path.suffix == ".parquet":
