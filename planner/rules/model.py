@@ -567,18 +567,22 @@ def _times(ratio: float) -> str:
     return f"{quantity.decimals(ratio, 1)} times"
 
 
+def _not_counted(a: Assessment, what: str, term: str) -> Finding:
+    """Return that a condition is not counted, for want of a term, and what that may take."""
+    costs, is_short = _uncounted(a)
+    return a.finding(
+        CONDITION_NOT_MODELLED,
+        f"{what} not counted: this model has no {term} term{costs}",
+        severity=Severity.ERROR if is_short else None,
+    )
+
+
 @judges(CONDITION_NOT_MODELLED)
 def _conditions(a: Assessment) -> Iterator[Finding]:
     given, vehicle = a.setup, a.vehicle
     wind, payload_kg = given.wind, mean_of(given.payload_kg)
     if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
-        costs, is_short = _uncounted(a)
-        yield a.finding(
-            CONDITION_NOT_MODELLED,
-            f"wind of {quantity.speed(wind.speed_m_s)} not counted: this model has no airspeed term"
-            f"{costs}",
-            severity=Severity.ERROR if is_short else None,
-        )
+        yield _not_counted(a, f"wind of {quantity.speed(wind.speed_m_s)}", "airspeed")
     if (payload_kg > 0.0 or sd_of(given.payload_kg) > 0.0) and not vehicle.knows_mass:
         yield a.finding(
             CONDITION_NOT_MODELLED,
@@ -587,21 +591,10 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
             fix="use a model with a mass, or allow for the payload in --reserve and ignore E108",
         )
     if given.temperature_c is not None and not vehicle.knows_air_density:
-        costs, is_short = _uncounted(a)
-        yield a.finding(
-            CONDITION_NOT_MODELLED,
-            f"temperature of {quantity.temperature(mean_of(given.temperature_c))} not counted: this "
-            f"model has no air density term{costs}",
-            severity=Severity.ERROR if is_short else None,
-        )
+        temperature = quantity.temperature(mean_of(given.temperature_c))
+        yield _not_counted(a, f"temperature of {temperature}", "air density")
     if given.pressure_hpa is not None and not vehicle.knows_air_density:
-        costs, is_short = _uncounted(a)
-        yield a.finding(
-            CONDITION_NOT_MODELLED,
-            f"pressure of {given.pressure_hpa:g} hPa not counted: this model has no air density term"
-            f"{costs}",
-            severity=Severity.ERROR if is_short else None,
-        )
+        yield _not_counted(a, f"pressure of {given.pressure_hpa:g} hPa", "air density")
     spread = [
         name
         for name, sd in (
