@@ -697,26 +697,35 @@ Made = TypeVar("Made", bound=Declared)
 
 
 def taking_settings(
-    use: Callable[[Subject, Made], Outcome], make: Callable[P, Made]
+    name: str, use: Callable[[Subject, Made], Outcome], make: Callable[P, Made]
 ) -> Callable[Concatenate[Subject, P], Outcome]:
-    """Return a use case that takes the fields of a declared value as keywords of its own."""
+    """Return a use case, by its public name, that takes the fields of a declared value as keywords."""
 
     def call(subject: Subject, /, *args: P.args, **settings: P.kwargs) -> Outcome:
         return use(subject, make(*args, **settings))
 
     cls: SettingValue = make
-    subject_name, _ = use.__code__.co_varnames[:2]
+    subject_name, settings_name = use.__code__.co_varnames[:2]
     parameters = [Parameter(subject_name, Parameter.POSITIONAL_ONLY)]
-    for name, (_, _, default) in _fields(cls).items():
-        is_positional = name in cls.__match_args__
+    told = []
+    for field, (setting, types, default) in _fields(cls).items():
+        is_given = default is msgspec.NODEFAULT
+        is_positional = field in cls.__match_args__
         parameters.append(
             Parameter(
-                name,
+                field,
                 Parameter.POSITIONAL_OR_KEYWORD if is_positional else Parameter.KEYWORD_ONLY,
-                default=Parameter.empty if default is msgspec.NODEFAULT else default,
+                default=Parameter.empty if is_given else default,
             )
         )
-    call.__doc__ = use.__doc__
-    call.__name__ = call.__qualname__ = use.__name__
+        kinds = " or ".join(sorted(types - {"NoneType"}))
+        told.append(
+            f"{field} : {kinds}{'' if is_given else ', optional'}\n        {setting.help_text}"
+        )
+    before, _, after = (use.__doc__ or "").partition(f"{settings_name} : ")
+    _, end, after = after.partition("\n\n")
+    call.__doc__ = before + "\n    ".join(told) + end + after
+    call.__name__ = call.__qualname__ = name
+    call.__module__ = use.__module__
     vars(call)["__signature__"] = Signature(parameters)
     return call

@@ -320,7 +320,7 @@ def _further_errors(
             yield replace(one, message=f"{one.message} ({note})")
 
 
-check = taking_settings(check_mission, Setup)
+check = taking_settings("check", check_mission, Setup)
 """`check_mission` with each setting as a keyword: ``check(mission, vehicle, charge=0.95)``."""
 
 

@@ -163,7 +163,7 @@ def keep_apart(
     )
 
 
-check_together = taking_settings(keep_apart, Together)
+check_together = taking_settings("check_together", keep_apart, Together)
 """`keep_apart` with each setting as a keyword: ``check_together(results, separation_m=10.0)``."""
 
 

@@ -55,6 +55,17 @@ def test_the_table_names_every_option() -> None:
     assert set(signature(planner.check).parameters) == named
 
 
+@pytest.mark.parametrize("use", [planner.check, planner.check_together])
+def test_the_help_of_a_use_case_tells_each_argument_by_its_public_name(use: Any) -> None:
+    from inspect import getdoc, signature
+
+    text = getdoc(use) or ""
+    for name in signature(use).parameters:
+        assert f"\n{name} : " in text
+    assert "Setup" not in text
+    assert getattr(planner, use.__name__) is use
+
+
 @pytest.mark.parametrize("name", [*NUMBERS, *OBJECTS])
 @pytest.mark.parametrize("value", UNLIKE, ids=lambda value: type(value).__name__)
 def test_an_option_of_a_wrong_type_is_a_usage_error(name: str, value: object) -> None:
