@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -10,6 +10,9 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 import planner
 from planner.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 MISSION = mission(takeoff(30), waypoint(200, 30), rtl())
 VEHICLE = planner.load_vehicle("falkowski-2023-quadrotor")
@@ -56,7 +59,9 @@ def test_the_table_names_every_option() -> None:
 
 
 @pytest.mark.parametrize("use", [planner.check, planner.check_together])
-def test_the_help_of_a_use_case_tells_each_argument_by_its_public_name(use: Any) -> None:
+def test_the_help_of_a_use_case_tells_each_argument_by_its_public_name(
+    use: Callable[..., object],
+) -> None:
     from inspect import getdoc, signature
 
     text = getdoc(use) or ""
