@@ -27,7 +27,6 @@ from planner.cli.options import (
 from planner.cli.output import narrate, progress, refuse_overwriting, show_traceback, write_data
 from planner.errors import ExitCode, UsageError
 from planner.files import append_output, refuse_pattern
-from planner.mission.folder import find_missions, patterns_met
 from planner.report.text import caveat, tally
 from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
 from planner.setting import Group, Kind, declared
@@ -141,6 +140,8 @@ def _found(
     others: list[str] | None = None
     for name in named:
         if not is_vehicle(name) and Path(name).is_dir():
+            from planner.mission.folder import find_missions
+
             found = find_missions(Path(name), exclude=exclude)
             # one without any is reported as what it is: no mission file
             missions += map(str, found.files) if found.files or found.excluded else [name]
@@ -158,7 +159,7 @@ def _found(
             narrate(f"{name}: {quantity.count(len(found.files), 'mission')}{left}")
         elif name == "-" or is_vehicle(name):
             missions.append(name)
-        elif meets := patterns_met(Path(name), exclude):
+        elif meets := _patterns_met(name, exclude):
             met |= meets
         else:
             missions.append(name)
@@ -169,6 +170,14 @@ def _found(
         msg = f"--exclude {', '.join(exclude)} leaves no mission"
         raise UsageError(msg)
     return tuple(missions), None if others is None else tuple(others)
+
+
+def _patterns_met(name: str, exclude: tuple[str, ...]) -> set[str]:
+    if not exclude:
+        return set()
+    from planner.mission.folder import patterns_met
+
+    return patterns_met(Path(name), exclude)
 
 
 def _report(results: Results, output: Output, left_out: tuple[str, ...] | None) -> Results:

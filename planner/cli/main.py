@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import signal
 import sys
@@ -99,6 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     # Matrices here are small: threads only wait for each other.  Numpy looks once, at its import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    _search_seldom()
     _tolerate_any_character()
     _stop_as_by_ctrl_c()
     if os.environ.get("_MAVJOULE_COMPLETE", "").startswith("fish"):
@@ -142,6 +145,12 @@ def _reported(error: Exception) -> ExitCode:
         return known.exit_code
     narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
     return CheckFailedError.exit_code
+
+
+def _search_seldom() -> None:
+    # A search for what only refers to itself finds little, and costs a fifteenth of a short check.
+    gc.set_threshold(50_000)
+    atexit.register(gc.freeze)
 
 
 def _stop_as_by_ctrl_c() -> None:

@@ -193,6 +193,8 @@ def own_parameters_of(
 
 def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:
     """Return after what landings a mission goes on; ``None``: as the autopilot is delivered."""
+    if parameters is None:
+        return None
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
     if not isinstance(parameters, ArduPilotParameters):
@@ -213,6 +215,8 @@ def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:
     PX4's ``MissionBlock::item_has_timeout`` and ``is_mission_item_reached_or_completed``: as long as
     MIS_COMMAND_TOUT says, before 1.16 until the gripper has answered but no longer than MIS_PD_TO.
     """
+    if parameters is None:
+        return {}
     from planner.vehicle.parameters.px4 import DEPLOYMENT_WAIT, Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):

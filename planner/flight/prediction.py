@@ -346,16 +346,16 @@ def steady_power(route: Route, setup: Setup) -> SteadyPower:
 
 def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:
     """Return a motion with its power and energy."""
-    piece, node_s, state = motion.nodes
+    nodes = motion.nodes
     changes = motion.node_acceleration_m_s2 if power.vehicle.knows_acceleration else None
-    steady_w = _steady_power_w(motion, piece, state, power, changes)
+    steady_w = _steady_power_w(motion, nodes.piece, nodes.state, power, changes)
     return Flight(
         motion=motion,
         transients=transients,
         power=power,
         segment_energy_j=_segment_energy_j(motion, transients, steady_w),
-        node_s=node_s,
-        node_state=state,
+        node_s=nodes.time_s,
+        node_state=nodes.state,
         node_steady_w=steady_w,
         overshoot_s=_overshoot_s(power.vehicle),
     )
@@ -374,10 +374,10 @@ def segment_energies_j(
     motion: Motion, transients: Transients, powers: Iterable[SteadyPower]
 ) -> Iterator[FloatArray]:
     """Yield the energy of each segment of one motion by several powers. (n,) [J]"""
-    piece, _, state = motion.nodes
+    nodes = motion.nodes
     for power in powers:
         changes = motion.node_acceleration_m_s2 if power.vehicle.knows_acceleration else None
-        steady_w = _steady_power_w(motion, piece, state, power, changes)
+        steady_w = _steady_power_w(motion, nodes.piece, nodes.state, power, changes)
         yield _segment_energy_j(motion, transients, steady_w)
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.values import Value
-from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -29,6 +28,8 @@ class SlowLanding(Value, eq=False):
     @classmethod
     def of(cls, parameters: FlightParameters) -> SlowLanding:
         """Return that of a vehicle: PX4's ``DescentProfile``, ArduPilot's ``landing_speed_m_s``."""
+        from planner.vehicle.parameters.px4 import Px4Parameters
+
         highest_m = parameters.land_slow_height_m
         if isinstance(parameters, Px4Parameters):
             from planner.flight.motion.px4.landing import DescentProfile

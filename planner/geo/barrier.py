@@ -7,16 +7,17 @@ and whole edges, never from samples along them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.errors import PathTooLongError
 from planner.geo.geodesy import LocalFrame, distance_m
 from planner.values import Value
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from planner.arrays import FloatArray, IndexArray
     from planner.findings import Place
     from planner.geo.fence import Fence
@@ -27,7 +28,7 @@ _MOST_CUTS = 10_000_000
 """Pairs of legs and edges to cut: some 5 s; 40,000 legs across the 250 edges an autopilot has room for."""
 
 
-class LegClearance(NamedTuple):
+class LegClearance(Value, kw_only=False, eq=False):
     """The least signed distance of each of n legs to a barrier, and its place."""
 
     clearance_m: FloatArray
@@ -36,7 +37,7 @@ class LegClearance(NamedTuple):
     """Where on the leg, from its start. Shape (n,). [m]"""
 
 
-class LegSpans(NamedTuple):
+class LegSpans(Value, kw_only=False, eq=False):
     """The pieces of legs on the wrong side of a barrier."""
 
     leg: IndexArray
@@ -288,7 +289,7 @@ def make_fence_frame(fence: Fence, home_deg: tuple[float, float] | None) -> Loca
     return LocalFrame(latitude_deg=home_deg[0], longitude_deg=home_deg[1])
 
 
-class PathLegs(NamedTuple):
+class PathLegs(Value, kw_only=False, eq=False):
     """The straight legs of a path of n + 1 points in a local frame."""
 
     start_m: FloatArray

@@ -256,10 +256,11 @@ class FenceArea(Value):
         offset = np.concatenate([[0.0], np.cumsum(legs.length_m)])
         found: list[OutsideSpan] = []
         for barrier in self.barriers:
-            leg, start, end = barrier.spans_outside(legs)
+            spans = barrier.spans_outside(legs)
+            leg = spans.leg
             if not len(leg):
                 continue
-            start, end = offset[leg] + start, offset[leg] + end
+            start, end = offset[leg] + spans.start_m, offset[leg] + spans.end_m
             # Rounding of sums parts the pieces of one span by less than a micrometre.
             first = np.flatnonzero(np.concatenate([[True], start[1:] > end[:-1] + 1e-6]))
             last = np.concatenate([first[1:], [len(leg)]]) - 1

@@ -8,14 +8,15 @@ pp. 88–93: right to well under a millimetre wherever a vehicle flies.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.values import Value
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from planner.arrays import FloatArray
 
 
@@ -155,7 +156,7 @@ def _whole_turns_off(angle_deg: FloatArray) -> FloatArray:
     return np.asarray(angle_deg % 360.0 % 360.0, np.float64)
 
 
-class _AuxiliaryArc(NamedTuple):
+class _AuxiliaryArc(Value, kw_only=False, eq=False):
     """The great circle on Vincenty's auxiliary sphere for one guess of the longitude."""
 
     across: FloatArray

@@ -11,7 +11,6 @@ References
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from planner.values import Value
 
@@ -65,7 +64,7 @@ def tile_server_text(server: TileServer) -> str:
     return f"{server.address}#{server.attribution}"
 
 
-class Tile(NamedTuple):
+class Tile(Value, kw_only=False):
     """A square of a base map."""
 
     zoom: int

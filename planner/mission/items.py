@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from planner.mission.commands import Command, Frame
-from planner.values import Value, brief, replace
+from planner.values import Value, brief, field, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -134,8 +135,7 @@ def _target(named: float | None, number_of: Mapping[int | None, int], *, last: i
     return _NOWHERE if 1 <= int(named) <= last else named
 
 
-@dataclass(slots=True, kw_only=True)
-class ItemSequence:
+class ItemSequence(msgspec.Struct, kw_only=True, eq=False):
     """The items of one complex item, numbered on; all of them at its place in the file."""
 
     first_number: int

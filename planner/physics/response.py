@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -168,7 +168,7 @@ class TransferFunction(Value):
         return system
 
 
-class _Terms(NamedTuple):
+class _Terms(Value, kw_only=False, eq=False):
     """What I_k of a system, or of a stack of shape B, is made of."""
 
     weights: tuple[tuple[FloatArray, FloatArray], ...]
@@ -246,14 +246,14 @@ class Modes(Value, eq=False, dict=True):
             turns = turning.any()
             decay = np.exp(rate * t)
             cosine, sine = (np.cos(turning * t), np.sin(turning * t)) if turns else (1.0, 0.0)
-            for row, (weights, _, _) in enumerate(terms):
-                real, imaginary = weights[index]
+            for row, own_terms in enumerate(terms):
+                real, imaginary = own_terms.weights[index]
                 totals[row] += decay * (real * cosine - imaginary * sine if turns else real)
         early = t * self.fastest_rad_s < 1.0
         some_early = early.any()
         slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
-        for row, (k, (_, steady, series)) in enumerate(zip(orders, terms, strict=True)):
-            own = totals[row, ...]
+        for row, (k, own_terms) in enumerate(zip(orders, terms, strict=True)):
+            own, steady, series = totals[row, ...], own_terms.steady, own_terms.series
             if len(steady):
                 own += _polynomial(steady, t)
             close = self.is_close | slow if len(steady) else self.is_close
@@ -459,7 +459,7 @@ def _divided_exponentials(nodes: ComplexArray) -> ComplexArray:
     return np.asarray((np.exp(shift) * total[0]).T)
 
 
-class Edge(NamedTuple):
+class Edge(Value, kw_only=False):
     """One part of an input: amplitude · (t - start)^order / order! from its start on."""
 
     amplitude: float | FloatArray = 1.0
@@ -495,7 +495,7 @@ class ShapedResponse(Value, eq=False):
         return np.asarray(sum(parts))
 
 
-class Extremum(NamedTuple):
+class Extremum(Value, kw_only=False):
     """A point of a response."""
 
     time_s: float

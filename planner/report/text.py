@@ -7,7 +7,7 @@ import re
 import textwrap
 from collections import Counter, defaultdict
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Finding, Severity
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.service.preflight import UnreadableMission
 
 
-class Phase(NamedTuple):
+class Phase(Value, kw_only=False):
     """All segments of one state, or of the whole flight."""
 
     state: str

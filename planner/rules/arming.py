@@ -19,6 +19,7 @@ from planner.rules.arming_checks import (
     refused_by_ardupilot,
     refused_by_px4,
 )
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PX4, judges
 from planner.rules.declaration import PARAMETERS as PARAMETERS_IN_USE
 
@@ -211,8 +212,3 @@ def is_checked(a: Assessment, check: int | None) -> bool:
     if skipped == -1 or made == 0:
         return False
     return check == ANY or (not skipped & check and bool(made & (_ALL | check)))
-
-
-def numbers(a: Assessment) -> dict[str, float]:
-    """Return every parameter of --params that holds a number, in its own unit."""
-    return {} if a.setup.parameters is None else a.setup.parameters.numbers()

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from planner.mission.items import MissionFormat
 from planner.rules.fence_settings import AREAS, CIRCLE, fence_is_on
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -153,7 +154,7 @@ def looking_down(values: Mapping[str, float]) -> Iterator[str]:
             yield n
 
 
-class ArduPilotGiven(NamedTuple):
+class ArduPilotGiven(Value, kw_only=False, eq=False):
     """The parameters: those of flight in SI, any other as the file has it."""
 
     own: ArduPilotParameters

@@ -115,3 +115,8 @@ class Assessment(Value, eq=False, dict=True):
     def item_of(self, segment: int | np.intp) -> int:
         """Return the mission item that a segment of the flight belongs to, from 1."""
         return int(self.flight.motion.segments.item[segment])
+
+
+def numbers(a: Assessment) -> dict[str, float]:
+    """Return every parameter of --params that holds a number, in its own unit."""
+    return {} if a.setup.parameters is None else a.setup.parameters.numbers()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.rules.arming import numbers
+from planner.rules.assessment import numbers
 from planner.rules.declaration import PARAMETERS, PX4, NotEvaluated, judges
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table

@@ -73,12 +73,16 @@ def _fence_limits(a: Assessment) -> FenceLimits | None:
 
 
 def _px4(a: Assessment) -> Px4Parameters | None:
+    if a.own_parameters is None:
+        return None
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     return a.own_parameters if isinstance(a.own_parameters, Px4Parameters) else None
 
 
 def _ardupilot(a: Assessment) -> ArduPilotParameters | None:
+    if a.own_parameters is None:
+        return None
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
     return a.own_parameters if isinstance(a.own_parameters, ArduPilotParameters) else None

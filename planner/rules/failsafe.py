@@ -22,8 +22,9 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import RETURN_STAGES, StageKind, return_spans
-from planner.rules.arming import is_checked, numbers
+from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import place_along
 from planner.rules.fence_settings import AREAS, fence_is_on

@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from planner import quantity
 from planner.autopilot import Autopilot
@@ -19,12 +18,13 @@ from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.route import is_counted
-from planner.rules.arming import is_checked, numbers
-from planner.rules.arming_checks import MISSION, rangefinder_reach_m
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+
+    import numpy.typing as npt
 
     from planner.autopilot import Target
     from planner.findings import Finding
@@ -123,6 +123,9 @@ def _required_by_px4(a: Assessment, parameters: Px4Parameters) -> Iterator[Findi
 
 @judges(REQUIRED_ITEM_MISSING, needs=(ARDUPILOT,))
 def _required_by_ardupilot(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    from planner.rules.arming import is_checked
+    from planner.rules.arming_checks import MISSION
+
     bits = parameters.mission_items_required
     if bits <= 0 or not is_checked(a, MISSION):
         return
@@ -338,6 +341,8 @@ TERRAIN_OFF = Rule(
 
 @judges(TERRAIN_OFF, needs=(ARDUPILOT,))
 def _terrain_off(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    from planner.rules.arming_checks import rangefinder_reach_m
+
     reach_m = rangefinder_reach_m(numbers(a))
     over_terrain = [
         number

@@ -13,7 +13,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.route.stage import RETURN_STAGES, FenceAction, StageKind
-from planner.rules.arming import numbers
+from planner.rules.assessment import numbers
 from planner.rules.declaration import FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
 from planner.rules.fence_settings import (

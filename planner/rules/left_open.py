@@ -11,7 +11,7 @@ from planner.flight.budget import hover_near_home_w
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.walk import ITEM_NOT_MODELLED
-from planner.rules.arming import numbers
+from planner.rules.assessment import numbers
 from planner.rules.declaration import BUDGET, judges
 from planner.units import wh_from_j
 

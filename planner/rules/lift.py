@@ -10,15 +10,13 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
-from planner.rules.arming import numbers
-from planner.rules.declaration import EXTREMES, Need, NotEvaluated, judges
+from planner.rules.assessment import numbers
+from planner.rules.declaration import EXTREMES, PX4, Need, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 from planner.vehicle.model import NO_LEAN_THRUST
-from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 from planner.vehicle.power import MomentumLaw
-from planner.vehicle.priors import hover_impossible
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -58,6 +56,8 @@ def _hover_power_impossible(a: Assessment) -> Iterator[Finding]:
     law, basis = a.vehicle.cruise, a.vehicle.provenance.basis
     if not isinstance(law, MomentumLaw) or (basis is not None and basis.is_flown):
         return
+    from planner.vehicle.priors import hover_impossible
+
     if does := hover_impossible(law.induced_factor + law.profile_factor):
         yield a.finding(HOVER_POWER_IMPOSSIBLE, f"the hover of {a.vehicle.name} {does}")
 
@@ -116,13 +116,13 @@ def _by_throttle(a: Assessment, parameters: FlightParameters) -> Iterator[_Hover
         return  # the default is of no vehicle in particular
     untouched = parameter_table(type(parameters))["hover_throttle"].default_si
     is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
-    fraction = parameters.hover_throttle / max(_most_throttle(a, parameters), 1e-9)
+    fraction = parameters.hover_throttle / max(_most_throttle(a), 1e-9)
     fraction *= _times_heavier(a) * _times_thinner(a)
     yield _HoverThrust(fraction=fraction, is_measured=is_measured)
 
 
-def _most_throttle(a: Assessment, parameters: FlightParameters) -> float:
-    return numbers(a).get("MPC_THR_MAX", 1.0) if isinstance(parameters, Px4Parameters) else 1.0
+def _most_throttle(a: Assessment) -> float:
+    return 1.0 if PX4.of(a) is None else numbers(a).get("MPC_THR_MAX", 1.0)
 
 
 def _measured_thrust(a: Assessment) -> _HoverThrust | None:
@@ -145,7 +145,7 @@ def _thrust_is_known(_a: Assessment, _thrust: _HoverThrust) -> Iterator[Finding]
 def _hover_throttle_high(a: Assessment, _extremes: Extremes) -> Iterator[Finding | NotEvaluated]:
     parameters, thrust = a.own_parameters, _hover_thrust(a)
     if parameters is not None:
-        spins = 1.0 if isinstance(parameters, Px4Parameters) else _thrust_left(numbers(a))
+        spins = _thrust_left(numbers(a)) if PX4.of(a) is None else 1.0
         if spins < 1.0 and parameters.hover_throttle >= _SINKING_THRUST * spins:
             yield _spins_slowly(a, parameters.hover_throttle, spins)
             return
@@ -153,7 +153,7 @@ def _hover_throttle_high(a: Assessment, _extremes: Extremes) -> Iterator[Finding
         return
     full = thrust.fraction
     if parameters is not None and not thrust.is_measured and full > _MOST_HOVER_THRUST:
-        most = _most_throttle(a, parameters)
+        most = _most_throttle(a)
         if most < 1.0:
             yield NotEvaluated(
                 rule=HOVER_THROTTLE_HIGH,

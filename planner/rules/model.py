@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,12 +23,14 @@ from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
 from planner.rules.wind import known_text, shown_airspeed_text
 from planner.units import wh_from_j
+from planner.values import Value
 from planner.vehicle.law_factors import is_narrowable
-from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from typing_extensions import TypeIs
 
     from planner.arrays import BoolArray, FloatArray
     from planner.fetched import FetchMark
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
     from planner.setup import Setup
+    from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _HEIGHT_SLACK_M = 0.5
@@ -667,7 +670,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     )
 
 
-class _Slower(NamedTuple):
+class _Slower(Value, kw_only=False):
     """The setting that takes the most time of a flight."""
 
     added_s: float
@@ -707,7 +710,7 @@ def _longer(
 def _circling_longer_s(a: Assessment, given: FlightParameters) -> FloatArray:
     """Return how much longer circles take at a stated CIRCLE_RATE, by the segment that ends each. (s,)"""
     longer_s = np.zeros(len(a.flight.motion.segments.duration_s))
-    if isinstance(given, Px4Parameters) or not _is_stated(given, "circle_rate_rad_s"):
+    if _is_px4(given) or not _is_stated(given, "circle_rate_rad_s"):
         return longer_s
     for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
         rate_rad_s = abs(given.circle_rate_rad_s)  # 0 never ends: T101
@@ -718,6 +721,12 @@ def _circling_longer_s(a: Assessment, given: FlightParameters) -> FloatArray:
     return longer_s
 
 
+def _is_px4(given: FlightParameters) -> TypeIs[Px4Parameters]:
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    return isinstance(given, Px4Parameters)
+
+
 def _is_stated(given: FlightParameters, name: str) -> bool:
     origin = given.origins.get(name)
     return origin is not None and origin.kind is OriginKind.FILE
@@ -725,8 +734,8 @@ def _is_stated(given: FlightParameters, name: str) -> bool:
 
 def _level_limit(given: FlightParameters, *, returning: bool) -> str:
     """Return what limits a level speed that nothing commands: the most special that is stated."""
-    special = () if isinstance(given, Px4Parameters) or not returning else ("return_speed_m_s",)
-    general = ("speed_max_m_s",) if isinstance(given, Px4Parameters) else ()
+    special = () if _is_px4(given) or not returning else ("return_speed_m_s",)
+    general = ("speed_max_m_s",) if _is_px4(given) else ()
     names = (*special, "cruise_speed_m_s", *general)
     return next((name for name in names if _is_stated(given, name)), "cruise_speed_m_s")
 
@@ -751,7 +760,7 @@ def _speed_limits(
         (_level_limit(given, returning=True), returning),
     ]
     slow_up = "climb_speed_m_s"
-    if isinstance(given, Px4Parameters):
+    if _is_px4(given):
         levels.append(("speed_max_m_s", commanded))
         slow_up = "takeoff_speed_m_s"
     for name, counts in levels:
@@ -817,7 +826,7 @@ def _slow_landing(
     )
     counts = unknown | bool(stated)
     bottom_m = np.zeros(len(moved_m))
-    if not isinstance(given, Px4Parameters) and not given.rangefinder_type:
+    if not _is_px4(given) and not given.rangefinder_type:
         bottom_m = np.minimum(motion.state_at_time(columns.end_s).height_m, 0.0)
     top_m = np.minimum(bottom_m + moved_m, slow.highest_m)
     if not any(name.endswith("speed_m_s") for name in stated):

@@ -11,8 +11,8 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
-from planner.rules.arming import numbers
 from planner.rules.arming_checks import looking_down
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT_TARGET, judges
 
 if TYPE_CHECKING:

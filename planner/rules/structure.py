@@ -24,7 +24,7 @@ from planner.mission.commands import (
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
-from planner.rules.arming import numbers
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, FENCE, PX4, TARGET, judges
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from planner.flight.returns.destination import HERE, HOME
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
-from planner.rules.arming import numbers
-from planner.rules.arming_checks import rangefinder_reach_m
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, NotEvaluated, judges
 from planner.values import Value, replace
 
@@ -300,7 +299,7 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     )
 
 
-class _Flown(NamedTuple):
+class _Flown(Value, kw_only=False, eq=False):
     """The flight over ground, but where it begins or ends at it."""
 
     path: FlownPath
@@ -512,6 +511,12 @@ def _follows_too_low(a: Assessment) -> Iterator[Finding]:
             return
 
 
+def _rangefinder_reach_m(a: Assessment) -> float | None:
+    from planner.rules.arming_checks import rangefinder_reach_m
+
+    return rangefinder_reach_m(numbers(a))
+
+
 def returns_follow_terrain(a: Assessment) -> bool:
     """Return whether returns keep a height above the ground.
 
@@ -520,7 +525,7 @@ def returns_follow_terrain(a: Assessment) -> bool:
     own = ARDUPILOT.of(a)
     if own is None or own.return_altitude_type != _OVER_TERRAIN:
         return False
-    reach_m = rangefinder_reach_m(numbers(a))
+    reach_m = _rangefinder_reach_m(a)
     if reach_m is not None:  # out of its reach ModeRTL begins again, above home
         return own.return_altitude_m <= reach_m
     return bool(own.terrain_enable)
@@ -548,7 +553,7 @@ def tops_over_terrain_m(a: Assessment, corners_m: FloatArray) -> FloatArray:
 
 @judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))
 def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Found]:
-    has_source = parameters.terrain_enable or rangefinder_reach_m(numbers(a)) is not None
+    has_source = parameters.terrain_enable or _rangefinder_reach_m(a) is not None
     if parameters.return_altitude_type != _OVER_TERRAIN or not has_source:
         return
     height_m = parameters.return_altitude_m
@@ -639,7 +644,7 @@ def _returns(
     )
 
 
-class _Low(NamedTuple):
+class _Low(Value, kw_only=False, eq=False):
     """The place where a return is nearest to the ground."""
 
     clearance_m: float
@@ -801,7 +806,7 @@ def _lands_fast(
     if not len(above_m):
         return
     worst = int(above_m.argmax())
-    if ARDUPILOT.of(a) is not None and rangefinder_reach_m(numbers(a)) is not None:
+    if ARDUPILOT.of(a) is not None and _rangefinder_reach_m(a) is not None:
         return
     speed_m_s, slow_m_s = _touch_down_m_s(parameters, float(above_m[worst]))
     if speed_m_s <= _FASTER * slow_m_s:

@@ -299,6 +299,8 @@ def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[
 
     The vehicle flies what is in the file.
     """
+    if prepared.setup.speed_m_s is None:
+        return
     from planner.mission.convert import SPEED_REPLACED
 
     if any(one.code == SPEED_REPLACED.code for one in prepared.findings):

@@ -10,7 +10,7 @@ lithium-polymer.  What nothing tells the kind of is judged by the kind that bear
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,7 +50,7 @@ _OVERCHARGED = 1.01
 """A full battery shows up to this over its curve: chargers and voltmeters are as far off."""
 
 
-class RestCurve(NamedTuple):
+class RestCurve(Value, kw_only=False, eq=False):
     """Open-circuit voltages of a whole battery over its state of charge."""
 
     state_of_charge: tuple[float, ...]

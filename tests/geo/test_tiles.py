@@ -15,10 +15,10 @@ def test_the_four_tiles_of_the_first_zoom_meet_at_zero_north_zero_east() -> None
     # The edge of the square world is at arctan(sinh(π)), 85.0511°.
     assert Tile(1, 0, 0).north_west_deg == pytest.approx((85.0511, -180.0), abs=1e-4)
     assert Tile(1, 0, 0).south_east_deg == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert tile_at(10.0, -10.0, 1) == (1, 0, 0)
-    assert tile_at(-10.0, 10.0, 1) == (1, 1, 1)
+    assert tile_at(10.0, -10.0, 1) == Tile(1, 0, 0)
+    assert tile_at(-10.0, 10.0, 1) == Tile(1, 1, 1)
     # At 60° north Mercator's height is ln(tan 75°) = 1.31696: (1 - 1.31696 / π) / 2 × 1024 = 297.4.
-    assert tile_at(60.0, 0.0, 10) == (10, 512, 297)
+    assert tile_at(60.0, 0.0, 10) == Tile(10, 512, 297)
 
 
 @given(st.floats(-89.0, 89.0), st.floats(-180.0, 179.999), st.integers(0, 19))

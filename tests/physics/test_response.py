@@ -15,6 +15,7 @@ from series_oracle import impulse_integral
 
 from planner.physics.response import (
     Edge,
+    Extremum,
     ShapedResponse,
     StepResponse,
     TransferFunction,
@@ -345,7 +346,7 @@ def test_a_swing_turns_every_half_period() -> None:
     assert lowest.value == pytest.approx(-2.0 * (1.0 + shrinking), rel=1e-14)
     # the window ends before the first turn, between the first and the second, after it
     assert response.extremum(first - 0.1, highest=False).time_s == first - 0.1
-    assert response.extremum(second - 0.1, highest=True) == (0.0, 0.0)
+    assert response.extremum(second - 0.1, highest=True) == Extremum(0.0, 0.0)
     # before the delay has passed nothing has happened
     assert response.extremum(0.4, highest=False).value == 0.0
 
@@ -403,7 +404,7 @@ def test_steepest_slope_of_a_critical_answer() -> None:
 
 
 def test_the_slope_of_a_lag_is_steepest_at_its_delay() -> None:
-    assert StepResponse(system=LAG, amplitude=4.0).peak_slope() == (0.5, 2.0)
+    assert StepResponse(system=LAG, amplitude=4.0).peak_slope() == Extremum(0.5, 2.0)
 
 
 @pytest.mark.parametrize("window_s", [0.0, -1.0, math.inf, math.nan])

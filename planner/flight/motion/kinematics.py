@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
@@ -156,7 +156,7 @@ class SegmentColumns(Columns, eq=False):
         return np.cumsum(self.duration_s)
 
 
-class Nodes(NamedTuple):
+class Nodes(Value, kw_only=False, eq=False):
     """The nodes of the quadrature of each piece of a motion: k of each."""
 
     piece: IntArray
@@ -208,7 +208,7 @@ class Motion(Value, eq=False, dict=True):
 
         That of the cubic through the velocities there; none in pieces too short to tell.
         """
-        _, _, state = self.nodes
+        state = self.nodes.state
         velocity = np.stack((state.east_m_s, state.north_m_s, state.climb_m_s))
         slopes = unit_derivative(QUADRATURE_POINTS, QUADRATURE_NODES)
         duration_s = self.piece_duration_s[:, None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -245,7 +245,7 @@ class StepPieces(Columns, eq=False):
     is_grounded: BoolArray
 
 
-class StepPart(NamedTuple):
+class StepPart(Value, kw_only=False, eq=False):
     """Segments of one kind with their pieces, which follow one law."""
 
     law: MotionLaw
@@ -326,7 +326,7 @@ def _pieces_between(breaks_s: FloatArray, row: IntArray) -> StepPieces:
     )
 
 
-class _SpeedAnswer(NamedTuple):
+class _SpeedAnswer(Value, kw_only=False):
     """How a speed response answers any speed commanded."""
 
     steady: float
@@ -414,9 +414,10 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     way, length = way[stage], length[stage]
     speed = legs.speed_m_s[stage]
     unit = speed_response.unit_step
-    steady, reached_s, stop_s = _speed_answer(speed_response)
+    answer = _speed_answer(speed_response)
+    steady, stop_s = answer.steady, answer.stop_s
     pulse = length / (speed * steady)
-    cruising = pulse > reached_s
+    cruising = pulse > answer.reached_s
 
     law = SpeedPulseLaw(
         response=unit,
@@ -429,7 +430,7 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
         pulse_s=pulse,
     )
     rows, only = np.arange(len(stage)), np.flatnonzero(cruising)
-    reached = np.where(cruising, reached_s, pulse)
+    reached = np.where(cruising, answer.reached_s, pulse)
     reached_m, pulse_m = speed * unit.integral(reached), speed * unit.integral(pulse)
     steady_m_s = speed * steady
     peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)

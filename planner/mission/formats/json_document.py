@@ -10,11 +10,10 @@ import json
 import math
 import re
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
 from planner.errors import MissionFileError
 from planner.findings import Place
@@ -24,10 +23,12 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    import numpy.typing as npt
+
     from planner.findings import Finding
 
-Codes = npt.NDArray[np.uint8] | npt.NDArray[np.uint32]
-Offsets = npt.NDArray[np.intp]
+    Codes = npt.NDArray[np.uint8] | npt.NDArray[np.uint32]
+    Offsets = npt.NDArray[np.intp]
 
 
 DEEPEST_NESTING = 64
@@ -193,7 +194,7 @@ def parse_json(text: str, *, source: str) -> JsonDocument:
     )
 
 
-class _Contents(NamedTuple):
+class _Contents(Value, kw_only=False, eq=False):
     """What a JSON value holds."""
 
     objects: list[dict[str, Any]]
