@@ -191,7 +191,10 @@ def closest_approach(
             at = int(np.flatnonzero(is_done)[np.argmin(bounds.least_m[is_done])])
             if bounds.least_m[at] < min(within_m, np.inf if best is None else best.distance_m):
                 best = meeting.approach(one, two, bounds, at)
-        one, two = bounds.divided(one, two, ~is_done & (bounds.least_m < limit_m))
+        open_ = ~is_done & (bounds.least_m < limit_m)
+        if not open_.any():
+            break
+        one, two = bounds.divided(one, two, open_)
     return best
 
 
@@ -430,7 +433,7 @@ def _straight_approach(
     With the times s and r since the beginning of either part the vector between both is
     :math:`p + v s - w r`.  Its square is convex; over the polygon :math:`0 \le s \le S`,
     :math:`0 \le r \le R`, :math:`|s - r + c| \le` shift, it is least where its gradient vanishes or
-    on one of the six edges, along each of which it is a parabola.
+    on one of the six edges, along each of which it is a parabola.  Where nothing shifts the polygon is a line.
     """
     width_1, width_2 = one.end_s - one.start_s, two.end_s - two.start_s
     one_m, two_m = one.control_m[..., :axes], two.control_m[..., :axes]
@@ -438,29 +441,14 @@ def _straight_approach(
     w = (two_m[:, 3] - two_m[:, 0]) / np.maximum(width_2, 1e-12)[:, None]
     p = one_m[:, 0] - two_m[:, 0]
     apart_s = one.start_s - later_s - two.start_s
-    vv, ww, vw, pv, pw = (dot(a, b) for a, b in ((v, v), (w, w), (v, w), (p, v), (p, w)))
     zero = np.zeros(len(p))
     tries: list[tuple[FloatArray, FloatArray]] = []
-    determinant = vv * ww - vw**2
-    crossing = determinant > 1e-12 * vv * ww
-    safe = np.where(crossing, determinant, 1.0)
-    s, r = (pw * vw - pv * ww) / safe, (pw * vv - pv * vw) / safe
-    inside = crossing & (s >= 0.0) & (s <= width_1) & (r >= 0.0) & (r <= width_2)
-    inside &= np.abs(s - r + apart_s) <= shift_s
-    tries.append((np.where(inside, s, np.nan), r))
-    for fixed in (zero, width_1):  # along an edge of s: r is free
-        best = np.divide(pw + vw * fixed, ww, out=zero.copy(), where=ww > 0.0)
-        low = np.maximum(0.0, fixed + apart_s - shift_s)
-        high = np.minimum(width_2, fixed + apart_s + shift_s)
-        tries.append((np.where(low <= high, fixed, np.nan), np.clip(best, low, high)))
-    for fixed in (zero, width_2):
-        best = np.divide(vw * fixed - pv, vv, out=zero.copy(), where=vv > 0.0)
-        low = np.maximum(0.0, fixed - apart_s - shift_s)
-        high = np.minimum(width_1, fixed - apart_s + shift_s)
-        tries.append((np.where(low <= high, np.clip(best, low, high), np.nan), fixed))
+    shifts = (-shift_s, shift_s) if shift_s.any() else (zero,)
+    if len(shifts) > 1:
+        tries += _shifted_tries(v, w, p, (width_1, width_2), apart_s, shift_s)
     relative = v - w
     squared = dot(relative, relative)
-    for shift in (-shift_s, shift_s):  # along a shift: r = s + c
+    for shift in shifts:  # along a shift: r = s + c
         ahead = apart_s + shift
         at = p - w * ahead[:, None]
         best = np.divide(-dot(at, relative), squared, out=zero.copy(), where=squared > 0.0)
@@ -478,3 +466,35 @@ def _straight_approach(
         one.start_s + times[found, 0, every],
         two.start_s + times[found, 1, every],
     )
+
+
+def _shifted_tries(
+    v: FloatArray,
+    w: FloatArray,
+    p: FloatArray,
+    widths_s: tuple[FloatArray, FloatArray],
+    apart_s: FloatArray,
+    shift_s: FloatArray,
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Return the times within the polygon and along its edges of s and of r; NaN: outside of it."""
+    width_1, width_2 = widths_s
+    vv, ww, vw, pv, pw = (dot(a, b) for a, b in ((v, v), (w, w), (v, w), (p, v), (p, w)))
+    zero = np.zeros(len(p))
+    determinant = vv * ww - vw**2
+    crossing = determinant > 1e-12 * vv * ww
+    safe = np.where(crossing, determinant, 1.0)
+    s, r = (pw * vw - pv * ww) / safe, (pw * vv - pv * vw) / safe
+    inside = crossing & (s >= 0.0) & (s <= width_1) & (r >= 0.0) & (r <= width_2)
+    inside &= np.abs(s - r + apart_s) <= shift_s
+    tries = [(np.where(inside, s, np.nan), r)]
+    for fixed in (zero, width_1):  # along an edge of s: r is free
+        best = np.divide(pw + vw * fixed, ww, out=zero.copy(), where=ww > 0.0)
+        low = np.maximum(0.0, fixed + apart_s - shift_s)
+        high = np.minimum(width_2, fixed + apart_s + shift_s)
+        tries.append((np.where(low <= high, fixed, np.nan), np.clip(best, low, high)))
+    for fixed in (zero, width_2):
+        best = np.divide(vw * fixed - pv, vv, out=zero.copy(), where=vv > 0.0)
+        low = np.maximum(0.0, fixed - apart_s - shift_s)
+        high = np.minimum(width_1, fixed - apart_s + shift_s)
+        tries.append((np.where(low <= high, np.clip(best, low, high), np.nan), fixed))
+    return tries

@@ -97,7 +97,7 @@ class Trajectory(Value, eq=False, dict=True):
             stop_s=np.zeros(len(rows)),
         )
 
-    @property
+    @cached_property
     def is_rest(self) -> BoolArray:
         """Whether the flight has not begun, or is over. (n,)"""
         return (self.end_s <= 0.0) | (self.start_s >= self.duration_s)
