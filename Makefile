@@ -56,8 +56,8 @@ layers: $(MADE)
 unit: $(MADE)
 	$(BIN)/pytest -q -n 3 --dist worksteal  # two cores: tests of lines, browsers and processes wait
 
-bench: $(MADE) ## measure what has to be fast: make bench, make bench COMPARE=--compare
-	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests:. $(BIN)/python tests/speed_table.py $(COMPARE)
+bench: $(MADE) ## measure what has to be fast: make bench COMPARE=--compare FLIGHTS=folder
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests:. $(BIN)/python tests/speed_table.py $(COMPARE) $(if $(FLIGHTS),--flights $(FLIGHTS))
 	$(BIN)/pytest -q -s -m bench tests/bench
 
 SECONDS ?= 600

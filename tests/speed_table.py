@@ -4,13 +4,15 @@ Prints the table and keeps it; ``--compare`` marks what became slower than in th
 than the noise of both.  Of a ratio it is the median over rounds in which both are measured one after
 the other, so that another load on the machine meets both; its noise is half the spread of the middle
 half of the rounds.  Times are of the processor, but for starts, counted in instructions (callgrind), and
-for work shared by cores, which passes meanwhile.
+for work shared by cores, which passes meanwhile.  ``--flights FOLDER`` is that of the recorded flights which
+the shipped models are identified from; without it identification is measured on made flights alone.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import pickle
 import re
@@ -29,6 +31,8 @@ import msgspec
 import numpy as np
 from dataflash_writer import copter_log
 from long_missions import plan
+from made_fleet import place, up
+from made_missions import mission, rtl
 from made_record import record_of
 from mavsdk_importers import mavsdk_importers
 from pymavlink.DFReader import DFReader_binary
@@ -42,16 +46,23 @@ from ulog_writer import px4_log
 
 from planner.autopilot import Autopilot
 from planner.identify.assembly import IdentificationSettings
+from planner.identify.battery import PackSettings
 from planner.identify.identification import identify_vehicle
+from planner.identify.log_table import LogConditions, LogTable
 from planner.logs.files import read_log
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import MissionFormat
 from planner.report.html.page import check_html
+from planner.service.identification import identify_logs
 from planner.service.preflight import check
+from planner.service.separation import keep_apart
 from planner.service.speed import speed_curve
 from planner.service.split import split_mission
-from planner.setup import Setup
+from planner.service.sweep.memory import RememberingSteps
+from planner.service.sweep.outcome import check_case
+from planner.service.sweep.sweep import make_plan
+from planner.setup import Setup, Together
 from planner.values import Value, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -61,13 +72,23 @@ if TYPE_CHECKING:
 
     from planner.mission.items import Mission
     from planner.service.preflight import CheckResult
+    from planner.service.sweep.plan import SweepPlan
 
 KEPT = Path(__file__).parents[1] / ".benchmarks" / "speed.json"
 MISSIONS = Path(__file__).parents[1] / "missions"
 ROUNDS = 7
 LEG_M = 120.0
-MODELS = {"falkowski-2023-quadrotor": 12, "px4-quad-2kg": 12, "arducopter-sitl-quad": 3}
+ARTICLE = "falkowski-2023-quadrotor"
+MODELS = {ARTICLE: 12, "px4-quad-2kg": 12, "arducopter-sitl-quad": 3}
 """By the autopilot of the mission each flies."""
+LOGS = {
+    ".BIN": [
+        f"ardupilot-{one}/flight.BIN"
+        for one in ("S_A_vertical", "S_B_horizontal", "S_C_speedsweep")
+    ],
+    ".ulg": [f"px4-{one}/flight.ulg" for one in ("A_vertical", "B_horizontal", "C_speed_sweep")],
+}
+"""What the shipped models of the simulated vehicles are identified from, by what they end in."""
 WORSE = 0.05
 """Beyond the noise of both: how much slower is told at least. [-]"""
 
@@ -137,7 +158,7 @@ def starts() -> Iterator[Row]:
     if shutil.which("valgrind") is None:
         sys.stderr.write("starts are not measured: valgrind is not installed\n")
         return
-    run = ("-c", "from planner.cli.main import main; main()", "check")
+    run = ("-c", "from planner.cli.main import main; main()", "check", "--vehicle", ARTICLE)
     names = sorted(one.name for one in MISSIONS.iterdir() if one.suffix in {".plan", ".waypoints"})
     for name in names:  # for the compiled modules
         subprocess.run(
@@ -158,6 +179,15 @@ def starts() -> Iterator[Row]:
 def mission_of(count: int, autopilot: int) -> Mission:
     """Return a mission of so many items."""
     return read_mission_bytes(plan(count, autopilot=autopilot).encode(), source="bench.plan")
+
+
+def crossing(number: int, of: int) -> Mission:
+    """Return a way of 100 items to the other side of a circle of 2 km, through its middle."""
+    angle = 2.0 * math.pi * number / of
+    north_m, east_m = 2000.0 * math.cos(angle), 2000.0 * math.sin(angle)
+    along = [1.0 - 2.0 * n / 97 for n in range(98)]
+    way = (place(north_m * x + 3.0 * (n % 2), east_m * x, 20.0) for n, x in enumerate(along))
+    return mission(up(20), *way, rtl())
 
 
 def fly(vehicle: SampledVehicle, moves: list[Manoeuvre]) -> None:
@@ -182,7 +212,7 @@ def step_through(result: CheckResult) -> float:
 
 def checks() -> Iterator[Row]:
     """Yield what checks take, and what is made of them."""
-    article = load_vehicle("falkowski-2023-quadrotor")
+    article = load_vehicle(ARTICLE)
     small = mission_of(10, 12)
     yield against(
         "check, 10 items",
@@ -191,7 +221,7 @@ def checks() -> Iterator[Row]:
         partial(step_through, check(small, article)),
         goal="4 ms",
     )
-    for count, goal in ((10, "1 / 100"), (100, "1 / 500")):
+    for count, goal, rounds in ((10, "1 / 100", 3), (100, "1 / 500", 3), (1_000, "1 / 1500", 2)):
         mission, sampled = mission_of(count, 12), SampledVehicle()
         moves = [
             Manoeuvre(
@@ -208,7 +238,7 @@ def checks() -> Iterator[Row]:
             "control.forced_response at 50 Hz",
             partial(fly, sampled, moves),
             goal=goal,
-            rounds=3,
+            rounds=rounds,
         )
     for name, autopilot in MODELS.items():
         vehicle, mission = load_vehicle(name), mission_of(1_000, autopilot)
@@ -308,16 +338,11 @@ def readers(folder: Path) -> Iterator[Row]:
     flight.write_bytes(copter_log().content())
     topics.write_bytes(px4_log().content())
 
-    def by_pymavlink() -> None:
-        log = DFReader_binary(str(flight))
-        while log.recv_msg() is not None:
-            pass
-
     yield against(
         f"read DataFlash, {flight.stat().st_size / 1e6:.1f} MB",
         lambda: read_log(flight),
         "pymavlink",
-        by_pymavlink,
+        partial(read_by_pymavlink, [flight]),
         goal="35 ms/MB",
         rounds=3,
     )
@@ -325,10 +350,85 @@ def readers(folder: Path) -> Iterator[Row]:
         f"read ULog, {topics.stat().st_size / 1e6:.1f} MB",
         lambda: read_log(topics),
         "pyulog",
-        lambda: ULog(str(topics)),
+        partial(read_by_pyulog, [topics]),
         goal="",
         rounds=3,
     )
+
+
+def fleets() -> Iterator[Row]:
+    """Yield what keeping flights apart takes, and what a case of a sweep does."""
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    missions = [crossing(number, 20) for number in range(20)]
+    results = [check(one, vehicle) for one in missions]
+    yield against(
+        "20 flights of 100 items at once, all crossing",
+        lambda: keep_apart(results, Together(separation_m=10.0)),
+        "their checks",
+        lambda: [check(one, vehicle) for one in missions],
+        goal="200 ms",
+        rounds=3,
+    )
+    for name, autopilot in MODELS.items():
+        setup = Setup(vehicle=load_vehicle(name), battery=Battery(capacity_wh=200.0))
+        mission = mission_of(100, autopilot)
+        axes = ("wind=0:12:6", "wind-from=0:315:45", "charge=100%:60%:10%", "health=1.0,0.9,0.8")
+        cases = make_plan(mission, setup, vary=list(axes))
+        count = len(cases.cases)
+
+        def every(cases: SweepPlan = cases, count: int = count) -> None:
+            steps = RememberingSteps()
+            for number in range(count):
+                check_case(cases, number, steps)
+
+        row = against(
+            f"sweep of {count} cases, 100 items, {name}",
+            every,
+            "its check",
+            partial(check, mission, setup.vehicle, battery=setup.battery),
+            goal="1 ms a case",
+            rounds=2,
+        )
+        yield replace(row, ours=f"{row.ours}, {float(row.ours.split()[0]) / count:.2g} ms a case")
+
+
+def recorded_flights(folder: Path) -> Iterator[Row]:
+    """Yield what identifying a vehicle from whole logs takes."""
+    for kind, mass_kg, than, read in (
+        (".BIN", 3.5, "reading them by pymavlink", read_by_pymavlink),
+        (".ulg", 1.0, "reading them by pyulog", read_by_pyulog),
+    ):
+        settings = IdentificationSettings(
+            name="bench",
+            date=date(2026, 1, 1),
+            version="1",
+            logs=LogTable(of_all=LogConditions(mass_kg=mass_kg)),
+            pack=PackSettings(cells_in_series=6, chemistry="lipo-ardupilot-sitl"),
+        )
+        logs = [folder / name for name in LOGS[kind]]
+        size = sum(log.stat().st_size for log in logs) / 1e6
+        yield against(
+            f"identify, {size:.0f} MB of {kind[1:]}",
+            partial(identify_logs, logs, settings),
+            than,
+            partial(read, logs),
+            goal="3 s",
+            rounds=2,
+        )
+
+
+def read_by_pymavlink(logs: list[Path]) -> None:
+    """Read every message of some logs."""
+    for path in logs:
+        log = DFReader_binary(str(path))
+        while log.recv_msg() is not None:
+            pass
+
+
+def read_by_pyulog(logs: list[Path]) -> None:
+    """Read some logs."""
+    for path in logs:
+        ULog(str(path))
 
 
 def identification() -> Iterator[Row]:
@@ -356,8 +456,8 @@ def identification() -> Iterator[Row]:
 
 def many_files(folder: Path) -> Iterator[Row]:
     """Yield what the check of many files in one call takes on the cores here."""
-    for number in range(60):
-        mission = plan(100 + number, autopilot=3)
+    for number in range(315):
+        mission = plan(10 + number % 90, autopilot=3)
         (folder / f"{number:03d}.plan").write_text(mission, encoding="utf-8")
     run = "import os, sys; {} from planner.cli.main import main; main()"
     words = ("check", str(folder), "--vehicle", "arducopter-sitl-quad", "--format", "json-lines")
@@ -367,11 +467,11 @@ def many_files(folder: Path) -> Iterator[Row]:
         subprocess.run(command, capture_output=True, check=False)
 
     yield against(
-        "check of 60 files, 100 to 159 items",
+        "check of 315 files, 10 to 99 items",
         call,
         "on one core",
         partial(call, "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))});"),
-        goal="0.5 on two cores",
+        goal="4 s, 0.5 on two cores",
         rounds=3,
         clock=elapsed,
     )
@@ -426,9 +526,13 @@ def main(*arguments: str) -> int:
         kept = msgspec.json.decode(KEPT.read_bytes(), type=list[Row])
         before = {(row.what, row.than): row for row in kept}
     with TemporaryDirectory() as folder:
-        rows = [*starts(), *readers(Path(folder)), *checks(), *identification(), *keys()]
+        rows = [*starts(), *readers(Path(folder)), *checks(), *fleets(), *identification(), *keys()]
     with TemporaryDirectory() as folder:
         rows += many_files(Path(folder))
+    if "--flights" in arguments:
+        rows += recorded_flights(Path(arguments[arguments.index("--flights") + 1]))
+    else:
+        sys.stderr.write("whole logs are not measured: make bench FLIGHTS=folder\n")
     lines = table(rows, before)
     sys.stdout.write("\n".join(lines) + "\n")
     KEPT.parent.mkdir(exist_ok=True)

@@ -433,7 +433,7 @@ def _straight_approach(
     With the times s and r since the beginning of either part the vector between both is
     :math:`p + v s - w r`.  Its square is convex; over the polygon :math:`0 \le s \le S`,
     :math:`0 \le r \le R`, :math:`|s - r + c| \le` shift, it is least where its gradient vanishes or
-    on one of the six edges, along each of which it is a parabola.  Where nothing shifts the polygon is a line.
+    on one of the six edges, along each of which it is a parabola.  Without a shift it is a line.
     """
     width_1, width_2 = one.end_s - one.start_s, two.end_s - two.start_s
     one_m, two_m = one.control_m[..., :axes], two.control_m[..., :axes]
@@ -445,7 +445,7 @@ def _straight_approach(
     tries: list[tuple[FloatArray, FloatArray]] = []
     shifts = (-shift_s, shift_s) if shift_s.any() else (zero,)
     if len(shifts) > 1:
-        tries += _shifted_tries(v, w, p, (width_1, width_2), apart_s, shift_s)
+        tries += _shifted_tries((v, w, p), (width_1, width_2), apart_s, shift_s)
     relative = v - w
     squared = dot(relative, relative)
     for shift in shifts:  # along a shift: r = s + c
@@ -469,15 +469,13 @@ def _straight_approach(
 
 
 def _shifted_tries(
-    v: FloatArray,
-    w: FloatArray,
-    p: FloatArray,
+    vectors: tuple[FloatArray, FloatArray, FloatArray],
     widths_s: tuple[FloatArray, FloatArray],
     apart_s: FloatArray,
     shift_s: FloatArray,
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Return the times within the polygon and along its edges of s and of r; NaN: outside of it."""
-    width_1, width_2 = widths_s
+    (v, w, p), (width_1, width_2) = vectors, widths_s
     vv, ww, vw, pv, pw = (dot(a, b) for a, b in ((v, v), (w, w), (v, w), (p, v), (p, w)))
     zero = np.zeros(len(p))
     determinant = vv * ww - vw**2

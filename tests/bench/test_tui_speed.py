@@ -25,6 +25,7 @@ pytestmark = pytest.mark.bench
 SMALL = Path(__file__).parents[2] / "missions" / "survey-vineyard.plan"
 STEPS = 60
 
+VEHICLE = ("--vehicle", "falkowski-2023-quadrotor")
 RUN = "import sys; from planner.cli.main import main; sys.exit(main(sys.argv[1:]))"
 SIZES = {"one pane": (40, 120), "all panes": (48, 160)}
 """Rows and columns of the terminal."""
@@ -49,7 +50,7 @@ def _open_s(size: tuple[int, int]) -> float:
     environment = {**os.environ, "TERM": "xterm-256color", "PYTHONUTF8": "1"}
     begun = time.perf_counter()
     with subprocess.Popen(
-        [sys.executable, "-c", RUN, "review", str(SMALL)],
+        [sys.executable, "-c", RUN, "review", str(SMALL), *VEHICLE],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,
@@ -69,7 +70,7 @@ def _open_s(size: tuple[int, int]) -> float:
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no pty")
 def test_opening() -> None:
     """The issue asks for at most 1.5 times ``import textual.app`` plus the check itself."""
-    check = ["-c", RUN, "check", str(SMALL), "--output", os.devnull]
+    check = ["-c", RUN, "check", str(SMALL), *VEHICLE, "--output", os.devnull]
     works: dict[str, Callable[[], float]] = {
         "pass": partial(_run_s, "-c", "pass"),
         "textual": partial(_run_s, "-c", "import textual.app"),
