@@ -358,6 +358,33 @@ def make_output_folder(folder: Path, *, holding: str) -> None:
         raise OutputError(msg) from error
 
 
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep other programs that ask for the same out of a folder, where the system can.
+
+    Raises
+    ------
+    OutputError
+        If another is at work in it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):  # some network file systems cannot
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                msg = f"{folder}: another mavjoule is at work in it: wait for its end, or name another output"
+                raise OutputError(msg) from error
+        yield
+    finally:
+        os.close(descriptor)
+
+
 _ANY_FOLDERS = "**"
 
 

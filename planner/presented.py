@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from planner.values import Value, brief
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
     from types import ModuleType
 
 Table = Literal["segments", "items"]
@@ -17,6 +18,19 @@ FrameLibrary = Literal["pandas", "polars"]
 def _report() -> ModuleType:
     """Return what writes results; it knows all of them, so that none of them knows it."""
     return import_module("planner.report.library")
+
+
+def data_frame(
+    columns: Mapping[str, list[Any]], *, numbers: Collection[str], library: FrameLibrary | None
+) -> Any:  # noqa: ANN401 - pandas.DataFrame or polars.DataFrame
+    """Return columns as a data frame of a library, or of the first that is installed.
+
+    Raises
+    ------
+    MissingLibraryError
+        If neither is installed, or not the one asked for.
+    """
+    return _report().data_frame(columns, numbers=numbers, library=library)
 
 
 class Shown(Value):

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import os
 import signal
+from collections import deque
+from collections.abc import Sized
 from contextlib import contextmanager
+from itertools import islice
 from threading import Thread, current_thread, main_thread
 from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import WorkersError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator
+    from concurrent.futures import Future, ProcessPoolExecutor
     from multiprocessing.synchronize import Event
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
 
 _THREADS = "OPENBLAS_NUM_THREADS"
+_AHEAD = 4
+"""Jobs a process has waiting, so that it never waits for this one; the others are not asked for yet."""
 
 _stopped: Event | None = None
 """Of a process that works for another: whether that one wants no more."""
@@ -33,7 +39,7 @@ def core_count() -> int:
 @contextmanager
 def done_in_order(
     work: Callable[[Job], Done],
-    jobs: Sequence[Job],
+    jobs: Iterable[Job],
     *,
     workers: int,
     start: Callable[[], None] | None = None,
@@ -44,8 +50,8 @@ def done_in_order(
     ----------
     work : callable
         What is done with each job: a function of a module, as other processes have to find it.
-    jobs : sequence
-        Values that can be pickled, as what they come to.
+    jobs : iterable
+        Values that can be pickled, as what they come to; taken a few ahead of what is done.
     workers : int
         Processes at most; the results do not depend on them.
     start : callable, optional
@@ -56,7 +62,8 @@ def done_in_order(
     WorkersError
         Where the results are taken, if one of the processes was killed.
     """
-    workers = min(workers, len(jobs))
+    if isinstance(jobs, Sized):
+        workers = min(workers, len(jobs))
     if workers < 2:
         if start is not None:
             start()
@@ -71,12 +78,28 @@ def done_in_order(
         workers, mp_context=context, initializer=_obey, initargs=(stop, start)
     ) as pool:
         try:
-            with _unheard(), _single_threaded():
-                done = pool.map(work, jobs)
-            yield _unless_killed(done)
+            left = iter(jobs)
+            with (
+                _unheard(),
+                _single_threaded(),
+            ):  # as the first jobs are handed in, all processes start
+                waiting = deque(pool.submit(work, job) for job in islice(left, _AHEAD * workers))
+            yield _unless_killed(_in_order(pool, work, waiting, left))
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
+
+
+def _in_order(
+    pool: ProcessPoolExecutor,
+    work: Callable[[Job], Done],
+    waiting: deque[Future[Done]],
+    left: Iterator[Job],
+) -> Iterator[Done]:
+    while waiting:
+        done = waiting.popleft().result()
+        waiting.extend(pool.submit(work, job) for job in islice(left, 1))
+        yield done
 
 
 def end_if_stopped() -> None:

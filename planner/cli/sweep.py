@@ -154,6 +154,7 @@ def command(
         _draw(result, report, plots)
         if output is not None:
             write_sweep(result, output)
+            result.remove_batches()
             narrate(f"{result.plan.cases.row_count} rows are in {output}")
     return ExitCode.GO
 

@@ -50,7 +50,7 @@ from planner.service.swarm_agents import SwarmNumbers
 from planner.service.sweep.sweep import Sweep
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection, Mapping
 
     from planner.arrays import FloatArray
     from planner.presented import Presented, Shown
@@ -107,12 +107,22 @@ def result_frame(
     Raises MissingLibraryError if no library of data frames is installed, or not the one asked for.
     Raises UsageError if there is no such table or library.
     """
-    for name, asked, known in (("table", table, _COLUMNS), ("library", library, _LIBRARIES)):
-        if asked is not None and asked not in known:
-            msg = f"{name} must be one of {', '.join(known)}: got {asked!r:.60}"
-            raise UsageError(msg)
-    columns = _COLUMNS[table]
+    _refuse_unknown("table", table, _COLUMNS)
     rows: Any = mission_document(result)[table]
+    return data_frame(
+        {key: [_cell(row[key]) for row in rows] for key in _COLUMNS[table]}, library=library
+    )
+
+
+def data_frame(
+    columns: Mapping[str, list[Any]], *, library: str | None, numbers: Collection[str] = ()
+) -> Any:  # noqa: ANN401 - as above
+    """Return columns as a data frame; those of numbers are that where none is known too.
+
+    Raises errors as `result_frame` does.
+    """
+    if library is not None:
+        _refuse_unknown("library", library, _LIBRARIES)
     for name in _LIBRARIES if library is None else (library,):
         try:
             frames = import_module(name)
@@ -120,10 +130,19 @@ def result_frame(
             if error.name != name:
                 raise
             continue
-        return frames.DataFrame({key: [_cell(row[key]) for row in rows] for key in columns})
+        if name == "pandas":
+            return frames.DataFrame(dict(columns)).astype(dict.fromkeys(numbers, "float64"))
+        of_numbers = dict.fromkeys(numbers, frames.Float64)
+        return frames.DataFrame(dict(columns), schema_overrides=of_numbers)
     needed = "pandas or polars" if library is None else library
     msg = f"a data frame needs {needed}: pip install {library or _LIBRARIES[0]}"
     raise MissingLibraryError(msg)
+
+
+def _refuse_unknown(name: str, asked: str, known: Collection[str]) -> None:
+    if asked not in known:
+        msg = f"{name} must be one of {', '.join(known)}: got {asked!r:.60}"
+        raise UsageError(msg)
 
 
 def _cell(value: object) -> object:

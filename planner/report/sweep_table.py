@@ -35,14 +35,14 @@ def refuse_table(path: Path) -> None:
 
 
 def write_sweep(sweep: Sweep, path: Path | str) -> None:
-    """Write the table of a sweep to a .parquet or .csv file, and take its batches away.
+    """Write the table of a sweep to a .parquet or .csv file.
 
     Raises
     ------
     UsageError
         If the file is called otherwise, or the library of ``mavjoule[parquet]`` is missing.
     OutputError
-        If it cannot be written; the batches stay then.
+        If it cannot be written.
     """
     path = Path(path)
     refuse_table(path)
@@ -51,8 +51,6 @@ def write_sweep(sweep: Sweep, path: Path | str) -> None:
             _write_parquet(sweep, file)
         else:
             _write_csv(sweep, file)
-    if sweep.folder is not None:
-        sweep.folder.remove()
 
 
 def _write_parquet(sweep: Sweep, file: BinaryIO) -> None:

@@ -23,7 +23,7 @@ from planner.report.sweep import sweep_text
 from planner.report.sweep_table import write_sweep
 from planner.report.text import Medium
 from planner.service.preflight import Steps
-from planner.service.sweep.batches import Batch
+from planner.service.sweep.batches import Batch, Jobs
 from planner.service.sweep.engines import (
     ClusterEngine,
     CoresEngine,
@@ -143,6 +143,7 @@ def _swept(
     table, parts = folder / name, folder / f"{name}.parts"
     result = sweep(mission, setup, vary=VARY, folder=parts, on_progress=on_progress)
     write_sweep(result, table)
+    result.remove_batches()
     assert not (folder / f"{name}.parts").exists(), "what is in the table is not kept twice"
     return table.read_bytes()
 
@@ -190,6 +191,41 @@ def test_a_folder_of_something_else_is_left_alone(
         sweep(mission, setup, vary=["wind=0,5", "wind-from=90"], folder=tmp_path)
 
 
+def test_two_sweeps_do_not_work_in_one_folder(
+    mission: Mission, setup: Setup, tmp_path: Path
+) -> None:
+    folder = tmp_path / "d.parts"
+
+    def sweep_too(_: SweepProgress) -> None:
+        sweep(mission, setup, vary=["wind=0,5", "wind-from=90"], folder=folder)
+
+    with pytest.raises(OutputError, match=r"d\.parts: another mavjoule is at work in it"):
+        sweep(
+            mission, setup, vary=["wind=0,5", "wind-from=90"], folder=folder, on_progress=sweep_too
+        )
+    (folder / ".mavjoule-0123456789ab.part").write_bytes(b"{")  # of one killed as it wrote
+    result = sweep(mission, setup, vary=["wind=0,5", "wind-from=90"], folder=folder)
+    assert (result.resumed, len(list(result.rows()))) == (2, 2)
+    result.remove_batches()
+    assert not folder.exists()
+
+
+def test_batches_take_half_a_second_and_end_where_the_air_changes(
+    mission: Mission, setup: Setup
+) -> None:
+    vary = ["temperature=0:30:1", "wind=1:4:1", "wind-from=90", "charge=100%:60.5%:0.5%"]
+    cases = make_plan(mission, setup, vary=vary).cases
+    assert (len(cases), cases.strides[-1]) == (31 * 4 * 80, 1)
+    jobs = Jobs(cases, {200: 100})
+    assert next(jobs) == (0, 24), "while it is not known how long a case takes"
+    jobs.took(24, 24 * 0.002)
+    assert next(jobs) == (24, 176), "up to what is there"
+    assert next(jobs) == (300, 260), "250 are half a second, and at 560 the air changes"
+    covered = sum(count for _, count in jobs) + 24 + 176 + 100 + 260
+    assert covered == len(cases)
+    assert jobs.left == 0
+
+
 def test_several_workers_make_the_same_batches(mission: Mission, setup: Setup) -> None:
     plan, jobs = make_plan(mission, setup, vary=VARY), [(0, 20), (20, 16)]
     assert _outcomes(CoresEngine(2), plan, jobs) == _outcomes(CoresEngine(1), plan, jobs)
@@ -197,8 +233,8 @@ def test_several_workers_make_the_same_batches(mission: Mission, setup: Setup) -
 
 def _outcomes(engine: Engine, plan: SweepPlan, jobs: list[tuple[int, int]]) -> list[object]:
     done = sorted(engine.run(plan, jobs))
-    assert [(first, count) for first, count, _ in done] == jobs
-    return [msgspec.json.decode(data, type=Batch).outcomes for *_, data in done]
+    assert [job[:2] for job in done] == jobs
+    return [msgspec.json.decode(data, type=Batch).outcomes for _, _, data, _ in done]
 
 
 def test_a_table_reads_back_in_one_line(mission: Mission, setup: Setup, tmp_path: Path) -> None:
@@ -214,6 +250,8 @@ def test_a_table_reads_back_in_one_line(mission: Mission, setup: Setup, tmp_path
         "go"
     ).sum()
     assert frame["wind_from_deg"].isna().sum() == 4, "a calm comes from nowhere"
+    pd.testing.assert_frame_equal(result.to_dataframe(library="pandas"), frame, check_dtype=False)
+    assert result.to_dataframe(library="polars").equals(pl.read_parquet(tmp_path / "e.parquet"))
     with pytest.raises(UsageError, match=r"is written to a .parquet or .csv file"):
         write_sweep(result, tmp_path / "e.xlsx")
 

@@ -7,25 +7,39 @@ at any moment goes on with those that are missing; one whose input has changed s
 from __future__ import annotations
 
 import re
-from contextlib import suppress
+from collections import deque
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 import msgspec
 
 from planner.errors import OutputError
-from planner.files import make_output_folder, write_output_bytes
+from planner.files import alone_in, make_output_folder, replacing
 from planner.service.sweep.outcome import CaseOutcome, check_case
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+    from planner.service.sweep.cases import Cases
     from planner.service.sweep.memory import RememberingSteps
     from planner.service.sweep.plan import SweepPlan
 
 _NAME = re.compile(r"(\d+)-(\d+)\.json")
 _PLAN = "plan.json"
+_TEMPORARY = ".mavjoule-"
+Job = tuple[int, int]
+"""Number of the first case of a batch, and how many it has."""
+_SHORTEST_S, _LONGEST_S = 0.5, 3.0
+"""What a batch is to take: its overhead is some milliseconds, and a scheduler hands out some 300 a second."""
+_LEAST_BATCHES = 64
+"""Of what is left of a sweep that does not take long: workers end at about the same time."""
+_MOST_IN_BATCH = 5000
+_PROBED = 24
+"""Cases of a batch while nobody knows how long they take."""
+_WEIGHT = 0.3
+"""Of the latest batch, in how long a case takes."""
 
 
 class Batch(Value):
@@ -62,15 +76,29 @@ class BatchFolder:
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         self._folder, self._plan = folder, plan
 
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep other sweeps from the folder, which is made where it is not there.
+
+        Raises
+        ------
+        OutputError
+            If another has it, or it cannot be made.
+        """
+        make_output_folder(self._folder, holding="the batches of a sweep")
+        with alone_in(self._folder):
+            yield
+
     def open(self) -> tuple[str, ...]:
-        """Make the folder, or take what is there; return what has changed since, for which it starts anew.
+        """Take what is there; return what has changed since, for which it starts anew.
 
         Raises
         ------
         OutputError
             If the folder cannot be written, or holds something else.
         """
-        make_output_folder(self._folder, holding="the batches of a sweep")
+        for path in self._folder.glob(f"{_TEMPORARY}*"):  # of one that was killed as it wrote
+            path.unlink(missing_ok=True)
         known = self._folder / _PLAN
         others = [one for one in self._folder.iterdir() if not self._is_own(one.name)]
         if others:
@@ -88,7 +116,7 @@ class BatchFolder:
             )
         for path, _, _ in self._files():  # of another plan, or of none that is known
             path.unlink()
-        write_output_bytes(known, msgspec.json.encode(_Marks(marks=self._plan.marks)))
+        self._write(_PLAN, msgspec.json.encode(_Marks(marks=self._plan.marks)))
         return changed
 
     def done(self) -> dict[int, int]:
@@ -97,7 +125,7 @@ class BatchFolder:
 
     def write(self, data: bytes, first: int, count: int) -> None:
         """Put a batch on the disk."""
-        write_output_bytes(self._folder / f"{first:010d}-{count}.json", data)
+        self._write(f"{first:010d}-{count}.json", data)
 
     def read(self, first: int, count: int) -> Batch | None:
         """Return a batch; ``None`` where its file is damaged, which is taken away then."""
@@ -113,15 +141,19 @@ class BatchFolder:
         return None
 
     def remove(self) -> None:
-        """Take the batches away, once they are in the table."""
+        """Take the batches away, and the folder if it holds nothing else."""
         for path, _, _ in self._files():
             path.unlink(missing_ok=True)
         (self._folder / _PLAN).unlink(missing_ok=True)
-        with suppress(OSError):  # something else has come into it
+        with suppress(OSError):
             self._folder.rmdir()
 
+    def _write(self, name: str, data: bytes) -> None:
+        with replacing(self._folder / name) as file:
+            file.write(data)
+
     def _is_own(self, name: str) -> bool:
-        return name == _PLAN or bool(_NAME.fullmatch(name)) or name.startswith(".mavjoule-")
+        return name == _PLAN or bool(_NAME.fullmatch(name))
 
     def _files(self) -> Iterator[tuple[Path, int, int]]:
         for path in sorted(self._folder.iterdir()):
@@ -129,17 +161,50 @@ class BatchFolder:
                 yield path, int(found[1]), int(found[2])
 
 
-def missing(total: int, done: dict[int, int], size: int) -> list[tuple[int, int]]:
-    """Return the batches that are missing: the first case of each, and how many it has.
+class Jobs:
+    """The batches that are missing, cut as they are asked for: as long as those before them tell.
 
-    ``size`` is how many cases each has, but for the last before one that is there.
+    They end where what changes slowly changes: what follows from it is worked out once.
     """
-    found = []
-    at = 0
-    for first, count in [*sorted(done.items()), (total, 0)]:
-        while at < first:
-            step = min(size, first - at)
-            found.append((at, step))
-            at += step
-        at = max(at, first + count)
-    return found
+
+    def __init__(self, cases: Cases, done: Mapping[int, int]) -> None:
+        self._strides = cases.strides
+        self._gaps: deque[tuple[int, int]] = deque()
+        self._case_s: float | None = None
+        self.left = len(cases) - sum(done.values())
+        """Cases that nobody has asked for."""
+        at = 0
+        for first, count in [*sorted(done.items()), (len(cases), 0)]:
+            if first > at:
+                self._gaps.append((at, first))
+            at = max(at, first + count)
+
+    def __iter__(self) -> Iterator[Job]:
+        """Return itself."""
+        return self
+
+    def __next__(self) -> Job:
+        """Return the first case of the next batch, and how many it has."""
+        if not self._gaps:
+            raise StopIteration
+        first, end = self._gaps.popleft()
+        size = self._size()
+        unit = next(stride for stride in self._strides if stride <= size)  # the last is 1
+        cut = min(-(-(first + size) // unit) * unit, end)
+        if cut < end:
+            self._gaps.appendleft((cut, end))
+        self.left -= cut - first
+        return first, cut - first
+
+    def took(self, count: int, seconds: float) -> None:
+        """Note what a batch took, in processor time. [s]"""
+        case_s = seconds / count
+        self._case_s = (
+            case_s if self._case_s is None else self._case_s + _WEIGHT * (case_s - self._case_s)
+        )
+
+    def _size(self) -> int:
+        if self._case_s is None:
+            return _PROBED
+        batch_s = min(max(self.left * self._case_s / _LEAST_BATCHES, _SHORTEST_S), _LONGEST_S)
+        return max(1, min(round(batch_s / max(self._case_s, 1e-6)), _MOST_IN_BATCH))

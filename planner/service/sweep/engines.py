@@ -7,8 +7,12 @@ worker is worked out again.
 from __future__ import annotations
 
 import pickle
+import time
+from collections import deque
+from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
+from itertools import chain
 from threading import local
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -20,21 +24,21 @@ from planner.service.sweep.plan import program_mark
 from planner.workers import done_in_order
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
     from types import ModuleType
 
+    from planner.service.sweep.batches import Job
     from planner.service.sweep.plan import SweepPlan
 
-Job = tuple[int, int]
-"""Number of the first case, and how many."""
-Done = tuple[int, int, bytes]
-"""A job with its batch."""
-_JOBS_AT_ONCE = 10_000
+Timed = tuple[bytes, float]
+"""A batch, and what it took in processor time. [s]"""
+Done = tuple[int, int, bytes, float]
+"""A job with that."""
 _AHEAD = 4
 """Jobs a worker of a cluster has waiting, so that it never waits for this process."""
-_LEAST_AHEAD = 64
-"""For workers that are added."""
+_LOOKED_S = 5.0
+"""Between two looks at how many workers a cluster has."""
 _MOST_DEATHS = 3
 """Times workers may be killed without a batch between: a batch that kills them is not asked for again."""
 _WAIT_S = 30.0
@@ -50,8 +54,8 @@ class EngineError(MavjouleError):
 class Engine(Protocol):
     """Works out batches, in any order."""
 
-    def run(self, plan: SweepPlan, jobs: Sequence[Job]) -> Iterator[Done]:
-        """Yield each job with its batch, as it is done."""
+    def run(self, plan: SweepPlan, jobs: Iterable[Job]) -> Iterator[Done]:
+        """Yield each job with its batch, as it is done; jobs are taken a few ahead of that."""
         ...
 
 
@@ -61,22 +65,32 @@ class CoresEngine:
     def __init__(self, workers: int) -> None:
         self._workers = workers
 
-    def run(self, plan: SweepPlan, jobs: Sequence[Job]) -> Iterator[Done]:
+    def run(self, plan: SweepPlan, jobs: Iterable[Job]) -> Iterator[Done]:
         """Yield each job with its batch, in their order; workers that are killed are replaced."""
-        todo, deaths = list(jobs), 0
+        left, deaths = iter(jobs), 0
+        taken: deque[Job] = deque()
         start = partial(_take, pickle.dumps(plan))
-        while todo:
-            some = todo[:_JOBS_AT_ONCE]
+
+        def noted(jobs: Iterable[Job]) -> Iterator[Job]:
+            for job in jobs:
+                taken.append(job)
+                yield job
+
+        is_done = False
+        while not is_done:
+            again = tuple(taken)
+            taken.clear()
+            todo = noted(chain(again, left))
             try:
-                with done_in_order(_work, some, workers=self._workers, start=start) as batches:
-                    for job, data in zip(some, batches, strict=True):
-                        del todo[0]
+                with done_in_order(_work, todo, workers=self._workers, start=start) as batches:
+                    for batch in batches:
                         deaths = 0
-                        yield *job, data
+                        yield *taken.popleft(), *batch
+                is_done = True
             except WorkersError as error:
                 deaths += 1
                 if deaths == _MOST_DEATHS:
-                    first, count = todo[0]
+                    first, count = taken[0]
                     msg = (
                         f"workers were killed {deaths} times at the cases from {first} to "
                         f"{first + count - 1}, perhaps for want of memory: what is done is kept, run it "
@@ -93,8 +107,13 @@ def _take(data: bytes) -> None:
     _own["plan"], _own["steps"] = pickle.loads(data), RememberingSteps()
 
 
-def _work(job: Job) -> bytes:
-    return run_batch(_own["plan"], *job, _own["steps"])
+def _work(job: Job) -> Timed:
+    return _timed(_own["plan"], job, _own["steps"])
+
+
+def _timed(plan: SweepPlan, job: Job, steps: RememberingSteps) -> Timed:
+    begun_s = time.thread_time()
+    return run_batch(plan, *job, steps), time.thread_time() - begun_s
 
 
 class ClusterEngine:
@@ -103,7 +122,7 @@ class ClusterEngine:
     def __init__(self, scheduler: str | Path) -> None:
         self._scheduler = str(scheduler)
 
-    def run(self, plan: SweepPlan, jobs: Sequence[Job]) -> Iterator[Done]:
+    def run(self, plan: SweepPlan, jobs: Iterable[Job]) -> Iterator[Done]:
         """Yield each job with its batch, as it is done; workers may come, go and die."""
         distributed = import_module("distributed")
         with self._connected(distributed) as client:
@@ -112,13 +131,13 @@ class ClusterEngine:
             sent = client.submit(
                 _unpacked, pickle.dumps(plan), key=f"sweep-plan-{plan.mark}", pure=False
             )
-            todo = iter(jobs)
+            left = iter(jobs)
             waiting: dict[Any, Job] = {}
             done = distributed.as_completed()
+            ahead, looked_s = 1, -_LOOKED_S  # the first shows how long a case takes
             try:
                 while True:
-                    ahead = max(_AHEAD * sum(client.nthreads().values()), _LEAST_AHEAD)
-                    while len(waiting) < ahead and (job := next(todo, None)):
+                    while len(waiting) < ahead and (job := next(left, None)):
                         key = f"sweep-batch-{plan.mark}-{job[0]}-{job[1]}"
                         future = client.submit(
                             _work_there, sent, job, program_mark(), key=key, pure=False
@@ -128,7 +147,10 @@ class ClusterEngine:
                     if not waiting:
                         return
                     future = next(done)
-                    yield *waiting.pop(future), _result(future, self._scheduler)
+                    yield *waiting.pop(future), *_result(future, self._scheduler)
+                    if time.monotonic() - looked_s > _LOOKED_S:
+                        ahead = _AHEAD * max(sum(client.nthreads().values()), 1)
+                        looked_s = time.monotonic()
             finally:
                 client.cancel(list(waiting), force=True)
 
@@ -171,16 +193,16 @@ class _OtherProgramError(Exception):
     """A worker that came later has another mavjoule."""
 
 
-def _result(future: Any, scheduler: str) -> bytes:  # noqa: ANN401 - Dask has no types
+def _result(future: Any, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no types
     if future.status in {"cancelled", "lost"}:
         msg = f"the Dask scheduler {scheduler} is lost: what is done is kept, run it again to go on"
         raise EngineError(msg)
     try:
-        data: bytes = future.result()
+        timed: Timed = future.result()
     except (_OtherProgramError, ImportError) as error:
         msg = f"a worker cannot work: {error}"
         raise EngineError(msg) from error
-    return data
+    return timed
 
 
 _there = local()
@@ -192,9 +214,25 @@ def _unpacked(data: bytes) -> SweepPlan:
     return plan
 
 
-def _work_there(plan: SweepPlan, job: Job, mark: str) -> bytes:
+def _work_there(plan: SweepPlan, job: Job, mark: str) -> Timed:
     if program_mark() != mark:
         raise _OtherProgramError(_other_program("one of them", program_mark()))
     if getattr(_there, "mark", None) != plan.mark:
         _there.mark, _there.plan, _there.steps = plan.mark, plan, RememberingSteps()
-    return run_batch(_there.plan, *job, _there.steps)
+    with _unwatched():
+        return _timed(_there.plan, job, _there.steps)
+
+
+@contextmanager
+def _unwatched() -> Iterator[None]:
+    """Have a worker not look a hundred times a second at where it is, which takes a sixth of its time."""
+    worker = import_module("distributed").get_worker()
+    watching = worker.periodic_callbacks.get("profile")
+    if watching is None:
+        yield
+        return
+    worker.loop.add_callback(watching.stop)
+    try:
+        yield
+    finally:
+        worker.loop.add_callback(watching.start)

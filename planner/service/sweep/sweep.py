@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
-from time import perf_counter, process_time
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from planner.errors import UsageError
+from planner.errors import OutputError, UsageError
 from planner.fleet.fleet import Fleet
 from planner.mission.files import read_mission
 from planner.mission.items import Mission
-from planner.presented import Shown
+from planner.presented import Shown, data_frame
 from planner.service.sweep.axes import MISSION, Axis, make_axis, read_axis
-from planner.service.sweep.batches import Batch, BatchFolder, missing, run_batch
+from planner.service.sweep.batches import Batch, BatchFolder, Jobs
 from planner.service.sweep.cases import make_cases, refuse_undirected
 from planner.service.sweep.engines import CoresEngine
-from planner.service.sweep.memory import RememberingSteps
 from planner.service.sweep.plan import SweepPlan
 from planner.service.sweep.table import CaseTable
 from planner.service.sweep.tally import Tally
@@ -29,18 +29,12 @@ from planner.workers import core_count
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from planner.presented import FrameLibrary
     from planner.service.sweep.engines import Engine
     from planner.setup import Setup
 
 OF_VEHICLES = frozenset({"vehicle", "params", "autopilot", "target", "home_amsl_m", "payload_kg"})
 """Settings that each vehicle, pad and job of a fleet has of its own."""
-_SHORTEST_S, _LONGEST_S = 0.5, 3.0
-"""What a batch is to take: its overhead is some milliseconds, and a scheduler hands out some 300 a second."""
-_LEAST_BATCHES = 64
-"""Of a sweep that does not take long: workers end at about the same time."""
-_MOST_IN_BATCH = 5000
-_PROBED = 24
-"""Cases worked out first, for how long they take."""
 _FEW = 200
 """Cases for which no process is started."""
 
@@ -78,6 +72,8 @@ class Sweep(Shown, eq=False):
     changed: tuple[str, ...]
     """What had changed since a sweep that was broken off, for which this one started anew."""
     folder: BatchFolder | None
+    done: Mapping[int, int]
+    """How many cases each batch holds, by the number of its first."""
     in_memory: tuple[Batch, ...] = ()
 
     @property
@@ -93,20 +89,47 @@ class Sweep(Shown, eq=False):
         yield from table.rows_without_weather()
 
     def columns(self) -> dict[str, list[Any]]:
-        """Return the table by columns: ``pandas.DataFrame(sweep.columns())``."""
+        """Return the table by columns."""
         names = self.table.columns.names
         rows = list(self.rows())
         return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+
+    def to_dataframe(self, *, library: FrameLibrary | None = None) -> Any:  # noqa: ANN401 - pandas.DataFrame or polars.DataFrame
+        """Return the table as a data frame, a row for each case.
+
+        Parameters
+        ----------
+        library : {"pandas", "polars"}, optional
+            Whose data frame; by default of the first that is installed.
+
+        Raises
+        ------
+        MissingLibraryError
+            If neither is installed, or not the one asked for.
+        """
+        columns = self.table.columns
+        numbers = [n for n, is_one in zip(columns.names, columns.is_number, strict=True) if is_one]
+        return data_frame(self.columns(), numbers=numbers, library=library)
 
     def batches(self) -> Iterator[Batch]:
         """Yield the batches, in the order of the cases."""
         if self.folder is None:
             yield from self.in_memory
             return
-        for first, count in sorted(self.folder.done().items()):
+        for first, count in sorted(self.done.items()):
             batch = self.folder.read(first, count)
-            assert batch is not None  # each was read as the sweep ended
+            if batch is None:
+                msg = (
+                    f"{self.folder}: a batch was lost since the sweep ended: run it again to go on"
+                )
+                raise OutputError(msg)
             yield batch
+
+    def remove_batches(self) -> None:
+        """Take the batches away that are kept in a folder: what is asked for after that is not there."""
+        if self.folder is not None:
+            with self.folder.held():
+                self.folder.remove()
 
 
 def sweep(
@@ -156,46 +179,44 @@ def sweep(
     """
     plan = make_plan(mission, setup, vary=vary, draws=draws, weather=weather)
     kept = None if folder is None else BatchFolder(Path(folder), plan)
-    changed = () if kept is None else kept.open()
-    done = {} if kept is None else _whole(kept)
-    total, begun, began_s = len(plan.cases), sum(done.values()), perf_counter()
+    began_s = perf_counter()
     in_memory: list[Batch] = []
-
-    def keep(first: int, count: int, data: bytes) -> None:
-        if kept is None:
-            in_memory.append(msgspec.json.decode(data, type=Batch))
-        else:
-            kept.write(data, first, count)
-        done[first] = count
-        if on_progress is not None:
-            seconds = perf_counter() - began_s
-            on_progress(
-                SweepProgress(done=sum(done.values()), total=total, seconds=seconds, begun=begun)
-            )
-
-    jobs = missing(total, done, _PROBED)
-    if jobs:
-        first, count = jobs[0]
-        asked_s = process_time()
-        keep(first, count, run_batch(plan, first, count, RememberingSteps()))
-        size = _batch_size((process_time() - asked_s) / count, total - count)
-        jobs = missing(total, done, size)
-    if engine is None:
-        left = sum(count for _, count in jobs)
-        engine = CoresEngine(core_count() if left >= _FEW else 1)
-    for one in engine.run(plan, jobs):
-        keep(*one)
-    result = Sweep(
-        plan=plan,
-        tally=Tally(plan.cases),
-        seconds=perf_counter() - began_s,
-        resumed=begun,
-        changed=changed,
-        folder=kept,
-        in_memory=tuple(sorted(in_memory, key=lambda batch: batch.first)),
-    )
-    for batch in result.batches():
-        result.tally.add(batch)
+    with nullcontext() if kept is None else kept.held():
+        changed = () if kept is None else kept.open()
+        done = {} if kept is None else _whole(kept)
+        jobs, begun = Jobs(plan.cases, done), sum(done.values())
+        if engine is None:
+            engine = CoresEngine(core_count() if jobs.left >= _FEW else 1)
+        finished = begun
+        for first, count, data, took_s in engine.run(plan, jobs):
+            jobs.took(count, took_s)
+            if kept is None:
+                in_memory.append(msgspec.json.decode(data, type=Batch))
+            else:
+                kept.write(data, first, count)
+            done[first] = count
+            finished += count
+            if on_progress is not None:
+                on_progress(
+                    SweepProgress(
+                        done=finished,
+                        total=len(plan.cases),
+                        seconds=perf_counter() - began_s,
+                        begun=begun,
+                    )
+                )
+        result = Sweep(
+            plan=plan,
+            tally=Tally(plan.cases),
+            seconds=perf_counter() - began_s,
+            resumed=begun,
+            changed=changed,
+            folder=kept,
+            done=done,
+            in_memory=tuple(sorted(in_memory, key=lambda batch: batch.first)),
+        )
+        for batch in result.batches():
+            result.tally.add(batch)
     return result
 
 
@@ -279,9 +300,3 @@ def _whole(folder: BatchFolder) -> dict[int, int]:
         if first >= end and folder.read(first, count) is not None:
             done[first], end = count, first + count
     return done
-
-
-def _batch_size(case_s: float, left: int) -> int:
-    """Return how many cases are a batch where each takes so long, and so many are left."""
-    batch_s = min(max(left * case_s / _LEAST_BATCHES, _SHORTEST_S), _LONGEST_S)
-    return max(1, min(int(batch_s / max(case_s, 1e-6)), _MOST_IN_BATCH))
