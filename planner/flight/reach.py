@@ -17,7 +17,7 @@ from planner.flight.motion.kinematics import Columns
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState
+    from planner.flight.motion.kinematics import KinematicState, SlowedLegs
     from planner.flight.returns.path import ReturnPoints, Returns
     from planner.physics.wind import Wind
 
@@ -79,6 +79,40 @@ class Situations(Columns, eq=False, dict=True):
                 return f"holding at item {item}"
             case SituationKind.RETURN:
                 return f"on the return from item {item}"
+
+
+class SlowedSituations(Columns, eq=False):
+    """n legs of the mission, then of returns, flown slower than commanded for want of airspeed."""
+
+    item: IntArray
+    """Mission item that is flown, or that the return interrupts, from 1. (n,)"""
+    kind: IntArray
+    """As `SituationKind`. (n,)"""
+    commanded_m_s: FloatArray
+    """Over ground. (n,) [m s⁻¹]"""
+    held_m_s: FloatArray
+    """What the wind leaves of it. (n,) [m s⁻¹]"""
+
+
+def slowed_situations(returns: Returns) -> SlowedSituations | None:
+    """Return where a flight and the returns from it are slower than commanded; ``None``: nowhere."""
+    motion, sample = returns.flight.motion, returns.sample
+    parts: list[tuple[SlowedLegs | None, IntArray | None, SituationKind]]
+    parts = [(motion.slowed, None, SituationKind.MISSION)]
+    if sample is not None:
+        item = motion.segments.item[sample.points.segment]
+        parts.append((sample.flight.motion.slowed, item, SituationKind.RETURN))
+    several = [
+        SlowedSituations(
+            item=slowed.item if of_point is None else of_point[slowed.item],
+            kind=np.full(len(slowed.item), kind),
+            commanded_m_s=slowed.commanded_m_s,
+            held_m_s=slowed.held_m_s,
+        )
+        for slowed, of_point, kind in parts
+        if slowed is not None
+    ]
+    return SlowedSituations.joined(several) if several else None
 
 
 def situations(returns: Returns) -> Situations:

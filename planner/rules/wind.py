@@ -11,7 +11,8 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
 from planner.flight.pilot import RATED_WIND, airspeed_limit_m_s
-from planner.rules.declaration import PX4, NotEvaluated, judges
+from planner.flight.reach import SituationKind
+from planner.rules.declaration import ARDUPILOT, PX4, NotEvaluated, judges
 from planner.setup import ASSUMED_POSITION_ERROR_M
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from planner.physics.wind import Wind
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -162,6 +164,92 @@ def _lean_limit(parameters: FlightParameters) -> str:
 
 def _profile(wind: Wind) -> str:
     return "" if wind.reference_height_m is None else " with its profile"
+
+
+AIRSPEED_LIMIT = Rule(
+    "W102 airspeed-limit",
+    Severity.WARNING,
+    summary="Legs are flown slower than commanded: the lean angle limits the airspeed.",
+    why="ArduPilot holds the ground speed until the lean angle reaches its limit; beyond it the "
+    "flight runs late without a message: a survey planned for 475 s took 916 s.",
+    how="Along each leg of the mission, and of the returns from anywhere on it, the ground speed is at most "
+    "w_along + sqrt(v_max² − w_across²), v_max being the airspeed at the greatest lean angle; fires where "
+    "that is below what is commanded.",
+    fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
+)
+
+
+@judges(AIRSPEED_LIMIT)
+def _airspeed_limit(a: Assessment) -> Iterator[Finding]:
+    slowed = a.returns.slowed
+    if slowed is None:
+        return
+    parts, items = [], []
+    for kind, of_mission in ((SituationKind.MISSION, True), (SituationKind.RETURN, False)):
+        rows = np.flatnonzero(slowed.kind == kind)
+        if not len(rows):
+            continue
+        item = int(slowed.item[rows[0]])
+        what = quantity.count(len(rows), "leg") if of_mission else "returns"
+        row = rows[np.argmin(slowed.held_m_s[rows])]
+        items.append(item)
+        parts.append(
+            f"{what} from item {item} on, down to {slowed.held_m_s[row]:.1f} m/s of "
+            f"{slowed.commanded_m_s[row]:.1f} m/s"
+        )
+    yield a.finding(AIRSPEED_LIMIT, f"slower than commanded: {'; '.join(parts)}", item=items[0])
+
+
+CIRCLE_LEAN = Rule(
+    "W105 circle-lean",
+    Severity.WARNING,
+    summary="A circle in this wind asks for more lean than the vehicle may take.",
+    why="ArduPilot turns the target of a circle on at a steady rate and does not wait for the "
+    "vehicle: one that cannot lean enough cuts the circle, or is blown off it to leeward, while its "
+    "turns are counted.",
+    how="At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
+    "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U.  The time of the circle stays.",
+    fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX)",
+)
+
+
+@judges(CIRCLE_LEAN, needs=(ARDUPILOT,))
+def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    r"""Yield where circles ask for more lean than ATC_ANGLE_MAX.
+
+    Notes
+    -----
+    ``AC_Circle::update_ms`` moves the target on by its rate and counts the turns by it; unlike along a
+    leg nothing waits for the vehicle.  So a circle takes its time in any wind, and a vehicle that cannot
+    lean enough cuts inside or is blown off.  At a ground speed v on a radius R it leans for v²/R across
+    and, with c the drag per airspeed, for c v along and c w against the wind.  Somewhere on the circle
+    both add up: with c U = g tan(ATC_ANGLE_MAX) at the airspeed limit U it needs
+
+    .. math:: \sqrt{v^2 + (v^2 / c R)^2} + w \le U .
+    """
+    circles, limit_m_s = a.flight.motion.circles, airspeed_limit_m_s(a.vehicle, parameters)
+    if circles is None or limit_m_s is None:
+        return
+    from planner.flight.motion.ardupilot.legs import drag_per_s
+
+    strength_m_s = a.setup.wind.speed_m_s * a.setup.wind.speed_factor(circles.height_m)
+    needed_m_s = (
+        np.hypot(circles.speed_m_s, circles.turn_m_s2 / drag_per_s(parameters, limit_m_s))
+        + strength_m_s
+    )
+    # A wind as strong as the limit is W101's.
+    some = (needed_m_s > limit_m_s) & (strength_m_s < limit_m_s)
+    if not some.any():
+        return
+    worst = int(np.argmax(np.where(some, needed_m_s, 0.0)))
+    first = int(circles.item[some][0])
+    yield a.finding(
+        CIRCLE_LEAN,
+        f"{quantity.count(int(some.sum()), 'circle')} from item {first} on: "
+        f"{circles.speed_m_s[worst]:.1f} m/s over ground in {strength_m_s[worst]:.1f} m/s of wind needs the "
+        f"lean of {needed_m_s[worst]:.1f} m/s of airspeed; the limit is {limit_m_s:.1f} m/s",
+        item=first,
+    )
 
 
 WIND_LIMIT = Rule(

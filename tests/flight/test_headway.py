@@ -51,7 +51,7 @@ def test_no_height_between_the_ends_is_slower_than_both(
 
 def test_what_cannot_be_held_is_flown_slower_and_said() -> None:
     way = np.vstack((EAST, -EAST, 0.0 * EAST))
-    speed, findings = held_speeds_m_s(
+    speed, slowed = held_speeds_m_s(
         np.array([8.0, 8.0, 8.0]),
         way,
         np.array([2, 3, 4]),
@@ -60,8 +60,11 @@ def test_what_cannot_be_held_is_flown_slower_and_said() -> None:
         airspeed_limit_m_s=10.0,
     )
     assert speed == pytest.approx([4.0, 8.0, 8.0])
-    assert [(f.code, f.item) for f in findings] == [("W102", 2)]
-    stuck, findings = held_speeds_m_s(
+    assert slowed is not None
+    assert slowed.item.tolist() == [2]
+    assert slowed.held_m_s == pytest.approx([4.0])
+    assert slowed.commanded_m_s == pytest.approx([8.0])
+    stuck, slowed = held_speeds_m_s(
         np.array([8.0]),
         EAST,
         np.array([2]),
@@ -70,7 +73,7 @@ def test_what_cannot_be_held_is_flown_slower_and_said() -> None:
         airspeed_limit_m_s=10.0,
     )
     assert stuck == pytest.approx([SLOWEST_M_S])
-    assert findings == ()  # W101's
+    assert slowed is None  # W101's
 
 
 @given(

@@ -230,7 +230,7 @@ def test_against_the_wind_the_tilt_limit_sets_the_speed(from_deg: float, ground_
     motion = fly_px4((takeoff(50), there), PX4, wind=wind, airspeed_limit_m_s=12.0)
     cruise = motion.segments.state == STATES.index("cruise")
     assert motion.segments.speed_m_s[cruise] == pytest.approx([ground_m_s], rel=1e-6)
-    assert [f.code for f in motion.findings] == (["W102"] if ground_m_s < 10.0 else [])
+    assert (motion.slowed is not None) is (ground_m_s < 10.0)
 
 
 @st.composite

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -311,3 +312,76 @@ def test_a_lower_lean_than_the_models_costs_margin_in_calm_air(
     e105 = of("E105", PLAIN, autopilot=ARDUPILOT, parameters=f"ANGLE_MAX,{lean}\n")
     assert bool(e105) == fires
     assert all("more" in one.message for one in e105)
+
+
+LIMIT_M_S = 15.0
+LEAN_M_S2 = 9.80665 * math.tan(math.radians(30.0))
+"""5.66 m/s²: what a lean of 30° pushes with; at 15 m/s drag takes all of it."""
+
+
+def circling(
+    wind_m_s: float, *circles: tuple[float, float], limit_m_s: float | None = LIMIT_M_S
+) -> list[Finding]:
+    """Return what is found of the lean of circles, by speed and radius."""
+    items = [takeoff(20)]
+    for number, (speed_m_s, radius_m) in enumerate(circles):
+        there = replace(waypoint(100.0 * number, 20), command=18, param1=2.0, param3=radius_m)
+        items += [replace(takeoff(0), command=178, param1=1.0, param2=speed_m_s), there]
+    return of(
+        "W105",
+        mission(*items, rtl()),
+        replace(QUAD, airspeed_limit_m_s=limit_m_s),
+        wind=Wind(speed_m_s=wind_m_s, from_deg=90.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("speed", "radius"),
+    [
+        (10.0, 20.0),  # flown at sqrt(0.5 · 2.5 · 20) = 5 m/s, 1.25 m/s² to the centre
+        (4.0, 20.0),  # 0.8 m/s² to the centre
+        (10.0, 60.0),  # sqrt(0.5 · 2.5 · 60) = 8.7 m/s
+    ],
+)
+def test_a_circle_leans_for_its_turn_its_speed_and_the_wind_together(
+    speed: float, radius: float
+) -> None:
+    flown = min(speed, math.sqrt(0.5 * 2.5 * radius))
+    # Drag per airspeed is 5.66/15 per second: what pushes to the centre counts as so much airspeed.
+    across = flown**2 / radius / (LEAN_M_S2 / LIMIT_M_S)
+    most_m_s = LIMIT_M_S - math.hypot(flown, across)
+    assert not circling(most_m_s - 0.01, (speed, radius))
+    assert circling(most_m_s + 0.01, (speed, radius))
+
+
+def test_of_several_circles_those_that_lean_too_far_are_told() -> None:
+    # By the same sum a radius of 20 m takes 9.0 m/s of wind at 5 m/s, and 11.8 m/s at 3 m/s.
+    [finding] = circling(9.5, (3.0, 20.0), (10.0, 20.0))
+    assert finding.item == 5
+    assert finding.message.startswith("1 circle from item 5 on: 5.0 m/s over ground")
+
+
+def test_a_wind_faster_than_the_vehicle_is_no_question_of_circles() -> None:
+    assert not circling(15.0, (10.0, 20.0))  # W101's
+
+
+def test_without_a_circle_or_a_known_limit_nothing_is_said_of_circles() -> None:
+    assert not circling(12.0)
+    assert not circling(12.0, (10.0, 20.0), limit_m_s=None)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "wind_m_s", "speeds"),
+    [(ARDUPILOT, 5.5, "6.5 m/s of 10.0 m/s"), (PX4, 8.0, "4.0 m/s of 5.0 m/s")],
+)
+def test_returns_slower_than_they_should_be_are_told_where_the_mission_is_not(
+    autopilot: Autopilot, wind_m_s: float, speeds: str
+) -> None:
+    # Out as commanded, with the wind; back against it 12 m/s of airspeed less the wind are left.
+    away = mission(takeoff(30), waypoint(300, 30), item(21, north(300), 0.0))
+    [finding] = of("W102", away, LIMITED, autopilot, wind=Wind(speed_m_s=wind_m_s, from_deg=180.0))
+    assert "returns from item" in finding.message
+    assert f"down to {speeds}" in finding.message
+    assert " leg" not in finding.message
+    # A little less wind than 12 − 10 m/s holds them all.
+    assert not of("W102", away, LIMITED, autopilot, wind=Wind(speed_m_s=1.9, from_deg=180.0))

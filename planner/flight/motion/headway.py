@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import quantity
-from planner.findings import Rule, Severity
+from planner.flight.motion.kinematics import SlowedLegs
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.findings import Finding
     from planner.physics.wind import Wind
 
 SLOWEST_M_S = 0.1
@@ -56,8 +54,8 @@ def held_speeds_m_s(
     height_m: FloatArray,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
-) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return the ground speeds that can be held on legs, and where that is less than commanded. (n,) [m s⁻¹]
+) -> tuple[FloatArray, SlowedLegs | None]:
+    """Return the ground speeds that can be held on legs, and the legs slower than commanded. (n,) [m s⁻¹]
 
     Parameters
     ----------
@@ -69,40 +67,24 @@ def held_speeds_m_s(
         Mission item of each. (n,)
     """
     if airspeed_limit_m_s is None or not len(way_m):
-        return speed_m_s, ()
+        return speed_m_s, None
     moves = (way_m != 0.0).any(axis=1)
     limit = speed_m_s.copy()
     limit[moves] = headway_m_s(
         way_m[moves], height_m[moves], wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
     )
-    findings = headway_findings(speed_m_s, limit, item, moves=moves)
     held = np.minimum(speed_m_s, np.maximum(limit, SLOWEST_M_S))
-    return np.where(moves, held, speed_m_s), findings
+    slowed = slowed_legs(speed_m_s, limit, item, moves=moves)
+    return np.where(moves, held, speed_m_s), slowed
 
 
-AIRSPEED_LIMIT = Rule(
-    "W102 airspeed-limit",
-    Severity.WARNING,
-    summary="Legs are flown slower than commanded: the lean angle limits the airspeed.",
-    why="ArduPilot holds the ground speed until the lean angle reaches its limit; beyond it the "
-    "flight runs late without a message: a survey planned for 475 s took 916 s.",
-    how="Along each leg the ground speed is at most w_along + sqrt(v_max² − w_across²), v_max being "
-    "the airspeed at the greatest lean angle; fires where that is below what is commanded.",
-    fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
-)
-
-
-def headway_findings(
+def slowed_legs(
     speed_m_s: FloatArray, limit_m_s: FloatArray, item: IntArray, *, moves: BoolArray
-) -> tuple[Finding, ...]:
-    """Return where there is less speed than commanded; where there is none, W101 judges."""
+) -> SlowedLegs | None:
+    """Return the legs with less speed than commanded; those with none at all are no such legs."""
     slowed = np.flatnonzero(moves & (limit_m_s > SLOWEST_M_S) & (limit_m_s < speed_m_s))
     if not len(slowed):
-        return ()
-    first, legs = int(item[slowed[0]]), quantity.count(len(slowed), "leg")
-    slowest = slowed[np.argmin(limit_m_s[slowed])]
-    message = (
-        f"slower than commanded: {legs} from item {first} on, down to "
-        f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s"
+        return None
+    return SlowedLegs(
+        item=item[slowed], commanded_m_s=speed_m_s[slowed], held_m_s=limit_m_s[slowed]
     )
-    return (AIRSPEED_LIMIT.finding(message, item=first),)

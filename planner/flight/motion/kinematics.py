@@ -156,6 +156,30 @@ class SegmentColumns(Columns, eq=False):
         return np.cumsum(self.duration_s)
 
 
+class SlowedLegs(Columns, eq=False):
+    """Legs that are flown slower than commanded: the lean angle limits the airspeed. n of them."""
+
+    item: IntArray
+    """As the segments of the motion have it. (n,)"""
+    commanded_m_s: FloatArray
+    """Over ground. (n,) [m s⁻¹]"""
+    held_m_s: FloatArray
+    """What the wind leaves of it. (n,) [m s⁻¹]"""
+
+
+class CirclesAtRate(Columns, eq=False):
+    """Circles whose target turns on at its rate and waits for nobody. n of them."""
+
+    item: IntArray
+    """As the segments of the motion have it. (n,)"""
+    speed_m_s: FloatArray
+    """Of the target over ground. (n,) [m s⁻¹]"""
+    turn_m_s2: FloatArray
+    """Its acceleration towards the centre. (n,) [m s⁻²]"""
+    height_m: FloatArray
+    """Above home. (n,) [m]"""
+
+
 class Nodes(Value, kw_only=False, eq=False):
     """The nodes of the quadrature of each piece of a motion: k of each."""
 
@@ -193,6 +217,9 @@ class Motion(Value, eq=False, dict=True):
     """Way beyond that of the segments: wandered about them, past their stops, wide of their bends. [m]"""
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
+    slowed: SlowedLegs | None = None
+    """``None``: every leg is flown as fast as commanded, as far as the wind goes."""
+    circles: CirclesAtRate | None = None
     findings: tuple[Finding, ...] = ()
 
     @cached_property

@@ -15,7 +15,7 @@ from planner.flight.motion.kinematics import (
     quotient,
 )
 from planner.flight.prediction import make_flight, segment_energies_j
-from planner.flight.reach import situations
+from planner.flight.reach import situations, slowed_situations
 from planner.flight.returns.destination import HOME
 from planner.flight.returns.sample import judged_segments, line_ends, sample_points
 from planner.mission.route.stage import StageKind
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from planner.flight.pilot import Pilot
     from planner.flight.power import SteadyPower, Transients
     from planner.flight.prediction import Flight
-    from planner.flight.reach import Situations
+    from planner.flight.reach import Situations, SlowedSituations
     from planner.flight.returns.destination import Destinations
     from planner.mission.route.stage import ReturnPath, Route
 
@@ -178,6 +178,11 @@ class Returns(Value, eq=False, dict=True):
     def situations(self) -> Situations:
         """Every situation the vehicle may be in: mission, holds, returns from anywhere."""
         return situations(self)
+
+    @cached_property
+    def slowed(self) -> SlowedSituations | None:
+        """Where the mission and returns are slower than commanded; ``None``: nowhere."""
+        return slowed_situations(self)
 
     @cached_property
     def judged(self) -> tuple[BoolArray, BoolArray]:

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import quantity
-from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.circle_path import circle_path
-from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s, start_delay_s
+from planner.flight.motion.ardupilot.legs import SLOTS, start_delay_s
 from planner.flight.motion.ardupilot.stages import places_about_m, vectors_about
 from planner.flight.motion.kinematics import (
     CircleLaw,
+    CirclesAtRate,
     FlightState,
     horizontal,
     lengths,
@@ -26,15 +25,11 @@ from planner.flight.motion.kinematics import (
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from planner.arrays import FloatArray, IntArray
-    from planner.findings import Finding
     from planner.flight.motion.ardupilot.legs import ArduPilotLegs
     from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.ardupilot.track_lag import TrackLag
     from planner.flight.motion.kinematics import Manoeuvres
-    from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
@@ -56,6 +51,17 @@ class Circles(Value, eq=False):
     """Velocity there. (n, 3) [m s⁻¹]"""
     asked_m_s2: FloatArray
     """Acceleration asked for there. (n, 3) [m s⁻²]"""
+
+    def at_rate(self, item: IntArray) -> CirclesAtRate | None:
+        """Return what they ask of the vehicle, with the items of all stages; ``None``: there are none."""
+        if not len(self.stage):
+            return None
+        return CirclesAtRate(
+            item=item[self.stage],
+            speed_m_s=self.target_m_s,
+            turn_m_s2=np.abs(self.law.rate_rad_s) * self.target_m_s,
+            height_m=self.law.start_m[:, 2],
+        )
 
     @property
     def way_m(self) -> FloatArray:
@@ -191,59 +197,3 @@ def leave_circles(
         stopping_distance_m=lengths(ahead),
     )
     return legs, (leaving,)
-
-
-CIRCLE_LEAN = Rule(
-    "W105 circle-lean",
-    Severity.WARNING,
-    summary="A circle in this wind asks for more lean than the vehicle may take.",
-    why="ArduPilot turns the target of a circle on at a steady rate and does not wait for the "
-    "vehicle: one that cannot lean enough cuts the circle, or is blown off it to leeward, while its "
-    "turns are counted.",
-    how="At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
-    "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U.  The time of the circle stays.",
-    fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX)",
-)
-
-
-def circle_findings(
-    stages: StageColumns,
-    circles: Circles,
-    parameters: ArduPilotParameters,
-    *,
-    wind: Wind | None,
-    airspeed_limit_m_s: float | None,
-) -> Iterator[Finding]:
-    r"""Yield where circles ask for more lean than ANGLE_MAX.
-
-    Notes
-    -----
-    ``AC_Circle::update_ms`` moves the target on by its rate and counts the turns by it; unlike along a
-    leg nothing waits for the vehicle.  So a circle takes its time in any wind, and a vehicle that cannot
-    lean enough cuts inside or is blown off.  At a ground speed v on a radius R it leans for v²/R across
-    and, with c the drag per airspeed, for c v along and c w against the wind.  Somewhere on the circle
-    both add up: with c U = g tan(ANGLE_MAX) at the airspeed limit U it needs
-
-    .. math:: \sqrt{v^2 + (v^2 / c R)^2} + w \le U .
-    """
-    if airspeed_limit_m_s is None or not len(circles.stage):
-        return
-    rows, speed = circles.stage, circles.target_m_s
-    across = np.abs(circles.law.rate_rad_s) * speed / drag_per_s(parameters, airspeed_limit_m_s)
-    strength = np.zeros(len(rows))
-    if wind is not None:
-        strength = wind.speed_m_s * wind.speed_factor(circles.law.start_m[:, 2])
-    needed = np.hypot(speed, across) + strength
-    # A wind as strong as the limit is W101's.
-    some = (needed > airspeed_limit_m_s) & (strength < airspeed_limit_m_s)
-    if not some.any():
-        return
-    worst = int(np.argmax(np.where(some, needed, 0.0)))
-    first = int(stages.item[rows[some][0]])
-    count = quantity.count(int(some.sum()), "circle")
-    yield CIRCLE_LEAN.finding(
-        f"{count} from item {first} on: {speed[worst]:.1f} m/s over ground in "
-        f"{strength[worst]:.1f} m/s of wind needs the lean of {needed[worst]:.1f} m/s of "
-        f"airspeed; the limit is {airspeed_limit_m_s:.1f} m/s",
-        item=first,
-    )

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
+    from planner.flight.motion.kinematics import SlowedLegs
     from planner.flight.motion.s_curve import SCurves, SpeedRamps
     from planner.physics.response import TransferFunction
     from planner.physics.wind import Wind
@@ -331,6 +332,7 @@ class ArduPilotLegs(Value, eq=False):
     """Time for which the leg is under way before the vehicle is out of that circle. (n,) [s]"""
     flown_peak_m_s: FloatArray
     """Highest speed of the vehicle itself: a pointed peak is rounded by its lag. (n,) [m s⁻¹]"""
+    slowed: SlowedLegs | None
     findings: tuple[Finding, ...]
 
 
@@ -351,7 +353,7 @@ def plan_legs(
     stage = key // SLOTS
     ends_m = np.stack((start[:, 2], start[:, 2] + way[:, 2]), axis=1)
 
-    def speeds_along(commanded: IntArray) -> tuple[FloatArray, tuple[Finding, ...]]:
+    def speeds_along(commanded: IntArray) -> tuple[FloatArray, SlowedLegs | None]:
         held, slowed = held_speeds_m_s(
             stages.speed_m_s[commanded],
             direction[:, :2],
@@ -362,7 +364,7 @@ def plan_legs(
         )
         return _speed_along(stages, commanded, held, direction), slowed
 
-    speed, findings = speeds_along(stage)
+    speed, slowed = speeds_along(stage)
     acceleration = limits_along(
         direction, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
@@ -438,9 +440,9 @@ def plan_legs(
         hidden_s=np.zeros(len(key)),
         early_s=np.zeros(len(key)),
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
-        findings=(
-            *findings,
-            *faster_findings(curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage),
+        slowed=slowed,
+        findings=faster_findings(
+            curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage
         ),
     )
 

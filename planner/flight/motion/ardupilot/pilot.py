@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.circles import circle_findings, leave_circles, plan_circles
+from planner.flight.motion.ardupilot.circles import leave_circles, plan_circles
 from planner.flight.motion.ardupilot.legs import (
     SLOTS,
     past_stops_m,
@@ -32,7 +32,7 @@ from planner.flight.motion.ardupilot.stages import (
 from planner.flight.motion.ardupilot.timeline import make_motion
 from planner.flight.motion.ardupilot.track_lag import TrackLag
 from planner.flight.motion.ardupilot.vertical import change_of_height, landing, set_down, takeoff
-from planner.flight.motion.kinematics import FlightState, hold
+from planner.flight.motion.kinematics import FlightState, SlowedLegs, hold
 from planner.mission.route.stage import StageKind
 from planner.values import replace
 
@@ -159,9 +159,6 @@ def _flown(
     speed_response = None if responses is None else responses.speed
     flown_splines, wide_m = _flown_splines(stages, splines, legs)
     spline_findings = () if splines is None else splines.findings
-    lean = circle_findings(
-        stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
-    )
     manoeuvres = [
         *_takeoffs(stages, parameters),
         *_holds(stages, parameters),
@@ -180,9 +177,17 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=lambda speed: stopping_distance_m(speed, parameters, speed_response),
-        findings=(*legs.findings, *spline_findings, *lean, *return_findings(stages, parameters)),
+        findings=(*legs.findings, *spline_findings, *return_findings(stages, parameters)),
     )
-    return replace(motion, wander_m=wide_m + past_stops_m(legs, lag))
+    slowed = [
+        one for one in (legs.slowed, None if splines is None else splines.slowed) if one is not None
+    ]
+    return replace(
+        motion,
+        wander_m=wide_m + past_stops_m(legs, lag),
+        slowed=SlowedLegs.joined(slowed) if slowed else None,
+        circles=circles.at_rate(stages.item),
+    )
 
 
 def _settling(

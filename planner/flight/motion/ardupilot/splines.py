@@ -15,7 +15,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.legs import faster_findings, limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.ardupilot.track_lag import Behind, TrackLag
-from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
+from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s, slowed_legs
 from planner.flight.motion.kinematics import FlightState, dot, lengths, make_manoeuvres, quotient
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import Manoeuvres
+    from planner.flight.motion.kinematics import Manoeuvres, SlowedLegs
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -62,6 +62,7 @@ class Splines(Value, eq=False):
     """For each stage of the route the highest speed its spline can begin with. (stages,) [m s⁻¹]"""
     speed_at_end_m_s: FloatArray
     """For each stage of the route the highest speed its spline can end with. (stages,) [m s⁻¹]"""
+    slowed: SlowedLegs | None
     findings: tuple[Finding, ...]
 
     def flown(
@@ -182,7 +183,7 @@ def plan_splines(
     slope_size = lengths(slope)
     # Simpson's rule for the length of each piece.
     piece = (slope_size[:, :-1] + 4.0 * lengths(middle) + slope_size[:, 1:]) / (6 * _PIECES)
-    held, findings = _held_speeds_m_s(
+    held, slowed = _held_speeds_m_s(
         stages.speed_m_s[row],
         tangent,
         position[..., 2],
@@ -218,7 +219,8 @@ def plan_splines(
         lag=TrackLag.of(parameters, airspeed_limit_m_s),
         speed_at_start_m_s=np.zeros(len(stages.kind)),
         speed_at_end_m_s=np.zeros(len(stages.kind)),
-        findings=findings,
+        slowed=slowed,
+        findings=(),
     )
     begins = (row > 0) & stages.is_passed[np.maximum(row - 1, 0)]
     start = np.minimum(
@@ -236,7 +238,7 @@ def plan_splines(
     found = faster_findings(
         speed[every, worst], share[:, -1] * meant, meant, stages=stages, stage=row
     )
-    return replace(splines, findings=findings + found)
+    return replace(splines, findings=found)
 
 
 def _held_speeds_m_s(
@@ -247,12 +249,12 @@ def _held_speeds_m_s(
     *,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
-) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return the ground speeds that can be held at the nodes of splines. (n, k + 1) [m s⁻¹]"""
+) -> tuple[FloatArray, SlowedLegs | None]:
+    """Return the ground speeds that can be held at nodes of splines, and the slowed. (n, k + 1) [m s⁻¹]"""
     speed = np.repeat(speed_m_s[:, None], tangent.shape[1], axis=1)
     level = (tangent[..., :2] != 0.0).any(axis=-1)
     if airspeed_limit_m_s is None or not level.any():
-        return speed, ()
+        return speed, None
     limit = speed.copy()
     limit[level] = headway_m_s(
         tangent[level][:, :2],
@@ -260,8 +262,8 @@ def _held_speeds_m_s(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
-    findings = headway_findings(speed_m_s, limit.min(axis=1), item, moves=level.any(axis=1))
-    return np.minimum(speed, np.maximum(limit, SLOWEST_M_S)), findings
+    slowed = slowed_legs(speed_m_s, limit.min(axis=1), item, moves=level.any(axis=1))
+    return np.minimum(speed, np.maximum(limit, SLOWEST_M_S)), slowed
 
 
 def _tangents(

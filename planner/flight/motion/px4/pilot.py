@@ -222,7 +222,7 @@ def _fly(
         # The lag that a known drag causes is not counted twice.
         time_scale = replace(time_scale, lag_s=0.0)
     begins = moves.beginnings_m()
-    speed, findings = held_speeds_m_s(
+    speed, slowed = held_speeds_m_s(
         moves.speed_m_s,
         (moves.target_m - begins)[:, :2],
         moves.item,
@@ -259,7 +259,7 @@ def _fly(
         piece_is_grounded=ordered.is_grounded,
         wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
         landing_spread_s=(landings * LANDED_SOONER_S, landings * LANDED_LATER_S),
-        findings=findings,
+        slowed=slowed,
     )
     return motion, legs
 
