@@ -416,7 +416,7 @@ def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding
         return
     points, chosen = sample.points, np.unique(sample.destination)
     rows = thinned(np.arange(len(points.segment)), _MOST_RALLY_PLACES)
-    above_wh = (budget.usable_wh - budget.reserve_wh - points.used_wh - points.stop_wh)[rows]
+    above_wh = (budget.above_reserve_wh - points.used_wh - points.stop_wh)[rows]
     never: list[int] = []
     out_of_reach: list[int] = []
     missed_by_wh: list[float] = []

@@ -189,21 +189,19 @@ def _climb_heights(a: Assessment) -> Iterator[Finding]:
 
 @judges(MODEL_OUTSIDE_ENVELOPE)
 def _heights(a: Assessment) -> Iterator[Finding]:
-    heights_m = np.array([stage.height_m for stage in a.route.stages])
-    box = a.vehicle.valid_for
+    reach, box = a.reach, a.vehicle.valid_for
+    heights_m = reach.height_m
     limit, measured = box.height_above_home_m, box.hover_height_above_home_m
     if limit is not None:
-        outside = (heights_m > limit.high + _HEIGHT_SLACK_M) | (
-            heights_m < limit.low - _HEIGHT_SLACK_M
-        )
-        if outside.any():
-            worst = int(np.argmax(np.where(outside, np.abs(heights_m), -1.0)))
+        # Heights overshoot their commands as speeds do.
+        beyond_m = np.maximum(heights_m / (1.0 + _OVERSHOOT) - limit.high, limit.low - heights_m)
+        worst = int(np.argmax(beyond_m))
+        if beyond_m[worst] > _HEIGHT_SLACK_M:
             yield _outside(
                 a,
-                f"{quantity.count(int(outside.sum()), 'leg')} up to {quantity.height(heights_m[worst])} "
-                "above home",
+                f"{quantity.height(float(heights_m[worst]))} above home {reach.where(worst)}",
                 f"from {quantity.height(limit.low)} to {quantity.height(limit.high)}",
-                item=a.route.stages[worst].item,
+                item=int(reach.item[worst]),
             )
             return
     highest_m = float(heights_m.max())
