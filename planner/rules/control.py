@@ -41,6 +41,14 @@ _OTHER_FRAMES = {
     14: "a spacecraft",
 }
 """CA_AIRFRAME of what is no rotorcraft (``src/modules/control_allocator/module.yaml``)."""
+_OTHER_TYPES = {
+    **dict.fromkeys((1, *range(19, 26)), "one with wings"),
+    **dict.fromkeys((7, 8), "an airship or a balloon"),
+    **dict.fromkeys((10, 11, 12), "a rover, boat or submarine"),
+}
+"""MAV_TYPE of what is no rotorcraft (``common.xml``)."""
+_OTHER_SERIES = {**dict.fromkeys((2, 3, 13), "one with wings"), 50: "a rover", 60: "a submarine"}
+"""Thousands of SYS_AUTOSTART of what is no rotorcraft (``ROMFS/px4fmu_common/init.d/airframes``)."""
 _HARDWARE_IN_THE_LOOP = 1
 """SYS_HITL; 2 is a simulation on the autopilot itself."""
 
@@ -97,9 +105,10 @@ NO_CONTROL = Rule(
     how="PX4: MPC_XY_P, MPC_Z_P, MPC_XY_VEL_P_ACC, MPC_Z_VEL_P_ACC, MC_ROLL_P, MC_PITCH_P, MC_YAW_P and "
     "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
     "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  PX4 "
-    "besides: CA_AIRFRAME of what is no rotorcraft, CA_ROTOR_COUNT 0, a motor of CA_ROTOR_COUNT on none of "
-    "as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), SYS_HITL 1; MPC_XY_VEL_I_ACC 0 "
-    "in wind, which PX4 takes (its least is 0): drag over the other gains is how far it stands off.",
+    "besides: CA_AIRFRAME, MAV_TYPE or SYS_AUTOSTART of what is no rotorcraft, CA_ROTOR_COUNT 0, a motor of "
+    "CA_ROTOR_COUNT on none of as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), "
+    "SYS_HITL 1; MPC_XY_VEL_I_ACC 0 in wind, which PX4 takes (its least is 0): drag over the other gains is "
+    "how far it stands off.",
     fix="restore the parameters of the vehicle, or give its own file",
     instead="the parameters of --params",
 )
@@ -127,9 +136,16 @@ def _no_control(a: Assessment, parameters: FlightParameters) -> Iterator[Finding
 def _undriven(values: Mapping[str, float]) -> Iterator[str]:
     """Yield why PX4 drives no motors of a multicopter."""
     frame = int(values.get("CA_AIRFRAME", 0.0))
-    if frame in _OTHER_FRAMES:
-        yield f"CA_AIRFRAME is {frame}: PX4 flies {_OTHER_FRAMES[frame]}, no multicopter"
-    elif values.get("SYS_CTRL_ALLOC", 1.0) and values.get("CA_ROTOR_COUNT") == frame == 0:
+    for name, others, thousands in (
+        ("CA_AIRFRAME", _OTHER_FRAMES, 1),
+        ("MAV_TYPE", _OTHER_TYPES, 1),
+        ("SYS_AUTOSTART", _OTHER_SERIES, 1000),
+    ):
+        value = int(values.get(name, 0.0))
+        if (other := others.get(value // thousands)) is not None:
+            yield f"{name} is {value}: PX4 flies {other}, no multicopter"
+            return
+    if values.get("SYS_CTRL_ALLOC", 1.0) and values.get("CA_ROTOR_COUNT") == frame == 0:
         yield "CA_ROTOR_COUNT is 0: PX4 drives no motor"
     elif values.get("SYS_CTRL_ALLOC", 1.0):
         yield from _without_output(values)

@@ -36,6 +36,39 @@ def test_an_inner_loop_is_not_started_anew_by_an_outer_one() -> None:
     assert flown == (1, 2, 3, 2, 3, 4, 5, 2, 3, 4, 5)
 
 
+CAMERA, SLOW, FENCE_OFF = (
+    item(206, frame=2),
+    item(178, frame=2, params=(1.0, 1.0, -1.0, 0.0)),
+    item(207, frame=2),
+)
+
+
+@pytest.mark.parametrize("laps", [1, 2, 3])
+def test_ardupilot_carries_out_what_stands_behind_a_jump_a_lap_early(laps: int) -> None:
+    # ArduPilot #30376: "5 Jump 2/2, 2 WP, 6 AuxFunction !!!", and once more behind the loop.
+    items = (takeoff(10), waypoint(5, 10), CAMERA, jump(2, laps), SLOW, FENCE_OFF, waypoint(9, 10))
+    lap = (2, 3, 4)
+    found = flown_order(mission(*items).items, Autopilot.ARDUPILOT)
+    early = (2, 3, 5, 6, 4)
+    assert found.visits == (1, *lap * (laps - 1), *early, *lap, 5, 6, 7)
+    assert [(f.code, f.item) for f in found.findings] == [("T123", 5), ("T123", 6)]
+    assert order(*items, dialect=Autopilot.PX4) == (1, *lap * (laps + 1), 5, 6, 7)
+
+
+def test_without_an_item_before_the_jump_what_stands_behind_it_waits_for_the_loop() -> None:
+    items = (takeoff(10), waypoint(5, 10), jump(2, 1), SLOW, waypoint(9, 10))
+    found = flown_order(mission(*items).items, Autopilot.ARDUPILOT)
+    assert found.visits == (1, 2, 3, 2, 3, 4, 5)
+    assert found.findings == ()
+
+
+def test_ardupilot_carries_out_nothing_at_the_head_of_the_loop_in_the_last_lap() -> None:
+    # It looks for the next item behind the last one, and there is a place.
+    items = (takeoff(10), SLOW, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10))
+    found = flown_order(mission(*items).items, Autopilot.ARDUPILOT)
+    assert found.visits == (1, 2, 3, 4, 5, 2, 3, 4, 5, 3, 4, 5, 6)
+
+
 def test_an_endless_jump_is_flown_once_round() -> None:
     found = flown_order(
         mission(takeoff(10), waypoint(5, 10), waypoint(9, 10), jump(2, -1), waypoint(1, 10)).items,

@@ -275,6 +275,28 @@ def test_ardupilot_takes_off_again_after_a_return(
     assert left_out == ([Severity.INFO] if stages == 3 else [])
 
 
+@pytest.mark.parametrize(
+    ("goes_on", "behind", "severity"),
+    [
+        # It disarms 90 m away, though file and MIS_OPTIONS 4 say that it comes home.
+        (True, (item(16, north(0), 20.0), rtl()), Severity.ERROR),
+        (False, (item(16, north(0), 20.0), rtl()), Severity.INFO),
+        (True, (item(206, frame=2),), Severity.INFO),  # no place to go to
+    ],
+)
+def test_a_landing_that_goes_on_to_no_take_off_leaves_the_vehicle_there(
+    goes_on: bool,  # noqa: FBT001 - a table of cases
+    behind: tuple[MissionItem, ...],
+    severity: Severity,
+) -> None:
+    made = make_route(
+        mission(takeoff(20), item(21, north(90), 0.0), *behind),
+        dialect=Autopilot.ARDUPILOT,
+        continues_after=frozenset({StageKind.LAND} if goes_on else ()),
+    )
+    assert [f.severity for f in made.findings if f.code == "T104"] == [severity]
+
+
 def test_items_behind_the_landing_that_a_jump_has_led_past_are_flown() -> None:
     items = (takeoff(20), jump(5, 1), item(21, 0.0, 0.0), item(16, north(9), 20.0), waypoint(9, 9))
     found = route(*items, jump(3, 1))

@@ -25,6 +25,16 @@ def returning(*items: MissionItem) -> Mission:
     return mission(takeoff(20), waypoint(100, 20), *items, rtl())
 
 
+CAMERA = item(206, frame=2)
+
+
+def looping(*items: MissionItem) -> tuple[Finding, ...]:
+    """Return what is reported of a loop that ends so, on ArduPilot."""
+    return found(
+        mission(takeoff(20), waypoint(100, 20), *items, waypoint(50, 20), rtl()), ARDUPILOT
+    )
+
+
 def placing(most_m: float) -> Mission:
     """Return a mission that lowers a load, at most so far."""
     return returning(item(94, north(100), 0.0, params=(most_m, 0.0, 0.0, 0.0)))
@@ -167,6 +177,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(PLAIN),
         boundary=lambda: found(mission(takeoff(20), waypoint(100, 20), item(21, north(100), 0.0))),
         silent=lambda: found(PLAIN, ARDUPILOT),
+    ),
+    "T123": RuleCases(
+        fires=lambda: looping(CAMERA, jump(2, 2), speed(2.0)),
+        boundary=lambda: looping(CAMERA, jump(2, -1), speed(2.0)),  # never over
+        silent=lambda: looping(jump(2, 2), speed(2.0)),
     ),
     "T115": RuleCases(
         fires=lambda: found(

@@ -349,6 +349,13 @@ def motors(driver: str, *functions: int) -> str:
         (PX4, "MC_PITCHRATE_I,0\n", False),
         (PX4, "CA_AIRFRAME,1\n", True),
         (PX4, "CA_AIRFRAME,8\n", False),  # rotors that tilt
+        (PX4, "MAV_TYPE,1\n", True),
+        (PX4, "MAV_TYPE,22\n", True),
+        (PX4, "MAV_TYPE,13\n", False),
+        (PX4, "SYS_AUTOSTART,13000\n", True),
+        (PX4, "SYS_AUTOSTART,2100\n", True),
+        (PX4, "SYS_AUTOSTART,4001\n", False),
+        (PX4, "SYS_AUTOSTART,12001\n", False),
         (PX4, "CA_AIRFRAME,0\nCA_ROTOR_COUNT,0\n", True),
         (PX4, "CA_AIRFRAME,0\nCA_ROTOR_COUNT,4\n", False),
         (PX4, "SYS_CTRL_ALLOC,0\nCA_ROTOR_COUNT,0\n", False),  # mixers, before 1.14

@@ -1,12 +1,14 @@
 """No fault is a go: drawn missions with each class's fault made by construction, and their twins without it.
 
-Faults that are about settings files (20) need folders: tests/cli/ has them.  A long campaign:
+Those of settings files (20) lie in a folder beside the mission.  A long campaign:
 ``MAVJOULE_EXAMPLES=200 pytest tests/rules/test_wrong_go_classes.py``.
 """
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -18,12 +20,15 @@ from made_terrain import ground
 from px4_quad import PX4_QUAD
 
 from planner.autopilot import Autopilot
+from planner.cli.configuration import mission_settings, typed_settings
+from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.selection import Selection
-from planner.service.preflight import check
-from planner.setup import read_battery
+from planner.service.preflight import check, check_mission
+from planner.setting import Setting
+from planner.setup import Setup, read_battery
 from planner.values import Value, replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
@@ -33,6 +38,7 @@ if TYPE_CHECKING:
 
     from planner.mission.items import Mission, MissionItem
     from planner.service.preflight import CheckResult
+    from planner.setting import Setting
 
 EXAMPLES = int(os.environ.get("MAVJOULE_EXAMPLES", "2"))
 """Of each class and autopilot; the first is the plainest flight."""
@@ -374,3 +380,112 @@ def test_the_same_without_the_fault_is_a_go(
     result = twin(data.draw(flights(by)), share).check()
     assert errors(result) == []
     assert result.verdict == "go"
+
+
+FAVOURS = (
+    'battery = "4000Wh"',
+    'battery_health = "100%"',
+    "battery_resistance_factor = 0.1",
+    'charge = "100%"',
+    "reserve = 0",
+    "risk = 1.0",
+    'fail_on = "error"',
+    'select = "T"',
+    'ignore = "E"',
+    'ignore = "E1"',
+    'ignore = "M,W,T,P,A1,F1"',
+    '[per_file_ignores]\n"*" = "M"',
+    "home_amsl_m = -400",
+    "payload_kg = 0",
+    'wind = "0"',
+    'temperature_c = "30"',
+    'vehicle = "falkowski-2023-quadrotor"',
+    'autopilot = "auto"',
+    "reaction_time_s = 0",
+    "position_error_m = 0",
+)
+"""What a settings file may hold that makes a hopeless mission look better."""
+OF_REPORTS = ('format = "json"', "statistics = true")
+
+
+class Folder(Value, kw_only=False):
+    """Where a mission lies, and what its settings file holds."""
+
+    name: str
+    lines: tuple[str, ...]
+    is_above: bool
+    """Whether the file lies in the folder above that of the mission."""
+
+    @property
+    def keys(self) -> set[str]:
+        return {line.strip("[").split(" ")[0].split("]")[0] for line in self.lines}
+
+    def of(self, folder: Path) -> str:
+        """Write the file, and return the path of the mission."""
+        below = folder / "site"
+        below.mkdir()
+        head = "[tool.mavjoule]\n" if self.name == "pyproject.toml" else ""
+        lines = "\n".join(self.lines)
+        if head:
+            lines = lines.replace("[per_file_ignores]", "[tool.mavjoule.per_file_ignores]")
+        (folder if self.is_above else below).joinpath(self.name).write_text(head + lines)
+        return str(below / "out.plan")
+
+
+def folders(lines: tuple[str, ...]) -> st.SearchStrategy[Folder]:
+    """Files of some lines, no key twice, tables last."""
+    some = st.lists(st.sampled_from(lines), min_size=1, unique_by=lambda line: line.split(" ")[0])
+    return st.builds(
+        Folder,
+        st.sampled_from(("mavjoule.toml", "pyproject.toml")),
+        some.map(lambda drawn: tuple(sorted(drawn, key=lambda line: line.startswith("[")))),
+        st.booleans(),
+    )
+
+
+def typed(case: Case) -> dict[str, Any]:
+    """Return what is typed beside a mission: vehicle, battery and who flies it."""
+    return {"vehicle": VEHICLES[case.by], "battery": read_battery("77Wh"), "autopilot": case.by}
+
+
+def as_typed(setting: Setting, value: Any) -> Any:  # noqa: ANN401 - of any setting
+    return (
+        value if setting.key == "vehicle" and not isinstance(value, str) else setting.loaded(value)
+    )
+
+
+@pytest.mark.parametrize("by", ALL)
+@few
+@given(data=st.data(), share=shares)
+def test_a_settings_file_beside_it_never_makes_a_go_of_a_hopeless_mission(
+    by: Autopilot, data: st.DataObject, share: float
+) -> None:
+    """Class 20: 1.5 to 2.1 times what the battery holds, and a file that looks away."""
+    plain = replace(data.draw(flights(by)), parameters="").with_given(battery=read_battery("77Wh"))
+    case, beside = _using(plain, 1.5 + 0.6 * share), data.draw(folders(FAVOURS))
+    with TemporaryDirectory() as folder:
+        path = beside.of(Path(folder))
+        if untyped := beside.keys - typed(case).keys():
+            for command in ("upload", "guard"):
+                with pytest.raises((UsageError, ConfigurationError)):
+                    typed_settings(path, typed(case), command=command)
+        try:
+            values = mission_settings(path, typed(case))
+        except ConfigurationError:
+            return  # what may not be ignored at all
+    result = check_mission(case.mission, Setup.of(values, loaded=as_typed))
+    assert result.verdict == "no-go"
+    assert any(text.startswith("E101") for text in errors(result))
+    assert (result.setup.settings_file is not None) == bool(untyped)
+
+
+@pytest.mark.parametrize("by", ALL)
+@few
+@given(data=st.data())
+def test_a_file_that_sets_how_reports_look_keeps_a_good_mission_a_go(
+    by: Autopilot, data: st.DataObject
+) -> None:
+    case, beside = data.draw(flights(by)), data.draw(folders(OF_REPORTS))
+    with TemporaryDirectory() as folder:
+        values = typed_settings(beside.of(Path(folder)), typed(case), command="upload")
+    assert errors(check_mission(case.mission, Setup.of(values, loaded=as_typed))) == []

@@ -191,6 +191,8 @@ def test_a_file_that_could_be_of_either_is_taken_as_it_is() -> None:
         ("ATC_STR_RAT_P,0.2\nBATT_CAPACITY,5000\n", "Rover"),
         ("TECS_CLMB_MAX,5\nWPNAV_SPEED,500\n", ""),
         ("ARSPD_TYPE,1\nBATT_CAPACITY,5000\n", ""),
+        ("TECS_CLMB_MAX,5\nRTL_ALTITUDE,100\n", "ArduPlane"),  # nothing in it that Copter knows
+        ("CRUISE_SPEED,2\nCRUISE_THROTTLE,50\n", "Rover"),
     ],
 )
 def test_parameters_of_another_vehicle_of_ardupilots_are_not_a_copters(

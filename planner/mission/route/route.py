@@ -9,6 +9,7 @@ MIS_OPTIONS is set.  Which it is does not show in a mission: ArduPilot's longer 
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame, distance_m
 from planner.mission.commands import Command, command_name, is_destination, is_navigation
 from planner.mission.items import MissionFormat, VehicleKind
+from planner.mission.route.queue import HELD, is_queued
 from planner.mission.route.stage import Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     LIFTS_OFF,
@@ -49,6 +51,19 @@ _FLOWN_ON_TO = frozenset(
     }
 )
 """``ModeAuto::set_next_wp``: what ArduPilot flies on to through a waypoint."""
+CARRIED_OUT_EARLY = Rule(
+    "T123 carried-out-early",
+    Severity.WARNING,
+    summary="An item behind a jump is carried out a lap early.",
+    why="ArduPilot carries out DO_ items beside the flight, and looks for the next one from the last on: "
+    "where a jump is taken for the last time and a DO_ item stands before it, that look goes past the jump, "
+    "and what stands behind it acts on the whole last lap (ArduPilot #30376).",
+    how="A counted jump, a DO_ item between it and the place before, and DO_CHANGE_SPEED, DO_SET_HOME or "
+    "DO_FENCE_ENABLE behind it: predicted as ArduPilot does it, and carried out once more behind the loop.  "
+    "DO_ items at the head of the loop are not carried out in that lap.",
+    fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
+    "jump and those behind it",
+)
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
@@ -88,10 +103,11 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
     targets, findings = _targets(items, dialect)
     visits: list[int] = []
     taken: dict[int, int] = {}
+    looks_behind = False
     closed: tuple[int, int] | None = None
     at = 0
     while at < len(items):
-        if len(visits) == len(items) + MOST_VISITS:
+        if len(visits) >= len(items) + MOST_VISITS:
             message = (
                 f"the jumps lead past more than {MOST_VISITS:,} items: "
                 "the prediction ends there, the mission continues"
@@ -99,7 +115,9 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
             findings.append(JUMPS_TOO_LONG.finding(message))
             break
         item = items[at]
-        visits.append(at + 1)
+        looks_behind &= not is_navigation(item.command)
+        if not (looks_behind and is_queued(item.command)):
+            visits.append(at + 1)
         target = targets.get(at)
         if target is None:
             at += 1
@@ -113,6 +131,11 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
                 at = target
             elif is_endless or taken.get(at, 0) < repeats:
                 taken[at] = taken.get(at, 0) + 1
+                is_last = dialect is Autopilot.ARDUPILOT and taken[at] == repeats
+                early = _looked_up_behind(items, visits) if is_last else None
+                looks_behind = early is not None
+                visits[-1:] = [*(early or ()), at + 1]
+                findings += _carried_out_early(items, early or ())
                 at = target
             else:
                 if dialect is Autopilot.ARDUPILOT:
@@ -124,6 +147,39 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
         lap_item=None if closed is None else closed[0] + 1,
         findings=tuple(findings),
     )
+
+
+def _looked_up_behind(items: tuple[MissionItem, ...], visits: list[int]) -> tuple[int, ...] | None:
+    """Return the DO_ items behind a jump taken for the last time, if ArduPilot looks for them there.
+
+    It does where it had one to carry out since the last place reached, and then at none elsewhere.
+
+    Notes
+    -----
+    ``AP_Mission::advance_current_do_cmd`` looks on from the last DO_ item in the list, not in flown order:
+    ``get_next_cmd`` goes past a jump that was counted to its end just before.
+    """
+    since = itertools.takewhile(
+        lambda command: not is_navigation(command),
+        (items[number - 1].command for number in reversed(visits)),
+    )
+    if not any(is_queued(command) for command in since):
+        return None
+    behind = range(visits[-1] + 1, len(items) + 1)
+    return tuple(itertools.takewhile(lambda number: is_queued(items[number - 1].command), behind))
+
+
+def _carried_out_early(items: tuple[MissionItem, ...], early: tuple[int, ...]) -> list[Finding]:
+    return [
+        CARRIED_OUT_EARLY.finding(
+            f"{command_name(items[number - 1].command)} behind the jump is carried out at the beginning of "
+            "the last lap already",
+            item=number,
+            place=items[number - 1].place,
+        )
+        for number in early
+        if items[number - 1].command in HELD
+    ]
 
 
 JUMP_TARGET = Rule(
@@ -237,7 +293,8 @@ def make_route(
             ahead = (mission.items[n - 1] for n in order.visits[position:])
             state.is_over = not _takes_off_next(state, ahead)
         if state.is_over:
-            findings += _left_out(mission, state, order.visits[position:], reached)
+            goes_on = state.stages[-1].kind in continues_after
+            findings += _left_out(mission, state, order.visits[position:], reached, goes_on=goes_on)
             break
         if position == order.lap_start:
             lap_start = len(state.stages)
@@ -492,7 +549,8 @@ ITEMS_NOT_FLOWN = Rule(
     "after a LAND where --params has bit 2 of MIS_OPTIONS set (4, continue after land).  PX4 after a LAND: "
     "it stays armed (Commander::handleAutoDisarm) and the next place is within 2 m of where it stands.  An "
     "error where a take-off is among those left out: a vehicle that is started again flies what is not "
-    "counted; and on PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
+    "counted; where MIS_OPTIONS 4 is set and places follow, but no take-off: it stays where it landed; and "
+    "on PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
     "without climbing first (MissionBase::checkClimbRequired; tried).",
     fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF at "
     "the place of the landing follow it, with MIS_OPTIONS 4 on ArduPilot",
@@ -501,9 +559,14 @@ ITEMS_NOT_FLOWN = Rule(
 
 
 def _left_out(
-    mission: Mission, state: MissionState, after: Sequence[int], reached: list[int]
+    mission: Mission,
+    state: MissionState,
+    after: Sequence[int],
+    reached: list[int],
+    *,
+    goes_on: bool,
 ) -> list[Finding]:
-    """Return that items after the end of the flight are not flown."""
+    """Return that items after the end of the flight are not flown; where it ``goes_on`` there but cannot."""
     missed = sorted(set(after) - set(reached))
     if state.dialect is Autopilot.PX4 and state.stages[-1].kind is StageKind.LAND:
         going = (n for n in after if is_destination(mission.items[n - 1].command))
@@ -530,6 +593,10 @@ def _left_out(
     said = f"{which} after the end of the flight at item {state.stages[-1].item}: not flown"
     if landing:
         said += ", reached by a failsafe only"
+    elif goes_on and state.stages[-1].kind is StageKind.LAND:
+        places = any(is_destination(mission.items[n - 1].command) for n in missed)
+        is_flown |= places
+        said += ": MIS_OPTIONS 4 continues only to a take-off, and the vehicle stays here" * places
     return [
         ITEMS_NOT_FLOWN.finding(
             said,

@@ -146,7 +146,7 @@ _NAMED = 3
 
 def _other_vehicle(file: ParameterSet) -> str:
     """Return which of ArduPilot's other vehicles a file is of; empty where it may be Copter's."""
-    if file.stack is not Autopilot.ARDUPILOT or not COPTER_ONLY.isdisjoint(file.values):
+    if file.stack is Autopilot.PX4 or not COPTER_ONLY.isdisjoint(file.values):
         return ""
     return next(
         (
