@@ -53,6 +53,9 @@ if TYPE_CHECKING:
 _Found = TypeVar("_Found")
 _SHOWN_M = 0.05
 _STANDS_M_S = 1e-3
+_AFTER_S = 1e-6
+"""So long after a braking has ended what follows it is flown, however its end is rounded; nothing sets out
+in it. [s]"""
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _MOST_PAIRS = 50
 """Pairs reported one by one; then how many more there are."""
@@ -244,8 +247,8 @@ def _stop_s(assessment: Assessment, flown: Trajectory) -> FloatArray:
     stop_m = make_pilot(setup, assessment.own_parameters).farthest_stop_m(fastest_m_s)
     stop_s = stop_m / np.maximum(fastest_m_s, _STANDS_M_S) + setup.reaction_time_s
     segments = assessment.flight.motion.segments
-    ends = assessment.flight.motion.state_at_time(segments.end_s).velocity_m_s
-    stands = (segments.state == _BRAKE) & (np.hypot(ends[:, 0], ends[:, 1]) < _STANDS_M_S)
+    after = assessment.flight.motion.state_at_time(segments.end_s + _AFTER_S).velocity_m_s
+    stands = (segments.state == _BRAKE) & (np.hypot(after[:, 0], after[:, 1]) < _STANDS_M_S)
     middle_s = 0.5 * (flown.start_s + flown.end_s)
     own = np.searchsorted(segments.end_s, middle_s).clip(max=len(stands) - 1)
     return np.where((fastest_m_s > _STANDS_M_S) & ~stands[own], stop_s, 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 from made_fleet import checked, pad, place, sortie, up, vehicles
@@ -10,10 +12,14 @@ from made_trajectories import straight, trajectory
 
 from planner.fleet.approach import Cylinder, closest_approach
 from planner.fleet.separation import Member, Spacing, predict_conflicts
+from planner.flight.motion import steps
 from planner.flight.pilot import make_pilot
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.vehicle.model import ManoeuvreResponse
 
 ARTICLE = "falkowski-2023-quadrotor"
 V_M_S = 9.9470
@@ -64,6 +70,25 @@ def test_two_head_on_are_told_75_m_apart(tables: str, command_m: float, *, is_cl
     between_m = command_m - 2.0 * STOP_M
     ways = (0.0, [(300.0, 0.0)]), (600.0 + between_m, [(300.0 + between_m, 0.0)])
     assert (told(tables, *ways) == "") is is_clear
+
+
+@pytest.mark.parametrize("ulps", [-2, -1, 1, 2])
+@pytest.mark.parametrize(("command_m", "is_clear"), [(75.08, False), (76.0, True), (78.0, True)])
+def test_two_head_on_are_told_the_same_whatever_the_last_bit_of_the_time_of_their_stops(
+    monkeypatch: pytest.MonkeyPatch, ulps: int, command_m: float, *, is_clear: bool
+) -> None:
+    """A unit in the last place less, and what follows the stop seemed to be flown at 0.2 m/s."""
+    answer = steps._speed_answer
+
+    def nudged(response: ManoeuvreResponse) -> object:
+        found = answer(response)
+        off_s = ulps * np.spacing(found.stop_s)
+        return found._replace(reached_s=found.reached_s + off_s, stop_s=found.stop_s + off_s)
+
+    monkeypatch.setattr(steps, "_speed_answer", nudged)
+    between_m = command_m - 2.0 * STOP_M
+    ways = (0.0, [(300.0, 0.0)]), (600.0 + between_m, [(300.0 + between_m, 0.0)])
+    assert (told(MAY_STOP, *ways) == "") is is_clear
 
 
 @pytest.mark.parametrize("tables", [KEPT, MAY_STOP])
