@@ -23,7 +23,8 @@ def agent_dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
     """Return how a vehicle answers velocities, and its steady speed.
 
     A vehicle of reference steps by its own response; one whose reference is shaped by the acceleration and
-    the lag that its stops from full and from half speed come from: s(v) = v² / 2a + τ v.
+    the lag that its stops from full and from half speed come from, s(v) = v² / 2a + τ v, and by its jerk,
+    which takes a / 2j of that lag.
     """
     vehicle = setup.vehicle
     speed_m_s = setup.speed_m_s or vehicle.default_speed_m_s
@@ -45,11 +46,16 @@ def agent_dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
     else:
         acceleration_m_s2 = speed_m_s**2 / (4.0 * bent_m)
         lag_s = max((full_m - speed_m_s**2 / (2.0 * acceleration_m_s2)) / speed_m_s, 0.0)
+    smoothing_s = 0.0
+    if setup.flown_by is not Autopilot.STEP and math.isfinite(acceleration_m_s2):
+        smoothing_s = acceleration_m_s2 / pilot.parameters.jerk_m_s3  # type: ignore[attr-defined]
+    lag_s = max(lag_s - 0.5 * smoothing_s, 0.0)
     denominator = (lag_s, 1.0) if lag_s > 0.0 else (1.0,)
     return (
         Dynamics(
             response=TransferFunction(numerator=(1.0,), denominator=denominator),
             acceleration_m_s2=acceleration_m_s2,
+            smoothing_s=smoothing_s,
         ),
         speed_m_s,
     )

@@ -85,6 +85,32 @@ def test_a_command_of_zero_for_a_time_costs_just_that_way_and_time() -> None:
     assert without.place_m[0, 0] < held.place_m[0, 0]
 
 
+def test_a_shaped_reference_respects_acceleration_and_jerk_by_hand() -> None:
+    """2 m/s² and 2 m/s³ to 6 m/s: a second of jerk, two steady, one back; a stop takes v²/2a + v a/2j."""
+    tick_s = 0.25
+    dynamics = Dynamics(response=AT_ONCE, acceleration_m_s2=2.0, smoothing_s=1.0)
+    stack = DynamicsStack([dynamics], tick_s)
+    motions = stack.at_rest(np.zeros((1, 2)))
+    for tick in range(1, 25):
+        motions = stack.advanced(motions, np.array([[0.0, 6.0]]))
+        time_s = tick * tick_s
+        by_hand = np.select(
+            [time_s <= 1.0, time_s <= 3.0, time_s <= 4.0],
+            [time_s**2, 2.0 * time_s - 1.0, 6.0 - (4.0 - time_s) ** 2],
+            6.0,
+        )
+        assert stack.velocity_m_s(motions)[0, 1] == pytest.approx(float(by_hand), abs=1e-9)
+    # half of the four seconds is lost
+    assert motions.place_m[0, 1] == pytest.approx(6.0 * (24 * tick_s - 2.0), abs=1e-9)
+    way_m = stack.ways_m(motions)[0, :, 1] - motions.place_m[0, 1]
+    assert way_m[-1] == pytest.approx(6.0**2 / 4.0 + 6.0 * 2.0 / 4.0, abs=1e-9)
+    assert way_m.max() <= way_m[-1] + 1e-9
+    commands = stack.leading_ahead_m_s(motions, np.array([[0.0, 50.0]]), np.array([6.0]), 60)
+    for command in commands:
+        motions = stack.advanced(motions, command)
+    assert motions.place_m[0, 1] == pytest.approx(24.0 + 12.0 + 50.0, abs=1e-6)
+
+
 def test_head_on_pairs_are_told_to_stop_as_far_apart_as_by_hand() -> None:
     # swarm.md: both told at once from 75.308 m apart keep 10 m
     stack = DynamicsStack([Dynamics(response=G4)] * 2, 0.25)

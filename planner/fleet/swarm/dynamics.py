@@ -1,7 +1,8 @@
 r"""How agents answer commanded velocities, exactly from tick to tick.
 
-An agent's reference follows the command at once, or, where an autopilot shapes it, within a limit of
-acceleration :math:`a`; its velocity is the answer of a linear system of unit gain to that reference,
+An agent's reference follows the command at once, or, where an autopilot shapes it, within limits of
+acceleration :math:`a` and jerk :math:`j`: a ramp of the one, and its mean over :math:`a / j`, which is an
+S-curve.  Its velocity is the answer of a linear system of unit gain to that reference,
 
 .. math:: V(s) = G(s) e^{-s T} U(s), \qquad G(0) = 1 ,
 
@@ -45,6 +46,8 @@ class Dynamics(Value):
     """From the reference to the velocity, of unit gain and stable."""
     acceleration_m_s2: float = math.inf
     """By how much its reference follows the command. [m s⁻²]"""
+    smoothing_s: float = 0.0
+    """Its reference is the mean of that over so long: its jerk is at most the acceleration over it. [s]"""
 
 
 class Motions(Value, eq=False):
@@ -89,8 +92,10 @@ class DynamicsStack:
     def __init__(self, dynamics: Sequence[Dynamics], tick_s: float) -> None:
         self.tick_s = tick_s
         kinds = list(dict.fromkeys(dynamics)) or [Dynamics(response=_NOBODY)]
-        delays = [math.floor(one.response.delay_s / tick_s + _SAME) for one in kinds]
-        self._inner = 1 + max(one.response.order for one in kinds)
+        delays = [
+            math.floor((one.response.delay_s + one.smoothing_s) / tick_s + _SAME) for one in kinds
+        ]
+        self._inner = 1 + max(one.response.order + (one.smoothing_s > 0.0) for one in kinds)
         self._inputs = 2 + max(delays)
         maps = [_maps(one, tick_s, self._inner, self._inputs) for one in kinds]
         future = max(one.future.shape[1] for one in maps)
@@ -180,6 +185,21 @@ class DynamicsStack:
         part = np.minimum(length / np.maximum(gone, 1e-12), 1.0)
         return np.asarray((least + part * np.maximum(most - least, 0.0))[:, None] * unit)
 
+    def leading_ahead_m_s(
+        self, motions: Motions, way_m: FloatArray, speed_m_s: FloatArray, ticks: int
+    ) -> FloatArray:
+        """Return commands of several ticks that lead as `leading_m_s` does. (ticks, n, 2) [m s⁻¹]"""
+        if not self._is_shaped:
+            length = np.maximum(np.hypot(*way_m.T), 1e-12)
+            whole = length / (speed_m_s * self.tick_s)
+            parts = np.clip(whole - np.arange(ticks)[:, None], 0.0, 1.0)
+            return np.asarray((parts * (speed_m_s / length))[..., None] * way_m)
+        goal_m, found = self.rest_m(motions) + way_m, np.empty((ticks, *way_m.shape))
+        for number in range(ticks):
+            found[number] = self.leading_m_s(motions, goal_m - self.rest_m(motions), speed_m_s)
+            motions = self.advanced(motions, found[number])
+        return found
+
     def _running_out_s(self, speed_m_s: FloatArray) -> FloatArray:
         """Return the integral of references that fall to zero, over what they are now. (n,) [s]"""
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -261,7 +281,7 @@ def _maps(dynamics: Dynamics, tick_s: float, inner: int, inputs: int) -> _Maps:
     inputs : int
         Of the state, references.
     """
-    tick, velocity = _sampled(dynamics.response, tick_s, inner, inputs)
+    tick, velocity = _sampled(dynamics, tick_s, inner, inputs)
     braking = 0
     if not math.isinf(dynamics.acceleration_m_s2):
         braking = math.ceil(_FASTEST_M_S / (dynamics.acceleration_m_s2 * tick_s)) + 1
@@ -289,7 +309,7 @@ def _maps(dynamics: Dynamics, tick_s: float, inner: int, inputs: int) -> _Maps:
 
 
 def _sampled(
-    response: TransferFunction, tick_s: float, inner: int, inputs: int
+    dynamics: Dynamics, tick_s: float, inner: int, inputs: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the state a tick later, (k, k + 1), and the velocity, (k,): see `_Maps`.
 
@@ -297,34 +317,48 @@ def _sampled(
     """
     from scipy.linalg import expm
 
+    response, smoothing_s = dynamics.response, dynamics.smoothing_s
     order = response.order
     lead = response.denominator[0]
     monic = np.array(response.denominator) / lead
     numerator = np.zeros(order + 1)
     numerator[order + 1 - len(response.numerator) :] = np.array(response.numerator) / lead
     direct = float(numerator[0])
-    whole = np.zeros((inner + 1, inner + 1))  # with the reference as last state
-    whole[0, 1 : order + 1], whole[0, inner] = numerator[1:] - direct * monic[1:], direct
+    # with the reference as last state; its mean is one before it
+    mean = inner - 1 if smoothing_s else inner
+    whole = np.zeros((inner + 1, inner + 1))
+    whole[0, 1 : order + 1], whole[0, mean] = numerator[1:] - direct * monic[1:], direct
     if order:
         whole[1, 1 : order + 1] = -monic[1:]
-        whole[1, inner] = 1.0
+        whole[1, mean] = 1.0
         whole[range(2, order + 1), range(1, order)] = 1.0
-    ticks = response.delay_s / tick_s
-    late = math.floor(ticks + _SAME)
-    first_s = max(ticks - late, 0.0) * tick_s
-    before, after = expm(whole * first_s), expm(whole * (tick_s - first_s))
     size = inner + inputs + 1
     tick = np.zeros((size, size + 1))
-    tick[:inner, :inner] = (after @ before)[:inner, :inner]
+    tick[:inner, :inner] = expm(whole * tick_s)[:inner, :inner]
     # references move on by one: that of this tick acts at once where there is no delay
     given = [size, *range(inner, inner + inputs)]
-    tick[:inner, given[late + 1]] += after[:inner, :inner] @ before[:inner, inner]
-    tick[:inner, given[late]] += after[:inner, inner]
     tick[range(inner, inner + inputs), given[:-1]] = 1.0
     tick[-1, [size - 1, size]] = 1.0, tick_s
+    # a mean grows by what enters its time, and falls by what leaves it
+    acting = [(response.delay_s, 1.0)]
+    if smoothing_s:
+        acting = [
+            (response.delay_s, 1.0 / smoothing_s),
+            (response.delay_s + smoothing_s, -1.0 / smoothing_s),
+        ]
+    for delay_s, part in acting:
+        if smoothing_s:
+            whole[mean, inner] = part
+        ticks = delay_s / tick_s
+        late = math.floor(ticks + _SAME)
+        first_s = max(ticks - late, 0.0) * tick_s
+        before, after = expm(whole * first_s), expm(whole * (tick_s - first_s))
+        tick[:inner, given[late + 1]] += after[:inner, :inner] @ before[:inner, inner]
+        tick[:inner, given[late]] += after[:inner, inner]
     velocity = np.zeros(size)
     velocity[:inner] = whole[0, :inner]
-    velocity[inner + late] = direct
+    if not smoothing_s:
+        velocity[inner + math.floor(response.delay_s / tick_s + _SAME)] = direct
     return tick, velocity
 
 

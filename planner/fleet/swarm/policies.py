@@ -34,7 +34,11 @@ class Policy(Protocol):
 
     @property
     def needs_ticks(self) -> bool:
-        """Whether it must be asked every tick; else only where something may change."""
+        """Whether it must be asked every tick; else only where something may change.
+
+        Then what agents do is foreseen for up to eight ticks, four while somebody waits, and is not asked
+        for again before somebody arrives, if all of that leaves every stop free.
+        """
         ...
 
     @property

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from planner.fleet.swarm.clearing import cleared_m_s, clearing, enters
-from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack
+from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack, Motions
 from planner.fleet.swarm.situation import SWING, SwarmSituation, zones_ahead
-from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
+from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs, sizes
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -27,6 +27,10 @@ TICK_S = 0.5
 _STANDS = 0.02
 """An agent stands when it moves no faster than this part of its speed, as legs of a mission end. [-]"""
 _NEAR_GOAL_M = 1e-3
+_SAME_M = 1e-9
+"""Ways that are shorter are none. [m]"""
+_SAME = 1e-9
+"""Commands that differ by less of the speed are the same: nothing changes then for an agent. [-]"""
 _TURN_S = 20.0
 """Agents that wait for each other for so long let another of them go first. [s]"""
 _JAMMED_S = 60.0
@@ -41,8 +45,10 @@ _COMES_ON_M = 1.0
 """Who comes nearer to its goal than ever by so much has come on: legs of a mission end within it. [m]"""
 _MOST_SKIPPED = 32
 """Ticks passed over at once where nothing can change. [-]"""
+_AHEAD_TICKS = (8, 4, 2)
+"""For so many ticks commands are decided at once where all that is foreseen is free. [-]"""
 _SKIPPED_WAITING = 4
-"""The same while somebody waits, whose way may become free. [-]"""
+"""So many at most while somebody waits, whose way may become free. [-]"""
 
 
 class Agent(Value):
@@ -79,6 +85,10 @@ class AgentPhase(IntEnum):
     LANDED = 4
 
 
+# plain integers: members of an enumeration are slow to look up, and every tick does so
+_WAITS, _CLIMBS, _FLIES, _LANDS, _LANDED = map(int, AgentPhase)
+
+
 class Step(Value, eq=False):
     """What all agents do from one moment until another, by commands that do not change in between."""
 
@@ -97,6 +107,34 @@ class Step(Value, eq=False):
     """From where each reports to be to its place, by what nobody knows of. (n, 2) [m]"""
     against_m_s: FloatArray
     """The gusts that each flies against by now. (n, 2) [m s⁻¹]"""
+
+
+class _Decided(NamedTuple):
+    """What agents do in a tick."""
+
+    command_m_s: FloatArray
+    wanted_m_s: FloatArray
+    waits: BoolArray
+    motions: Motions
+    """At its end."""
+
+
+class _Granted(NamedTuple):
+    """Where agents may come, by what was decided last."""
+
+    situation: SwarmSituation
+    command_m_s: FloatArray
+    speed_m_s: FloatArray
+    """No faster until it is decided anew. (n,) [m s⁻¹]"""
+    ticks: int = 1
+    ahead: Capsules | None = None
+    """Of several ticks."""
+
+    @property
+    def zones(self) -> Capsules:
+        if self.ahead is not None:
+            return self.ahead
+        return self.situation.granted_zones(self.command_m_s)
 
 
 class Meter(Protocol):
@@ -141,6 +179,9 @@ class Swarm:
         self._tick = 0
         self._dynamics = DynamicsStack([one.dynamics for one in agents], tick_s)
         self._home_m = np.array([(one.east_m, one.north_m) for one in agents]).reshape(-1, 2)
+        self._nothing, self._nobody = np.zeros((len(agents), 2)), np.zeros(len(agents), np.bool_)
+        for none in (self._nothing, self._nobody):
+            none.flags.writeable = False
         self._speed, self._start_s, self._climb_s, self._landing_s, self._error_m = (
             np.array([getattr(one, name) for one in agents])
             for name in ("speed_m_s", "start_s", "climb_s", "landing_s", "error_m")
@@ -151,6 +192,7 @@ class Swarm:
         self._settle_s = np.array(
             [np.nan if one.settle_s is None else one.settle_s for one in agents]
         )
+        self._settles_late = bool(np.isnan(self._settle_s).any())
         count = len(agents)
         self.flies_s, self.lands_s = np.full(count, np.inf), np.full(count, np.inf)
         """When each was in the plane, and left it again: between ticks, too. (n,) [s]"""
@@ -158,8 +200,11 @@ class Swarm:
         self._rank = np.empty(count, np.intp)
         self._rank[order] = np.arange(count)
         self._motions = self._dynamics.at_rest(self._home_m)
-        self.zones = self._stop_zones()
-        self._phase = np.full(count, AgentPhase.WAITS)
+        self._zones: Capsules | None = None
+        self._granted: _Granted | None = None
+        self._ahead: list[_Decided] = []
+        """Ticks that are decided already, the next one last."""
+        self._phase = np.full(count, _WAITS)
         self._has_reached = np.zeros(count, np.bool_)
         self._ready_s = np.full(count, np.inf)
         """When each has arrived, is up, or is down."""
@@ -193,7 +238,7 @@ class Swarm:
     @property
     def has_landed(self) -> BoolArray:
         """Who is on the ground again. (n,)"""
-        return np.asarray(self._phase == AgentPhase.LANDED)
+        return np.asarray(self._phase == _LANDED)
 
     @property
     def is_over(self) -> bool:
@@ -214,8 +259,7 @@ class Swarm:
     @property
     def disobeys(self) -> BoolArray:
         """Who does not do now what it is told, or late. (n,)"""
-        none = np.zeros(len(self.agents), np.bool_)
-        return none if self._faults is None else self._faults.disobeys(self.time_s)
+        return self._nobody if self._faults is None else self._faults.disobeys(self.time_s)
 
     def stop_ways_m(self) -> FloatArray:
         """Return where agents report to come, told now to stop. (n, samples, 2) [m]"""
@@ -224,27 +268,26 @@ class Swarm:
     @property
     def carried_m(self) -> FloatArray:
         """From where agents report to be to where they are. (n, 2) [m]"""
-        none = np.zeros_like(self._home_m)
-        return none if self._faults is None else self._faults.carried_m
+        return self._nothing if self._faults is None else self._faults.carried_m
 
     @property
     def against_m_s(self) -> FloatArray:
         """The gusts that agents fly against by now. (n, 2) [m s⁻¹]"""
-        none = np.zeros_like(self._home_m)
-        return none if self._faults is None else self._faults.answered_m_s
+        return self._nothing if self._faults is None else self._faults.answered_m_s
 
     @property
     def _is_deaf(self) -> BoolArray:
         """Who keeps its command, whatever it is told. (n,)"""
-        none = np.zeros(len(self.agents), np.bool_)
-        return none if self._faults is None else self._faults.is_deaf(self.time_s)
+        return self._nobody if self._faults is None else self._faults.is_deaf(self.time_s)
 
     def run(self, meter: Meter | None = None) -> Iterator[Step]:
         """Yield what happens, step by step."""
         while True:
-            self._change_phases()
-            if self.is_over:
-                return
+            if not self._ahead or self._has_arrived().any():
+                self._ahead.clear()
+                self._change_phases()
+                if self.is_over:
+                    return
             step = self._next()
             if meter is not None:
                 self._turn_back(meter.take(step))
@@ -254,7 +297,16 @@ class Swarm:
         """Let agents fly home that have to; note who was not on its way home already."""
         early = has_to & ~self._returns & (self._goal_m != self._home_m).any(axis=1)
         self.turns_back_s[early] = self.time_s
+        if (has_to & ~self._returns).any():
+            self._ahead.clear()
         self._returns |= has_to
+
+    @property
+    def zones(self) -> Capsules:
+        """Where each may still come, told now to stop."""
+        if self._zones is None:
+            self._zones = self._stop_zones() if self._granted is None else self._renewed()
+        return self._zones
 
     def _stop_zones(self) -> Capsules:
         ways_m = self._dynamics.ways_m(self._motions)
@@ -265,13 +317,15 @@ class Swarm:
     @property
     def is_there(self) -> BoolArray:
         """Who is in the air, in the way of others. (n,)"""
-        return np.asarray((self._phase != AgentPhase.WAITS) & (self._phase != AgentPhase.LANDED))
+        return np.asarray((self._phase != _WAITS) & (self._phase != _LANDED))
 
     def _next(self) -> Step:
         """Go on by one step."""
+        if self._ahead:
+            return self._fly(self._ahead.pop())
         situation = self._situation()
         wanted = self._wanted(situation)
-        is_led = situation.is_led & (self._phase == AgentPhase.FLIES)
+        is_led = situation.is_led & (self._phase == _FLIES)
         situation = replace(situation, wanted_m_s=wanted, is_led=is_led)
         if self._faults is not None and self._policy.keeps_apart:
             situation = self._faults.evading(situation)
@@ -280,35 +334,85 @@ class Swarm:
         if self._faults is not None:
             command = self._faults.given_m_s(situation, command)
         wants = (wanted != 0.0).any(axis=1)
-        waits = wants & (np.hypot(*command.T) < 0.5 * np.hypot(*wanted.T))
+        waits = wants & (sizes(command) < 0.5 * sizes(wanted))
         ticks = self._ticks_to_skip(command, waits)
+        if ticks > 1:
+            motions = self._dynamics.advanced_evenly(self._motions, ticks)
+        else:
+            motions = self._dynamics.advanced(self._motions, command)
+        decided = _Decided(command, wanted, waits, motions)
+        self._granted = None
+        if self._policy.keeps_apart:
+            self._granted = _Granted(situation, command, sizes(command))
+        if ticks == 1:
+            self._decide_ahead(situation, decided)
+        step = self._fly(decided, ticks)
+        self._take_turns(wants, situation.has_arrived)
+        return step
+
+    def _fly(self, decided: _Decided, ticks: int = 1) -> Step:
+        """Fly what is decided, for some ticks."""
+        command, waits = decided.command_m_s, decided.waits
+        place_m, velocity_m_s = self.places()
         step = Step(
             begin_s=self.time_s,
             end_s=self.time_s + ticks * self._tick_s,
             phase=self._phase.copy(),
-            place_m=situation.place_m + self.carried_m,
-            velocity_m_s=situation.velocity_m_s,
+            place_m=place_m,
+            velocity_m_s=velocity_m_s,
             command_m_s=command,
-            wanted_m_s=wanted,
+            wanted_m_s=decided.wanted_m_s,
             waits=waits,
             carried_m=self.carried_m,
             against_m_s=self.against_m_s,
         )
-        if ticks > 1:
-            self._motions = self._dynamics.advanced_evenly(self._motions, ticks)
-        else:
-            self._motions = self._dynamics.advanced(self._motions, command)
-        self.zones = (
-            self._renewed(situation, command) if self._policy.keeps_apart else self._stop_zones()
-        )
+        self._motions = decided.motions
+        self._zones = None
+        if self._faults is not None:
+            self._zones = self.zones  # by who hears commands now
         self._note_arrivals(command, ticks)
         self._tick += ticks
         if self._faults is not None:
             self._faults.go_on(self.time_s)
         self._command = command
         self._waited_s = np.where(waits, self._waited_s + ticks * self._tick_s, 0.0)
-        self._take_turns(wants, situation.has_arrived)
         return step
+
+    def _decide_ahead(self, situation: SwarmSituation, now: _Decided) -> None:
+        """Decide on ticks to come as on this one, where all that is foreseen in them is free.
+
+        Agents fly on to their goals and stop there; those that stop, wait or go aside do so, until somebody
+        arrives.
+        """
+        moves = np.asarray(now.command_m_s.any(axis=1))
+        leads = moves & (now.command_m_s == now.wanted_m_s).all(axis=1)
+        most = self._calm_ticks(now.waits | moves & ~leads)
+        if most < _AHEAD_TICKS[-1] or (situation.has_arrived & ~moves).any():
+            return
+        commands = self._dynamics.leading_ahead_m_s(
+            now.motions,
+            self._ways_m(now.motions, leads),
+            self._speed,
+            min(most, _AHEAD_TICKS[0]) - 1,
+        )
+        decided = [now]
+        for leading in commands:
+            command = np.where(leads[:, None], leading, now.command_m_s)
+            wanted = np.where(leads[:, None], leading, now.wanted_m_s)
+            motions = self._dynamics.advanced(decided[-1].motions, command)
+            decided.append(_Decided(command, wanted, now.waits, motions))
+        for ticks in _AHEAD_TICKS:
+            if ticks > len(decided):
+                continue
+            flown = [one.motions for one in decided[:ticks]]
+            if self._policy.keeps_apart:
+                zones = situation.zones_ahead(flown, moves)
+                if zones is None:
+                    continue
+                speed_m_s = np.where(moves, self._speed, 0.0)
+                self._granted = _Granted(situation, now.command_m_s, speed_m_s, ticks, zones)
+            self._ahead = decided[ticks - 1 : 0 : -1]
+            return
 
     def _policy_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return what the policy commands, and those that clear the way of another."""
@@ -331,31 +435,35 @@ class Swarm:
         command[enters(situation, command, leader, way)] = 0.0
         return cleared_m_s(situation, command)
 
-    def _renewed(self, situation: SwarmSituation, command: FloatArray) -> Capsules:
+    def _renewed(self) -> Capsules:
         """Return the zones agents are in now.
 
         A capsule about what is left of a way may stick out of the one that was granted, which held the way
         before: where it is then too near to another's, the one granted stays.
         """
-        zones, there = self._stop_zones(), self.is_there
-        kept = np.zeros(len(there), np.bool_)
-        while True:
-            first, second = near_pairs(zones, self._separation_m, there)
+        assert self._granted is not None
+        granted, zones = self._granted, self._stop_zones()
+        situation = granted.situation
+        fastest_m_s = np.maximum(granted.speed_m_s, sizes(situation.velocity_m_s))
+        first, second = situation.touching(fastest_m_s, granted.ticks)
+        kept = np.zeros(len(fastest_m_s), np.bool_)
+        while len(first):
             near = distances_m(zones.select(first), zones.select(second)) < self._separation_m
-            more = np.zeros(len(there), np.bool_)
+            more = np.zeros(len(fastest_m_s), np.bool_)
             more[first[near]] = more[second[near]] = True
             more &= ~kept
             if not more.any():
-                return zones
+                break
             kept |= more
-            zones.put(more, situation.granted_zones(command).select(more))
+            zones.put(more, granted.zones.select(more))
+        return zones
 
     def _note_arrivals(self, command: FloatArray, ticks: int) -> None:
         """Note when agents that came to their goals in this tick will stand there.
 
         A tick flown at a part of the speed stands for so much of it at the speed.
         """
-        flies = self._phase == AgentPhase.FLIES
+        flies = self._phase == _FLIES
         still = flies & (command == 0.0).all(axis=1)
         reached = flies & ~(
             still & self._has_reached
@@ -373,29 +481,28 @@ class Swarm:
 
     def _change_phases(self) -> None:
         ends_s = self.time_s + self._tick_s - 1e-9
-        up = (self._phase == AgentPhase.CLIMBS) & (self._ready_s <= ends_s)
-        self._phase[up] = AgentPhase.FLIES
+        up = (self._phase == _CLIMBS) & (self._ready_s <= ends_s)
+        self._phase[up] = _FLIES
         self.flies_s[up] = self._ready_s[up]
-        down = (self._phase == AgentPhase.LANDS) & (self._ready_s <= self.time_s + 1e-9)
-        self._phase[down] = AgentPhase.LANDED
-        waits = (self._phase == AgentPhase.WAITS) & ~self._is_deaf
+        down = (self._phase == _LANDS) & (self._ready_s <= self.time_s + 1e-9)
+        self._phase[down] = _LANDED
+        waits = (self._phase == _WAITS) & ~self._is_deaf
         ready = np.flatnonzero(waits & (self._start_s <= ends_s))
         for agent in ready[np.argsort(self._rank[ready])].tolist():
             there = np.flatnonzero(self.is_there & self._policy.keeps_apart)
             own = self.zones.select(np.full(len(there), agent))
             if (distances_m(own, self.zones.select(there)) >= self._separation_m).all():
-                self._phase[agent] = AgentPhase.CLIMBS
+                self._phase[agent] = _CLIMBS
                 begins_s = max(float(self._start_s[agent]), self.time_s)
                 self._ready_s[agent] = begins_s + self._climb_s[agent]
                 if self._ready_s[agent] <= ends_s:
-                    self._phase[agent] = AgentPhase.FLIES
+                    self._phase[agent] = _FLIES
                     self.flies_s[agent] = self._ready_s[agent]
 
     def _situation(self) -> SwarmSituation:
         velocity = self._dynamics.velocity_m_s(self._motions)
         rest = self._dynamics.rest_m(self._motions)
-        soon = self._has_reached & (self._ready_s <= self.time_s + self._tick_s - 1e-9)
-        has_arrived = np.where(np.isnan(self._settle_s), self._stands(rest, velocity), soon)
+        has_arrived = self._has_arrived()
         return SwarmSituation(
             time_s=self.time_s,
             tick_s=self._tick_s,
@@ -405,11 +512,11 @@ class Swarm:
             command_m_s=self._command,
             wanted_m_s=np.zeros_like(rest),
             speed_m_s=self._speed,
-            has_arrived=has_arrived & (self._phase == AgentPhase.FLIES),
+            has_arrived=has_arrived,
             rank=self._rank,
             waited_s=self._waited_s,
             is_there=self.is_there,
-            is_led=(self._phase == AgentPhase.FLIES) & ~self._is_deaf,
+            is_led=(self._phase == _FLIES) & ~self._is_deaf,
             is_deaf=self._is_deaf,
             is_evading=np.zeros_like(has_arrived),
             error_m=self._error_m,
@@ -419,13 +526,17 @@ class Swarm:
             motions=self._motions,
         )
 
-    def _stands(self, rest: FloatArray, velocity: FloatArray) -> BoolArray:
-        """Return who stands at its goal, of those that are not known to by the time. (n,)"""
-        with np.errstate(invalid="ignore"):
-            at_goal = np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M
-        slow = np.hypot(*velocity.T) <= _STANDS * self._speed
-        near = np.hypot(*(rest - self._motions.place_m).T) <= _STANDS * self._speed
-        return np.asarray(at_goal & slow & near)
+    def _has_arrived(self) -> BoolArray:
+        """Return who stands at its goal, by the time or, where that does not tell, as it moves. (n,)"""
+        has_arrived = self._has_reached & (self._ready_s <= self.time_s + self._tick_s - 1e-9)
+        if self._settles_late:
+            rest, velocity = self._dynamics.rest_m(self._motions), self.places()[1]
+            with np.errstate(invalid="ignore"):
+                at_goal = sizes(rest - self._goal_m) <= _NEAR_GOAL_M
+            slow = sizes(velocity) <= _STANDS * self._speed
+            near = sizes(rest - self._motions.place_m) <= _STANDS * self._speed
+            has_arrived = np.where(np.isnan(self._settle_s), at_goal & slow & near, has_arrived)
+        return np.asarray(has_arrived & (self._phase == _FLIES))
 
     def _wanted(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities that lead to the goals: as fast as may be, and to rest exactly there.
@@ -438,7 +549,7 @@ class Swarm:
         goal[self._returns] = self._home_m[self._returns]
         goal[at_home & situation.has_arrived] = np.nan
         done = situation.is_led & np.isnan(goal[:, 0])
-        self._phase[done] = AgentPhase.LANDS
+        self._phase[done] = _LANDS
         self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
         self._ready_s[done] = (self.lands_s + self._landing_s)[done]
         # who is held back where it stands has not arrived at the goal after
@@ -447,39 +558,33 @@ class Swarm:
         self._left_m[~is_same] = np.inf
         self._goal_m = goal
         goes = situation.is_led & ~done & ~np.isnan(goal[:, 0])
-        way = np.where(goes[:, None], goal - situation.rest_m, 0.0)
         late_s = np.where(np.isinf(self._ready_s), 0.0, self._ready_s - self.time_s)
         part = 1.0 - np.clip(late_s / self._tick_s, 0.0, 1.0)
-        return self._dynamics.leading_m_s(self._motions, way, part * self._speed)
+        way = self._ways_m(self._motions, goes)
+        found = self._dynamics.leading_m_s(self._motions, way, part * self._speed)
+        is_same = found.any(axis=1) & (sizes(found - self._command) <= _SAME * self._speed)
+        found[is_same] = self._command[is_same]
+        return found
+
+    def _ways_m(self, motions: Motions, goes: BoolArray) -> FloatArray:
+        """Return what is left of the ways of those that go. (n, 2) [m]"""
+        way = np.where(goes[:, None], self._goal_m - self._dynamics.rest_m(motions), 0.0)
+        way[sizes(way) <= _SAME_M] = 0.0
+        return way
 
     def _ticks_to_skip(self, command: FloatArray, waits: BoolArray) -> int:
         """Return for how many ticks nothing can change: nobody comes near another or to its goal."""
-        has_ticks = self._policy.needs_ticks or self._faults is not None or self._leader is not None
-        if has_ticks or not self._dynamics.is_even(self._motions, command):
+        if not self._dynamics.is_even(self._motions, command):
             return 1
         speed = np.hypot(*command.T)
         going = speed > 0.0
-        settles = (self._phase == AgentPhase.FLIES) & ~going & ~waits
+        settles = (self._phase == _FLIES) & ~going & ~waits
         if settles.any() or (np.abs(speed - self._speed)[going] > 1e-9).any():
             return 1
-        ticks = float(_SKIPPED_WAITING if waits.any() else _MOST_SKIPPED)
+        ticks = float(self._calm_ticks(waits))
         rest = self._dynamics.rest_m(self._motions)
         to_goal = np.hypot(*(self._goal_m - rest).T)[going] / (speed[going] * self._tick_s)
         ticks = min(ticks, float(np.min(to_goal, initial=np.inf)) - 1.0)
-        next_s = [
-            limit_s
-            for phase, limit in (
-                (AgentPhase.WAITS, self._start_s),
-                (AgentPhase.CLIMBS, self._ready_s),
-                (AgentPhase.LANDS, self._ready_s),
-            )
-            for limit_s in limit[self._phase == phase].tolist()
-        ]
-        ticks = min([ticks, *((limit_s - self.time_s) / self._tick_s for limit_s in next_s)])
-        changes_s = getattr(self._algorithm, "changes_s", math.inf)
-        if changes_s > self.time_s:
-            ticks = min(ticks, (changes_s - self.time_s) / self._tick_s)
-        ticks = min(ticks, (self._until_s - self.time_s) / self._tick_s)
         if ticks < 2.0:
             return 1
         fast = SWING * float(speed.max(initial=0.0)) * self._tick_s
@@ -494,13 +599,32 @@ class Swarm:
             ticks = min(ticks, float(np.min(room, initial=np.inf)))
         return max(1 << int(math.log2(max(ticks, 1.0))), 1)
 
+    def _calm_ticks(self, waits: BoolArray) -> int:
+        """Return for how many ticks at most nothing begins or ends that is known by its time."""
+        if self._policy.needs_ticks or self._faults is not None or self._leader is not None:
+            return 1
+        is_up = self._phase != _WAITS
+        waits_below = ~is_up & (self._start_s <= self.time_s)
+        ticks = float(_SKIPPED_WAITING if (waits | waits_below).any() else _MOST_SKIPPED)
+        rises = (self._phase == _CLIMBS) | (self._phase == _LANDS)
+        next_s = np.where(
+            rises, self._ready_s, np.where(is_up | waits_below, np.inf, self._start_s)
+        )
+        changes_s = getattr(self._algorithm, "changes_s", math.inf)
+        ends_s = min(
+            float(next_s.min(initial=np.inf)),
+            self._until_s,
+            changes_s if changes_s > self.time_s else math.inf,
+        )
+        return int(max(min(ticks, (ends_s - self.time_s) / self._tick_s), 1.0))
+
     def _take_turns(self, wants: BoolArray, has_arrived: BoolArray) -> None:
         """Let another go first where agents wait for each other; see who cannot go on at all."""
         with np.errstate(invalid="ignore"):  # who lands has no goal
             left_m = np.hypot(*(self._goal_m - self._dynamics.rest_m(self._motions)).T)
             comes_on = wants & (left_m < self._left_m - _COMES_ON_M)
         self._left_m[comes_on] = left_m[comes_on]
-        comes_down = int((self._phase >= AgentPhase.LANDS).sum() + self.has_landed.sum())
+        comes_down = int((self._phase >= _LANDS).sum() + self.has_landed.sum())
         if comes_on.any() or comes_down > self._come_down:
             self._moved_s, self._come_down = self.time_s, comes_down
             self._held[:] = False
@@ -516,12 +640,12 @@ class Swarm:
         self._held |= self.time_s >= self._on_s + _TURN_S
         self._choose_leader(wants, has_arrived, left_m)
         if wants.any() and self.time_s >= self._moved_s + _STUCK_S:
-            held = np.flatnonzero(self._held & (self._phase == AgentPhase.FLIES)).tolist()
+            held = np.flatnonzero(self._held & (self._phase == _FLIES)).tolist()
             self.deadlock = tuple(self.agents[row].name for row in held)
 
     def _choose_leader(self, wants: BoolArray, has_arrived: BoolArray, left_m: FloatArray) -> None:
         """Let one lead of those that do not come on: who has not led for longest, the nearest first."""
-        leader, leads = self._leader, (self._phase == AgentPhase.FLIES) & ~has_arrived
+        leader, leads = self._leader, (self._phase == _FLIES) & ~has_arrived
         if leader is not None and leads[leader] and self.time_s < self._led_s[leader] + _LEADS_S:
             return
         self._leader = None

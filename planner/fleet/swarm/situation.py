@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs
+from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs, sizes
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.arrays import BoolArray, FloatArray, IndexArray, IntArray
     from planner.fleet.swarm.dynamics import DynamicsStack, Motions
 
@@ -93,24 +95,56 @@ class SwarmSituation(Value, eq=False, dict=True):
         no nearer.
         """
         command_m_s = np.where(self.is_deaf[:, None], self.command_m_s, command_m_s)
-        pairs = self._near_pairs(ticks)
+        pairs = self.touching(sizes(command_m_s), ticks)
         if not len(pairs[0]):
             return np.ones(len(self.rank), np.bool_)
         after = self.granted_zones(command_m_s, ticks)
         rank = np.where(self.is_deaf, -1, self.rank)
         return _granted(self.zones, after, pairs, rank, self.separation_m) | self.is_deaf
 
+    def zones_ahead(self, flown: Sequence[Motions], moves: BoolArray) -> Capsules | None:
+        """Return where agents may come by motions of ticks to come, told to stop after them.
+
+        Of those that do not move, where they may come already.  ``None``: some may come too near to
+        others, and have to be asked for sooner.
+        """
+        passed = [one.place_m[:, None] for one in (self.motions, *flown[:-1])]
+        ways_m = np.concatenate((*passed, self.dynamics.ways_m(flown[-1])), axis=1)
+        after = capsules_about(ways_m, self.velocity_m_s, more_m=self.error_m)
+        after.put(~moves, self.zones.select(~moves))
+        pairs = self.touching(np.where(moves, self.speed_m_s, 0.0), len(flown))
+        first, second = (after.select(rows) for rows in pairs)
+        return after if (distances_m(first, second) >= self.separation_m).all() else None
+
+    def touching(self, speed_m_s: FloatArray, ticks: int = 1) -> tuple[IndexArray, IndexArray]:
+        """Return pairs whose zones may come too near to each other within some ticks.
+
+        At speeds (n,) [m s⁻¹]: those that stop stay within the zones they are in.
+        """
+        first, second, room_m = self._near(ticks)
+        if self.is_deaf.any():  # the way ahead of those swings farther
+            return first, second
+        # ends of a way and its bend swing alike
+        swing_m = 2.0 * SWING * ticks * self.tick_s * speed_m_s
+        kept = room_m < swing_m[first] + swing_m[second]
+        return first[kept], second[kept]
+
     @cached_property
-    def _pairs(self) -> dict[int, tuple[IndexArray, IndexArray]]:
+    def _found(self) -> dict[int, tuple[IndexArray, IndexArray, FloatArray]]:
         """Those that are near, by the ticks within which they may meet: policies ask several times."""
         return {}
 
-    def _near_pairs(self, ticks: int) -> tuple[IndexArray, IndexArray]:
-        if ticks not in self._pairs:
+    def _near(self, ticks: int) -> tuple[IndexArray, IndexArray, FloatArray]:
+        """Return pairs that may meet within some ticks, and the room between their zones. [m]"""
+        most = max(self._found, default=0)
+        if ticks > most:
+            most = ticks
             further_m = SWING * ticks * self.tick_s * float(self.speed_m_s.max(initial=0.0))
             reach_m = self.separation_m + 2.0 * further_m
-            self._pairs[ticks] = near_pairs(self.zones, reach_m, self.is_there)
-        return self._pairs[ticks]
+            first, second = near_pairs(self.zones, reach_m, self.is_there)
+            apart_m = distances_m(self.zones.select(first), self.zones.select(second))
+            self._found[ticks] = first, second, apart_m - self.separation_m
+        return self._found[most]
 
 
 def zones_ahead(

@@ -17,7 +17,6 @@ _TREE_FROM = 150
 _STILL_M = 1e-9
 _SAME_M = 1e-6
 """Ways that differ by less are as short. [m]"""
-_ENDS = ("begin_m", "end_m")
 
 
 class Capsules(Columns, eq=False):
@@ -39,6 +38,11 @@ class Capsules(Columns, eq=False):
 def in_plane(places_m: FloatArray) -> ComplexArray:
     """Return east and north (…, 2) as one complex number each, (…): a turn is then a product."""
     return np.ascontiguousarray(places_m, np.float64).view(np.complex128)[..., 0]
+
+
+def sizes(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of vectors. (n, 2), (n,)"""
+    return np.asarray(np.abs(in_plane(vectors)))
 
 
 def _east_north(places_m: ComplexArray) -> FloatArray:
@@ -103,8 +107,8 @@ def _ways_to_lines(first: Capsules, second: Capsules) -> ComplexArray:
 
     Lines that cross are no way apart.
     """
-    ends = np.array([in_plane(getattr(one, name)) for one in (first, second) for name in _ENDS])
-    lines = np.diff(ends, axis=0)[::2]
+    ends = in_plane(np.array((first.begin_m, first.end_m, second.begin_m, second.end_m)))
+    lines = ends[1::2] - ends[::2]
     along = lines[[1, 1, 0, 0]]  # each end against the other line
     to = ends - ends[[2, 2, 0, 0]]
     turned = to * along.conj()
