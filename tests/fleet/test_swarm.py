@@ -116,32 +116,30 @@ def test_a_search_ends_when_it_is_to_end(ends_s: float) -> None:
     assert next(one.begin_s for one, way in zip(steps, ways, strict=True) if way > 0.0) == ends_s
 
 
-class Asked(StopInTime):
-    """``stop`` that counts how often it is asked; every tick, or where something may change."""
+class Asked:
+    """``stop`` that counts how often it is asked: every tick, or where something may change."""
 
-    every_tick: bool
-    times: list[float]
+    keeps_apart = True
 
-    @property
-    def needs_ticks(self) -> bool:  # type: ignore[override]
-        return self.every_tick
+    def __init__(self, *, needs_ticks: bool) -> None:
+        self.needs_ticks, self.times = needs_ticks, 0
 
     def commands_m_s(self, situation: SwarmSituation) -> np.ndarray:
-        self.times.append(situation.time_s)
-        return super().commands_m_s(situation)
+        self.times += 1
+        return StopInTime().commands_m_s(situation)
 
 
 def test_what_is_foreseen_is_flown_as_if_asked_every_tick() -> None:
     """Nobody waits for another: ticks decided ahead are those decided one by one."""
     ways = [np.array([(0.0, 300.0), (200.0, 300.0)]), np.array([(500.0, 90.0), (300.0, 0.0)])]
     flown, asked = [], []
-    for every_tick in (True, False):
-        policy = Asked(every_tick=every_tick, times=[])
+    for needs_ticks in (True, False):
+        policy = Asked(needs_ticks=needs_ticks)
         agents = [agent("a", 0.0, 0.0), agent("b", 500.0, 0.0, speed_m_s=8.0)]
         swarm = Swarm(agents, Waypoints(ways), policy, separation_m=SEPARATION_M, until_s=600.0)
         steps = [*swarm.run()]
         flown.append({one.begin_s: one.place_m for one in steps})
-        asked.append(len(policy.times))
+        asked.append(policy.times)
         assert swarm.has_landed.all()
     same = sorted(set(flown[0]) & set(flown[1]))
     assert len(same) > 50
