@@ -16,7 +16,7 @@ from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
-from planner.fleet.swarm.faults import SwarmFaults
+from planner.fleet.swarm.faults import SwarmFaults, gust_m_s
 from planner.fleet.swarm.flights import BRAKE, Record, agent_flight, first_landing, flight_states
 from planner.fleet.swarm.policies import POLICIES
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
@@ -69,6 +69,10 @@ _UNSEEN = 1e-3
 _HOUR_S = 3600.0
 _BATTERY_S = 10.0
 """How often an agent asks whether its battery still brings it home. [s]"""
+_GUSTS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+"""Sizes of gusts whose power is known, in standard deviations. [-]"""
+_EXPECTED = 1
+"""Of those, what an agent expects on its way home: no less than what gusts take on average. [-]"""
 _TURNS = 5.0
 """Ways of a stop that turning home and coming to rest there take the time of: each of the two stops lasts as
 long as twice its way, evenly braked, and the first leads away from home. [-]"""
@@ -149,6 +153,17 @@ SWARM_GUSTS = Rule(
     "highest speed of its [valid_for] or above: whether it holds its place then nobody has seen.",
     fix="give a model with an airspeed term, identified up to such speeds, or simulate less wind",
     instead="a model with an airspeed term",
+)
+
+SWARM_TURNED_BACK = Rule(
+    "S141 swarm-turned-back",
+    Severity.WARNING,
+    summary="An agent of a simulated swarm flies home for its battery before it is done.",
+    why="What it was to do is left undone, though it lands above its reserve.",
+    how="Every 10 s each agent holds what is left above its reserve against its way home, its stops and its "
+    "landing, in the wind and the gusts it expects, and after those that land beside it.",
+    fix="give it a larger pack or less to do, or fly more agents",
+    instead="a larger pack, or more agents",
 )
 
 SWARM_UNCHECKED = Rule(
@@ -352,6 +367,7 @@ def simulate_fleet(
             seed=seed,
         )
     drops = [drop_of(fleet, one.name) for one in agents]
+    gusts_m_s = [_gusts_of_m_s(moving, one.name, task.height_m) for one in agents]
     swarm = Swarm(
         agents,
         _algorithm(task, frame, agents, seed) if algorithm is None else algorithm,
@@ -360,10 +376,11 @@ def simulate_fleet(
         until_s=_HOUR_S if until_s is None else until_s,
         faults=faults,
     )
+    batteries = _Batteries(bodies, drops, separation_m, gusts_m_s=gusts_m_s, errors_m=swarm.error_m)
     steps: list[Step] = []
     is_cut_short = False
     try:
-        for step in swarm.run(_Batteries(bodies, drops, separation_m)):
+        for step in swarm.run(batteries):
             steps.append(step)
             if on_step is not None:
                 on_step(f"{quantity.duration(step.end_s)} simulated")
@@ -413,6 +430,16 @@ def simulate_fleet(
         faults=report,
         is_cut_short=is_cut_short,
     )
+
+
+def _gusts_of_m_s(faults: Sequence[Fault], vehicle: str, height_m: float) -> float:
+    """Return the standard deviation of the gusts that a vehicle is to meet; the last such fault counts."""
+    winds = [
+        one.wind_m_s
+        for one in faults
+        if one.kind is FaultKind.GUSTS and one.vehicle in {None, vehicle}
+    ]
+    return gust_m_s(winds[-1] or 0.0, height_m)[0] if winds else 0.0
 
 
 def _simulate_missions(
@@ -680,21 +707,29 @@ class _Batteries:
     """What agents know of their batteries: who has to fly home now.
 
     Each counts its own energy as it goes, by the more of hovering and flying level, and every braking from
-    the speed commanded before; the energy of its flight is predicted from the whole of it afterwards.  Its
+    the speed commanded before, into the gusts it meets; the energy of its flight is predicted from the
+    whole of it afterwards.  On its way home it expects gusts of their standard deviation all along.  Its
     way home is as long as it would be alone, and as others in the air take to land beside it before: those
     whose pads are as near to its own as their stop zones reach.
     """
 
     def __init__(
-        self, bodies: Sequence[_Body], drops: Sequence[Fault | None], separation_m: float
+        self,
+        bodies: Sequence[_Body],
+        drops: Sequence[Fault | None],
+        separation_m: float,
+        *,
+        gusts_m_s: Sequence[float],
+        errors_m: Sequence[float] | FloatArray,
     ) -> None:
         self._home_m = np.array([(one.agent.east_m, one.agent.north_m) for one in bodies])
         self._speed = np.array([one.agent.speed_m_s for one in bodies])
-        figures = [_figures(one) for one in bodies]
+        figures = [_figures(one, gust_m_s) for one, gust_m_s in zip(bodies, gusts_m_s, strict=True)]
         self._left_wh, self._power_w, self._brake_wh, self._landing_wh = (
             np.array([getattr(one, name) for one in figures])
             for name in ("left_wh", "power_w", "brake_wh", "landing_wh")
         )
+        self._gusts_m_s = np.array(gusts_m_s)
         self._drops = [
             (row, drop.at_s, (drop.charge_left or 0.0) * one.usable_wh - one.reserve_wh)
             for row, (drop, one) in enumerate(zip(drops, figures, strict=True))
@@ -702,7 +737,9 @@ class _Batteries:
         ]
         self._landing_s = np.array([one.agent.landing_s for one in bodies])
         self._stop_m = np.array([one.stop_m for one in bodies])
-        pads = Capsules(begin_m=self._home_m, end_m=self._home_m, radius_m=self._stop_m)
+        pads = Capsules(
+            begin_m=self._home_m, end_m=self._home_m, radius_m=self._stop_m + np.array(errors_m)
+        )
         self._beside = near_pairs(pads, separation_m)
         self._asked_s = 0.0
         self._was_braking = np.zeros(len(bodies), np.bool_)
@@ -716,8 +753,14 @@ class _Batteries:
         state = flight_states(step.velocity_m_s, step.command_m_s, self._speed)
         brakes = flies & (state == BRAKE)
         begins = brakes & ~self._was_braking
+        power_w = self._power_w[:, 0]
+        if self._gusts_m_s.any():
+            met = np.hypot(*step.against_m_s.T) / np.maximum(self._gusts_m_s, 1e-9)
+            power_w = np.array(
+                [np.interp(one, _GUSTS, row) for one, row in zip(met, self._power_w, strict=True)]
+            )
         self._left_wh = self._left_wh - np.where(
-            flies, self._power_w * (step.end_s - step.begin_s) / JOULES_PER_WATT_HOUR, 0.0
+            flies, power_w * (step.end_s - step.begin_s) / JOULES_PER_WATT_HOUR, 0.0
         )
         before = self._asked_m_s.max(axis=0) / self._speed
         self._left_wh = self._left_wh - np.where(begins, before * self._brake_wh, 0.0)
@@ -734,7 +777,7 @@ class _Batteries:
             needed_wh = (
                 self._landing_wh
                 + 2.0 * self._brake_wh
-                + self._power_w * home_s / JOULES_PER_WATT_HOUR
+                + self._power_w[:, _EXPECTED] * home_s / JOULES_PER_WATT_HOUR
             )
             self._returns = self._returns | (flies & (self._left_wh < needed_wh))
         return self._returns
@@ -756,7 +799,8 @@ class _Figures(NamedTuple):
 
     left_wh: float = math.inf
     """For its level flight, above the reserve. [Wh]"""
-    power_w: float = 0.0
+    power_w: Sequence[float] = (0.0,) * len(_GUSTS)
+    """At level flight in gusts of `_GUSTS`. [W]"""
     brake_wh: float = 0.0
     """Of one braking. [Wh]"""
     landing_wh: float = 0.0
@@ -765,14 +809,19 @@ class _Figures(NamedTuple):
     reserve_wh: float = 0.0
 
 
-def _figures(body: _Body) -> _Figures:
+def _figures(body: _Body, gusts_m_s: float) -> _Figures:
     flight, setup = body.vertical, body.setup
     segments = wh_from_j(flight.segment_energy_j)
     lands = first_landing(flight.motion)
     budget = flight_battery(flight, setup).budget
     if budget is None:
         return _Figures()
-    power_w = max(_level_power_w(body, 0.0), _level_power_w(body, body.agent.speed_m_s))
+    speeds_m_s = (0.0, body.agent.speed_m_s)
+    powers = [
+        [_level_power_w(body, one, part * gusts_m_s) for one in speeds_m_s] for part in _GUSTS
+    ]
+    # a weaker gust takes as much where a stronger one takes less
+    power_w = np.maximum.accumulate(np.max(powers, axis=1)).tolist()
     brake = setup.vehicle.responses.brake_power
     brake_wh = 0.0
     if brake is not None:
@@ -788,8 +837,8 @@ def _figures(body: _Body) -> _Figures:
     )
 
 
-def _level_power_w(body: _Body, speed_m_s: float) -> float:
-    """Return the power of steady level flight in the plane, into the wind. [W]"""
+def _level_power_w(body: _Body, speed_m_s: float, gust_m_s: float) -> float:
+    """Return the power of steady level flight in the plane, into the wind and a gust. [W]"""
     from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 
     wind = body.setup.wind
@@ -799,7 +848,7 @@ def _level_power_w(body: _Body, speed_m_s: float) -> float:
     one = np.ones(1)
     state = KinematicState.of(
         (0.0 * one, 0.0 * one, body.height_m * one),
-        (speed_m_s * unit[0] * one, speed_m_s * unit[1] * one, 0.0 * one),
+        (*((speed_m_s + gust_m_s) * axis * one for axis in unit), 0.0 * one),
     )
     kind = np.array([STATE_INDEX[FlightState.CRUISE if speed_m_s else FlightState.HOVER]])
     return float(body.vertical.power.power_w(state, kind, np.array([speed_m_s]))[0])
@@ -876,6 +925,11 @@ def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
     for one in flown:
         if not one.has_landed:
             yield SWARM_UNFINISHED.finding(f"{one.name} has not landed")
+        if one.turned_back_s is not None:
+            yield SWARM_TURNED_BACK.finding(
+                f"{one.name} flies home for its battery from {quantity.clock(one.turned_back_s)} on, before "
+                "it is done"
+            )
         if one.battery is None:
             yield SWARM_ENERGY.finding(f"{one.name}: its power or its battery is not known")
         elif one.battery.margin_wh < 0.0:

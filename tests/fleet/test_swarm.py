@@ -362,6 +362,24 @@ def test_agents_fly_home_while_their_batteries_bring_them_there(amp_hours: float
     assert "S137" in {one.code for one in flown.findings}
 
 
+def test_agents_in_gusts_fly_home_sooner_and_still_above_their_reserves() -> None:
+    """At 10 m/s gusts of a wind of 12 m/s take more of its power: it keeps more for its way home."""
+    packs = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "1.0Ah@14.8V"\ncount = 1\n'
+    tables = search(agents=1, packs=packs).replace(MODEL, "arducopter-sitl-quad")
+    turned_s = []
+    for fault in ("", '[fault.f]\nkind = "gusts"\nwind_m_s = 12.0\n'):
+        flown = simulated(tables, fault, policy="stop")
+        [one] = flown.agents
+        assert one.has_landed
+        assert one.battery is not None
+        assert one.battery.margin_wh >= 0.0
+        assert one.turned_back_s is not None
+        assert "S141" in {found.code for found in flown.findings}
+        turned_s.append(one.turned_back_s)
+    # it asks every 10 s
+    assert turned_s[1] < turned_s[0] - 5.0
+
+
 class HeldAtFirst:
     """A policy that holds everyone back for a minute where it first arrives."""
 

@@ -267,6 +267,11 @@ def gusts(wind_m_s: float, model: str = MODEL) -> tuple[Finding, ...]:
     return simulated(formation(20.0).replace(MODEL, model), fault, policy="none").findings
 
 
+def turned(energy_wh: float) -> tuple[Finding, ...]:
+    """The same on packs of so much: it takes 2.9 Wh, a fifth stays, and two stops and 10 s are kept."""
+    return simulated(formation(20.0, two_packs(energy_wh)), policy="none").findings
+
+
 def two_packs(energy_wh: float) -> str:
     """Two packs of so much energy each, of which a fifth stays."""
     return f'{SWAP}[pack.P]\nbattery = "{energy_wh!r}Wh"\ncount = 2\n'
@@ -414,6 +419,9 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: gusts(0.5),
         boundary=lambda: gusts(0.5, "arducopter-sitl-quad"),
         silent=lambda: gusts(0.0),
+    ),
+    "S141": RuleCases(
+        fires=lambda: turned(4.5), boundary=lambda: turned(5.5), silent=lambda: turned(20.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

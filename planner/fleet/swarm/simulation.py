@@ -257,6 +257,11 @@ class Swarm:
         return self._policy.keeps_apart
 
     @property
+    def error_m(self) -> FloatArray:
+        """How far each may be from where it reports to be, by likely gusts too. (n,) [m]"""
+        return self._error_m
+
+    @property
     def disobeys(self) -> BoolArray:
         """Who does not do now what it is told, or late. (n,)"""
         return self._nobody if self._faults is None else self._faults.disobeys(self.time_s)
