@@ -140,6 +140,11 @@ def states_text(energy_by_state_wh: Mapping[str, float]) -> str:
     )
 
 
+def reached_text(fraction: float) -> str:
+    """Return how much of a goal is reached: nothing that is missing is rounded away."""
+    return quantity.beside(fraction, 1.0, quantity.percent)
+
+
 def goal_text(result: SwarmResult) -> str:
     """Return how much of the goal is reached, and when parts of it were."""
     goal = result.goal
@@ -149,7 +154,7 @@ def goal_text(result: SwarmResult) -> str:
         for time_s in [goal.time_to_s(fraction)]
         if time_s is not None
     ]
-    reached = quantity.beside(goal.fraction, 1.0, quantity.percent)
+    reached = reached_text(goal.fraction)
     return f"{reached} of the {goal.what}; {', '.join(times) or 'never half of it'}"
 
 

@@ -922,9 +922,11 @@ def _too_near_text(near: Approach, required_m: float) -> str:
 
 def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
     """Yield what is found of each agent by itself."""
+    up = [one.name for one in flown if not one.has_landed]
+    if up:
+        verb = "has" if len(up) == 1 else "have"
+        yield SWARM_UNFINISHED.finding(f"{', '.join(up)} {verb} not landed")
     for one in flown:
-        if not one.has_landed:
-            yield SWARM_UNFINISHED.finding(f"{one.name} has not landed")
         if one.turned_back_s is not None:
             yield SWARM_TURNED_BACK.finding(
                 f"{one.name} flies home for its battery from {quantity.clock(one.turned_back_s)} on, before "

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from datetime import UTC, datetime
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +19,7 @@ from planner.report.plots.swarm import make_swarm_tables, thinned_timeline
 from planner.report.swarm import numbers_json, swarm_json
 from planner.service.swarm_agents import NumbersLimits, simulate_numbers
 from planner.service.swarm_timeline import swarm_timeline
+from planner.values import replace
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,6 +72,16 @@ def test_the_page_has_the_numbers_of_the_json_and_moves_every_agent(
     assert sheets(browser) <= 3
     opened(browser, address, scheme="dark", width=PHONE_PX)
     assert browser.execute_script("return document.documentElement.scrollWidth") <= PHONE_PX
+    # at the start agents stand on pads of their names, 30 m apart
+    boxes = browser.execute_script(
+        "return [...document.querySelectorAll('[data-chart=map] svg text')]"
+        ".filter((one) => /^v\\d$/.test(one.textContent)).map((one) => one.getBoundingClientRect())"
+    )
+    assert len(boxes) >= 4  # of them two in the legend
+    for one, other in combinations(boxes, 2):
+        beside = one["right"] <= other["left"] + 1 or other["right"] <= one["left"] + 1
+        above = one["bottom"] <= other["top"] + 6 or other["bottom"] <= one["top"] + 6
+        assert beside or above
 
 
 @NEEDS_BROWSER
@@ -82,6 +95,14 @@ def test_the_page_of_numbers_has_those_of_its_json(browser: Chrome, folder: Path
     document = json.loads(numbers_json(numbers, version="1"))
     for path, value, _ in shown(browser):
         assert float(value) == at(document, path), path
+    never = replace(numbers.runs[0], seed=1, time_to_90_s=math.inf)  # its number has no mean
+    page.write_text(
+        numbers_html(replace(numbers, runs=(*numbers.runs, never)), version="1", made_at=NOW),
+        encoding="utf-8",
+    )
+    opened(browser, page.as_uri())
+    assert "NaN" not in browser.find_element("css selector", "body").text
+    opened(browser, page.as_uri(), width=PHONE_PX)
     assert "fewest in time, least energy" in browser.find_element("css selector", ".numbers").text
     assert browser.execute_script("return document.documentElement.scrollWidth") <= PHONE_PX
     assert messages(browser) == []

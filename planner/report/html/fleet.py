@@ -199,7 +199,7 @@ def _vehicle_layers(spec: dict[str, Any], tables: FleetTables) -> list[dict[str,
         }
         for name, mark, encoding in (
             ("vehicle", {**point, "stroke": "currentColor"}, {"color": colour}),
-            ("vehicle_name", text, {"text": {"field": "vehicle", "type": "nominal"}}),
+            ("vehicle_name", text, {"text": {"field": "name", "type": "nominal"}}),
         )
     ]
 

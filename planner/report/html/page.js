@@ -343,7 +343,29 @@
 
     async draw() {
       await super.draw();
+      if (this.views.map) this.views.map.addSignalListener("view_east_m", () => this.look(this.time));
       this.look(this.time);
+    }
+
+    // Names that have room on the map, of vehicles beside them and of pads below: the table has them all.
+    name(vehicles) {
+      const view = this.views.map;
+      const [x, y] = ["x", "y"].map((axis) => view.scale(axis));
+      const dots = vehicles.map((one) => ({ one, box: [x(one.east_m) - 7, y(one.north_m) - 7, x(one.east_m) + 7, y(one.north_m) + 7] }));
+      const taken = [];
+      const fits = (box, one) => [...taken, ...dots].every((other) => other.one === one
+        || box[0] >= other.box[2] || box[2] <= other.box[0] || box[1] >= other.box[3] || box[3] <= other.box[1]);
+      const placed = (one, text, left, top) => {
+        const box = [left, top, left + 6.5 * text.length, top + 12];
+        if (!fits(box, one)) return "";
+        taken.push({ box });
+        return text;
+      };
+      for (const one of vehicles) one.name = placed(one, one.vehicle, x(one.east_m) + 11, y(one.north_m) - 6);
+      // new rows: copies would have the marks by which Vega knows the old ones
+      const pads = this.tables.pads.map(({ name, east_m, north_m }) => ({ east_m, north_m,
+        name: placed(null, name, x(east_m) - 8 - 6.5 * name.length, y(north_m) + 2) }));
+      view.data("pads", pads);
     }
 
     toggle() {
@@ -398,6 +420,7 @@
       this.time = time;
       const seconds = time * 60;
       const vehicles = [...this.tracks.keys()].map((vehicle) => this.where(vehicle, seconds));
+      if (this.views.map) this.name(vehicles);
       const runs = Object.entries(this.views).map(([name, view]) => {
         if (name === "map" && this.tables.seen) view.signal("now_min", time);
         return view.data(name === "map" ? "vehicles" : "cursor", name === "map" ? vehicles : [{ time_min: time }]).runAsync();

@@ -25,6 +25,7 @@ from planner.report.swarm import (
     numbers_note,
     others_text,
     outcome_text,
+    reached_text,
     swarm_document,
     swarm_headline,
 )
@@ -56,7 +57,7 @@ _TITLES = {
 _CARDS: tuple[tuple[str, str, Shown], ...] = (
     ("totals.makespan_s", "Makespan", quantity.duration),
     ("totals.energy_wh", "Energy", quantity.energy),
-    ("goal.fraction", "Goal reached", quantity.percent),
+    ("goal.fraction", "Goal reached", reached_text),
     ("goal.time_to_90_s", "90 % of the goal after", quantity.duration),
     ("totals.stops", "Stops for others", "{:.0f}".format),
     ("totals.waited_s", "Waiting", quantity.duration),

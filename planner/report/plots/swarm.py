@@ -179,6 +179,7 @@ def numbers_panels(numbers: SwarmNumbers) -> dict[str, Chart]:
 def _numbers_panel(numbers: SwarmNumbers, key: str, title: str, unit: float) -> Chart:
     alt = load_altair()
     rows: list[Row] = []
+    highest = 0.0
     for row in numbers.rows:
         figure, mark = getattr(row, key), ", ".join(numbers.marks(row))
         known = {
@@ -187,22 +188,28 @@ def _numbers_panel(numbers: SwarmNumbers, key: str, title: str, unit: float) -> 
             for value in [getattr(figure, name)]
             if math.isfinite(value)
         }
-        top = max(known.values(), default=None)
+        highest = max(highest, *known.values(), 0.0)
+        # where a run never got there, there is no mean
+        top = max(known.values()) if "mean" in known else None
         rows.append({"agents": row.agents, "mark": mark or "possible", "top": top, **known})
     found = [*dict.fromkeys(str(row["mark"]) for row in rows)]
     colours = [
         _MARKS.get(mark.split(", ")[0], SKY if mark == "possible" else GREY) for mark in found
     ]
     colour = alt.Color("mark:N").title(None).scale(domain=found, range=colours)
-    x = alt.X("agents:O").title("Agents").axis(labelAngle=0)
-    y = alt.Y("mean:Q").title(title).scale(zero=True)
+    numbers_of = [row.agents for row in numbers.rows]
+    x = alt.X("agents:O").title("Agents").axis(labelAngle=0).scale(domain=numbers_of)
+    # room for the figure on the highest
+    y = alt.Y("mean:Q").title(title).scale(domain=[0.0, 1.1 * highest or 1.0])
     chart = alt.Chart(alt.InlineData(values=rows)).encode(x=x)
     layers = [
         chart.mark_bar(width={"band": 0.6}).encode(y=y, color=colour),
-        chart.mark_rule(strokeWidth=2).encode(y=alt.Y("p10:Q"), y2=alt.Y2("p90:Q")),
-        chart.mark_text(baseline="bottom", dy=-3).encode(
-            y=alt.Y("top:Q"), text=alt.Text("mean:Q", format=".1f")
-        ),
+        chart.transform_filter("isValid(datum.p90)")
+        .mark_rule(strokeWidth=2)
+        .encode(y=alt.Y("p10:Q"), y2=alt.Y2("p90:Q")),
+        chart.transform_filter("isValid(datum.top)")
+        .mark_text(baseline="bottom", dy=-3)
+        .encode(y=alt.Y("top:Q"), text=alt.Text("mean:Q", format=".1f")),
     ]
     return alt.layer(*layers).properties(
         width=WIDTH // 2, height=HEIGHT, description=f"{title} against the number of agents"
