@@ -83,7 +83,7 @@ def test_two_head_on_are_told_the_same_whatever_the_last_bit_of_the_time_of_thei
     def nudged(response: ManoeuvreResponse) -> object:
         found = answer(response)
         off_s = ulps * np.spacing(found.stop_s)
-        return found._replace(reached_s=found.reached_s + off_s, stop_s=found.stop_s + off_s)
+        return replace(found, reached_s=found.reached_s + off_s, stop_s=found.stop_s + off_s)
 
     monkeypatch.setattr(steps, "_speed_answer", nudged)
     between_m = command_m - 2.0 * STOP_M
