@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    QUADRATURE_WEIGHTS,
-    STATE_INDEX,
-    FlightState,
-    KinematicState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.prediction import ItemArrival
 from planner.mission.commands import command_name
 from planner.quantity import mean_of
@@ -23,7 +18,6 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Motion
-    from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import FlownReturns
     from planner.mission.items import Mission
@@ -266,29 +260,29 @@ def predict_discharge(
         Temperature of the battery. [°C]
     """
     circuit = battery.circuit(temperature_c)
-    motion, node_w = flight.motion, flight.node_power_w
-    if circuit is None or not len(node_w):
+    motion = flight.motion
+    if circuit is None or not len(motion.piece_segment):
         return None
-    mean_w = node_w @ QUADRATURE_WEIGHTS
-    variance_w2 = np.square(node_w - mean_w[:, None]) @ QUADRATURE_WEIGHTS
+    loads = flight.loads
     left = circuit.state_of_charge_after(
-        mean_w, variance_w2, motion.piece_duration_s, from_soc=charge
+        loads.mean_w, loads.variance_w2, motion.piece_duration_s, from_soc=charge
     )
     # The charge at the end of a piece is its lowest: what the peak of the piece meets is no less.
     open_v = circuit.open_circuit_v(left)
-    peak_w = node_w.max(axis=1)
+    peak_w = loads.peak_w
     peak_v = circuit.loaded_v(open_v, peak_w)
     lowest, strongest = int(np.argmin(peak_v)), int(np.argmax(peak_w / peak_v))
 
     count = len(motion.segments.item)
     last = np.searchsorted(motion.piece_segment, np.arange(count), side="right") - 1
-    end_v = circuit.loaded_v(open_v[last], node_w[last, -1])
+    end_w = loads.end_w[last]
+    end_v = circuit.loaded_v(open_v[last], end_w)
     used_w = flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0
     empty = circuit.empty_state_of_charge(used_w, battery.cutoff_voltage_v or 0.0)
     return Discharge(
         state_of_charge=left[last],
         voltage_v=end_v,
-        current_a=node_w[last, -1] / end_v,
+        current_a=end_w / end_v,
         lowest_voltage_v=float(peak_v[lowest]),
         lowest_voltage_segment=int(motion.piece_segment[lowest]),
         can_deliver=bool((open_v * open_v >= 4.0 * circuit.resistance_ohm * peak_w).all()),
@@ -331,7 +325,7 @@ def flight_battery(flight: Flight, setup: Setup) -> FlightBattery:
         pack,
         charge=charge,
         reserve=reserve if isinstance(reserve, Reserve) else Reserve(fraction=float(reserve)),
-        hover_power_w=hover_near_home_w(flight.power),
+        hover_power_w=flight.hover_near_home_w,
         discharge=discharge,
     )
     return FlightBattery(pack=pack, discharge=discharge, totals=totals, budget=budget)
@@ -355,49 +349,16 @@ def predict_return_discharge(
     circuit = battery.circuit(battery_temperature_c(setup, flight))
     if circuit is None:
         return None
-    points, motion, node_w = returns.points, returns.flight.motion, returns.flight.node_power_w
+    points, loads = returns.points, returns.loads
     soc = np.concatenate(([mean_of(setup.charge)], discharge.state_of_charge))
     before, after = soc[points.segment], soc[points.segment + 1]
     begun = before + points.fraction * (after - before)
-    # A row of loads for each point: its stop, then the parts of its return.
-    order = np.argsort(returns.piece_point, kind="stable")
-    row = returns.piece_point[order]
-    count = np.bincount(row, minlength=len(begun))
-    column = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 1
-    loads = np.zeros((5, len(begun), int(count.max()) + 1))
-    mean_w, variance_w2, duration_s, peak_w, end_w = loads
-    own_w = node_w @ QUADRATURE_WEIGHTS
-    mean_w[row, column] = own_w[order]
-    variance_w2[row, column] = (np.square(node_w - own_w[:, None]) @ QUADRATURE_WEIGHTS)[order]
-    duration_s[row, column] = motion.piece_duration_s[order]
-    peak_w[row, column] = node_w.max(axis=1)[order]
-    end_w[row, column] = node_w[order, -1]
-    duration_s[:, 0] = points.stop_s
-    stop_j = points.stop_wh * JOULES_PER_WATT_HOUR
-    np.divide(stop_j, points.stop_s, out=mean_w[:, 0], where=points.stop_s > 0.0)
-    end_w[:, 0] = _hover_power_w(flight.power, points.stop_m)
-    peak_w[:, 0] = np.maximum(mean_w[:, 0], end_w[:, 0])
-    left = circuit.state_of_charge_after(mean_w, variance_w2, duration_s, from_soc=begun[:, None])
+    left = circuit.state_of_charge_after(
+        loads.mean_w, loads.variance_w2, loads.duration_s, from_soc=begun[:, None]
+    )
     open_v = circuit.open_circuit_v(left)
     return ReturnDischarge(
-        lowest_voltage_v=circuit.loaded_v(open_v, peak_w).min(axis=1),
-        end_voltage_v=circuit.loaded_v(open_v, end_w).min(axis=1),
-        can_deliver=np.all(open_v * open_v >= 4.0 * circuit.resistance_ohm * peak_w, axis=1),
+        lowest_voltage_v=circuit.loaded_v(open_v, loads.peak_w).min(axis=1),
+        end_voltage_v=circuit.loaded_v(open_v, loads.end_w).min(axis=1),
+        can_deliver=np.all(open_v * open_v >= 4.0 * circuit.resistance_ohm * loads.peak_w, axis=1),
     )
-
-
-HOVER_HEIGHT_M = 10.0
-"""Height over home of the hover a reserve is counted in: low, over the landing place. [m]"""
-
-
-def hover_near_home_w(power: SteadyPower) -> float:
-    """Return the power of a hover low over home, in the wind of the day. [W]"""
-    return float(_hover_power_w(power, np.array([[0.0, 0.0, HOVER_HEIGHT_M]]))[0])
-
-
-def _hover_power_w(power: SteadyPower, place_m: FloatArray) -> FloatArray:
-    """Return the powers of hovers at places (n, 3) [m]. (n,) [W]"""
-    zero = np.zeros(len(place_m))
-    state = KinematicState.of(place_m.T, (zero, zero, zero))
-    hovers = np.full(len(zero), STATE_INDEX[FlightState.HOVER])
-    return power.power_w(state, hovers, zero)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.physics.atmosphere import SEA_LEVEL_PRESSURE_PA, air_density_kg_m3
 from planner.physics.rotor import Acceleration
 from planner.physics.wind import Wind
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState
     from planner.physics.response import StepResponse
     from planner.vehicle.model import Responses, VehicleModel
 
 
+_HOVER = STATE_INDEX[FlightState.HOVER]
 _LEVEL = (STATE_INDEX[FlightState.ACCELERATE], STATE_INDEX[FlightState.CRUISE])
 _LEAST_SPEED_M_S = 1e-9
 """Keeps a ratio of speeds finite where a vehicle stands still."""
@@ -194,6 +194,12 @@ class SteadyPower(Value):
             state.east_m_s - self.wind.east_m_s * factor,
             state.north_m_s - self.wind.north_m_s * factor,
         )
+
+    def hover_w(self, place_m: FloatArray) -> FloatArray:
+        """Return the powers of hovers at places (n, 3) [m]. (n,) [W]"""
+        zero = np.zeros(len(place_m))
+        state = KinematicState.of(place_m.T, (zero, zero, zero))
+        return self.power_w(state, np.full(len(zero), _HOVER), zero)
 
     def air_density_kg_m3(self, height_above_home_m: npt.ArrayLike) -> FloatArray:
         """Return the density of the air of the day at heights. [kg m⁻³]"""

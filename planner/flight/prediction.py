@@ -184,6 +184,23 @@ def flight_extremes(
     )
 
 
+class PieceLoads(Value, eq=False):
+    """What p pieces of a flight ask of a battery, whatever it is."""
+
+    mean_w: FloatArray
+    """(p,) [W]"""
+    variance_w2: FloatArray
+    """Mean square about it. (p,) [W²]"""
+    peak_w: FloatArray
+    """Highest, at the nodes. (p,) [W]"""
+    end_w: FloatArray
+    """At the last node. (p,) [W]"""
+
+
+HOVER_HEIGHT_M = 10.0
+"""Height over home of the hover a reserve is counted in: low, over the landing place. [m]"""
+
+
 class Flight(Value, eq=False, dict=True):
     """A predicted flight, as columns."""
 
@@ -208,6 +225,23 @@ class Flight(Value, eq=False, dict=True):
         """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
         since_start_s = self.motion.piece_start_s()[:, None] + self.node_s
         return self.node_steady_w + self.transients.total_power_w(since_start_s)
+
+    @cached_property
+    def loads(self) -> PieceLoads:
+        """What its pieces ask of a battery."""
+        node_w = self.node_power_w
+        mean_w = node_w @ QUADRATURE_WEIGHTS
+        return PieceLoads(
+            mean_w=mean_w,
+            variance_w2=np.square(node_w - mean_w[:, None]) @ QUADRATURE_WEIGHTS,
+            peak_w=node_w.max(axis=1),
+            end_w=node_w[:, -1],
+        )
+
+    @cached_property
+    def hover_near_home_w(self) -> float:
+        """Power of a hover low over home, in the wind of the day. [W]"""
+        return float(self.power.hover_w(np.array([[0.0, 0.0, HOVER_HEIGHT_M]]))[0])
 
     @cached_property
     def extremes(self) -> Extremes | None:
@@ -288,7 +322,7 @@ class Flight(Value, eq=False, dict=True):
         return blown_w - calm_w
 
 
-_OF_POWER = ("node_power_w", "peak_power_w")
+_OF_POWER = ("node_power_w", "loads", "hover_near_home_w", "peak_power_w")
 """What a flight works out of its power, whatever the air besides."""
 
 

@@ -158,11 +158,20 @@ class BatteryCircuit(Value):
         power = np.asarray(power_w, dtype=np.float64)
         spread = self.resistance_ohm * np.asarray(power_variance_w2, dtype=np.float64)
         fraction_per_a = np.asarray(duration_s, np.float64) / (self.capacity_ah * SECONDS_PER_HOUR)
-        used, from_soc = np.zeros(power.shape), np.asarray(from_soc, dtype=np.float64)
+        from_soc = np.asarray(from_soc, dtype=np.float64)
+        curve, load = (
+            (np.array(self.ocv_soc), np.array(self.ocv_v)),
+            4.0 * self.resistance_ohm * power,
+        )
+        used: FloatArray | float = 0.0
+        after: FloatArray = np.broadcast_to(from_soc, power.shape)
         for _ in range(_CHARGE_PASSES):
-            voltage = self.open_circuit_v(from_soc - np.cumsum(used, axis=-1) + 0.5 * used)
-            loaded = self.loaded_v(voltage, power)
-            drop = 2.0 * loaded - voltage  # the square root of E² − 4 R P
-            of_variance = np.divide(spread, drop**3, out=np.zeros(power.shape), where=drop > 0.0)
-            used = (power / loaded + of_variance) * fraction_per_a
-        return np.asarray(from_soc - np.cumsum(used, axis=-1))
+            voltage = np.interp(after + 0.5 * used, *curve)
+            # The square root of E² − 4 R P; with it 2 P / (E + √) is the current.
+            drop = np.sqrt(np.maximum(voltage * voltage - load, 0.0))
+            of_variance = np.divide(
+                spread, drop * drop * drop, out=np.zeros(power.shape), where=drop > 0.0
+            )
+            used = (power / (0.5 * (voltage + drop)) + of_variance) * fraction_per_a
+            after = from_soc - np.cumsum(used, axis=-1)
+        return after

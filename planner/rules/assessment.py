@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from planner.flight.budget import item_arrivals, predict_return_discharge
+from planner.flight.failsafe import battery_profile
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
+    from planner.flight.failsafe import BatteryProfile
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.reach import Situations
     from planner.flight.returns.path import Returns
@@ -74,6 +76,13 @@ class Assessment(Value, eq=False, dict=True):
     def uncounted(self) -> Uncounted:
         """What the flight may take above its prediction where the model says nothing."""
         return Uncounted.of(self.returns.flight, self.reach, self.shown_airspeed_m_s)
+
+    @cached_property
+    def battery_profile(self) -> BatteryProfile | None:
+        """The battery along the flight; ``None`` with none."""
+        if self.pack is None:
+            return None
+        return battery_profile(self.returns, self.pack, self.discharge, charge=self.charge)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import FlightStretch, Rule, Severity
-from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
@@ -264,8 +263,9 @@ def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator
         assumed = f", as of {chemistry_of(pack).name} cells: the battery states none"
     lowest_v, item = discharge.lowest_voltage_v, a.item_of(discharge.lowest_voltage_segment)
     can_deliver, where = discharge.can_deliver, ""
-    returning, sample = a.return_discharge, a.returns.sample
-    if can_deliver and lowest_v >= cutoff_v and returning is not None and sample is not None:
+    returning = a.return_discharge if can_deliver and lowest_v >= cutoff_v else None
+    sample = a.returns.sample
+    if returning is not None and sample is not None:
         # First what cannot be delivered, then the lowest.
         worst = np.lexsort((returning.lowest_voltage_v, returning.can_deliver))[0]
         can_deliver = bool(returning.can_deliver[worst])
@@ -508,7 +508,7 @@ BATTERY_IMPOSSIBLE = Rule(
 
 
 @judges(BATTERY_IMPOSSIBLE, needs=(POWER, PACK))
-def _battery_impossible(a: Assessment, power: SteadyPower, pack: Battery) -> Iterator[Finding]:
+def _battery_impossible(a: Assessment, _power: SteadyPower, pack: Battery) -> Iterator[Finding]:
     vehicle, kind = a.vehicle, chemistry_of(pack)
     highest_wh_kg, mass_kg = kind.highest_wh_kg, vehicle.mass_kg
     least_kg = 0.0 if highest_wh_kg is None else pack.new_energy_wh / highest_wh_kg
@@ -516,7 +516,7 @@ def _battery_impossible(a: Assessment, power: SteadyPower, pack: Battery) -> Ite
         vehicle.knows_mass and mass_kg is not None and vehicle.battery is not None
     )
     longest_h = _RECORD_H if is_counted or mass_kg is not None else _USUAL_H
-    hover_w = hover_near_home_w(power)
+    hover_w = a.flight.hover_near_home_w
     hover_h = pack.new_energy_wh / hover_w if hover_w > 0.0 else 0.0
     holds = quantity.energy(pack.new_energy_wh)
     if mass_kg is not None and least_kg > _MOST_PACK_FRACTION * mass_kg:

@@ -12,7 +12,6 @@ from planner.flight.failsafe import (
     RETURNS,
     WARNS,
     ardupilot_events,
-    battery_profile,
     px4_charge,
     px4_charge_assumed,
     px4_charge_events,
@@ -60,8 +59,10 @@ _VOLTAGE_NEEDED = (
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
-def _profile(a: Assessment, pack: Battery) -> BatteryProfile:
-    return battery_profile(a.returns, pack, a.discharge, charge=a.charge)
+def _profile(a: Assessment) -> BatteryProfile:
+    profile = a.battery_profile
+    assert profile is not None  # as of a pack: see the needs of these rules
+    return profile
 
 
 FAILSAFE_BEFORE_END = Rule(
@@ -92,7 +93,7 @@ FAILSAFE_BEFORE_END = Rule(
 def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding | NotEvaluated]:
-    profile = _profile(a, pack)
+    profile = _profile(a)
     if isinstance(parameters, Px4Parameters):
         events = list(px4_events(a.returns, profile, pack, parameters))
     else:
@@ -241,7 +242,7 @@ def _arming_refused(
     is_px4 = isinstance(parameters, Px4Parameters)
     if not parameters.measures_battery or not (is_px4 or is_checked(a, BATTERY)):
         return
-    profile = _profile(a, pack)
+    profile = _profile(a)
     if isinstance(parameters, Px4Parameters):
         least, name = _least_to_arm(parameters)
         charge = float(px4_charge(profile, pack, parameters)[0])
@@ -305,7 +306,7 @@ def _further_monitors(
     a: Assessment, pack: Battery, parameters: ArduPilotParameters
 ) -> Iterator[Finding | NotEvaluated]:
     values = numbers(a)
-    profile = _profile(a, pack)
+    profile = _profile(a)
     for monitor in (f"BATT{number}" for number in "23456789ABCDEFG"):
         if values.get(f"{monitor}_MONITOR", 0.0) <= 0.0:
             continue
@@ -382,7 +383,7 @@ def _further_batteries(
             battery_empty_cell_v=values.get(f"{name}_V_EMPTY", 3.6),
             battery_full_cell_v=values.get(f"{name}_V_CHARGED", 4.05),
         )
-        yield from _first_reported(a, list(px4_events(a.returns, _profile(a, pack), pack, own)))
+        yield from _first_reported(a, list(px4_events(a.returns, _profile(a), pack, own)))
 
 
 def _is_pack(pack: Battery, capacity_mah: float | None) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.flight.budget import hover_near_home_w
 from planner.flight.returns.destination import HOME
 from planner.rules.declaration import ARDUPILOT, BUDGET, POWER, TERRAIN, NotEvaluated, judges
 from planner.rules.terrain import returns_follow_terrain
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Flight
     from planner.flight.returns.path import FlownReturns
     from planner.geo.terrain import TerrainGrid
     from planner.mission.route.stage import Stage
@@ -54,7 +54,7 @@ CLIMBS_NOT_COUNTED = Rule(
 
 @judges(CLIMBS_NOT_COUNTED, needs=(BUDGET, POWER))
 def _climbs_not_counted(
-    a: Assessment, budget: BatteryBudget, power: SteadyPower
+    a: Assessment, budget: BatteryBudget, _power: SteadyPower
 ) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP:
         return
@@ -62,7 +62,7 @@ def _climbs_not_counted(
     if not rises:
         return
     climbed_m = sum(rise_m for rise_m, _ in rises)
-    extra_wh = wh_from_j(_lift_j_m(power) * climbed_m)
+    extra_wh = wh_from_j(_lift_j_m(a.flight) * climbed_m)
     if extra_wh < _NOTHING * a.totals.energy_wh:
         return
     way = a.return_plan
@@ -80,9 +80,9 @@ def _climbs_not_counted(
     )
 
 
-def _lift_j_m(power: SteadyPower) -> float:
+def _lift_j_m(flight: Flight) -> float:
     """Return the energy of climbing, at most. [J m⁻¹]"""
-    mass_kg = power.mass_kg or hover_near_home_w(power) / _LEAST_W_KG
+    mass_kg = flight.power.mass_kg or flight.hover_near_home_w / _LEAST_W_KG
     return mass_kg * GRAVITY_M_S2 / _CLIMB_EFFICIENCY
 
 
@@ -171,7 +171,6 @@ def _extra_wh(
         + descent_m / own.descent_speed_m_s
         + summed(np.maximum(steep_s, 0.0))
     )
-    power = a.flight.power
-    hover_w = hover_near_home_w(power)
-    lifted_j = _lift_j_m(power) * np.maximum(climb_m, 0.0)
+    hover_w = a.flight.hover_near_home_w
+    lifted_j = _lift_j_m(a.flight) * np.maximum(climb_m, 0.0)
     return wh_from_j(lifted_j + hover_w * hover_s)

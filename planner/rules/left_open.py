@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.budget import hover_near_home_w
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.walk import ITEM_NOT_MODELLED
@@ -50,7 +49,7 @@ def _actions_not_counted(a: Assessment) -> Iterator[Finding]:
         message = "actions at points last nobody knows how long: not counted"
         yield a.finding(ACTIONS_NOT_COUNTED, message, severity=Severity.ERROR)
         return
-    needed_wh = wh_from_j(hover_near_home_w(a.flight.power) * wait_s)
+    needed_wh = wh_from_j(a.flight.hover_near_home_w * wait_s)
     short_wh = needed_wh - _left_wh(a)
     yield a.finding(
         ACTIONS_NOT_COUNTED,
@@ -66,7 +65,7 @@ def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
     wait_s = a.mission.unstated_wait_s
     if a.mission.home is not None or not speed_m_s or math.isinf(wait_s):
         return
-    hover_w = hover_near_home_w(a.flight.power)
+    hover_w = a.flight.hover_near_home_w
     mean_w = a.totals.mean_power_w or hover_w
     way_wh = wh_from_j(max(hover_w, mean_w) * 2.0 * IN_SIGHT_M / speed_m_s)
     waits_wh = wh_from_j(hover_w * wait_s)

@@ -10,7 +10,6 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.flight.budget import hover_near_home_w
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.reach import SituationKind
@@ -627,7 +626,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     longer_s, slowest = _longer(a, given, motion, commanded & ~returning, returning)
     circling_s = _circling_longer_s(a, given)
     longer_s += circling_s
-    hover_w, in_all_s = hover_near_home_w(a.flight.power), float(np.sum(longer_s))
+    hover_w, in_all_s = a.flight.hover_near_home_w, float(np.sum(longer_s))
     had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
     # What wind and thin air may take comes on top: each alone may fit.
     flown_wh, returned_wh = a.uncounted.energies_wh(a.return_plan)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
-from planner.flight.budget import hover_near_home_w
 from planner.flight.failsafe import own_landing
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
@@ -240,7 +239,7 @@ def _until_what(a: Assessment) -> str:
     until = _until(name)
     if a.battery is None or left_fraction is None:
         return until
-    hover_w = hover_near_home_w(a.flight.power)
+    hover_w = a.flight.hover_near_home_w
     hover_wh = a.battery.usable_wh - a.totals.energy_wh - left_fraction * a.battery.capacity_wh
     if hover_wh <= 0.0 or not hover_w > 0.0:
         return until

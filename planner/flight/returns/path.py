@@ -14,13 +14,13 @@ from planner.flight.motion.kinematics import (
     KinematicState,
     quotient,
 )
-from planner.flight.prediction import make_flight, segment_energies_j
+from planner.flight.prediction import PieceLoads, make_flight, segment_energies_j
 from planner.flight.reach import situations, slowed_situations
 from planner.flight.returns.destination import HOME
 from planner.flight.returns.sample import judged_segments, line_ends, sample_points
 from planner.mission.route.stage import StageKind
-from planner.units import wh_from_j
-from planner.values import Value, replace
+from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -110,7 +110,17 @@ class StopPlaces(Value, eq=False):
     """Part of its time that is ahead. (n,) [-]"""
 
 
-class FlownReturns(Value, eq=False):
+class ReturnLoads(PieceLoads, eq=False):
+    """What stops and returns from n points ask of a battery: a row for each, its stop first, then its pieces.
+
+    Rows are filled with nothing asked for no time. (n, k)
+    """
+
+    duration_s: FloatArray
+    """[s]"""
+
+
+class FlownReturns(Value, eq=False, dict=True):
     """Returns to where the vehicle itself would return, from n points of a flight."""
 
     points: ReturnPoints
@@ -124,6 +134,33 @@ class FlownReturns(Value, eq=False):
         """Row of the point each piece of the returns is flown from. (p,)"""
         motion = self.flight.motion
         return motion.segments.item[motion.piece_segment]
+
+    @cached_property
+    def loads(self) -> ReturnLoads:
+        """What they ask of a battery, with the hover that a stop ends in."""
+        points, own = self.points, self.flight.loads
+        order = np.argsort(self.piece_point, kind="stable")
+        row = self.piece_point[order]
+        count = np.bincount(row, minlength=len(points.segment))
+        column = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 1
+        rows = np.zeros((5, len(points.segment), int(count.max()) + 1))
+        mean_w, variance_w2, peak_w, end_w, duration_s = rows
+        for filled, of_pieces in zip(
+            rows, (*field_values(own).values(), self.flight.motion.piece_duration_s), strict=True
+        ):
+            filled[row, column] = of_pieces[order]
+        duration_s[:, 0] = points.stop_s
+        stop_j = points.stop_wh * JOULES_PER_WATT_HOUR
+        np.divide(stop_j, points.stop_s, out=mean_w[:, 0], where=points.stop_s > 0.0)
+        end_w[:, 0] = self.flight.power.hover_w(points.stop_m)
+        peak_w[:, 0] = np.maximum(mean_w[:, 0], end_w[:, 0])
+        return ReturnLoads(
+            mean_w=mean_w,
+            variance_w2=variance_w2,
+            peak_w=peak_w,
+            end_w=end_w,
+            duration_s=duration_s,
+        )
 
     @property
     def time_s(self) -> FloatArray:
