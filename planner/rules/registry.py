@@ -22,7 +22,7 @@ from planner.rules.declaration import (
 from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
@@ -67,42 +67,44 @@ RULE_NOT_EVALUATED = Rule(
 
 
 def judge(
-    a: Assessment,
-    selection: Selection,
-    *,
-    made: Callable[[Check, Assessment], Need[Any] | tuple[Found, ...]] = Check.__call__,
-    is_listed: bool = True,
+    a: Assessment, selection: Selection
 ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
-    """Return what every rule finds, those off by default where selected, and what was checked.
-
-    ``made`` returns what a check comes to, for whoever remembers that; not ``is_listed``: what was checked
-    is listed for nobody.
-    """
+    """Return what every rule finds, those off by default where selected, and what was checked."""
     findings: list[Finding] = []
     entries: list[LedgerEntry] = []
     for subject, needs in SUBJECTS.items():
         missing = next((need for need in needs if need.of(a) is None), None)
         if missing is not None:
-            if is_listed:
-                entries += (ledger_entry(*one, missing) for one in _declared_in(subject))
+            entries += (ledger_entry(*one, missing) for one in _declared_in(subject))
             continue
+        asked = asked_checks(subject, selection)
         for check in checks_of(subject):
-            if not (_is_default(check) or any(selection.asks_for(one.code) for one in check.rules)):
-                if is_listed:
-                    entries += (
-                        ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}")
-                        for rule in check.rules
-                    )
-                continue
-            found = made(check, a)
-            if is_listed:
-                entries += _entries_of(check, found)
-            if not isinstance(found, Need):
-                findings += (
-                    _not_evaluated(a, one) if isinstance(one, NotEvaluated) else one
-                    for one in found
+            if check not in asked:
+                entries += (
+                    ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}")
+                    for rule in check.rules
                 )
+                continue
+            found = check(a)
+            entries += _entries_of(check, found)
+            findings += reported(a, found)
     return tuple(findings), one_entry_each(entries)
+
+
+def asked_checks(subject: str, selection: Selection) -> tuple[Check, ...]:
+    """Return the checks of a module that are made: those off by default where selected."""
+    return tuple(
+        one
+        for one in checks_of(subject)
+        if _is_default(one) or any(selection.asks_for(rule.code) for rule in one.rules)
+    )
+
+
+def reported(a: Assessment, found: Need[Any] | tuple[Found, ...]) -> tuple[Finding, ...]:
+    """Return what a check comes to as findings: that it could not be made is one."""
+    if isinstance(found, Need):
+        return ()
+    return tuple(_not_evaluated(a, one) if isinstance(one, NotEvaluated) else one for one in found)
 
 
 @cache

@@ -26,7 +26,8 @@ from planner.flight.reach import situations
 from planner.flight.returns.path import Returns
 from planner.flight.returns.sample import judged_segments, line_ends, sample_points
 from planner.physics.wind import Wind
-from planner.rules.registry import judge
+from planner.rules.assessment import Assessment
+from planner.rules.registry import SUBJECTS, asked_checks, reported
 from planner.service.preflight import Preparation, WhatIfSteps, assess_flown, fly, prepare
 from planner.setup import Setup
 from planner.values import Value, field_names, field_values, replace
@@ -47,8 +48,7 @@ if TYPE_CHECKING:
     from planner.flight.uncertainty import Scenarios
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
-    from planner.rules.assessment import Assessment
-    from planner.rules.declaration import Check, Found, Need
+    from planner.rules.declaration import Check
     from planner.rules.ledger import LedgerEntry
     from planner.selection import Selection
     from planner.vehicle.model import ModelSpread
@@ -334,6 +334,9 @@ class _Watcher:
             value = MethodType(of_class, self)
         elif isinstance(of_class, property) and of_class.fget is not None:
             value = of_class.fget(self)
+        elif isinstance(of_class, _Derived):
+            value, paths = of_class.recalled(own)
+            self.__seen.update(paths)
         elif (path := self.__path + name) in _PARTS:
             value = _Watcher(getattr(own, name), self.__seen, f"{path}.")
         else:
@@ -358,11 +361,10 @@ class RememberingSteps(WhatIfSteps):
         self._ways: _Latest[tuple[object, _Way | None]] = _Latest()
         # with what its key has the identity of
         self._pilots: list[tuple[Pilot, _KeptPilot]] = []
-        self._found: dict[int, _Made] = {}
-        self._case = 0
-        self._seen: dict[str, _Seen] = {}
-        self._unwatched: set[int] = set()
-        self._latest: Assessment | None = None
+        self._found = _Findings()
+        self._asked_by: Selection | None = None
+        self._asked: dict[str, tuple[Check, ...]] = {}
+        self._latest: Flight | None = None
         self._sampled: _Latest[tuple[Returns, _StepMemory[Scenarios]]] = _Latest()
         # with what its key has the identity of
 
@@ -384,11 +386,12 @@ class RememberingSteps(WhatIfSteps):
         self.flights += is_new
         if returns is None:
             return None
-        a = assess_flown(prepared, returns, self)
-        if (before := self._latest) is not None and before.returns is returns:
-            a = _with_kept(a, before)
-        self._latest = a
-        return a
+        own = field_values(assess_flown(prepared, returns, self))
+        before = self._latest
+        if before is not None and _is_same_flight(own["flight"], before):
+            own["flight"] = before  # with what was worked out of it
+        self._latest = own["flight"]
+        return _KeptAssessment(**own, kept=self._found)
 
     def sample(
         self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
@@ -407,8 +410,18 @@ class RememberingSteps(WhatIfSteps):
         self, assessment: Assessment, selection: Selection
     ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
         """Return what every rule finds; what was checked is listed for no case."""
-        self._case += 1
-        return judge(assessment, selection, made=self._checked, is_listed=False)
+        if self._asked_by is not selection:
+            self._asked = {subject: asked_checks(subject, selection) for subject in SUBJECTS}
+            self._asked_by = selection
+        self._found.begin(assessment)
+        findings: list[Finding] = []
+        for subject, needs in SUBJECTS.items():
+            if all(self._found.recall(need, need.of, assessment) is not None for need in needs):
+                for check in self._asked[subject]:
+                    found = self._found.recall(check, check, assessment)
+                    if found:
+                        findings += reported(assessment, found)
+        return tuple(findings), ()
 
     def _fly(self, prepared: Preparation) -> _KeptReturns | None:
         setup = prepared.setup
@@ -433,91 +446,135 @@ class RememberingSteps(WhatIfSteps):
         self._pilots = [(pilot, kept), *self._pilots[: _KEPT - 1]]
         return kept
 
-    def _checked(self, check: Check, a: Assessment) -> Need[Any] | tuple[Found, ...]:
-        key = id(check)
-        if key in self._unwatched:
-            return check(a)
-        known = self._found.get(key)
-        if known is not None:
-            for path in known.paths:
-                if self._changed_in(a, path) > known.case:
-                    break
-            else:
-                known.in_a_row = 0
-                return known.found
-            known.in_a_row += 1
-            if known.in_a_row % _WATCHED_AGAIN >= _OFTEN:
-                return check(a)  # watching it again would save nothing
-        seen: set[str] = set()
-        try:
-            found = check(_Watcher(a, seen))  # type: ignore[arg-type] # it has what an assessment has
-        except TypeError:  # it hands the assessment on to what takes nothing else
-            self._unwatched.add(key)
-            return check(a)
-        for path in seen:
-            self._changed_in(a, path)
-        made = _Made(check, self._case, tuple(seen), found)
-        made.in_a_row = 0 if known is None else known.in_a_row
-        self._found[key] = made
-        return found
-
-    def _changed_in(self, a: Assessment, path: str) -> int:
-        """Return the latest case in which what is at a path of an assessment was another than before."""
-        known = self._seen.get(path)
-        if known is None:
-            known = self._seen[path] = _Seen(path)
-        if known.case < self._case:
-            known.look(a, self._case)
-        return known.changed_in
-
 
 _OFTEN, _WATCHED_AGAIN = 3, 24
-"""A check made in so many cases in a row is made in the next without being watched, up to so many."""
+"""What is made in so many cases in a row is made in the next without being watched, up to so many."""
+
+
+class _Findings:
+    """What is found in assessments, one after the other: made again where what it looked at has changed."""
+
+    def __init__(self) -> None:
+        self._made: dict[object, _Made] = {}
+        self._seen: dict[str, _Seen] = {}
+        self._changed: set[str] = set()
+        self._case = 0
+
+    def begin(self, a: Assessment) -> None:
+        """Look at the next assessment."""
+        self._case += 1
+        self._changed = {
+            path for path, seen in self._seen.items() if seen.is_changed(a, self._case)
+        }
+
+    def recall(self, subject: object, make: Callable[[Any], Made], a: Assessment) -> Made:
+        """Return what is made of an assessment."""
+        known = self._made.get(subject)
+        if known is None:
+            known = self._made[subject] = _Made()
+        elif self._is_valid(known):
+            known.in_a_row = 0
+            made: Made = known.made
+            return made
+        known.in_a_row += 1
+        is_often = known.in_a_row % _WATCHED_AGAIN >= _OFTEN
+        if not known.is_watched or (is_often and not isinstance(subject, str)):
+            known.case = _NEVER
+            return make(a)  # watching it again would save nothing
+        seen: set[str] = set()
+        try:
+            known.made = made = make(_Watcher(a, seen))
+        except TypeError:  # it hands the assessment on to what takes nothing else
+            known.is_watched, known.case = False, _NEVER
+            return make(a)
+        known.case, known.paths = self._case, frozenset(seen)
+        for path in seen - self._seen.keys():
+            self._seen[path] = _Seen(path, a, self._case)
+        return made
+
+    def paths_of(self, name: str) -> frozenset[str]:
+        """Return what was looked at for what was recalled last by a name."""
+        known = self._made[name]
+        return known.paths if known.is_watched else frozenset({name})
+
+    def _is_valid(self, known: _Made) -> bool:
+        """Return whether nothing it looked at has changed since, and note so."""
+        if known.case == self._case:
+            return True
+        if known.case == self._case - 1:
+            is_valid = self._changed.isdisjoint(known.paths)
+        else:
+            is_valid = known.case > _NEVER and all(
+                self._seen[path].changed_in <= known.case for path in known.paths
+            )
+        if is_valid:
+            known.case = self._case
+        return is_valid
 
 
 class _Made:
-    """What a check has found, and what it looked at."""
+    """What was made of an assessment, and what was looked at for it."""
 
-    def __init__(
-        self, check: Check, case: int, paths: tuple[str, ...], found: Need[Any] | tuple[Found, ...]
-    ) -> None:
-        self.check, self.case, self.paths, self.found = check, case, paths, found
+    def __init__(self) -> None:
+        self.made: Any = None
+        self.paths: frozenset[str] = frozenset()
+        self.case = _NEVER
+        """The latest for which it holds."""
         self.in_a_row = 0
         """Cases in which it was made again, one after the other."""
+        self.is_watched = True
+
+
+_NEVER = -1
+"""No case."""
 
 
 class _Seen:
     """What was last at a path of an assessment, and since when."""
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, a: Assessment, case: int) -> None:
         self._of = attrgetter(path)
-        self._value: object = _NEVER
-        self.case = self.changed_in = 0
+        self._value = self._of(a)
+        self.changed_in = case
 
-    def look(self, a: Assessment, case: int) -> None:
-        """Look at it in a case."""
-        value, self.case = self._of(a), case
-        if value is not self._value and not _is_equal(self._value, value):
-            self.changed_in = case
-        self._value = value
+    def is_changed(self, a: Assessment, case: int) -> bool:
+        """Return whether it is another in a case than in the one before."""
+        value = self._of(a)
+        if value is self._value or _is_equal(self._value, value):
+            return False
+        self._value, self.changed_in = value, case
+        return True
 
 
-_NEVER = object()
+class _Derived(cached_property[Any]):
+    """What an assessment works out of what else it has: remembered like what is found in it."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(self._of)
+        self._name, self._make = name, vars(Assessment)[name].func
+
+    def recalled(self, a: Any) -> tuple[object, frozenset[str]]:  # noqa: ANN401 - `_KeptAssessment`
+        """Return it, and what it looked at."""
+        return getattr(a, self._name), a.kept.paths_of(self._name)
+
+    def _of(self, a: _KeptAssessment) -> object:
+        made: object = a.kept.recall(self._name, self._make, a)
+        return made
+
+
+class _KeptAssessment(Assessment, eq=False, dict=True):
+    """An assessment that remembers what others before it have worked out of the same."""
+
+    kept: _Findings
+    items = _Derived("items")
+    reach = _Derived("reach")
+    uncounted = _Derived("uncounted")
+    battery_profile = _Derived("battery_profile")
+    return_discharge = _Derived("return_discharge")
+
+
 _DECIDED = frozenset({"position_noise_m"})
 """Fields that the preparation decides where a setup leaves them open."""
-
-
-def _with_kept(a: Assessment, before: Assessment) -> Assessment:
-    """Return an assessment of the same flight with what was worked out of it before."""
-    if _is_same_flight(a.flight, before.flight):
-        a = replace(a, flight=before.flight)
-    kept = vars(before)
-    vars(a).update({name: kept[name] for name in _OF_RETURNS if name in kept})
-    return a
-
-
-_OF_RETURNS = ("uncounted",)
-"""What an assessment works out of its returns alone."""
 
 
 def _is_same_flight(one: Flight, other: Flight) -> bool:
