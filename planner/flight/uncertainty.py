@@ -453,7 +453,7 @@ def sample_flights(
         return timed
     weather = Weather(samples, power)
     sweep = sweep or sweep_returns(returns)
-    tightest = None if sweep is None else _tightest_rows(returns, sweep, weather)
+    tightest = None if sweep is None else _with_corners(returns, sweep, weather)
     at_points = _energies_j(returns, tightest, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, samples))
     return replace(
@@ -477,8 +477,11 @@ def against_battery(
     energy_wh, return_wh = scenarios.energy_wh, scenarios.return_wh
     if budget is None or battery is None or energy_wh is None:
         return scenarios
-    charge = sample_charge(spread, setup)
-    above_wh = _usable_wh(flight, battery, budget, charge, setup) - budget.reserve_wh
+    usable_wh: FloatArray | float = budget.usable_wh
+    if sd_of(setup.charge):
+        charge = sample_charge(spread, setup)
+        usable_wh = _usable_wh(flight, battery, budget, charge, setup)
+    above_wh = usable_wh - budget.reserve_wh
     return replace(
         scenarios,
         margin_wh=above_wh - energy_wh,
@@ -507,13 +510,29 @@ def predict_energy_band(
     return low_wh, high_wh
 
 
-def _tightest_rows(returns: Returns, sweep: ReturnSweep, weather: Weather) -> ReturnSweep:
+def tightest_rows(sweep: ReturnSweep, setup: Setup) -> ReturnSweep:
+    """Return the rows that `sample_flights` looks at: where conditions are known, those tightest in them."""
+    return _tightest(sweep) if _is_known(setup) else sweep
+
+
+def _is_known(setup: Setup) -> bool:
+    """Return whether the conditions that the power depends on are known exactly."""
+    wind, given = setup.wind, (setup.payload_kg, setup.temperature_c)
+    return not (wind.speed_sd_m_s or wind.from_sd_deg or any(map(sd_of, given)))
+
+
+def _tightest(sweep: ReturnSweep) -> ReturnSweep:
+    return sweep.select(np.sort(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST]))
+
+
+def _with_corners(returns: Returns, sweep: ReturnSweep, weather: Weather) -> ReturnSweep:
     """Return the rows where the return is tightest, in mean and in extreme conditions."""
-    rows = set(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST].tolist())
     corners = tuple(weather.corners())
-    if corners:
-        sum_j = _energies_j(returns, sweep, corners)[:, 1:].sum(axis=-1)
-        rows |= set(sum_j.argmax(axis=1).tolist())
+    if not corners:
+        return _tightest(sweep)
+    rows = set(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST].tolist())
+    sum_j = _energies_j(returns, sweep, corners)[:, 1:].sum(axis=-1)
+    rows |= set(sum_j.argmax(axis=1).tolist())
     return sweep.select(np.array(sorted(rows)))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TypeVar
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Hashable, Iterable, Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Motion, SegmentColumns
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.destination import Destinations
     from planner.mission.route.stage import ReturnPath, Route
 
+Made = TypeVar("Made")
 _BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
 _SLOWEST_M_S = 1e-3
 """A slower vehicle counts as standing still. [m s⁻¹]"""
@@ -200,6 +201,10 @@ class Returns(Value, eq=False, dict=True):
     piece_start_s: FloatArray
     first_piece: IntArray
     """First piece of each segment, and one past the last of all. (s + 1,)"""
+
+    def recalled(self, key: Hashable, make: Callable[[], Made]) -> Made:  # noqa: ARG002
+        """Return what follows from these returns and a key: made, where nobody remembers it."""
+        return make()
 
     @cached_property
     def sample(self) -> FlownReturns | None:

@@ -10,7 +10,8 @@ return from the place of the stop changes evenly along a line, and no flight is 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class ReturnPlan(Value):
     """Chance that the battery is empty before some return has landed; ``None`` without a spread. [-]"""
 
 
-class ReturnSweep(Columns, eq=False):
+class ReturnSweep(Columns, eq=False, dict=True):
     """What returns from n points of a flight take, in flown order."""
 
     segment: IntArray
@@ -91,12 +92,12 @@ class ReturnSweep(Columns, eq=False):
     after_stop_j: FloatArray
     """Energy of that to return and land, by state. (n, states) [J]"""
 
-    @property
+    @cached_property
     def sum_wh(self) -> FloatArray:
         """Energy used by the time the vehicle has landed. (n,) [Wh]"""
         return self.used_wh + self.return_wh
 
-    @property
+    @cached_property
     def tightest(self) -> int:
         """The row from which the return is tightest."""
         # Braking to a stop is as tight all along: its end, where the vehicle stands still, is reported.
@@ -135,15 +136,15 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
     ``None`` with no point in the air.  Segments of the take-off and of stages that land are left out: there
     the vehicle stands still, or lands where it is going anyway, and the energy of the whole flight decides.
     """
-    sample = returns.sample
-    if sample is None:
+    if returns.sample is None:
         return None
     limits_wh = tuple(limit_wh for limit_wh in limits_wh if limit_wh > 0.0)
-    sweep = _swept(sample)
     spread = spread_up_to(returns, *limits_wh)
-    if len(spread[0]):
-        sweep = _with(sweep, returns, *spread)
-    return _refined(sweep, returns, limits_wh)
+    points = tuple(one.tobytes() for one in spread)
+    coarse = returns.recalled(points, lambda: _CoarseSweep.of(returns, *spread))
+    parts, along = coarse.parts_between(limits_wh)
+    key = (points, parts.tobytes(), along.tobytes())
+    return returns.recalled(key, lambda: _refined(coarse.sweep, returns, parts, along))
 
 
 def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | None) -> ReturnPlan:
@@ -178,6 +179,68 @@ def return_limits_wh(battery: BatteryBudget | None) -> tuple[float, ...]:
     return () if battery is None else (battery.above_reserve_wh, battery.usable_wh)
 
 
+class _CoarseSweep(Value, eq=False):
+    """A sweep before it is refined, and what between its n points may hide, whatever the limits."""
+
+    sweep: ReturnSweep
+    used_wh: FloatArray
+    """By the flight from each point to the next. (n - 1,) [Wh]"""
+    bound_wh: FloatArray
+    """Above the sum anywhere between them; nothing where the flight does not continue. (n - 1,) [Wh]"""
+    along: BoolArray
+    """Whether one line is flown between them, and returns lead to one place. (n - 1,)"""
+    off_wh: FloatArray
+    """How far a point is off the straight between those before and after it on its line. (n - 2,) [Wh]"""
+
+    @classmethod
+    def of(cls, returns: Returns, segment: IntArray, fraction: FloatArray) -> Self:
+        """Return the sample of the returns with further points."""
+        assert returns.sample is not None
+        sweep = _swept(returns.sample)
+        if len(segment):
+            sweep = _with(sweep, returns, segment, fraction)
+        sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
+        inside = np.diff(returns_unbroken(returns)[sweep.segment]) == 0
+        bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
+
+        ends = returns.line_ends
+        line: IntArray = np.cumsum(ends) - ends
+        is_end = ends[sweep.segment] & (sweep.fraction >= 1.0)
+        along = np.asarray((line[sweep.segment] + is_end)[:-1] == line[sweep.segment[1:]])
+        along &= np.diff(sweep.destination) == 0
+        way_m = lengths(np.diff(sweep.stop_m, axis=0))
+        after_wh = wh_from_j(sweep.after_stop_j.sum(axis=1))
+        part = quotient(way_m[:-1], way_m[:-1] + way_m[1:], 0.5)
+        off_wh = np.abs(after_wh[:-2] + part * (after_wh[2:] - after_wh[:-2]) - after_wh[1:-1])
+        return cls(
+            sweep=sweep,
+            used_wh=used_wh,
+            bound_wh=np.where(inside, bound_wh, -np.inf),
+            along=along,
+            off_wh=np.where(along[:-1] & along[1:] & ~is_end[1:-1], off_wh, 0.0),
+        )
+
+    def parts_between(self, limits_wh: tuple[float, ...]) -> tuple[IntArray, BoolArray]:
+        """Return in how many parts to sweep each stretch between points once more, and where it is even.
+
+        0 parts: not at all.  Returns change evenly along a line but where a height or a wait of them begins
+        to count: a point is off the straight there. (n - 1,)
+        """
+        sum_wh = self.sweep.sum_wh
+        most_wh = float(sum_wh.max())
+        parts = np.zeros(len(self.used_wh), dtype=np.intp)
+        for limit_wh in (most_wh, *limits_wh):
+            left = np.flatnonzero(self.bound_wh > limit_wh)
+            if limit_wh < most_wh:  # what comes after the limit is exceeded does not matter
+                left = left[left < np.argmax(sum_wh > limit_wh)]
+            wanted = np.ceil(self.used_wh[left] / (TOLERANCE * limit_wh)).astype(np.intp)
+            order = np.argsort(-self.bound_wh[left], kind="stable")
+            order = order[np.cumsum(wanted[order]) <= SWEEP_POINTS]
+            parts[left[order]] = np.maximum(parts[left[order]], wanted[order])
+        is_off = self.off_wh > _UNEVEN * min(most_wh, *limits_wh, math.inf)
+        return parts, self.along & ~(np.append(False, is_off) | np.append(is_off, False))
+
+
 def _swept(flown: FlownReturns) -> ReturnSweep:
     points = flown.points
     return ReturnSweep(
@@ -208,11 +271,10 @@ def _merged(sweep: ReturnSweep, other: ReturnSweep) -> ReturnSweep:
     return both.select(np.lexsort((both.fraction, both.segment)))
 
 
-def _refined(sweep: ReturnSweep, returns: Returns, limits_wh: tuple[float, ...]) -> ReturnSweep:
+def _refined(
+    sweep: ReturnSweep, returns: Returns, parts: IntArray, along: BoolArray
+) -> ReturnSweep:
     """Return a sweep with points where what is wanted may hide: along a line interpolated, else flown."""
-    parts = _parts_between(returns, sweep, limits_wh)
-    least_wh = min(float(sweep.sum_wh.max()), *limits_wh, math.inf)
-    along = _is_even_along_a_line(returns, sweep, _UNEVEN * least_wh)
     rows = np.flatnonzero((parts > 1) & along)
     refined = sweep
     if len(rows):
@@ -228,44 +290,6 @@ def _refined(sweep: ReturnSweep, returns: Returns, limits_wh: tuple[float, ...])
     if not any(map(len, segments)):
         return refined
     return _with(refined, returns, np.concatenate(segments), np.concatenate(fractions))
-
-
-def _parts_between(returns: Returns, sweep: ReturnSweep, limits_wh: tuple[float, ...]) -> IntArray:
-    """Return in how many parts each stretch between points is to be swept once more; 0: not. (n - 1,)"""
-    sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
-    bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
-    inside = np.diff(returns_unbroken(returns)[sweep.segment]) == 0
-    parts = np.zeros(len(used_wh), dtype=np.intp)
-    for limit_wh in (float(sum_wh.max()), *limits_wh):
-        over = np.flatnonzero(sum_wh > limit_wh)
-        hides = inside & (bound_wh > limit_wh)
-        if len(over):  # what comes after the limit is exceeded does not matter
-            hides[over[0] :] = False
-        left = np.flatnonzero(hides)
-        wanted = np.ceil(used_wh / (TOLERANCE * limit_wh)).astype(np.intp)
-        left = left[np.argsort(-bound_wh[left], kind="stable")]
-        left = left[np.cumsum(wanted[left]) <= SWEEP_POINTS]
-        parts[left] = np.maximum(parts[left], wanted[left])
-    return parts
-
-
-def _is_even_along_a_line(returns: Returns, sweep: ReturnSweep, tolerance_wh: float) -> BoolArray:
-    """Return between which points of a sweep returns change with the way, as far as it tells. (n - 1,)
-
-    One line is flown there, and they lead to one place.  Where a height or a wait of a return begins to
-    count, a point is off the straight between those of its line before and after it.
-    """
-    ends = returns.line_ends
-    line: IntArray = np.cumsum(ends) - ends
-    is_end = ends[sweep.segment] & (sweep.fraction >= 1.0)
-    along = np.asarray((line[sweep.segment] + is_end)[:-1] == line[sweep.segment[1:]])
-    along &= np.diff(sweep.destination) == 0
-    way_m = lengths(np.diff(sweep.stop_m, axis=0))
-    after_wh = wh_from_j(sweep.after_stop_j.sum(axis=1))
-    part = quotient(way_m[:-1], way_m[:-1] + way_m[1:], 0.5)
-    off_wh = np.abs(after_wh[:-2] + part * (after_wh[2:] - after_wh[:-2]) - after_wh[1:-1])
-    is_off = along[:-1] & along[1:] & ~is_end[1:-1] & (off_wh > tolerance_wh)
-    return np.asarray(along & ~(np.append(False, is_off) | np.append(is_off, False)))
 
 
 def _interpolated(

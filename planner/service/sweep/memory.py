@@ -25,6 +25,7 @@ from planner.flight.prediction import make_flight, steady_power
 from planner.flight.reach import situations
 from planner.flight.returns.path import Returns
 from planner.flight.returns.sample import judged_segments, line_ends, sample_points
+from planner.flight.uncertainty import tightest_rows
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
 from planner.rules.registry import SUBJECTS, asked_checks, reported
@@ -179,6 +180,7 @@ class _Air:
         self.returns = returns
         self.points: _Latest[ReturnPoints] = _Latest()
         self.flown: _Latest[FlownReturns] = _Latest()
+        self.others: _Latest[object] = _Latest(_STATES_KEPT)
 
 
 class _Way:
@@ -243,6 +245,10 @@ class _KeptReturns(Returns, eq=False, dict=True):
     def line_ends(self) -> BoolArray:
         """At which segments a line that is flown ends."""
         return self.way.once(line_ends, self)
+
+    def recalled(self, key: Hashable, make: Callable[[], Made]) -> Made:
+        """Return what follows from these returns and a key."""
+        return self.air.others.recall(key, make)  # type: ignore[return-value] # as it was made
 
     def places(self, segment: IntArray, fraction: FloatArray) -> StopPlaces:
         """Return where points of the flight are, and where and when vehicles there stand still."""
@@ -397,10 +403,11 @@ class RememberingSteps(WhatIfSteps):
         self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
     ) -> Scenarios:
         """Return what many flights of the mission take, whatever they fly on."""
-        points = b"" if sweep is None else sweep.segment.tobytes() + sweep.fraction.tobytes()
+        seen = None if sweep is None else tightest_rows(sweep, setup)
+        rows = () if seen is None else [one.tobytes() for one in field_values(seen).values()]
         sampled = super().sample
-        memory = self._sampled.recall((id(returns), points), lambda: (returns, _StepMemory()))[1]
-        return memory.recall(spread, setup, lambda own: sampled(returns, own, spread, sweep))[0]
+        memory = self._sampled.recall((id(returns), *rows), lambda: (returns, _StepMemory()))[1]
+        return memory.recall(spread, setup, lambda own: sampled(returns, own, spread, seen))[0]
 
     def arrivals(self, assessment: Assessment) -> tuple[ItemArrival, ...]:  # noqa: ARG002
         """Return none: no case of a sweep shows them."""
@@ -540,10 +547,11 @@ class _Seen:
     def is_changed(self, a: Assessment, case: int) -> bool:
         """Return whether it is another in a case than in the one before."""
         value = self._of(a)
-        if value is self._value or _is_equal(self._value, value):
-            return False
-        self._value, self.changed_in = value, case
-        return True
+        is_same = value is self._value or _is_equal(self._value, value)
+        self._value = value
+        if not is_same:
+            self.changed_in = case
+        return not is_same
 
 
 class _Derived(cached_property[Any]):
