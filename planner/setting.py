@@ -179,7 +179,7 @@ class Number(Kind):
 
     def refusal(self, value: SettingValue) -> str:
         """Return the range, where a value is outside."""
-        if not isinstance(value, Real | Spread):
+        if type(value) is not float and not isinstance(value, Real | Spread):
             return ""
         mean = value.mean if isinstance(value, Spread) else float(value)
         inside = self.low < mean if self.is_open else self.low <= mean
@@ -558,7 +558,8 @@ def is_finite_number(value: object) -> bool:
 
 
 def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, Real) and not isinstance(value, bool)
+    kind = type(value)
+    return kind is float or kind is int or (isinstance(value, Real) and kind is not bool)
 
 
 class _Field(Value):
@@ -681,12 +682,18 @@ def _fields(cls: type[Declared]) -> dict[str, tuple[Setting, frozenset[str], obj
     }
 
 
+@cache
+def _is_of(bases: tuple[type, ...], types: frozenset[str]) -> bool:
+    """Return whether a type with these bases is one of some."""
+    return any(base.__name__ in types for base in bases)
+
+
 def _problem(setting: Setting, types: frozenset[str], value: SettingValue) -> str:
     """Return what a value must be, and what it is; empty where it is right."""
     if _is_number(value) and "float" in types:
         if not math.isfinite(value):
             return f"a finite number, got {value!r}"
-    elif not any(base.__name__ in types for base in type(value).__mro__):
+    elif not _is_of(type(value).__mro__, types):
         shown = repr(value) if len(repr(value)) <= 60 else f"a {type(value).__name__}"
         return f"{setting.made_by}: got {shown}"
     refused = setting.kind.refusal(value)

@@ -102,16 +102,16 @@ def flight_totals(
     Its charge is that of the currents where they are predicted, else at the battery's nominal
     voltage, if it has one.
     """
-    columns = flight.motion.segments
     energy_wh = wh_from_j(flight.energy_j)
+    climb_m, descent_m = flight.motion.climbed_m
     charge_ah = None if discharge is None else discharge.charge_ah
     if charge_ah is None and battery is not None and battery.voltage_v is not None:
         charge_ah = energy_wh / battery.voltage_v
     return Totals(
         time_s=flight.time_s,
-        distance_m=float(columns.distance_m.sum()) + flight.motion.wander_m,
-        climb_m=float(columns.climb_m[columns.climb_m > 0.0].sum()),
-        descent_m=float(-columns.climb_m[columns.climb_m < 0.0].sum()),
+        distance_m=flight.motion.distance_m,
+        climb_m=climb_m,
+        descent_m=descent_m,
         energy_wh=energy_wh,
         charge_mah=(None if charge_ah is None else charge_ah * MILLIAMPERE_HOURS_PER_AMPERE_HOUR),
         mean_power_w=flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0,
@@ -273,8 +273,7 @@ def predict_discharge(
     peak_v = circuit.loaded_v(open_v, peak_w)
     lowest, strongest = int(np.argmin(peak_v)), int(np.argmax(peak_w / peak_v))
 
-    count = len(motion.segments.item)
-    last = np.searchsorted(motion.piece_segment, np.arange(count), side="right") - 1
+    last = motion.last_piece
     end_w = loads.end_w[last]
     end_v = circuit.loaded_v(open_v[last], end_w)
     used_w = flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0

@@ -7,6 +7,7 @@ steps of the reference (the article), PX4, ArduPilot.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -307,11 +308,17 @@ def shown_airspeed_m_s(vehicle: VehicleModel, parameters: FlightParameters | Non
 
 def _fraction_left(vehicle: VehicleModel, parameters: FlightParameters) -> float:
     """Return what is left of an airspeed under another limit of the lean than that of the model, at least."""
+    held_rad = _held_lean_rad(vehicle, type(parameters))
+    return min(math.tan(parameters.lean_angle_max_rad) / math.tan(held_rad), 1.0)
+
+
+@lru_cache(maxsize=8)  # rules ask for it again and again
+def _held_lean_rad(vehicle: VehicleModel, kind: type[FlightParameters]) -> float:
+    """Return the limit of the lean by the model's own parameters, or the autopilot's default. [rad]"""
     from planner.vehicle.parameters.resolve import PARAMETERS_OF, resolve_parameters
 
-    autopilot = next(own for own, kind in PARAMETERS_OF.items() if isinstance(parameters, kind))
-    held_rad = resolve_parameters(autopilot, model=vehicle).values.lean_angle_max_rad
-    return min(math.tan(parameters.lean_angle_max_rad) / math.tan(held_rad), 1.0)
+    autopilot = next(own for own, theirs in PARAMETERS_OF.items() if theirs is kind)
+    return resolve_parameters(autopilot, model=vehicle).values.lean_angle_max_rad
 
 
 _CLIMBS_M_S, _DESCENDS_M_S = 2.5, 1.5

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState, Motion, SegmentColumns
+    from planner.flight.motion.kinematics import KinematicState, Motion
     from planner.flight.pilot import Pilot
     from planner.flight.power import Transients
     from planner.mission.route.stage import Route
@@ -72,20 +72,19 @@ class Segments(Sequence[Segment]):
     A survey of 10,000 items has 70,000 of them; its verdict needs only their columns.
     """
 
-    __slots__ = ("_columns", "_energy_j", "_overshoot_s", "_start_s", "_stopping_factor_p90")
+    __slots__ = ("_energy_j", "_motion", "_overshoot_s", "_stopping_factor_p90")
 
     def __init__(
         self,
-        columns: SegmentColumns,
+        motion: Motion,
         energy_j: FloatArray,
         stopping_factor_p90: float | None,
         overshoot_s: float,
     ) -> None:
-        self._columns = columns
+        self._motion = motion
         self._energy_j = energy_j
         self._stopping_factor_p90 = stopping_factor_p90
         self._overshoot_s = overshoot_s
-        self._start_s = columns.start_s
 
     def __len__(self) -> int:
         return len(self._energy_j)
@@ -98,7 +97,7 @@ class Segments(Sequence[Segment]):
         if isinstance(index, slice):
             return tuple(self[i] for i in range(*index.indices(len(self))))
         index = range(len(self))[index]
-        columns = self._columns
+        columns = self._motion.segments
         stopping_m = float(columns.stopping_distance_m[index])
         stops, factor_p90 = not np.isnan(stopping_m), self._stopping_factor_p90
         speed_m_s = float(columns.speed_m_s[index])
@@ -106,7 +105,7 @@ class Segments(Sequence[Segment]):
             index=index,
             item=int(columns.item[index]),
             state=STATES[columns.state[index]],
-            start_s=float(self._start_s[index]),
+            start_s=float(self._motion.segment_start_s[index]),
             duration_s=float(columns.duration_s[index]),
             distance_m=float(columns.distance_m[index]),
             climb_m=float(columns.climb_m[index]),
@@ -261,7 +260,7 @@ class Flight(Value, eq=False, dict=True):
     def segments(self) -> Segments:
         """The segments one by one."""
         return Segments(
-            self.motion.segments, self.segment_energy_j, self.stopping_factor_p90, self.overshoot_s
+            self.motion, self.segment_energy_j, self.stopping_factor_p90, self.overshoot_s
         )
 
     @cached_property
@@ -270,12 +269,12 @@ class Flight(Value, eq=False, dict=True):
         peaks = self.power_w(np.minimum(self.transients.peak_times_s(), self.time_s))
         return float(np.max(self.node_power_w, initial=np.max(peaks, initial=0.0)))
 
-    @property
+    @cached_property
     def time_s(self) -> float:
         """Duration of the flight. [s]"""
         return float(self.motion.segments.duration_s.sum())
 
-    @property
+    @cached_property
     def energy_j(self) -> float:
         """Energy of the flight. [J]"""
         return float(self.segment_energy_j.sum())

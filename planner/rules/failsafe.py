@@ -212,7 +212,7 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
 
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
-    point = a.returns.flight_point(event.segment, event.fraction)
+    [point] = a.returns.flight_points([(event.segment, event.fraction)])
     return a.finding(
         FAILSAFE_BEFORE_END,
         f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",

@@ -1,6 +1,7 @@
 """The battery a vehicle flies with, and the kinds of cell it may be made of."""
 
 import math
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -199,7 +200,7 @@ class Battery(Part):
         """
         given = {"health": health, "resistance_age_factor": resistance_factor}
         changed = {name: value for name, value in given.items() if value is not None}
-        return replace(self, **changed) if changed else self
+        return _changed(self, **changed) if changed else self
 
     def resistance_ohm(self, temperature_c: float) -> float | None:
         """Return the resistance of the whole battery, at its age and temperature; ``None``: unknown. [Ω]"""
@@ -223,6 +224,11 @@ class Battery(Part):
             ocv_soc=self.ocv_soc,
             ocv_v=self.ocv_v,
         )
+
+
+@lru_cache(maxsize=256)  # a sweep asks for the same few again and again
+def _changed(battery: Battery, **changed: float) -> Battery:
+    return replace(battery, **changed)
 
 
 class Chemistry(Part):

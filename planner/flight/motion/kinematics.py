@@ -241,6 +241,28 @@ class Motion(Value, eq=False, dict=True):
         duration_s = self.piece_duration_s[:, None]
         return quotient(velocity @ slopes.T, duration_s, above=SHORTEST_CHANGE_S)
 
+    @cached_property
+    def segment_start_s(self) -> FloatArray:
+        """Beginning of each segment. (s,) [s]"""
+        return self.segments.start_s
+
+    @cached_property
+    def last_piece(self) -> IntArray:
+        """Last piece of each segment. (s,)"""
+        count = len(self.segments.item)
+        return np.searchsorted(self.piece_segment, np.arange(count), side="right") - 1
+
+    @cached_property
+    def climbed_m(self) -> tuple[float, float]:
+        """All climbs, and all descents. [m]"""
+        climb_m = self.segments.climb_m
+        return float(climb_m[climb_m > 0.0].sum()), float(-climb_m[climb_m < 0.0].sum())
+
+    @cached_property
+    def distance_m(self) -> float:
+        """Over the ground, with what it wanders. [m]"""
+        return float(self.segments.distance_m.sum()) + self.wander_m
+
     @property
     def segment_stage(self) -> IntArray:
         """Stage each segment serves; one past the last what comes after all. (s,)"""

@@ -12,6 +12,7 @@ from planner.flight.motion.kinematics import (
     STATES,
     FlightState,
     KinematicState,
+    lengths,
     quotient,
 )
 from planner.flight.prediction import PieceLoads, make_flight, segment_energies_j
@@ -23,7 +24,7 @@ from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Iterator
+    from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Motion, SegmentColumns
@@ -275,26 +276,33 @@ class Returns(Value, eq=False, dict=True):
         """Return the points at which segments end. (n,)"""
         return self.points(segment, np.ones(len(segment)))
 
-    def flight_point(self, segment: int, fraction: float) -> FlightPoint:
-        """Return where along the mission a point of the flight is."""
-        time_s, state = self._passed(np.array([segment, segment]), np.array([0.0, fraction]))
-        begin_m, place_m = state.place_m
+    def flight_points(self, at: Sequence[tuple[int, float]]) -> tuple[FlightPoint, ...]:
+        """Return where along the mission points of the flight are, by segment and fraction of its time."""
+        segment = np.repeat([one for one, _ in at], 2)
+        fraction = np.array([share for _, one in at for share in (0.0, one)])
+        time_s, state = self._passed(segment, fraction)
+        place_m = state.place_m
+        begin_m, there_m = place_m[::2], place_m[1::2]
         # Inside a segment the flight is taken to be straight.
-        inside_m = float(np.hypot(*(place_m - begin_m)[:2]))
-        distance_m = self.flight.motion.segments.distance_m
-        stage = int(self.segment_stage[segment])
-        serving = np.flatnonzero(self.segment_stage == stage)
+        inside_m = lengths((there_m - begin_m)[:, :2])
         latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
-            place_m[:1], place_m[1:2]
+            there_m[:, 0], there_m[:, 1]
         )
-        before_m = float(distance_m[serving[serving < segment]].sum())
-        return FlightPoint(
-            item=self.route.stages[stage].item,
-            time_s=float(time_s[1]),
-            along_m=before_m + min(inside_m, float(distance_m[segment])),
-            leg_m=float(distance_m[serving].sum()),
-            latitude_deg=float(latitude_deg[0]),
-            longitude_deg=float(longitude_deg[0]),
+        distance_m = self.flight.motion.segments.distance_m
+        stage = self.segment_stage[segment[::2]]
+        first = np.searchsorted(self.segment_stage, stage)
+        last = np.searchsorted(self.segment_stage, stage, side="right")
+        return tuple(
+            FlightPoint(
+                item=self.route.stages[stage[row]].item,
+                time_s=float(time_s[2 * row + 1]),
+                along_m=float(distance_m[first[row] : own].sum())
+                + min(float(inside_m[row]), float(distance_m[own])),
+                leg_m=float(distance_m[first[row] : last[row]].sum()),
+                latitude_deg=float(latitude_deg[row]),
+                longitude_deg=float(longitude_deg[row]),
+            )
+            for row, (own, _) in enumerate(at)
         )
 
     def places(self, segment: IntArray, fraction: FloatArray) -> StopPlaces:
@@ -481,7 +489,7 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
         destinations=destinations,
         segment_stage=np.minimum(motion.segment_stage, len(route.stages) - 1),
         used_wh=_used_before_wh(flight),
-        start_s=columns.start_s,
+        start_s=motion.segment_start_s,
         piece_start_s=motion.piece_start_s(),
         first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
     )

@@ -154,23 +154,20 @@ def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | N
     margin_wh = None if battery is None else battery.above_reserve_wh - needed_wh
     if margin_wh is not None and abs(margin_wh) <= _ALIKE * needed_wh:
         margin_wh = 0.0  # an error of rounding is no shortfall
-    last, empty = (
-        None if at is None else returns.flight_point(*sweep.at(at))
-        for at in (
-            map(sweep.last_below, return_limits_wh(battery))
-            if margin_wh is not None and margin_wh < 0.0
-            else (None, None)
-        )
-    )
+    rows = [row]
+    if margin_wh is not None and margin_wh < 0.0:
+        last_rows = map(sweep.last_below, return_limits_wh(battery))
+        rows += (one for one in last_rows if one is not None)  # all return where more is used
+    tightest, *last = returns.flight_points([sweep.at(one) for one in rows])
     return ReturnPlan(
         tightest_item=returns.route.stages[returns.segment_stage[sweep.segment[row]]].item,
         energy_home_wh=float(sweep.return_wh[row]),
         margin_wh=margin_wh,
-        tightest=returns.flight_point(*sweep.at(row)),
+        tightest=tightest,
         time_home_s=float(sweep.return_s[row]),
         destination=int(sweep.destination[row]),
-        last_return=last,
-        last_return_empty=empty,
+        last_return=next(iter(last), None),
+        last_return_empty=next(iter(last[1:]), None),
     )
 
 

@@ -190,7 +190,7 @@ class _Way:
         self._returns = returns
         self.places: _Latest[StopPlaces] = _Latest()
         self.back: _Latest[tuple[IntArray, Motion, Transients]] = _Latest()
-        self.flight_points: _Latest[FlightPoint] = _Latest()
+        self.flight_points: _Latest[tuple[FlightPoint, ...]] = _Latest()
         self._once: dict[str, Any] = {}
         self._airs: _Latest[_Air] = _Latest()
 
@@ -260,11 +260,9 @@ class _KeptReturns(Returns, eq=False, dict=True):
         key = (points.segment.tobytes(), points.fraction.tobytes())
         return self.way.back.recall(key, lambda: Returns.ways_back(self, points))
 
-    def flight_point(self, segment: int, fraction: float) -> FlightPoint:
-        """Return where along the mission a point of the flight is."""
-        return self.way.flight_points.recall(
-            (segment, fraction), lambda: Returns.flight_point(self, segment, fraction)
-        )
+    def flight_points(self, at: Sequence[tuple[int, float]]) -> tuple[FlightPoint, ...]:
+        """Return where along the mission points of the flight are, by segment and fraction of its time."""
+        return self.way.flight_points.recall(tuple(at), lambda: Returns.flight_points(self, at))
 
     def points(self, segment: IntArray, fraction: FloatArray) -> ReturnPoints:
         """Return points of the flight, by segment and fraction of its time. (n,)"""
