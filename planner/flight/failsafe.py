@@ -367,6 +367,8 @@ def _first_below_for(
     time_s: FloatArray, values: FloatArray, threshold: float, hold_s: float
 ) -> tuple[int, float] | None:
     """Return where values have been below a threshold for a time without a break."""
+    if values.min() >= threshold:
+        return None
     since: float | None = None
     for segment, ((before, after), (begin_s, end_s)) in enumerate(
         zip(pairwise(values.tolist()), pairwise(time_s.tolist()), strict=True)

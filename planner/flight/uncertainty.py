@@ -603,4 +603,4 @@ def _p10_p90(values: FloatArray) -> tuple[float, float]:
 
 
 def _fraction_below(margin_wh: FloatArray | None, limit_wh: float = 0.0) -> float | None:
-    return None if margin_wh is None else float(np.mean(margin_wh < limit_wh))
+    return None if margin_wh is None else np.count_nonzero(margin_wh < limit_wh) / margin_wh.size
