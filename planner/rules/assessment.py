@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from planner.flight.budget import item_arrivals, predict_return_discharge
-from planner.flight.failsafe import battery_profile
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
@@ -82,6 +81,8 @@ class Assessment(Value, eq=False, dict=True):
         """The battery along the flight; ``None`` with none."""
         if self.pack is None:
             return None
+        from planner.flight.failsafe import battery_profile
+
         return battery_profile(self.returns, self.pack, self.discharge, charge=self.charge)
 
     @cached_property
