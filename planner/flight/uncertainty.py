@@ -207,17 +207,26 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     """
     normal, _, uniform = _standard_samples(spread.n_flights)
     wind = setup.wind
-    speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
-    from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
+
+    def about(mean: float, sd: float, row: int) -> FloatArray:
+        return mean + sd * normal[row] if sd else np.array(mean)
+
+    speed_m_s = about(wind.speed_m_s, wind.speed_sd_m_s, 0)
+    from_rad = np.radians(about(wind.from_deg, wind.from_sd_deg, 1))
+    payload_kg = about(mean_of(setup.payload_kg), sd_of(setup.payload_kg), 2)
     return UnknownSamples(
-        wind_east_m_s=-speed_m_s * np.sin(from_rad),
-        wind_north_m_s=-speed_m_s * np.cos(from_rad),
-        load_kg=np.maximum(mean_of(setup.payload_kg) + sd_of(setup.payload_kg) * normal[2], 0.0)
-        + setup.flown_pack.added_kg,
-        temperature_c=power.home_temperature_c + sd_of(setup.temperature_c) * normal[3],
+        wind_east_m_s=_of_all(-speed_m_s * np.sin(from_rad)),
+        wind_north_m_s=_of_all(-speed_m_s * np.cos(from_rad)),
+        load_kg=_of_all(np.maximum(payload_kg, 0.0) + setup.flown_pack.added_kg),
+        temperature_c=_of_all(about(power.home_temperature_c, sd_of(setup.temperature_c), 3)),
         errors=sample_errors(spread),
         landing_rank=uniform,
     )
+
+
+def _of_all(sampled: FloatArray) -> FloatArray:
+    """Return a value for each sample, of what all know the same or each its own. (samples,)"""
+    return np.broadcast_to(sampled, SAMPLES)
 
 
 def sample_charge(spread: ModelSpread, setup: Setup) -> FloatArray:
@@ -326,7 +335,7 @@ class ChebyshevAxis:
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         if half <= 1e-12 * max(abs(middle), 1.0):  # known exactly, but for rounding
             self.points = self.ends = np.array([middle])
-            self.weights = np.ones((sampled.size, 1))
+            self.weights = np.broadcast_to(1.0, (sampled.size, 1))
             return
         unit = chebpts1(count)
         self.points = middle + half * unit
@@ -424,14 +433,10 @@ def predict_scenarios(
     )
 
 
-def sample_flights(
-    returns: Returns, setup: Setup, *, spread: ModelSpread, sweep: ReturnSweep | None = None
-) -> Scenarios:
-    """Return what many flights of a mission take, whatever they fly on; as for `predict_scenarios`."""
-    flight = returns.flight
-    power = flight.power
-    spread = spread_at_noise(spread, power.vehicle, setup.position_noise_m)
-    samples = sample_unknowns(spread, setup, power)
+def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios:
+    """Return how long many flights of a mission last, and how far their stops get, in whatever air."""
+    spread = spread_at_noise(spread, flight.power.vehicle, setup.position_noise_m)
+    samples = sample_unknowns(spread, setup, flight.power)
     errors = samples.errors
     time_s = stopping_factor = None
     if spread.time_fraction is not None:
@@ -443,14 +448,32 @@ def sample_flights(
         time_s = np.maximum(time_s, 0.0)
     if spread.stopping_distance_fraction is not None:
         stopping_factor = np.maximum(1.0 + errors.stopping, 0.0)
-    timed = Scenarios(
+    return Scenarios(
         time_s=time_s,
         stopping_factor=stopping_factor,
         time_band_s=None if time_s is None else _p10_p90(time_s),
         stopping_factor_p90=None if stopping_factor is None else _p10_p90(stopping_factor)[1],
     )
+
+
+def sample_flights(
+    returns: Returns,
+    setup: Setup,
+    *,
+    spread: ModelSpread,
+    sweep: ReturnSweep | None = None,
+    timed: Scenarios | None = None,
+) -> Scenarios:
+    """Return what many flights of a mission take, whatever they fly on; as for `predict_scenarios`.
+
+    ``timed`` is what `sample_times` has of them, where that is known.
+    """
+    power = returns.flight.power
+    timed = timed or sample_times(returns.flight, setup, spread)
+    spread = spread_at_noise(spread, power.vehicle, setup.position_noise_m)
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
+    samples = sample_unknowns(spread, setup, power)
     weather = Weather(samples, power)
     sweep = sweep or sweep_returns(returns)
     tightest = None if sweep is None else _with_corners(returns, sweep, weather)
@@ -603,4 +626,4 @@ def _p10_p90(values: FloatArray) -> tuple[float, float]:
 
 
 def _fraction_below(margin_wh: FloatArray | None, limit_wh: float = 0.0) -> float | None:
-    return None if margin_wh is None else np.count_nonzero(margin_wh < limit_wh) / margin_wh.size
+    return None if margin_wh is None else float(np.count_nonzero(margin_wh < limit_wh) / SAMPLES)

@@ -25,7 +25,7 @@ from planner.flight.prediction import make_flight, steady_power
 from planner.flight.reach import situations
 from planner.flight.returns.path import Returns
 from planner.flight.returns.sample import judged_segments, line_ends, sample_points
-from planner.flight.uncertainty import tightest_rows
+from planner.flight.uncertainty import sample_flights, sample_times, tightest_rows
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
 from planner.rules.registry import SUBJECTS, asked_checks, reported
@@ -188,6 +188,7 @@ class _Way:
 
     def __init__(self, returns: Returns) -> None:
         self._returns = returns
+        self.timed: _StepMemory[Scenarios] = _StepMemory()
         self.places: _Latest[StopPlaces] = _Latest()
         self.back: _Latest[tuple[IntArray, Motion, Transients]] = _Latest()
         self.flight_points: _Latest[tuple[FlightPoint, ...]] = _Latest()
@@ -401,11 +402,18 @@ class RememberingSteps(WhatIfSteps):
         self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
     ) -> Scenarios:
         """Return what many flights of the mission take, whatever they fly on."""
+        assert isinstance(returns, _KeptReturns)  # as `assess` makes them
         seen = None if sweep is None else tightest_rows(sweep, setup)
         rows = () if seen is None else [one.tobytes() for one in field_values(seen).values()]
-        sampled = super().sample
+        timed, _ = returns.way.timed.recall(
+            spread, setup, lambda own: sample_times(returns.flight, own, spread)
+        )
         memory = self._sampled.recall((id(returns), *rows), lambda: (returns, _StepMemory()))[1]
-        return memory.recall(spread, setup, lambda own: sampled(returns, own, spread, seen))[0]
+        return memory.recall(
+            spread,
+            setup,
+            lambda own: sample_flights(returns, own, spread=spread, sweep=seen, timed=timed),
+        )[0]
 
     def arrivals(self, assessment: Assessment) -> tuple[ItemArrival, ...]:  # noqa: ARG002
         """Return none: no case of a sweep shows them."""
