@@ -780,10 +780,12 @@ class Setup(_Vehicle):
         setup = replace(
             setup, is_vehicle_named="vehicle" in named, settings_file=values.get(SETTINGS_FILE)
         )
-        if at_rest is None:
-            return setup
-        charge = setup.flown_pack.charge_at_rest(at_rest.voltage_v)
-        return replace(setup, charge=charge, rest_voltage_v=at_rest.voltage_v)
+        return setup if at_rest is None else setup.charged_to(at_rest.voltage_v)
+
+    def charged_to(self, rest_voltage_v: float) -> Self:
+        """Return the setup with the charge that its battery has at a voltage without load. [V]"""
+        charge = self.flown_pack.charge_at_rest(rest_voltage_v)
+        return replace(self, charge=charge, rest_voltage_v=rest_voltage_v)
 
     def require_named(self, command: str) -> None:
         """Raise ``UsageError`` where vehicle or battery are not named, or another speed is given."""

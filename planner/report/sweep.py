@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from planner import catalogue, quantity
 from planner.report.text import printable, table_lines
 from planner.service.sweep.axes import WIND_PARTS
+from planner.service.sweep.tally import LONGEST
 from planner.setting import declared
 from planner.setup import Setup
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 _BAR = 30
 _MOST_BREAKS = 8
 _MOST_LIMITS = 40
-_UNITS = {"_m_s": "m/s", "_deg": "°", "_kg": "kg", "_c": "°C", "_m": "m", "_s": "s"}
+_UNITS = {"_m_s": "m/s", "_deg": "°", "_kg": "kg", "_c": "°C", "_m": "m", "_s": "s", "_hpa": "hPa"}
 _NAMES = {
     "wind_m_s": "wind",
     "wind_from_deg": "wind from",
@@ -126,11 +127,14 @@ def _limit_text(limit: Limit) -> str:
 
     def reach(value: float | None) -> str:
         if value is None:
-            return "at none of the values"
+            return "at no value"
         if value == limit.last:
             return "at every value"
         side = "up to" if limit.is_upper else "down to"
-        return f"{side} {quantity.exact(value)}{f' {unit}' if unit else ''}"
+        number = quantity.exact(value)
+        if len(number) > LONGEST:
+            number = quantity.decimals(value, 2)
+        return f"{side} {number}{f' {unit}' if unit else ''}"
 
     if limit.every == limit.best:
         return f"{name}{where}: {reach(limit.every)}"

@@ -9,10 +9,12 @@ import pytest
 
 from planner.errors import UsageError
 from planner.physics.wind import Wind
-from planner.service.sweep.axes import read_axis, varying, varying_names
+from planner.service.sweep.axes import WIND_PARTS, read_axis, varying, varying_names
 from planner.service.sweep.cases import case_setup, make_cases
 from planner.service.sweep.weather import WeatherFileError, read_weather
-from planner.setup import Setup
+from planner.setup import RestVoltage, Setup, read_battery
+from planner.values import field_names
+from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
         ("wind=0:12:3", "wind_m_s", (0.0, 3.0, 6.0, 9.0, 12.0)),
         ("wind=2m/s,0.5", "wind_m_s", (2.0, 0.5)),
         ("wind-from=270,90", "wind_from_deg", (270.0, 90.0)),
+        ("wind-from=N,SW", "wind_from_deg", (0.0, 225.0)),
         ("gust=0:0.3:0.1", "gust_m_s", (0.0, 0.1, 0.2, 0.3)),
         ("wind=5@270,8±1@90", "wind", None),
         ("payload=0,0.25kg", "payload_kg", (0.0, 0.25)),
@@ -59,6 +62,7 @@ def test_values_are_read_as_the_option_reads_them(
         ("wind=normal(5)", r"expected normal\(MEAN,SD\)"),
         ("wind=gauss(5,2)", r"expected normal\(MEAN,SD\), uniform"),
         ("health=1", "is ambiguous"),
+        ("charge=90%,,80%", "a value is missing beside a comma"),
         ("ignore=M115", "no setting of a check has this name"),
     ],
 )
@@ -72,6 +76,77 @@ def test_every_setting_of_a_check_varies_but_what_is_reported() -> None:
     assert {"wind", "wind-from", "gust", "mission", "vehicle", "params", "risk", "speed"} <= names
     assert {"wind_profile", "clearance_m", "autopilot"} <= varying().keys()
     assert not {"select", "ignore", "baseline"} & names
+
+
+VALUES = {
+    "vehicle": "px4-quad-2kg,dji-matrice-100",
+    "params": "{params}",
+    "terrain": "{terrain}",
+    "autopilot": "auto,px4,step",
+    "target": "px4-1.16,arducopter-4.7",
+    "wind": "5@270,8±1@90",
+    "wind_profile": "power:0.2@10m,log:0.03m@10m",
+    "home_amsl_m": "0,488m",
+    "temperature_c": "15,50F,20±5",
+    "pressure_hpa": "990:1010:10",
+    "payload_kg": "0.25,500g,0.5±0.1",
+    "position_noise_m": "0,1",
+    "heading_deg": "N,90",
+    "speed_m_s": "5,36km/h,10kn",
+    "clearance_m": "5,10",
+    "profile": "{profile}",
+    "reaction_time_s": "1,2",
+    "position_error_m": "0,5",
+    "battery": "5.2Ah@14.8V,4S6200,77Wh",
+    "battery_health": "100%,80%",
+    "battery_resistance_factor": "1,2",
+    "battery_temperature_c": "0,68F",
+    "charge": "95%,95±2%,16.2V",
+    "reserve": "20%,12Wh,3min",
+    "risk": "1%,5%",
+    "fail_on": "error,warning",
+}
+"""Of every setting that varies, by its key."""
+
+
+def test_every_setting_varies_as_its_option_sets_it(tmp_path: Path) -> None:
+    import rasterio
+
+    files = {"params": tmp_path / "a.param", "profile": tmp_path / "site.toml"}
+    files["params"].write_text("WPNAV_SPEED 500\n", encoding="utf-8")
+    files["profile"].write_text("[expect.params]\nWPNAV_SPEED = 500\n", encoding="utf-8")
+    files["terrain"] = tmp_path / "ground.tif"
+    grid = {"driver": "GTiff", "width": 2, "height": 2, "count": 1, "dtype": "float32"}
+    at = rasterio.Affine(0.1, 0.0, 8.0, 0.0, -0.1, 47.1)
+    with rasterio.open(files["terrain"], "w", crs="EPSG:4326", transform=at, **grid) as ground:
+        ground.write(np.full((2, 2), 400.0, dtype=np.float32), 1)
+    given = {"vehicle": "px4-quad-2kg", "battery": Battery(capacity_ah=5.2, nominal_voltage_v=14.8)}
+    base = Setup.of(given)
+    for key, setting in varying().items():
+        if setting.field != key and setting.key in {part.key for part in WIND_PARTS.values()}:
+            continue
+        if key == "mission":
+            continue
+        axis = read_axis(f"{key}={VALUES[key].format(**files)}")
+        assert axis.key == key
+        for value in axis.values:
+            loaded = setting.loaded(value)
+            varied = case_setup(base, {key: loaded})
+            expected = Setup.of({**given, key: value})
+            for name in field_names(Setup):
+                is_new = name in {"terrain", "profile", "parameters"}  # read anew, and not compared
+                own, other = getattr(varied, name), getattr(expected, name)
+                assert (own is None) == (other is None) if is_new else own == other, (key, name)
+
+
+def test_a_voltage_is_the_charge_of_the_battery_it_is_measured_at() -> None:
+    given = {"vehicle": "px4-quad-2kg", "battery": read_battery("5Ah@4S")}
+    base = Setup.of({**given, "charge": RestVoltage(voltage_v=15.4)})
+    other = read_battery("9Ah@4S")
+    varied = case_setup(base, {"battery": other})
+    assert varied == Setup.of({**given, "battery": other, "charge": RestVoltage(voltage_v=15.4)})
+    full = case_setup(base, {"charge": 1.0})
+    assert (full.charge, full.rest_voltage_v) == (1.0, None)
 
 
 def test_a_calm_has_one_direction() -> None:

@@ -8,6 +8,7 @@ Every setting of `planner.setup.Setup` can vary, by the name of its option: ``pa
 from __future__ import annotations
 
 import re
+from collections import Counter
 from decimal import Decimal
 from functools import cache
 from hashlib import sha256
@@ -18,7 +19,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import UsageError, nearest_hint
 from planner.quantity import Spread, mean_of
-from planner.setting import Fraction, Group, Kind, Number, Setting, Switch, declared
+from planner.setting import Bearing, Fraction, Group, Kind, Number, Setting, Switch, declared
 from planner.setup import Setup
 from planner.units import FASTEST_M_S
 from planner.values import Value
@@ -32,11 +33,7 @@ WIND_M_S = Setting(
     Number("m/s", 0.0, FASTEST_M_S), Group.FLIGHT, "speed of the wind", key="wind_m_s", field="wind"
 )
 WIND_FROM_DEG = Setting(
-    Number("°", 0.0, 360.0),
-    Group.FLIGHT,
-    "where the wind blows from",
-    key="wind_from_deg",
-    field="wind",
+    Bearing(), Group.FLIGHT, "where the wind blows from", key="wind_from_deg", field="wind"
 )
 GUST_M_S = Setting(
     Number("m/s", 0.0, FASTEST_M_S), Group.FLIGHT, "gusts of the wind", key="gust_m_s", field="wind"
@@ -201,8 +198,8 @@ def make_axis(name: str, values: str | Sequence[object]) -> Axis:
     if made.distribution is None and not 0 < len(made.values) <= MOST_VALUES:
         msg = f"--vary {name}: expected 1 to {MOST_VALUES} values, got {len(made.values)}"
         raise UsageError(msg)
-    shown = [made.shown(value) for value in made.values]
-    if twice := next((one for i, one in enumerate(shown) if one in shown[:i]), None):
+    shown = Counter(made.shown(value) for value in made.values)
+    if twice := next((one for one, count in shown.items() if count > 1), None):
         msg = f"--vary {name}: {twice} is given twice"
         raise UsageError(msg)
     for value in made.values:
@@ -281,6 +278,9 @@ def _read_values(setting: Setting, name: str, text: str) -> Axis:
     if isinstance(kind, Switch):
         return Axis(key=setting.key, name=name, values=tuple(map(_read_switch, text.split(","))))
     parts = [part.strip() for part in text.split(",")]
+    if not all(parts):
+        msg = "a value is missing beside a comma"
+        raise ValueError(msg)
     values: list[Any] = []
     for part in parts:
         if isinstance(kind, Number) and part.count(":") == 2:

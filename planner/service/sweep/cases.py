@@ -15,7 +15,7 @@ from planner.errors import UsageError
 from planner.service.sweep.axes import GUST_M_S, MISSION, WIND_FROM_DEG, WIND_M_S, Axis
 from planner.service.sweep.weather import distinct
 from planner.setting import Group, declared
-from planner.setup import Setup
+from planner.setup import RestVoltage, Setup
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -270,9 +270,9 @@ def case_setup(base: Setup, values: Mapping[str, Any]) -> Setup:
     """
     fields: dict[str, Any] = {}
     for setting in declared(Setup):
-        value = values.get(setting.key)
-        if value is None:
+        if setting.key not in values:
             continue
+        value = values[setting.key]
         if setting.into is not None:
             value = setting.into(fields.get(setting.field, getattr(base, setting.field)), value)
         elif setting.key == "wind":  # its profile is another setting
@@ -288,7 +288,14 @@ def case_setup(base: Setup, values: Mapping[str, Any]) -> Setup:
         fields[setting.field] = value
     if any(part.key in values for part in _WIND):
         fields["wind"] = _with_parts(fields.get("wind", base.wind), values)
-    return replace(base, **fields) if fields else base
+    at_rest_v = base.rest_voltage_v
+    if "charge" in fields:
+        at_rest_v = fields["rest_voltage_v"] = None
+    if isinstance(fields.get("charge"), RestVoltage):
+        at_rest_v = fields.pop("charge").voltage_v
+    setup = replace(base, **fields) if fields else base
+    # A voltage is the charge of one battery, and another charge of the next.
+    return setup if at_rest_v is None else setup.charged_to(at_rest_v)
 
 
 def _with_parts(wind: Wind, values: Mapping[str, Any]) -> Wind:

@@ -90,13 +90,7 @@ class CoresEngine:
             except WorkersError as error:
                 deaths += 1
                 if deaths == _MOST_DEATHS:
-                    first, count = taken[0]
-                    msg = (
-                        f"workers were killed {deaths} times at the cases from {first} to "
-                        f"{first + count - 1}, perhaps for want of memory: what is done is kept, run it "
-                        "again with --workers 1"
-                    )
-                    raise EngineError(msg) from error
+                    raise _deadly(taken[0], deaths) from error
 
 
 _own: dict[str, Any] = {}
@@ -147,7 +141,8 @@ class ClusterEngine:
                     if not waiting:
                         return
                     future = next(done)
-                    yield *waiting.pop(future), *_result(future, self._scheduler)
+                    job = waiting.pop(future)
+                    yield *job, *_result(future, job, self._scheduler)
                     if time.monotonic() - looked_s > _LOOKED_S:
                         ahead = _AHEAD * max(sum(client.nthreads().values()), 1)
                         looked_s = time.monotonic()
@@ -193,7 +188,15 @@ class _OtherProgramError(Exception):
     """A worker that came later has another mavjoule."""
 
 
-def _result(future: Any, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no types
+def _deadly(job: Job, deaths: int) -> EngineError:
+    first, count = job
+    return EngineError(
+        f"workers were killed {deaths} times at the cases from {first} to {first + count - 1}, perhaps for "
+        "want of memory: what is done is kept, run it again with fewer workers"
+    )
+
+
+def _result(future: Any, job: Job, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no types
     if future.status in {"cancelled", "lost"}:
         msg = f"the Dask scheduler {scheduler} is lost: what is done is kept, run it again to go on"
         raise EngineError(msg)
@@ -202,6 +205,8 @@ def _result(future: Any, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no
     except (_OtherProgramError, ImportError) as error:
         msg = f"a worker cannot work: {error}"
         raise EngineError(msg) from error
+    except import_module("distributed").KilledWorker as error:
+        raise _deadly(job, error.allowed_failures + 1) from error
     return timed
 
 

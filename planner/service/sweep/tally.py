@@ -7,6 +7,7 @@ A calm counts for every direction.
 from __future__ import annotations
 
 import datetime as dt
+import re
 from collections import Counter
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.service.sweep.axes import WIND_FROM_DEG, number_of
+from planner.service.sweep.axes import GUST_M_S, WIND_FROM_DEG, WIND_M_S, number_of
 from planner.service.sweep.table import CaseTable, case_places
 from planner.values import Value
 
@@ -37,6 +38,9 @@ MONTH, HOUR = "month", "hour"
 _EVERY = -1
 """Place of a value that stands for every one of its axis."""
 _GO, _ALL, _UNCHECKED = 0, 1, 2
+LONGEST = 8
+"""Characters of a number that is shown as it is."""
+_DECIMALS = re.compile(r"\d+\.\d+")
 
 
 class AxisScale(Value, eq=False):
@@ -181,15 +185,17 @@ class Tally:
         return share.T if i < j else share
 
     def limits(self) -> Iterator[Limit]:
-        """Yield how far each axis goes alone, and by each value of the direction of the wind."""
+        """Yield how far each axis goes alone, and winds and gusts by each direction they blow from."""
         for i, scale in enumerate(self.scales):
             if (
                 scale.numbers is None
                 or len(scale.labels) < 2
-                or scale.key in {MONTH, HOUR, "wind_from_deg"}
+                or scale.key in {MONTH, HOUR, WIND_FROM_DEG.key}
             ):
                 continue
             yield self._limit(scale, self._single[i], None)
+            if scale.key not in {WIND_M_S.key, GUST_M_S.key}:
+                continue
             for j, other in enumerate(self.scales):
                 if other.key == WIND_FROM_DEG.key and i != j:
                     pairs = self._pairs[min(i, j), max(i, j)]
@@ -282,12 +288,27 @@ def _scale(axis: Axis, values: Sequence[object]) -> tuple[AxisScale, IntArray]:
     if is_ordered and len(different) > _MOST_VALUES:
         return _classed(axis, [number_of(value) for value in values])
     place = {value: i for i, value in enumerate(different)}
+    labels = [axis.shown(value) for value in different]
     scale = AxisScale(
         key=axis.key,
-        labels=tuple(axis.shown(value) for value in different) or (quantity.ABSENT,),
+        labels=tuple(_shortened(labels) if is_ordered else labels) or (quantity.ABSENT,),
         numbers=tuple(number_of(value) or 0.0 for value in different) if is_ordered else None,
     )
     return scale, np.array([_EVERY if v is None else place[v] for v in values], dtype=np.intp)
+
+
+def _shortened(labels: Sequence[str]) -> Sequence[str]:
+    """Return numbers, such as of knots in m/s, with as many decimals as tell them from each other."""
+    if max(map(len, labels)) <= LONGEST:
+        return labels
+    for decimals in range(2, 16):
+        short = [
+            _DECIMALS.sub(lambda one: f"{float(one[0]):.{decimals}f}", text)  # noqa: B023 - called here
+            for text in labels
+        ]
+        if len(set(short)) == len(labels):
+            return short
+    return labels
 
 
 def _classed(axis: Axis, values: Sequence[float | None]) -> tuple[AxisScale, IntArray]:
@@ -297,7 +318,7 @@ def _classed(axis: Axis, values: Sequence[float | None]) -> tuple[AxisScale, Int
         count = round(360.0 / _DIRECTIONS_DEG)
         place = np.round(known / _DIRECTIONS_DEG) % count
         numbers = tuple(_DIRECTIONS_DEG * i for i in range(count))
-        labels = tuple(quantity.bearing(one) for one in numbers)
+        labels = tuple(f"{one:g}" for one in numbers)
     else:
         low, high = float(np.nanmin(known)), float(np.nanmax(known))
         rough = (high - low) / _CLASSES
