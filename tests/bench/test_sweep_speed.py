@@ -79,7 +79,7 @@ def test_workers_of_a_cluster_by_their_processor_time() -> None:
     for workers in (2, 4):
         begun_s = time.process_time()
         with LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None
+            n_workers=workers, threads_per_worker=1, dashboard_address=":0"
         ) as cluster:
             started_s = _processor_s(cluster)
             there = sweep(

@@ -63,6 +63,6 @@ def test_the_page_of_a_sweep_has_its_maps_and_runs_nothing_else(year: Sweep) -> 
     missions = {"<script>x</script>": next(iter(year.plan.missions.values()))}
     hostile = replace(year, plan=replace(year.plan, missions=missions))
     page = sweep_html(hostile, version="0", made_at=datetime(2026, 1, 1, tzinfo=UTC))
-    assert "Share of GO over month and battery" in page
+    assert "Share of GO over month and battery [%]" in page
     assert "<script>x" not in page
     assert "&lt;script&gt;x" in page

@@ -294,7 +294,7 @@ def test_a_cluster_makes_the_same_batches(mission: Mission, setup: Setup) -> Non
     from distributed import LocalCluster
 
     plan, jobs = make_plan(mission, setup, vary=VARY), [(0, 20), (20, 16)]
-    with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=1, processes=False, dashboard_address=":0") as cluster:
         there = _outcomes(ClusterEngine(cluster.scheduler_address), plan, jobs)
     assert there == _outcomes(CoresEngine(1), plan, jobs)
 

@@ -36,7 +36,7 @@ def sweep_html(sweep: Sweep, *, version: str, made_at: datetime) -> str:
         if len(scale.labels) > 1
     }
     section = template("sweep.html.j2").module.sweep(
-        lines=[headline(sweep), *remarks(sweep)],
+        lines=remarks(sweep),
         charts={name: str(figure.description) for name, figure in figures.items()},
         stills={name: still_svg(spec) for name, spec in payload.items()},
         payload=page_json(payload),

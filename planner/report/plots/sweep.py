@@ -58,7 +58,7 @@ def axis_title(key: str) -> str:
 
 def map_title(across: str, up: str) -> str:
     """Return what a map shows."""
-    return f"Share of GO over {name_of(across)} and {name_of(up)}"
+    return f"Share of GO over {name_of(across)} and {name_of(up)} [%]"
 
 
 def map_figure(tally: Tally, across: str, up: str) -> Chart:
@@ -67,7 +67,12 @@ def map_figure(tally: Tally, across: str, up: str) -> Chart:
     share = tally.share_map(across, up)
     columns, rows = _scale(tally, across).labels, _scale(tally, up).labels
     cells = [
-        {"x": x, "y": y, "share": float(share[j, i]), "text": quantity.percent(float(share[j, i]))}
+        {
+            "x": x,
+            "y": y,
+            "share": float(share[j, i]),
+            "text": quantity.percent(float(share[j, i])).removesuffix(" %"),
+        }
         for j, y in enumerate(rows)
         for i, x in enumerate(columns)
         if np.isfinite(share[j, i])
@@ -79,7 +84,10 @@ def map_figure(tally: Tally, across: str, up: str) -> Chart:
         .legend(format="%")
     )
     base = alt.Chart(inline_rows(cells)).encode(
-        x=alt.X("x:N").title(axis_title(across)).sort(list(columns)).axis(labelAngle=0),
+        x=alt.X("x:N")
+        .title(axis_title(across))
+        .sort(list(columns))
+        .axis(labelAngle=0, labelOverlap=True),
         y=alt.Y("y:N").title(axis_title(up)).sort(list(reversed(rows))),
     )
     is_wide = len(columns) <= 14

@@ -6,6 +6,7 @@ worker is worked out again.
 
 from __future__ import annotations
 
+import logging
 import pickle
 import time
 from collections import deque
@@ -119,7 +120,7 @@ class ClusterEngine:
     def run(self, plan: SweepPlan, jobs: Iterable[Job]) -> Iterator[Done]:
         """Yield each job with its batch, as it is done; workers may come, go and die."""
         distributed = import_module("distributed")
-        with self._connected(distributed) as client:
+        with _unlogged(), self._connected(distributed) as client:
             refuse_other_programs(client)
             # A task, not scattered data: the scheduler has it made again where its worker is lost.
             sent = client.submit(
@@ -165,6 +166,18 @@ class ClusterEngine:
             msg = f"the Dask scheduler {self._scheduler} has no workers: start them with 'dask worker'"
             raise EngineError(msg) from error
         return client
+
+
+@contextmanager
+def _unlogged() -> Iterator[None]:
+    """Have a client not write tracebacks of what is said in a sentence: that its scheduler is lost."""
+    logger = logging.getLogger("distributed.client")
+    before = logger.disabled
+    logger.disabled = True
+    try:
+        yield
+    finally:
+        logger.disabled = before
 
 
 def refuse_other_programs(client: Any) -> None:  # noqa: ANN401 - Dask has no types
