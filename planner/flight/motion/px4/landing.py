@@ -44,6 +44,8 @@ _RESTS_M = 1e-5
 """Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory rests. [m]"""
 _BEYOND_M_S = 1e-9
 """Velocity that is none. [m s⁻¹]"""
+_ROUNDED_M_S = 1e-4
+"""Speed over what is allowed, below which the square root of it does not grow with the rounding. [m s⁻¹]"""
 _FINE_M = 2.0
 """Distance from its origin, about home, up to which a trajectory in single precision comes so near; farther
 away its steps get lost, and it creeps for ever. [m]"""
@@ -369,16 +371,21 @@ def ends_of_moves(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray,
 def slowing_at_ends_m_s2(legs: Px4Legs) -> FloatArray:
     """Return the decelerations moves end with and hand on, zero or more. (n,) [m s⁻²]
 
-    That of the braking law flown last, −u̇ = a u/(u + b/2), or what its onset has grown to.
+    That of the braking law flown last, −u̇ = a u/(u + b/2), or what its onset has grown to; none where the
+    final speed is reached before the end.
     """
     limits, straights, part = legs.limits, legs.straights, legs.planned
     end = straights.end_m_s
     law = limits.law(straights.near).acceleration_m_s2 * end
     braking = quotient(law, end + straights.half_b_m_s[:, 1])
-    follows = (straights.joined_m_s > end + _BEYOND_M_S) & (straights.final_m <= STILL_M)
-    onset = limits.ramp_m_s3 * straights.onset_s * (straights.joined_m_s <= end + _BEYOND_M_S)
+    onset = limits.ramp_m_s3 * straights.onset_s
+    slowing = np.where(straights.joined_m_s > end + _BEYOND_M_S, braking, onset)
+    # Taken back, it leaves no less than what is allowed there: v − a²/2j.
+    above = np.maximum(end - limits.lowest_allowed_m_s(limits.tail_m), 0.0)
+    most = above * np.sqrt(2.0 * limits.ramp_m_s3 / (above + _ROUNDED_M_S))
+    slowing = np.minimum(slowing, most)
     moving = part.is_leg & ~(part.hold_s > 0.0) & (limits.length_m > STILL_M)
-    return np.where(moving, np.where(follows, braking, onset), 0.0)
+    return np.where(moving & (straights.final_m <= STILL_M), slowing, 0.0)
 
 
 LIFT_OFF_AFTER_S = 0.2

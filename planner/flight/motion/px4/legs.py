@@ -485,8 +485,12 @@ def _end_heights_m(
     jerk = parameters.jerk_m_s3
     least_s = np.maximum(np.cbrt(6.0 * flown_m / jerk), flown_m / planned.speed_m_s)
     part = np.minimum(quotient(horizontal(left), horizontal(way)), 1.0)
-    part = np.minimum(part, np.exp(-0.5 * jerk / vertical * least_s))
-    return np.where(near, planned.target_m[:, 2] - way[:, 2] * part, ends_m[:, 2])
+    sloped = planned.is_leg & ~planned.is_takeoff & (planned.direction[:, 2] != 0.0)
+    sloped &= np.abs(way[:, 2] * part) <= parameters.altitude_acceptance_m
+    sloped &= np.abs(way[:, 2]) <= horizontal(way)
+    dying = np.minimum(part, np.exp(-0.5 * jerk / vertical * least_s))
+    part = np.where(near, dying, part)
+    return np.where(near | sloped, planned.target_m[:, 2] - way[:, 2] * part, ends_m[:, 2])
 
 
 def _starts(

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, quotient
 from planner.flight.motion.px4.braking import (
+    CLAMPED_M_S,
     Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
@@ -17,7 +18,6 @@ from planner.flight.motion.px4.braking import (
 )
 from planner.flight.motion.px4.landing import takeoff_acceleration_m_s2
 from planner.flight.motion.px4.moves import directions
-from planner.flight.motion.px4.turns import CLAMPED_M_S
 from planner.values import field_values
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ _LEAST_SHARE = 0.2
 """Least of b'/b, the greatest being 1. [-]"""
 _SLOWER = 1e-6
 """Share of a speed by which it is no slower. [-]"""
+_SAME = 1e-9
+"""Share of a speed by which it is the same. [-]"""
 
 
 def root(
@@ -359,10 +361,12 @@ def fly_straights(
             np.maximum(peak[short], lowest[short]),
         )
     # Nothing above the speed begun with is allowed: the way left decides from the beginning.
-    late = lowest * (1.0 + 1e-9) >= peak
+    late = lowest * (1.0 + _SAME) >= peak
     late &= (begun == 0.0) | (peak < limits.cruise_m_s)
     ramped, _ = climb.ways_m(peak)
     held = late & ~((ramped <= length) & (peak >= limits.cruise_m_s))
+    # A change within the rounding is none: it would take the square root of that.
+    held |= (begun == 0.0) & (np.abs(start_m_s - peak) <= _SAME * peak)
     ramped = np.where(held, 0.0, ramped)
     peak = np.where(held, start_m_s, peak)
     is_cut = ~late & (ramped > length)

@@ -9,14 +9,15 @@ import numpy as np
 
 from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
+    CLAMPED_M_S,
     STILL_M,
     Px4Ramps,
-    braking_distance_m,
     ramp_time_s,
     turning_back,
     vertical_limits,
 )
 from planner.flight.motion.px4.moves import SHORTEST_L1_M, directions
+from planner.flight.motion.px4.straights import fly_straights, limits_along
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ ALIGNED_COS = 0.98
 """Cosine of the angle to the target from which a turn counts as done (``PositionSmoothing::_isTurning``)."""
 SLOWEST_TURN_M_S = 0.2
 """Speed below which nothing is turned (``PositionSmoothing::_isTurning``). [m s⁻¹]"""
-CLAMPED_M_S = 0.5
-"""Speed below which one axis is slowed alone (``clampToXYNorm``, ``clampToZNorm``). [m s⁻¹]"""
 PEAK_OVER_MEAN = 1.5
 """Highest over mean speed of a cubic from rest to rest. [-]"""
 
@@ -77,11 +76,37 @@ def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
         acceleration_m_s2=np.zeros_like(speed),
     )
     if turning.any():
-        some = begun.select(turning)
-        approached, before_s = _approached(some, parameters)
-        swung = _swings(approached, parameters)
-        turns.put(turning, replace(swung, duration_s=swung.duration_s + before_s))
+        led, held_m_s, lead_s = _led_in(begun.select(turning), parameters)
+        approached, before_s = _approached(led, parameters)
+        swung = _swings(approached, held_m_s, parameters)
+        duration_s = np.maximum(swung.duration_s + before_s - lead_s, 0.0)
+        turns.put(turning, replace(swung, duration_s=duration_s))
     return turns
+
+
+def _led_in(
+    begun: LegStarts, parameters: Px4Parameters
+) -> tuple[LegStarts, FloatArray, FloatArray]:
+    """Return vehicles as they would have begun to turn back without a deceleration, and by how much sooner.
+
+    And the speeds held in the turns: what the way left allowed, which a deceleration trails.  What of it
+    points along the new leg, −cos θ of it for a turn θ beyond the right angle, is part of the swing already.
+    """
+    velocity = begun.velocity_m_s[:, :2]
+    way = (begun.planned.target_m - begun.place_m)[:, :2]
+    speed = horizontal(velocity)
+    backward = np.maximum(-quotient(dot(velocity, way), speed * horizontal(way)), 0.0)
+    slowing = begun.slowing_m_s2 * backward
+    lead_s = slowing / parameters.jerk_m_s3
+    trailed_m_s = 0.5 * slowing * lead_s
+    sooner_m_s = speed + trailed_m_s
+    before_m = lead_s * (sooner_m_s - slowing * lead_s / 6.0)
+    heading = quotient(velocity, speed[:, None])
+    place, faster = begun.place_m.copy(), begun.velocity_m_s.copy()
+    place[:, :2] -= heading * before_m[:, None]
+    faster[:, :2] = heading * sooner_m_s[:, None]
+    held = np.maximum(speed - trailed_m_s, SLOWEST_TURN_M_S)
+    return replace(begun, place_m=place, velocity_m_s=faster), held, lead_s
 
 
 def _approached(begun: LegStarts, parameters: Px4Parameters) -> tuple[LegStarts, FloatArray]:
@@ -161,8 +186,8 @@ class _LegFrame(Value, eq=False):
         return begins_m[:, :2] + self.along * x_m[:, None] + self.across * y_m[:, None]
 
 
-def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
-    """Return the turns of vehicles that all turn."""
+def _swings(begun: LegStarts, held_m_s: FloatArray, parameters: Px4Parameters) -> Turns:
+    """Return the turns of vehicles that all turn, to the speeds that are held in them."""
     frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
     most_m_s2 = parameters.acceleration_m_s2
@@ -171,7 +196,7 @@ def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     # The point steered for lies on the leg, and is as much higher as the leg has risen by there.
     rise = np.abs(begun.planned.target_m[:, 2] - begun.planned.begins_m[:, 2])
     steep = quotient(rise, frame.length_m, np.abs(height) / l1, above=STILL_M)
-    held = _held_speed_m_s(v, steep, vertical_m_s)
+    held = _held_speed_m_s(held_m_s, steep, vertical_m_s)
     rate = np.minimum(vertical_m_s, held * steep)
     lift = np.abs(np.sign(height) * rate - begun.velocity_m_s[:, 2])
     jerk = np.full(len(v), parameters.jerk_m_s3)
@@ -402,20 +427,18 @@ def joined_turns(
     """
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     direction, length = directions(part.ends_m - place)
+    direction, level_m_s = _sighted(begun, direction, turns.speed_m_s, parameters)
     level, upright = horizontal(direction), np.abs(direction[:, 2])
     shallow = level >= upright
     projected = np.maximum(dot(velocity, direction), 0.0)
-    speed = np.where(
-        shallow, turns.speed_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected
-    )
+    speed = np.where(shallow, level_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected)
     speed = speed * fraction
     change = np.abs(direction * speed[:, None] - velocity)
-    climb, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
+    _, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     acceleration, jerk = parameters.acceleration_m_s2, parameters.jerk_m_s3
-    time = np.maximum(
-        ramp_time_s(change[:, :2].max(axis=1), acceleration, jerk),
-        ramp_time_s(change[:, 2], vertical, jerk),
-    )
+    level_s = ramp_time_s(change[:, :2].max(axis=1), acceleration, jerk)
+    lift_s = ramp_time_s(change[:, 2], vertical, jerk)
+    time = np.maximum(level_s, lift_s)
     straight = (turns.duration_s == 0.0) | (
         (turns.duration_s < time) & (projected > _NEARLY_STRAIGHT * lengths(velocity))
     )
@@ -423,30 +446,30 @@ def joined_turns(
     joins &= (time > _SHORTEST_JOIN_S) & (length > 0.0)
     if not joins.any():
         return turns
-    # The speed along the leg grows meanwhile, no further than half way to its limit.
-    limit = np.minimum(
-        quotient(part.speed_m_s, level, np.inf, above=STILL_M),
-        quotient(climb, upright, np.inf, above=STILL_M),
+    along = _Headway.from_places(
+        begun,
+        direction * length[:, None],
+        speed,
+        time,
+        held_s=np.minimum(turns.duration_s, time),
+        grows=joins & shallow & (fraction == 1.0),
+        parameters=parameters,
     )
-    growing = np.minimum(time, acceleration / jerk)
-    growing = np.minimum(growing, np.sqrt(np.maximum(limit - speed, 0.0) / jerk))
-    # It must be allowed by the way left once the acceleration is taken back.
-    settled = speed + jerk * growing**2
-    left = length + part.tail_m - settled * (time + growing)
-    level_reach = braking_distance_m(settled * level, part.final_level_m_s, acceleration, jerk)
-    upright_reach = braking_distance_m(settled * upright, part.final_upright_m_s, vertical, jerk)
-    grows = shallow & (level_reach <= left * level) & (upright_reach <= left * upright)
-    growing = np.where(grows & (fraction == 1.0), growing, 0.0)
-    after = speed + 0.5 * jerk * growing**2
-    end = place + 0.5 * (velocity + direction * after[:, None]) * time[:, None]
+    after = along.speed_m_s
+    aside = velocity - direction * speed[:, None]
+    end = place + direction * along.way_m[:, None] + 0.5 * aside * time[:, None]
     backward = -dot(velocity, direction)
     reverses = joins & ~shallow & (backward > _MOSTLY * lengths(velocity))
     back_m, back_s = turning_back(np.where(reverses, backward, 0.0), vertical, jerk)
     end = np.where(reverses[:, None], place - direction * back_m[:, None], end)
     time = np.where(reverses, back_s, time)
     turned_m_s2 = np.minimum(vertical, np.sqrt(2.0 * jerk * np.where(reverses, backward, 0.0)))
-    longest = _LONGEST_JOIN if fraction == 1.0 else _LONGEST_SLOW_JOIN
-    fits = dot(end - place, direction) < longest * length
+    # A height that changes its way leaves the speed along the leg as it is.
+    lifts = shallow & (lift_s > level_s)
+    longest = np.where(lifts | (fraction < 1.0), _LONGEST_SLOW_JOIN, _LONGEST_JOIN)
+    ahead_m = np.where(reverses, dot(end - place, direction), along.way_m)
+    kept_m = np.where(reverses, ahead_m, speed * time)
+    fits = (kept_m < longest * length) & (ahead_m < _LONGEST_SLOW_JOIN * length)
     short = np.flatnonzero(joins & ~fits)
     joins &= fits
     joined = Turns(
@@ -455,7 +478,7 @@ def joined_turns(
         speed_m_s=np.where(joins & shallow, after * level, turns.speed_m_s),
         acceleration_m_s2=np.select(
             [joins & shallow, joins & reverses],
-            [jerk * growing * level, turned_m_s2],
+            [along.acceleration_m_s2 * level, turned_m_s2],
             turns.acceleration_m_s2,
         ),
     )
@@ -464,6 +487,121 @@ def joined_turns(
         slower = joined_turns(some, turns_left, slowed[short], parameters, fraction=0.5 * fraction)
         joined.put(short, slower)
     return joined
+
+
+class _Headway(Value, eq=False):
+    """How far legs have got along themselves in the time of a join."""
+
+    way_m: FloatArray
+    speed_m_s: FloatArray
+    acceleration_m_s2: FloatArray
+    """Zero or more."""
+
+    @classmethod
+    def from_places(
+        cls,
+        begun: LegStarts,
+        way_m: FloatArray,
+        speed_m_s: FloatArray,
+        time_s: FloatArray,
+        *,
+        held_s: FloatArray,
+        grows: BoolArray,
+        parameters: Px4Parameters,
+    ) -> _Headway:
+        """Return the headway along the ways that are left, begun with speeds along them.
+
+        What is across a leg changes beside what is along it: there a deceleration that the leg is begun
+        with is taken back, and the speed goes on as on a leg that needs no join, once a turn is over that
+        holds it.  Others keep their speed.
+        """
+        headway = cls(
+            way_m=speed_m_s * time_s,
+            speed_m_s=speed_m_s.copy(),
+            acceleration_m_s2=np.zeros_like(speed_m_s),
+        )
+        rows = np.flatnonzero(grows)
+        if not len(rows):
+            return headway
+        part, place, jerk = begun.planned.select(rows), begun.place_m[rows], parameters.jerk_m_s3
+        speed, time = speed_m_s[rows], time_s[rows]
+        slowing = np.minimum(begun.slowing_m_s2[rows], np.sqrt(2.0 * jerk * speed))
+        slowing = np.minimum(slowing, jerk * time)
+        slowed_s = slowing / jerk
+        slowed_m = slowed_s * (speed - slowing * slowed_s / 3.0)
+        begun_m_s = speed - 0.5 * slowing * slowed_s
+        slowed_m += begun_m_s * np.maximum(held_s[rows] - slowed_s, 0.0)
+        slowed_s = np.maximum(slowed_s, held_s[rows])
+        limits = limits_along(
+            place + _units(way_m)[rows] * slowed_m[:, None], place + way_m[rows], part, parameters
+        )
+        straights = fly_straights(
+            limits, start_m_s=begun_m_s, acceleration_m_s2=np.zeros_like(begun_m_s)
+        )
+        ramps, left_s = straights.ramps(limits), time - slowed_s
+        ramp_s = np.minimum(left_s, ramps.duration_s)
+        grown_m, grown_m_s, grown_m_s2 = ramps.gained(ramp_s)
+        faster = np.sign(straights.peak_m_s - begun_m_s)
+        reached = begun_m_s + faster * grown_m_s
+        far = slowed_m + begun_m_s * ramp_s + faster * grown_m
+        length = lengths(way_m[rows]) + part.tail_m
+        # From the top of the ramp on it keeps its speed until the way left allows no more.
+        kept_m = np.maximum(length - far - limits.reach_m(reached), 0.0)
+        kept_s = np.minimum(left_s - ramp_s, quotient(kept_m, reached))
+        far, braked_s, last = far + kept_s * reached, left_s - ramp_s - kept_s, reached
+        for _ in range(3):
+            braked_m = 0.5 * (reached + last) * braked_s
+            last = limits.lowest_allowed_m_s(np.maximum(length - far - braked_m, part.tail_m))
+            last = np.minimum(last, reached)
+        last = np.where(braked_s > 0.0, last, reached)
+        # A cubic of time, whose highest speed is half as much again as its mean less a quarter of its ends'.
+        aside = horizontal(begun.velocity_m_s[rows] - _units(way_m)[rows] * speed[:, None])
+        most = np.sqrt(np.maximum(limits.cruise_m_s**2 - (0.5 * aside) ** 2, speed**2))
+        mean = (most + 0.25 * (speed + last)) / PEAK_OVER_MEAN
+        headway.way_m[rows] = np.minimum(far + braked_m, mean * time)
+        headway.speed_m_s[rows] = last
+        headway.acceleration_m_s2[rows] = np.where(
+            (ramp_s < left_s) | (faster < 0.0), 0.0, grown_m_s2
+        )
+        return headway
+
+
+def _units(way_m: FloatArray) -> FloatArray:
+    """Return unit vectors, zero for a way of no length. (n, 3)"""
+    return directions(way_m)[0]
+
+
+def _sighted(
+    begun: LegStarts, direction: FloatArray, speed_m_s: FloatArray, parameters: Px4Parameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return the directions and the horizontal speeds that lead to targets after a change of the climb.
+
+    PX4 points the velocity at the target from where its trajectory is.  In a time t at the speed v the
+    height goes on by (w₀ + w) t/2; what is left of it and of the way L then gives the climb,
+    w = v (h − w₀ t/2)/(L − v t/2), and the change from w₀ to w the time.  Where w is beyond its limit,
+    v falls to what goes with that.
+    """
+    climbing_m_s = begun.velocity_m_s[:, 2]
+    way = begun.planned.target_m - begun.place_m
+    level, height = horizontal(way), way[:, 2]
+    along = quotient(direction[:, :2], horizontal(direction)[:, None])
+    limit, vertical = vertical_limits(height > 0.0, parameters)
+    speed, climb = speed_m_s, speed_m_s * quotient(height, level)
+    for _ in range(4):
+        time_s = ramp_time_s(
+            np.abs(np.clip(climb, -limit, limit) - climbing_m_s), vertical, parameters.jerk_m_s3
+        )
+        left = np.maximum(level - 0.5 * speed_m_s * time_s, 0.25 * level)
+        slope = quotient(height - 0.5 * climbing_m_s * time_s, left)
+        climb = speed_m_s * slope
+        speed = np.minimum(speed_m_s, quotient(limit, np.abs(slope), np.inf))
+    climb = speed * slope
+    sighted = (horizontal(direction) > np.abs(direction[:, 2])) & (speed_m_s > SLOWEST_TURN_M_S)
+    # The tail of a climb on a level leg dies away by itself.
+    sighted &= begun.planned.is_leg & (begun.planned.direction[:, 2] != 0.0)
+    sighted &= np.abs(climb) < speed
+    seen, _ = directions(np.column_stack((along * speed[:, None], climb)))
+    return np.where(sighted[:, None], seen, direction), np.where(sighted, speed, speed_m_s)
 
 
 def eased_turns(
