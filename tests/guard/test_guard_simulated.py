@@ -294,3 +294,26 @@ def test_a_guarded_vehicle_that_waits_for_terrain_is_no_go_until_it_has_it(
     *_, waiting, ready = run.decided("verdict")
     assert waiting.details["code"] == "X910", waiting
     assert ready.verdict is Verdict.GO, ready
+
+
+def test_px4_accepted_and_disarmed_does_not_arm_a_second_later_with_a_mission_that_is_no_go() -> (
+    None
+):
+    """Tried with a build: a no-go armed by the acceptance of the mission before, which held 30 s."""
+    done: list[str] = []
+
+    def change(vehicle: SimulatedVehicle, now_s: float) -> None:
+        # It is let fly, disarmed at once, and gets by another of its links a mission 40 km out.
+        if vehicle.is_flying and not done:
+            vehicle.arming.disarm()
+            vehicle._took_off_s = None
+            items = vehicle.missions.lists[MissionKind.MISSION]
+            far = [replace(one, x=one.x + 3_600_000) if one.x else one for one in items]
+            vehicle.missions._replace(MissionKind.MISSION, far)
+            vehicle.arm_at(now_s + 1.0)
+            done.append("changed")
+
+    run = guard(Autopilot.PX4, until_s=40.0, arm_at_s=(20.0,), before=change)
+    assert done
+    assert [one.details["result"] for one in run.decided("answer")] == ["accepted", "denied"]
+    assert not run.vehicle.is_flying
