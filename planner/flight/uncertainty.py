@@ -132,7 +132,7 @@ class ModelErrors(Value, eq=False):
 @lru_cache(maxsize=2)
 def sample_errors(spread: ModelSpread) -> ModelErrors:
     """Return samples of the errors of a model, always the same ones."""
-    normal, student, _ = _standard_samples(spread.n_flights)
+    normal, student, _, _ = _standard_samples(spread.n_flights)
     of_states = dict(spread.energy_state_fraction)
     landing_s = spread.landing_time_s
     return ModelErrors(
@@ -183,6 +183,14 @@ class UnknownSamples(Value, eq=False):
     errors: ModelErrors
     landing_rank: FloatArray
     """Fraction of landings that are sooner found over."""
+    heading_rank: FloatArray
+    """Fraction of headings that are nearer to the one asked for."""
+
+    def heading_delay_s(self, spread_s: FloatArray | None) -> FloatArray:
+        """Return how much longer than predicted headings are waited for. [s]"""
+        if spread_s is None:
+            return np.zeros_like(self.heading_rank)
+        return spread_s[(self.heading_rank * len(spread_s)).astype(np.intp)]
 
     def landing_delay_s(self, sooner_s: float, later_s: float) -> FloatArray:
         """Return how much later than predicted landings are over: most often as predicted. [s]
@@ -205,7 +213,7 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     payload is not below zero.  The samples of one quantity do not depend on the
     spread of another.
     """
-    normal, _, uniform = _standard_samples(spread.n_flights)
+    normal, _, landing_rank, heading_rank = _standard_samples(spread.n_flights)
     wind = setup.wind
 
     def about(mean: float, sd: float, row: int) -> FloatArray:
@@ -220,7 +228,8 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
         load_kg=_of_all(np.maximum(payload_kg, 0.0) + setup.flown_pack.added_kg),
         temperature_c=_of_all(about(power.home_temperature_c, sd_of(setup.temperature_c), 3)),
         errors=sample_errors(spread),
-        landing_rank=uniform,
+        landing_rank=landing_rank,
+        heading_rank=heading_rank,
     )
 
 
@@ -231,7 +240,7 @@ def _of_all(sampled: FloatArray) -> FloatArray:
 
 def sample_charge(spread: ModelSpread, setup: Setup) -> FloatArray:
     """Return samples of the state of charge at the start, not below none and not above all. (samples,) [-]"""
-    normal, _, _ = _standard_samples(spread.n_flights)
+    normal, _, _, _ = _standard_samples(spread.n_flights)
     return np.asarray(np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0))
 
 
@@ -240,15 +249,15 @@ _LEG = 5
 
 
 @lru_cache(maxsize=2)
-def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return samples of the normal, of Student's and of the uniform distribution, made once."""
+def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return samples of the normal, of Student's and twice of the uniform distribution, made once."""
     random = np.random.default_rng(_SEED)
     normal = random.standard_normal((6, SAMPLES))
     student = random.standard_t(n_flights, (4 + len(STATES), SAMPLES))
-    uniform = random.random(SAMPLES)
-    for samples in (normal, student, uniform):
+    first, second = random.random((2, SAMPLES))
+    for samples in (normal, student, first, second):
         samples.setflags(write=False)
-    return normal, student, uniform
+    return normal, student, first, second
 
 
 class Weather:
@@ -443,6 +452,7 @@ def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios
         motion = flight.motion
         legs, landings = motion.leg_count, motion.landing_count
         time_s = errors.times_s(flight.time_s, legs=legs, landings=landings)
+        time_s += samples.heading_delay_s(motion.heading_spread_s)
         if errors.landing_s is None:
             time_s += samples.landing_delay_s(*motion.landing_spread_s)
         time_s = np.maximum(time_s, 0.0)
@@ -479,6 +489,7 @@ def sample_flights(
     tightest = None if sweep is None else _with_corners(returns, sweep, weather)
     at_points = _energies_j(returns, tightest, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, samples))
+    energy_wh[0] += _turning_wh(returns.flight, samples)
     return replace(
         timed,
         energy_wh=energy_wh[0],
@@ -529,8 +540,21 @@ def predict_energy_band(
     powers = tuple(weather.powers())
     used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
     energy_wh = wh_from_j(weather.with_errors(used_j, samples))
+    energy_wh[segments >= flight.motion.heading_segment] += _turning_wh(flight, samples)
     low_wh, high_wh = np.quantile(energy_wh, (LOW, HIGH), axis=1)
     return low_wh, high_wh
+
+
+def _turning_wh(flight: Flight, samples: UnknownSamples) -> FloatArray:
+    """Return what waits for unknown headings take beyond their mean, in a hover. (samples,) [Wh]"""
+    spread_s = flight.motion.heading_spread_s
+    if spread_s is None:
+        return np.zeros(SAMPLES)
+    segments = flight.motion.segments
+    hovers = segments.state == STATE_INDEX[FlightState.HOVER]
+    hovers = hovers if hovers.any() else np.ones_like(hovers)
+    hover_w = flight.segment_energy_j[hovers].sum() / segments.duration_s[hovers].sum()
+    return wh_from_j(hover_w * samples.heading_delay_s(spread_s))
 
 
 def tightest_rows(sweep: ReturnSweep, setup: Setup) -> ReturnSweep:

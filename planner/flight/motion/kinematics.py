@@ -217,6 +217,11 @@ class Motion(Value, eq=False, dict=True):
     """Way beyond that of the segments: wandered about them, past their stops, wide of their bends. [m]"""
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
+    heading_spread_s: FloatArray | None = None
+    """How much longer its waits for headings may be, for each turn that is as likely as another: in them a
+    heading counts that is not known.  ``None``: in none.  (k,) [s]"""
+    heading_segment: int = 0
+    """The segment from which on that counts."""
     slowed: SlowedLegs | None = None
     """``None``: every leg is flown as fast as commanded, as far as the wind goes."""
     circles: CirclesAtRate | None = None

@@ -67,9 +67,20 @@ def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArr
     return np.append(before, after[-1:])
 
 
-def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
-    """Return the angles between headings; half a turn where one of them is not known. [rad]"""
-    return np.where(before_rad == after_rad, 0.0, np.abs(_turn_rad(before_rad, after_rad)))
+_ANY_TURN_RAD = np.pi * (np.arange(12.0)[:, None] + 0.5) / 12.0
+"""Turns between headings of which one is not known, equally likely: what holds for all lies between. [rad]"""
+
+
+def _turn_times_s(
+    before_rad: FloatArray, after_rad: FloatArray, parameters: Px4Parameters
+) -> FloatArray:
+    """Return the times to turn from headings to others, a row for each turn that is equally likely. (k, n)
+
+    All rows are the same where both headings are known.
+    """
+    known = np.isfinite(before_rad) & np.isfinite(after_rad)
+    angle = np.where(before_rad == after_rad, 0.0, np.abs(_turn_rad(before_rad, after_rad)))
+    return yaw_time_s(np.where(known, angle, _ANY_TURN_RAD), parameters)
 
 
 def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
@@ -80,35 +91,39 @@ def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> 
     along = np.arctan2(direction[:, 0], direction[:, 1])
     wanted = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
     flies = ((horizontal(direction) > 0.0) | ~np.isnan(moves.yaw_rad)) & ~moves.is_landing
-    return np.where(flies, yaw_time_s(heading_changes_rad(before, wanted), parameters), 0.0)
+    return np.where(flies, _turn_times_s(before, wanted, parameters).mean(axis=0), 0.0)
 
 
 def yaw_waits_s(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
     """Return how long after their arrival waypoints still wait for a heading. (n,) [s]
 
-    That asked for there, and before a landing that of the landing.
+    That asked for there, and before a landing that of the landing; the mean of what it may be where a
+    heading is not known.
     """
-    waits, landing = _waits_s(legs, parameters)
+    waits, landing = (of_each.mean(axis=0) for of_each in _waits_s(legs, parameters))
     return np.asarray(waits + np.append(landing[1:], 0.0))
 
 
 def _waits_s(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
-    """Return the waits for the headings that moves ask for, after waypoints and before landings. (n,) [s]
+    """Return the waits for the headings that moves ask for, after waypoints and before landings. [s]
 
     The heading turns while the vehicle flies to a waypoint, and is waited for unless MIS_YAW_TMT is above
     zero (``MissionBlock::is_mission_item_reached``).  That of a landing turns on the way down, but for
-    MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).
+    MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).  Both are (k, n),
+    a row for each turn that is equally likely.
     """
     moves = legs.planned
     asked = ~np.isnan(moves.yaw_rad)
     flown = asked & ~moves.is_landing & (not parameters.yaw_timeout_s > 0.0)
     landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == _TURNS_FIRST)
     if not (flown.any() or landed.any()):
-        return np.zeros(len(asked)), np.zeros(len(asked))
+        return np.zeros((1, len(asked))), np.zeros((1, len(asked)))
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
-    needed = yaw_time_s(heading_changes_rad(before, moves.yaw_rad), parameters)
+    needed = _turn_times_s(before, moves.yaw_rad, parameters)
     left_s = flight_times_s(legs)
-    turns_on = np.append(False, (flown & (needed > left_s))[:-1]) & ~moves.is_first
+    # A turn that began nobody knows where may be gone on with or turned back from.
+    still = flown & np.isfinite(before) & (needed[0] > left_s)
+    turns_on = np.append(False, still[:-1]) & ~moves.is_first
     needed = np.where(turns_on, _turned_on_s(before, moves.yaw_rad, parameters), needed)
     waits = np.where(flown, np.maximum(needed - left_s, 0.0), 0.0)
     return waits, np.where(landed, needed, 0.0)
@@ -141,11 +156,18 @@ def _turn_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
 
 
 def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
-    """Return the waits for headings that are half a turn away only as far as is known. (n,) [s]"""
+    """Return the waits for headings that are as far away as nobody knows. (k, n) [s]
+
+    A row for each turn that is equally likely, from the least to the greatest.
+    """
     moves = legs.planned
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
     known = (np.isfinite(before) & np.isfinite(moves.yaw_rad)) | (before == moves.yaw_rad)
-    begun = np.where(moves.is_leg & ~np.isfinite(before), moves.pause_s, 0.0)
+    begun = np.where(
+        moves.is_leg & ~np.isfinite(before) & (moves.pause_s > 0.0),
+        yaw_time_s(_ANY_TURN_RAD, parameters),
+        0.0,
+    )
     waits, landing = _waits_s(legs, parameters)
     return np.where(known, 0.0, waits + landing) + begun
 

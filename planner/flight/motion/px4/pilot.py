@@ -81,10 +81,11 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
 HEADING_ASSUMED = Rule(
     "T119 heading-assumed",
     Severity.INFO,
-    summary="Half a turn is assumed to a heading, because the heading before it is not known.",
+    summary="The mean of all turns is taken for one from a heading that is not known.",
     why="PX4 waits over a waypoint, or over home before it lands, until the vehicle has turned: half a "
     "turn takes 4.9 s at 60°/s and 20°/s², no turn none.  No mission says how the vehicle stands as it "
-    "is armed, which is the heading it returns to; on the line the vehicle reports it.",
+    "is armed, which is the heading it returns to; on the line the vehicle reports it.  All turns are "
+    "equally likely, and p10 to p90 of time and energy has them all.",
     how="The first waypoint with a heading, a return begun within RTL_MIN_DIST of home, and one that "
     "waits before it lands (RTL_LAND_DELAY), where the turn is not over when the vehicle is there, and "
     "MIS_YAW_TMT does not end the wait; with MPC_YAW_MODE 4 the first leg and any return's landing.",
@@ -92,13 +93,12 @@ HEADING_ASSUMED = Rule(
 )
 
 
-def _assumed_headings(legs: Px4Legs, parameters: Px4Parameters) -> Iterator[Finding]:
+def _assumed_headings(legs: Px4Legs, waits_s: FloatArray) -> Iterator[Finding]:
     """Yield each wait that is as long as it is only because a heading is not known."""
-    waits_s = waits_unknown(legs, parameters)
-    for move in np.flatnonzero(waits_s >= _WORTH_SAYING_S).tolist():
+    for move in np.flatnonzero(waits_s.max(axis=0) >= _WORTH_SAYING_S).tolist():
         message = (
-            f"half a turn assumed to the heading asked for, {waits_s[move]:.1f} s: the heading the "
-            "vehicle is armed with is not known"
+            f"{waits_s[:, move].mean():.1f} s taken to turn to the heading asked for, the mean of 0 to "
+            f"{waits_s[:, move].max():.1f} s: the heading the vehicle is armed with is not known"
         )
         yield HEADING_ASSUMED.finding(message, item=int(legs.planned.item[move]))
 
@@ -137,8 +137,15 @@ def fly_px4(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
-    found = (*gap_findings(stages, parameters), *_assumed_headings(legs, parameters))
-    return replace(motion, findings=motion.findings + found)
+    waits_s = waits_unknown(legs, parameters)
+    found = (*gap_findings(stages, parameters), *_assumed_headings(legs, waits_s))
+    motion = replace(motion, findings=motion.findings + found)
+    turned = np.flatnonzero(waits_s.any(axis=0))
+    if not len(turned):
+        return motion
+    first = int(np.argmax(motion.segments.item == legs.planned.item[turned[0]]))
+    of_each = waits_s.sum(axis=1)
+    return replace(motion, heading_spread_s=of_each - of_each.mean(), heading_segment=first)
 
 
 def fly_px4_flights(
