@@ -147,6 +147,25 @@ def test_what_is_foreseen_is_flown_as_if_asked_every_tick() -> None:
     assert asked[1] < 0.3 * asked[0]
 
 
+class HalfSpeed:
+    """A policy that is asked where something may change, and has everyone fly half as fast as it wants."""
+
+    needs_ticks, keeps_apart = False, True
+
+    def commands_m_s(self, situation: SwarmSituation) -> np.ndarray:
+        return 0.5 * situation.wanted_m_s
+
+
+def test_who_flies_slower_than_it_wants_is_asked_again_before_it_is_at_its_goal() -> None:
+    ways = [np.array([(100.0, 0.0), (100.0, 57.0)])]
+    alone = [agent("a", 0.0, 0.0)]
+    swarm = Swarm(alone, Waypoints(ways), HalfSpeed(), separation_m=10.0, until_s=300.0)
+    places_m = np.array([one.place_m[0] for one in swarm.run()])
+    assert swarm.has_landed.all()
+    # G4 overshoots by 2 % of the speed and of the way of its stop
+    assert places_m.max(axis=0) == pytest.approx((100.0, 57.0), abs=1.0)
+
+
 class Heedless:
     """A policy that says it keeps agents apart, and does not."""
 

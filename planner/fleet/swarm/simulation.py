@@ -391,7 +391,12 @@ class Swarm:
         """
         moves = np.asarray(now.command_m_s.any(axis=1))
         leads = moves & (now.command_m_s == now.wanted_m_s).all(axis=1)
-        most = self._calm_ticks(now.waits | moves & ~leads)
+        aside = moves & ~leads
+        most = self._calm_ticks(now.waits | aside)
+        if aside.any():  # who flies as it does not want to asks again before it is at its goal
+            left_m = sizes(self._goal_m - situation.rest_m)[aside]
+            ticks = left_m / (self._tick_s * sizes(now.command_m_s[aside]))
+            most = min(most, int(ticks.min()))
         if most < _AHEAD_TICKS[-1] or (situation.has_arrived & ~moves).any():
             return
         commands = self._dynamics.leading_ahead_m_s(
