@@ -49,6 +49,9 @@ _PASSES = 4
 """With instruments: after so many they have settled. [-]"""
 _STRIDE = 5
 """Samples from one delay to the next that is tried, before all about the best. [-]"""
+_CONVERTED = 4
+"""Models of each sampling that are converted: zeros that a system has not stand in for part of a delay, so
+that its neighbours simulate almost as well until these are left out. [-]"""
 _SAMPLINGS = (1, 2, 5, 10, 20)
 """Samples of the log in one of the regression: noise biases it less when sampled slowly."""
 
@@ -198,25 +201,23 @@ def select_arx(
                     models[delay] = models.get(delay) or fit_arx(
                         manoeuvres, poles=poles, delay_samples=delay, every=every
                     )
-        if not models:
-            continue
-        try:
-            best = min(models.values(), key=lambda model: model.simulated_error)
-            system = best.transfer_function()
-        except IdentificationError as error:
-            refused = error
-            continue
-        system = TransferFunction(
-            numerator=system.numerator[-zeros - 1 :],
-            denominator=system.denominator,
-            delay_s=system.delay_s,
-        )
-        answers = simulated_answers(system.modes, system.delay_s, manoeuvres)
-        left = [
-            manoeuvre.answer - manoeuvre.answer_before - answer
-            for manoeuvre, answer in zip(manoeuvres, answers, strict=True)
-        ]
-        found.append((float(np.mean(np.concatenate(left) ** 2)), system))
+        for model in sorted(models.values(), key=lambda model: model.simulated_error)[:_CONVERTED]:
+            try:
+                system = model.transfer_function()
+            except IdentificationError as error:
+                refused = error
+                continue
+            system = TransferFunction(
+                numerator=system.numerator[-zeros - 1 :],
+                denominator=system.denominator,
+                delay_s=system.delay_s,
+            )
+            answers = simulated_answers(system.modes, system.delay_s, manoeuvres)
+            left = [
+                manoeuvre.answer - manoeuvre.answer_before - answer
+                for manoeuvre, answer in zip(manoeuvres, answers, strict=True)
+            ]
+            found.append((float(np.mean(np.concatenate(left) ** 2)), system))
     if not found:
         raise refused
     return min(found, key=lambda one: one[0])[1]

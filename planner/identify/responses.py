@@ -140,12 +140,13 @@ def _identified(
         why = "no manoeuvre can be used" if own else "no such manoeuvre in the flights"
         return _nothing(answer, why, own)
     is_power = answer in _POWERS
-    thinned = _thinned(manoeuvres)
-    kept = [m for m in thinned if not m.is_held_out]
+    # ARX tries slower samplings itself, and finds delays to a sample
+    sampled = manoeuvres if use_arx else _thinned(manoeuvres)
+    kept = [m for m in sampled if not m.is_held_out]
     try:
-        fitted = _fit(thinned, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
+        fitted = _fit(sampled, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
         tested = fitted
-        if len(kept) < len(thinned):
+        if len(kept) < len(sampled):
             tested = _fit(kept, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
     except IdentificationError as error:
         return _nothing(answer, str(error), own)

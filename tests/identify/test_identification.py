@@ -223,7 +223,8 @@ def test_the_way_of_the_article_finds_its_models_and_is_warned_of() -> None:
     text = identification_text(found, medium=Medium(), with_segments=False)
     assert text.count("ARX  output error") == 5
     assert found.state("altitude").estimates[3].name == "delay_s"
-    assert found.state("altitude").estimates[3].value == pytest.approx(2.9, abs=0.11)
+    # of 9,100 samples every one counts: every other one has no 2.9 s
+    assert found.state("altitude").estimates[3].value == pytest.approx(2.9)
 
 
 def test_a_stop_from_a_cruise_dearer_than_hover_keeps_its_energy() -> None:
