@@ -223,7 +223,10 @@ def _motion(
         acceleration = np.gradient(speed, record.step_s)
     else:
         measured = record.ground_speed_m_s
-        if _known_fraction(measured, record.is_landed) < _KNOWN:
+        known, known_in_air = (
+            _known_fraction(speed, record.is_landed) for speed in (measured, record.airspeed_m_s)
+        )
+        if known < min(_KNOWN, known_in_air):
             measured = record.airspeed_m_s
         speed = _mean(measured, round(window / 3))
         acceleration = slope_per_s(measured, window, record.step_s)

@@ -57,7 +57,7 @@ from planner.identify.segments import (
     record_air_density_kg_m3,
     speed_through_air_m_s,
 )
-from planner.identify.verification import KnownConditions, items_begun, verify_flight
+from planner.identify.verification import KnownConditions, begun_in_both, verify_flight
 from planner.physics.rotor import Acceleration
 from planner.values import Value, field, replace
 from planner.vehicle.model import ModelSpread
@@ -474,12 +474,10 @@ def compared_flight(one: Verification) -> FlownAndPredicted | None:
     if not one.is_of_mission:
         return None
     flown, foreseen = one.flown, one.foreseen
-    begun, expected = items_begun(flown), items_begun(foreseen)
     # how long a flight waits armed on the ground is no part of it
-    cuts = [tuple(float(one.time_s[lift_off(one)]) for one in (flown, foreseen))]
-    for key, at_s in begun.items():
-        if key in expected and at_s > cuts[-1][0] and expected[key] > cuts[-1][1]:
-            cuts.append((at_s, expected[key]))
+    start_s, foreseen_start_s = (float(one.time_s[lift_off(one)]) for one in (flown, foreseen))
+    begin = start_s, foreseen_start_s
+    cuts = [begin, *begun_in_both(flown, foreseen, begin)]
     cuts.append((flown.duration_s, foreseen.duration_s))
     parts = [(end[0] - start[0], end[1] - start[1]) for start, end in pairwise(cuts)]
     flown_j: dict[FlightState, float] = defaultdict(float)

@@ -27,6 +27,8 @@ References
 .. [3] J. G. Leishman, "Principles of Helicopter Aerodynamics", Cambridge 2006, section 2.13.
 .. [4] W. Johnson, "Model for Vortex Ring State Influence on Rotorcraft Flight Dynamics",
    NASA/TP-2005-213477, 2005.
+.. [5] P. Foehn et al., "Agilicious: Open-source and open-hardware agile quadrotor for vision-based flight",
+   Science Robotics 7 (2022) eabl6259; agilib/simulator/model_propeller_bem.cpp.
 """
 
 from __future__ import annotations
@@ -118,8 +120,9 @@ def vortex_ring_surplus(edgewise_squared: FloatArray, axial_ratio: FloatArray) -
     of hover; both speeds over the induced velocity of hover, down to −1.5 through the disk.
 
     Measured is the quartic for vertical descents that textbooks carry (section 2.13 of [3]_; its constant 1
-    of an ideal disk), with the coefficients that seven public programs quote from there or from Johnson,
-    Helicopter Theory, 1980; neither book was at hand.  That it is gone at an edgewise speed of v_h is of
+    of an ideal disk), with the coefficients that a dozen public programs quote from there or from Johnson,
+    Helicopter Theory, 1980, among them the simulator of Agilicious [5]_ with the constant 1, others with
+    0.974 and 1.15; neither book was at hand.  That it is gone at an edgewise speed of v_h is of
     flight tests reported in [4]_; that it fades with the square up to there is assumed.
     """
     z = np.maximum(-axial_ratio, 0.0)

@@ -232,17 +232,24 @@ def _figure_lines(one: Verification) -> list[str]:
         f"height {quantity.height(one.height_rms_m)}, speed {quantity.speed(one.speed_rms_m_s)}, "
         f"power {quantity.power(one.power_rms_w)}: root mean square in the air"
     )
-    return [
+    lines = [
         *table_lines(rows, alignment="<>>>"),
         "",
         f"Vehicle     {printable(one.vehicle_name)}, {air}, {home}",
         f"Mission     {printable(one.mission)}",
         f"Errors      {errors}",
     ]
+    if one.parts:
+        parts = (
+            f"{part.part} {quantity.signed(part.predicted_time_s - part.time_s, _seconds)}"
+            for part in one.parts
+        )
+        lines.append(f"Time split  {', '.join(parts)}: predicted less flown")
+    return lines
 
 
-def _seconds(time_s: float) -> str:
-    return f"{quantity.decimals(time_s, 1)} s"
+def _seconds(time_s: float | None) -> str:
+    return quantity.ABSENT if time_s is None else f"{quantity.decimals(time_s, 1)} s"
 
 
 def _verified_state_lines(states: Sequence[StateComparison]) -> list[str]:

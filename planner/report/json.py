@@ -381,6 +381,7 @@ _STOP_KEYS = (
     *("start_s", "speed_m_s", "measured_m", "predicted_m", "item", "predicted_speed_m_s"),
     *("measured_farthest_m", "predicted_farthest_m"),
 )
+_PART_KEYS = ("part", "time_s", "predicted_time_s")
 _RMS_KEYS = ("height_rms_m", "speed_rms_m_s", "power_rms_w")
 _CUT_KEYS = ("cut_before_s", "cut_after_s")
 
@@ -440,6 +441,7 @@ def _flight(one: Verification) -> Document:
         "predicted": values(one.predicted, _FIGURES_KEYS),
         "error": values(one, (*_FRACTION_KEYS, *_RMS_KEYS)),
         "cut": values(one, _CUT_KEYS),
+        "parts": [values(part, _PART_KEYS) for part in one.parts],
         "states": [values(state, _COMPARED_KEYS) for state in one.states],
         "stops": [values(stop, _STOP_KEYS) for stop in one.stops],
         "findings": [finding_document(finding) for finding in one.findings],

@@ -118,6 +118,10 @@ def test_a_flight_that_takes_longer_is_found_as_such_and_stops_are_still_compare
     verified = verify_flight(late, ARTICLE, CALM)
     predicted_s = verified.predicted.time_s
     assert verified.time_fraction == pytest.approx(predicted_s / (predicted_s + 20.0) - 1.0)
+    lost = {part.part: part.time_s - part.predicted_time_s for part in verified.parts}
+    assert lost == pytest.approx(
+        {"first item": 0.0, "items between": 20.0, "last item": 0.0}, abs=1e-6
+    )
     assert len(verified.stops) == 2
     for stop in verified.stops:
         assert stop.predicted_m == pytest.approx(stop.measured_m, rel=0.03)
@@ -154,6 +158,15 @@ def test_a_perfect_model_has_no_error_in_any_state_whatever_was_logged(form: str
         assert row.energy_fraction == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_log_that_never_lands_is_not_cut_otherwise_than_its_prediction(
+    flown: FlightRecord,
+) -> None:
+    airborne = replace(flown, is_landed=np.zeros(flown.time_s.size, np.bool_))
+    for row in verify_flight(airborne, ARTICLE, CALM).states:
+        assert row.count == row.predicted_count
+        assert row.energy_fraction == pytest.approx(0.0, abs=0.03)
+
+
 def test_a_gap_in_the_power_is_reported_and_bridged(flown: FlightRecord) -> None:
     power_w = flown.power_w.copy()
     power_w[300:500] = np.nan
@@ -169,6 +182,14 @@ def test_without_power_energies_are_unknown(flown: FlightRecord) -> None:
     assert verified.energy_fraction is None
     assert verified.power_rms_w is None
     assert all(row.energy_fraction is None for row in verified.states)
+
+
+def test_a_speed_known_for_most_of_a_flight_tells_its_states(flown: FlightRecord) -> None:
+    """Telemetry with gaps: a tenth of the speeds is lost, and no airspeed is measured."""
+    speed = flown.ground_speed_m_s.copy()
+    speed[-speed.size // 10 :] = np.nan
+    rows = verify_flight(replace(flown, ground_speed_m_s=speed), ARTICLE, CALM).states
+    assert {FlightState.CRUISE, FlightState.CLIMB} <= {row.state for row in rows if row.count}
 
 
 def test_a_log_without_a_mission_is_refused(flown: FlightRecord) -> None:
