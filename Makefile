@@ -13,7 +13,7 @@ VEHICLE := falkowski-2023-quadrotor
 # starts would compile them all again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules drones models matrice sheets calibration clean
+.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules drones models matrice sheets calibration stops clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -132,6 +132,9 @@ sheets: $(MADE) ## try models of data sheets on recorded flights: make sheets FL
 
 calibration: $(MADE) ## how often recorded flights lie between p10 and p90: make calibration FLIGHTS=folder
 	PYTHONPATH=tests:. $(BIN)/python tests/calibration_table.py $(FLIGHTS)
+
+stops: $(MADE) ## how far recorded stops went beside their prediction: make stops FLIGHTS=folder
+	PYTHONPATH=tests:. $(BIN)/python tests/stop_table.py $(FLIGHTS)
 
 clean: ## remove the environments and every cache
 	rm -rf .venv .venv-demo dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

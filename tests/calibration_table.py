@@ -8,6 +8,7 @@ model as it stands, and once from the errors of the other flights of its family,
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections import defaultdict
 from itertools import pairwise
@@ -15,26 +16,30 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from readme_table import write_table
+
 import planner
+from planner.autopilot import Autopilot
 from planner.cli.main import main as command_line
-from planner.flight.uncertainty import kind_of, spread_at_noise
-from planner.identify.calibration import OF_FLIGHTS, calibrate
+from planner.flight.uncertainty import HIGH, LOW, kind_of, spread_at_noise
+from planner.identify.calibration import OF_FLIGHTS, Calibration, calibrate
 from planner.identify.spread import FlownAndPredicted
 from planner.vehicle.parameters.files import read_parameters
 from planner.vehicle.repeatability import REPEATABILITY
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.flight.motion.kinematics import FlightState
-    from planner.identify.calibration import Calibration
+    from planner.identify.calibration import FlightInterval
     from planner.vehicle.model import VehicleModel
 
-README = Path(__file__).parents[1] / "models" / "README.md"
-BEGIN, END = "<!-- calibration begins -->\n\n", "\n<!-- calibration ends -->"
 NO_NOISE = "PX4, no noise"
 _AT_ONCE_S = 0.1
 """Items are noted as done within that of when they are. [s]"""
 MIXED = ("px4-[A-FN]*", "px4-N_*")
 """Folders of flights with and without noise; those without end in _quiet."""
+_ROUNDING = 1e-9
 HEADING_DEG = 0.0
 """Which PX4's simulator arms with, as the logs of its flights show.  [deg]"""
 _DRAG_LOGS = ("c1_rtl_alt60", "f1_vertical_fast", "g3_uturns", "h1_survey8")
@@ -108,25 +113,53 @@ def vehicle_of(model: str | tuple[str, ...], how: tuple[str, ...], flights: Path
         return planner.load_vehicle(path)
 
 
-def cells(rows: tuple[Calibration, ...]) -> list[str]:
+def cells(rows: Sequence[Calibration]) -> list[str]:
     """Return coverage and sharpness of time and energy."""
     of = {row.of: row for row in rows}
     return [
-        "—"
-        if name not in of
-        else f"{of[name].inside} of {of[name].count}, {100.0 * of[name].half_width:.1f} % for "
-        f"{100.0 * of[name].median_error:.1f} %"
+        f"{of[name].inside} of {of[name].count}, {_percent(of[name].half_width)} for "
+        f"{_percent(of[name].median_error)}"
+        if name in of
+        else "—"
         for name in OF_FLIGHTS
     ]
+
+
+def narrowest(rows: Sequence[Calibration]) -> str:
+    """Return how narrow one width can be that holds at least 80 % of these very errors."""
+    bounds = []
+    for row in rows:
+        if row.of in OF_FLIGHTS:
+            errors = sorted(abs(one.error) for one in row.intervals)
+            holds = math.ceil((HIGH - LOW) * len(errors) - _ROUNDING)
+            bounds.append(f"{holds}: {_percent(errors[holds - 1])}")
+    return ", ".join(bounds)
+
+
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.2f} %"
+
+
+def together(groups: Sequence[Sequence[Calibration]]) -> list[Calibration]:
+    """Return the intervals of several families by their quantity."""
+    intervals: dict[str, list[FlightInterval]] = defaultdict(list)
+    for rows in groups:
+        for row in rows:
+            intervals[row.of] += row.intervals
+    return [Calibration(of=of, intervals=tuple(found)) for of, found in intervals.items()]
 
 
 def main(folder: str) -> None:
     """Write the table into the README of the models, and to standard output."""
     flights = Path(folder)
     lines = [
-        "| family | time, its own spread | energy, its own spread | time, the others | energy, the others |",
-        "|---|---|---|---|---|",
+        (
+            "| family | time, its own spread | energy, its own spread | time, the others "
+            "| energy, the others | 80 % of the errors: time, energy |"
+        ),
+        "|---|---|---|---|---|---|",
     ]
+    of_px4 = []
     for label, pattern, model, how in FAMILIES:
         vehicle = vehicle_of(model, how, flights)
         is_quiet = label == NO_NOISE
@@ -141,11 +174,17 @@ def main(folder: str) -> None:
         noise_m = 0.0 if folders[0].name.endswith("_quiet") else None
         own = calibrate(made, spread=spread_at_noise(spread, vehicle, noise_m))
         others = calibrate(made, known=REPEATABILITY[vehicle.reference])
-        lines.append(f"| {label} | {' | '.join([*cells(own), *cells(others)])} |")
-    text = README.read_text(encoding="utf-8")
-    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
-    README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
-    sys.stdout.write("\n".join(lines) + "\n")
+        lines.append(_row(label, own, others))
+        if vehicle.reference is Autopilot.PX4:
+            of_px4.append((own, others))
+            last_of_px4 = len(lines)
+    all_own, all_others = (together(groups) for groups in zip(*of_px4, strict=True))
+    lines.insert(last_of_px4, _row("PX4, all", all_own, all_others))
+    write_table("calibration", lines)
+
+
+def _row(label: str, own: Sequence[Calibration], others: Sequence[Calibration]) -> str:
+    return f"| {' | '.join([label, *cells(own), *cells(others), narrowest(others)])} |"
 
 
 if __name__ == "__main__":

@@ -17,6 +17,8 @@ from statistics import mean, median
 from typing import TYPE_CHECKING
 from unittest import mock
 
+from readme_table import write_table
+
 import planner
 from planner.autopilot import Autopilot
 from planner.identify.log_table import LogConditions, LogTable
@@ -33,8 +35,6 @@ from planner.vehicle.priors import fit_hover_cost, published_hovers
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-README = Path(__file__).parents[1] / "models" / "README.md"
-BEGIN, END = "<!-- sheets begins -->\n\n", "\n<!-- sheets ends -->"
 _EVERY = 11
 """Of the many flights of the Matrice 100 each eleventh narrows the model of all others."""
 _FORWARD_M_S = 3.0
@@ -206,10 +206,7 @@ def main(flights: str) -> None:
             for path in Path(flights).glob(f"{pattern}/flown.json")
         )
         lines += rows_of(one, folders)
-    text = README.read_text(encoding="utf-8")
-    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
-    README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
-    sys.stdout.write("\n".join(lines) + "\n")
+    write_table("sheets", lines)
 
 
 if __name__ == "__main__":

@@ -16,8 +16,10 @@ import contextlib
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from readme_table import write_table
 
 import planner
 from planner.errors import IdentificationError, LogFileError
@@ -30,8 +32,8 @@ from planner.logs.files import read_log
 from planner.physics.rotor import Rotor
 from planner.values import Value, field_values, replace
 
-README = Path(__file__).parents[1] / "models" / "README.md"
-BEGIN, END = "<!-- matrice begins -->\n\n", "\n<!-- matrice ends -->"
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
 
 
 class Flight(Value):
@@ -48,6 +50,7 @@ class Row(Value):
     payload_g: int
     height_m: int
     speed_m_s: int
+    wind_m_s: float
     time: float
     energy: float
 
@@ -93,6 +96,7 @@ def row_of(folder: Path, vehicle: planner.VehicleModel, flights: dict[str, Fligh
         payload_g=round(1000.0 * flown["payload_kg"]),
         height_m=25 * round(flown["altitude_m"] / 25.0),
         speed_m_s=round(flown["commanded_speed_m_s"]),
+        wind_m_s=wind["speed_m_s"],
         time=totals.time_s / flown["time_s"] - 1.0,
         energy=totals.energy_wh / flown["energy_wh"] - 1.0,
     )
@@ -121,12 +125,12 @@ def table_lines(rows: list[Row]) -> list[str]:
     return lines
 
 
-def level_lines(flights: dict[str, Flight]) -> list[str]:
-    """Return by what the law of all flights errs in level legs: over the height, and over a flight's time."""
+def level_lines(flights: dict[str, Flight], wind_m_s: dict[str, float]) -> list[str]:
+    """Return by what the law of all flights errs in level legs: over height, wind, and a flight's time."""
     law = fit_steady_map([power for flight in flights.values() for power in flight.powers]).law
     rotor = Rotor(**field_values(law))
-    means, within = [], []
-    for flight in flights.values():
+    means, within, winds_m_s = [], [], []
+    for name, flight in flights.items():
         legs = [power for power in flight.powers if power.climb_rate_m_s == 0.0]
         if not legs:
             continue
@@ -141,6 +145,7 @@ def level_lines(flights: dict[str, Flight]) -> list[str]:
         rows = np.column_stack((errors, columns, columns[:, 2] ** 2))
         mean = np.average(rows, axis=0, weights=weights)
         means.append(mean)
+        winds_m_s.append(wind_m_s.get(name, np.nan))
         within.append(np.sqrt(weights)[:, None] * (rows - mean))
     height = np.array(means)[:, 1] / 100.0
     slope, covariance = np.polyfit(height, np.array(means)[:, 0], 1, cov=True)
@@ -150,13 +155,44 @@ def level_lines(flights: dict[str, Flight]) -> list[str]:
     # legs of one flight share errors: each flight is one
     scores = np.array([x.T @ (y - x @ effects) for x, y in parts])
     error = float(np.sqrt((inverse @ (scores.T @ scores) @ inverse)[0, 0]))
+    has_wind = np.isfinite(winds_m_s)
+    known = np.array(means)[has_wind]
+    blown, blown_deviation = _effect(
+        np.column_stack((np.array(winds_m_s)[has_wind], known[:, 3], known[:, 4])), known[:, 0]
+    )
     return [
+        f"{blown:+.2f} ± {blown_deviation:.2f} % for each m/s of wind in level legs at one airspeed,",
         (
             f"level legs of {len(means)} flights, predicted over flown: {slope[0]:+.1f} ± "
             f"{np.sqrt(covariance[0, 0]):.1f} % for 100 m of height,"
         ),
         f"{effects[0]:+.1f} ± {error:.1f} % for 300 s within a flight at one airspeed",
     ]
+
+
+def wind_line(rows: list[Row]) -> str:
+    """Return how the energy error of missions goes with the wind, and with the height besides."""
+    columns = np.array([(row.wind_m_s, row.height_m / 100.0) for row in rows])
+    errors = 100.0 * np.array([row.energy for row in rows])
+    wind, wind_deviation = _effect(columns, errors)
+    height, height_deviation = _effect(columns[:, ::-1], errors)
+    mean_m_s = {
+        height_m: np.mean([row.wind_m_s for row in rows if row.height_m == height_m])
+        for height_m in sorted({row.height_m for row in rows})
+    }
+    winds = ", ".join(f"{mean:.1f} m/s at {height_m} m" for height_m, mean in mean_m_s.items())
+    return (
+        f"missions, predicted over flown: {wind:+.2f} ± {wind_deviation:.2f} % for each m/s of wind, "
+        f"besides {height:+.1f} ± {height_deviation:.1f} % for 100 m of height; mean wind {winds}"
+    )
+
+
+def _effect(columns: FloatArray, errors: FloatArray) -> tuple[float, float]:
+    """Return the effect of the first of some columns, with its standard error."""
+    design = np.column_stack((columns, np.ones(errors.size)))
+    effects, [squares], *_ = np.linalg.lstsq(design, errors)
+    variance = squares / (errors.size - design.shape[1])
+    return float(effects[0]), float(np.sqrt(variance * np.linalg.inv(design.T @ design)[0, 0]))
 
 
 def main(logs: str, table: str, missions: str) -> None:
@@ -166,14 +202,12 @@ def main(logs: str, table: str, missions: str) -> None:
     flights = read_flights(Path(logs), Path(table), vehicle.mass_kg)
     folders = sorted(path.parent for path in Path(missions).glob("*/flown.json"))
     rows = [row_of(folder, vehicle, flights) for folder in folders]
-    text = README.read_text(encoding="utf-8")
-    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
     lines = table_lines(rows)
-    README.write_text(text[:begin] + "\n".join(lines) + "\n" + text[end:], encoding="utf-8")
+    write_table("matrice", lines)
     worst = sorted(rows, key=lambda row: -abs(row.energy))[:5]
-    lines += level_lines(flights)
-    lines += [f"{r.name}: energy {r.energy:+.1%}, time {r.time:+.1%}" for r in worst]
-    sys.stdout.write("\n".join(lines) + "\n")
+    more = [wind_line(rows), *level_lines(flights, {row.name: row.wind_m_s for row in rows})]
+    more += [f"{r.name}: energy {r.energy:+.1%}, time {r.time:+.1%}" for r in worst]
+    sys.stdout.write("\n".join(more) + "\n")
 
 
 if __name__ == "__main__":
