@@ -74,7 +74,8 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
         (one.first_stage, one.action) for one in route.fence_switches
     ]
     if again and events:
-        events += [
+        # It is on when the take-off is complete, before the items behind it are carried out.
+        events[:0] = [
             (number + 1, FenceAction.ON)
             for number, stage in enumerate(route.stages)
             if stage.kind is StageKind.TAKEOFF

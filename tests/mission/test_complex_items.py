@@ -186,6 +186,13 @@ def test_layers_that_qgroundcontrol_will_count_otherwise_are_told() -> None:
     assert "will count 2 layers" in finding.message
 
 
+@pytest.mark.parametrize(("written", "flown"), [(1, 2), (2, 2), (3, 3)])
+def test_of_two_counts_of_layers_the_greater_is_flown(written: int, flown: int) -> None:
+    # QGroundControl sends the 2 layers it counts; a file sent as it is has those it names.
+    items = read(STRUCTURE_SCAN | {"Layers": written}).items
+    assert len(items) == 4 + flown * (4 + 3)
+
+
 def test_an_outline_with_edges_in_line_is_not_moved_and_told() -> None:
     polygon = [[0.0, 0.0], [0.001, 0.0], [0.002, 0.0], [0.002, 0.001], [0.0, 0.001]]
     mission = read(STRUCTURE_SCAN | {"polygon": polygon})

@@ -221,8 +221,8 @@ WAIT = item(93, frame=2, params=(5.0, -1.0, -1.0, -1.0))
         (Autopilot.PX4, takeoff(20), Severity.ERROR),
         (Autopilot.PX4, item(31, north(90), 20.0), Severity.ERROR),
         (Autopilot.PX4, item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0)), Severity.INFO),
-        (Autopilot.PX4, rtl(), Severity.INFO),
-        (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.INFO),
+        (Autopilot.PX4, rtl(), Severity.WARNING),
+        (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.WARNING),
         (Autopilot.ARDUPILOT, takeoff(20), Severity.ERROR),
     ],
 )
@@ -280,7 +280,9 @@ def test_ardupilot_takes_off_again_after_a_return(
     [
         # It disarms 90 m away, though file and MIS_OPTIONS 4 say that it comes home.
         (True, (item(16, north(0), 20.0), rtl()), Severity.ERROR),
-        (False, (item(16, north(0), 20.0), rtl()), Severity.INFO),
+        (False, (item(16, north(0), 20.0), rtl()), Severity.WARNING),
+        (True, (rtl(),), Severity.ERROR),
+        (False, (item(177, frame=2, params=(1.0, 1.0, 0.0, 0.0)), rtl()), Severity.ERROR),
         (True, (item(206, frame=2),), Severity.INFO),  # no place to go to
     ],
 )
@@ -725,3 +727,27 @@ def test_ardupilot_stops_before_a_jump_to_what_is_not_flown_and_looks_on_behind_
     assert unseen(*first, jump(3, 2), rtl()) == []
     assert unseen(*first, jump(2, 2), waypoint(90, 20), rtl()) == []
     assert unseen(*first, jump(2, 2), rtl(), dialect=PX4) == []
+
+
+@pytest.mark.parametrize(
+    ("behind", "hold_s", "target", "elsewhere"),
+    [
+        (waypoint(900, 20), 0.0, 2, True),  # ArduPilot #31021
+        (item(82, north(900), 20.0), 0.0, 2, True),
+        (item(19, north(900), 20.0), 0.0, 2, True),
+        (waypoint(900, 20), 1.0, 2, False),  # it stops there, and plans anew
+        (waypoint(900, 20), 0.0, 3, False),  # a place
+        (item(18, north(900), 20.0), 0.0, 2, False),
+        (rtl(), 0.0, 2, False),
+    ],
+)
+def test_ardupilot_flies_to_the_place_behind_a_jump_to_what_is_none(
+    behind: MissionItem,
+    hold_s: float,
+    target: int,
+    elsewhere: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    loop = (speed(4.0), waypoint(60, 20), waypoint(0, 20, hold_s=hold_s), jump(target, 2))
+    items = (takeoff(20), *loop, behind, rtl())
+    assert ("T124" in codes(route(*items, dialect=ARDUPILOT))) is elsewhere
+    assert "T124" not in codes(route(*items, dialect=PX4))

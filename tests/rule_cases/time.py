@@ -178,6 +178,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: found(mission(takeoff(20), waypoint(100, 20), item(21, north(100), 0.0))),
         silent=lambda: found(PLAIN, ARDUPILOT),
     ),
+    "T124": RuleCases(
+        fires=lambda: looping(speed(2.0), waypoint(0, 20), jump(3, 1)),
+        boundary=lambda: looping(speed(2.0), waypoint(0, 20, hold_s=1.0), jump(3, 1)),
+        silent=lambda: looping(speed(2.0), waypoint(0, 20), jump(4, 1)),
+    ),
     "T123": RuleCases(
         fires=lambda: looping(CAMERA, jump(2, 2), speed(2.0)),
         boundary=lambda: looping(CAMERA, jump(2, -1), speed(2.0)),  # never over

@@ -74,6 +74,8 @@ def test_autoenable_1_and_2_switch_the_fence_on_again_after_the_take_off(
     given = CIRCLE.format(1) + f"FENCE_AUTOENABLE,{value}\n"
     told = ARDUPILOT((OFF, takeoff(20), *OUT, LANDS), parameters=given)
     assert ("F101" in told) is is_on
+    # What stands right behind the take-off is carried out after it has switched the fence on.
+    assert "F101" not in ARDUPILOT((takeoff(20), OFF, *OUT, LANDS), parameters=given)
 
 
 def test_a_ceiling_switched_on_counts_from_the_height_there_is() -> None:

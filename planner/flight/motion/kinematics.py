@@ -57,7 +57,8 @@ def quotient(
     """Return quotients where the denominator is ``above`` a number, another value elsewhere."""
     out = np.empty(np.broadcast(numerator, denominator).shape)
     out[...] = otherwise
-    return np.asarray(np.divide(numerator, denominator, out=out, where=denominator > above))
+    with np.errstate(over="ignore"):  # of what no vehicle flies: infinite, and reported as that
+        return np.asarray(np.divide(numerator, denominator, out=out, where=denominator > above))
 
 
 class KinematicState(Value, eq=False):

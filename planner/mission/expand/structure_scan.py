@@ -37,7 +37,7 @@ STRUCTURE_SCAN_EXPANDED = Rule(
     "read the entrance altitude wrongly, as 0 m.",
     how="The outline is moved outward by the distance to the surface; one lap per layer, from the "
     "first vertex, the first half a layer from the top or bottom: 4 + layers (n + 3) items.  A warning "
-    "where the layers in the file are not those QGroundControl will count.",
+    "where the layers in the file are not those QGroundControl will count; the more are flown.",
     fix="check the altitudes after loading the plan in QGroundControl, before the upload",
 )
 
@@ -45,9 +45,13 @@ STRUCTURE_SCAN_EXPANDED = Rule(
 def add_structure_scan(scan: JsonFields, sequence: ItemSequence) -> None:
     """Add the items of a structure scan: 4 + layers (n + 3) for an outline of n vertices."""
     camera = scan.fields("CameraCalc", f"{scan.title}, camera")
-    layers = scan.whole("Layers", least=1, most=MOST_LAYERS)
+    written = scan.whole("Layers", least=1, most=MOST_LAYERS)
     layer_m = camera.length("AdjustedFootprintFrontal")
     top_m, bottom_m = scan.length("StructureHeight"), scan.length("ScanBottomAlt")
+    counted = (
+        max(math.ceil((top_m - bottom_m) / layer_m), 1) if layer_m > _LEAST_LAYER_M else written
+    )
+    layers = max(written, counted)
     from_top = scan.truth("StartFromTop")
     outline = read_outline(scan)
     if 4 + layers * (len(outline) + 3) > MOST_ITEMS:
@@ -83,13 +87,11 @@ def add_structure_scan(scan: JsonFields, sequence: ItemSequence) -> None:
         f"{len(path)} vertices from the first vertex, which QGroundControl does not save"
     )
     severity = None
-    counted = (
-        max(math.ceil((top_m - bottom_m) / layer_m), 1) if layer_m > _LEAST_LAYER_M else layers
-    )
-    if layers != counted:
+    if written != counted:
         severity = Severity.WARNING
         message += (
-            f"; QGroundControl will count {quantity.count(counted, 'layer')} when it loads the file"
+            f"; the file has {quantity.count(written, 'layer')}, QGroundControl will count "
+            f"{quantity.count(counted, 'layer')} when it loads it: the more are predicted"
         )
     if not is_moved:
         severity = Severity.WARNING

@@ -79,6 +79,8 @@ class FlownOrder(Value):
     more after the loop closed, to its end.  ``None`` where the mission ends."""
     lap_item: int | None = None
     """The item that closes the endless loop."""
+    targets: Mapping[int, int] = {}
+    """Where jumps lead, both as positions in the items."""
     findings: tuple[Finding, ...] = ()
 
 
@@ -145,6 +147,7 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
         visits=tuple(visits),
         lap_start=None if closed is None else closed[1],
         lap_item=None if closed is None else closed[0] + 1,
+        targets=targets,
         findings=tuple(findings),
     )
 
@@ -287,6 +290,7 @@ def make_route(
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []
+    elsewhere: set[int] = set()
     lap_start: int | None = None
     for position, number in enumerate(order.visits):
         if state.is_over and state.stages[-1].kind in continues_after:
@@ -298,12 +302,21 @@ def make_route(
             break
         if position == order.lap_start:
             lap_start = len(state.stages)
-        if dialect is Autopilot.ARDUPILOT and _hides_next(mission.items, order.visits, position):
-            state.stages[-1:] = [replace(one, is_next_unseen=True) for one in state.stages[-1:]]
+        if dialect is Autopilot.ARDUPILOT:
+            elsewhere |= _plan_ahead(state, order, mission.items, position)
         reached.append(number)
         is_last = position == len(order.visits) - 1
         state.follow(number, mission.items[number - 1], is_last=is_last)
     flown = len(state.stages)
+    findings += (
+        FLOWN_ELSEWHERE.finding(
+            f"{command_name(mission.items[jump - 1].command)} leads to an item that is not flown: ArduPilot "
+            "flies to the place behind the jump, which is not predicted",
+            item=jump,
+            place=mission.items[jump - 1].place,
+        )
+        for jump in sorted(elsewhere)
+    )
     findings += _boundaries(mission, state)
     assumed = len(state.stages) - flown  # a take-off put before everything
     findings += state.remarks.findings()
@@ -314,20 +327,52 @@ def make_route(
     return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
 
 
-def _hides_next(items: Sequence[MissionItem], visits: Sequence[int], position: int) -> bool:
-    """Return whether ArduPilot looks ahead past an item that a jump led to, and finds no place beyond.
+def _plan_ahead(
+    state: MissionState, order: FlownOrder, items: Sequence[MissionItem], position: int
+) -> set[int]:
+    """Mark that the next place is not seen where it is not, and return the jump where a wrong one is."""
+    looked_up = _looked_up(order, items, position)
+    if looked_up is None or not state.stages:
+        return set()
+    before = state.stages[-1]
+    if looked_up not in _FLOWN_ON_TO:
+        state.stages[-1] = replace(before, is_next_unseen=True)
+    elif before.kind in {StageKind.GO, StageKind.SPLINE} and not before.hold_s:
+        return {order.visits[position - 1]}
+    return set()
+
+
+FLOWN_ELSEWHERE = Rule(
+    "T124 flown-elsewhere",
+    Severity.ERROR,
+    summary="A jump leads to an item that is no place: ArduPilot flies to the place behind the jump.",
+    why="ArduCopter plans the leg after next ahead.  Where a jump leads to a DO_ item or a tag it finds the "
+    "place behind the jump instead, flies there, and then on to places that are in no mission (ArduPilot "
+    "#31021, 4.6 and 4.7).",
+    how="A DO_JUMP to an item that is not flown, or a DO_JUMP_TAG, with a waypoint, spline or loiter as the "
+    "next place behind it (ModeAuto::set_next_wp, AP_Mission::get_next_nav_cmd), and a place before it that "
+    "is flown through.  Behind a hold, or before other items, the vehicle stops and plans anew.",
+    fix="let the jump lead to a place, or hold for 1 s at the place before it",
+    instead="a jump to a place",
+)
+
+
+def _looked_up(order: FlownOrder, items: Sequence[MissionItem], position: int) -> int | None:
+    """Return what ArduPilot takes for the next place, where a jump leads to none; ``None``: the right one.
 
     Notes
     -----
     ``AP_Mission::get_next_nav_cmd`` goes from place to place in the list: where a jump leads to an item that
     is not flown, it looks on behind the jump.  What it finds there decides whether it stops before.
     """
-    jump = visits[position - 1] if position else 0
-    is_taken = jump > 0 and items[jump - 1].command in _JUMPS and visits[position] != jump + 1
-    if not is_taken or is_navigation(items[visits[position] - 1].command):
-        return False
+    jump = order.visits[position - 1] if position else 0
+    target = order.targets.get(jump - 1)
+    if target is None or order.visits[position] == jump + 1:
+        return None
+    if is_navigation(items[target].command):
+        return None
     behind = (item.command for item in items[jump:] if is_navigation(item.command))
-    return next(behind, Command.NAV_RETURN_TO_LAUNCH) not in _FLOWN_ON_TO
+    return next(behind, Command.NAV_RETURN_TO_LAUNCH)
 
 
 CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
@@ -339,6 +384,8 @@ CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
 disarm, ``Commander::handleAutoDisarm`` not in the middle of a mission."""
 _LOOKED_AHEAD = 16
 """Places in the list from which ArduPilot looks ahead for a take-off."""
+_AT_HOME_M = 50.0
+"""A landing within this is one at home: one walks there and fetches it. [m]"""
 _STRAIGHT_UP_M = 2.0
 """So far beside its landing place PX4 is sent straight up: NAV_ACC_RAD of multicopters, within which it
 is there already. [m]"""
@@ -549,8 +596,9 @@ ITEMS_NOT_FLOWN = Rule(
     "after a LAND where --params has bit 2 of MIS_OPTIONS set (4, continue after land).  PX4 after a LAND: "
     "it stays armed (Commander::handleAutoDisarm) and the next place is within 2 m of where it stands.  An "
     "error where a take-off is among those left out: a vehicle that is started again flies what is not "
-    "counted; where MIS_OPTIONS 4 is set and places follow, but no take-off: it stays where it landed; and "
-    "on PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
+    "counted; where MIS_OPTIONS 4 is set, a landing more than 50 m from home is the end, and no take-off "
+    "follows but other places or a return, a warning without that setting: it stays where it landed; and on "
+    "PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
     "without climbing first (MissionBase::checkClimbRequired; tried).",
     fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF at "
     "the place of the landing follow it, with MIS_OPTIONS 4 on ArduPilot",
@@ -587,24 +635,29 @@ def _left_out(
         for n in missed
     )
     # A vehicle set to continue after a landing, or started again, flies what comes after it.
-    is_flown = not landing and any(
-        mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed
-    )
+    ahead = [mission.items[n - 1].command for n in after]
+    is_flown = not landing and any(command == Command.NAV_TAKEOFF for command in ahead)
     said = f"{which} after the end of the flight at item {state.stages[-1].item}: not flown"
+    stays = state.stages[-1].kind is StageKind.LAND and _is_away(state)
+    severity = Severity.ERROR if is_flown else None
     if landing:
         said += ", reached by a failsafe only"
-    elif goes_on and state.stages[-1].kind is StageKind.LAND:
-        places = any(is_destination(mission.items[n - 1].command) for n in missed)
-        is_flown |= places
-        said += ": MIS_OPTIONS 4 continues only to a take-off, and the vehicle stays here" * places
+    elif stays and any(is_navigation(command) for command in ahead):
+        said += ": the vehicle stays where it landed, away from home"
+        is_asked = goes_on and state.dialect is Autopilot.ARDUPILOT
+        said += "; MIS_OPTIONS 4 continues only to a take-off" * is_asked
+        severity = Severity.ERROR if is_flown or is_asked else Severity.WARNING
     return [
         ITEMS_NOT_FLOWN.finding(
-            said,
-            severity=Severity.ERROR if is_flown else None,
-            item=missed[0],
-            place=mission.items[missed[0] - 1].place,
+            said, severity=severity, item=missed[0], place=mission.items[missed[0] - 1].place
         )
     ]
+
+
+def _is_away(state: MissionState) -> bool:
+    """Return whether a flight ends too far from home for whoever waits there."""
+    here = state.latitude_deg, state.longitude_deg
+    return float(distance_m(*here, *state.home_deg)) > _AT_HOME_M
 
 
 TAKEOFF_MISSING = Rule(

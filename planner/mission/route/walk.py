@@ -194,7 +194,8 @@ ZERO_POSITION = Rule(
     why="To ArduPilot this means 'here'; to PX4 it is a place in the Gulf of Guinea.  The same file "
     "means two flights.",
     how="Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both "
-    "zero.  Where PX4 flies this is an error: what is predicted is not its flight.",
+    "zero, or not given.  Where PX4 flies this is an error: what is predicted is not its flight (it makes a "
+    "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).",
     fix="give the item the place it should be flown to",
     instead="a mission whose items have their places",
 )
@@ -887,9 +888,11 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     def move_to(self, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
         has_none = item.latitude_deg is None or item.longitude_deg is None
-        if has_none and item.command in _GOING:
-            message = f"{command_name(item.command)} has no position: predicted as 'here'"
-            self.remark(ZERO_POSITION, message)
+        is_px4 = self.dialect is Autopilot.PX4
+        if has_none and (is_px4 or item.command in _GOING):
+            does = "PX4 knows no 'here' and flies to whatever number is sent; " if is_px4 else ""
+            message = f"{command_name(item.command)} has no position: {does}predicted as 'here'"
+            self.remark(ZERO_POSITION, message, severity=Severity.ERROR if is_px4 else None)
         elif self.has_place(item):
             self.latitude_deg = item.latitude_deg or 0.0
             self.longitude_deg = item.longitude_deg or 0.0
