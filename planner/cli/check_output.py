@@ -68,7 +68,7 @@ def _refuse_formats(asked: Output) -> None:
 def rendered(
     results: Results, asked: Output, *, exit_code: ExitCode, left_out: tuple[str, ...] | None = None
 ) -> str:
-    """Return the report of a call in the format asked for, in JSON with the files of folders left out."""
+    """Return the report of a call in the format asked for, in JSON and SARIF with files left out."""
     match asked.format:
         case "text" | "concise" as name:
             from planner.report.text import check_concise, check_text, statistics_text
@@ -80,7 +80,7 @@ def rendered(
             from planner.report.json import check_json, check_json_lines
 
             return (
-                check_json_lines(results, version=__version__)
+                check_json_lines(results, version=__version__, left_out=left_out)
                 if name == "json-lines"
                 else check_json(
                     results,
@@ -99,6 +99,7 @@ def rendered(
                 version=__version__,
                 exit_code=exit_code,
                 folder=Path.cwd(),
+                left_out=left_out or (),
             )
         case "junit":
             from planner.report.junit import check_junit

@@ -122,9 +122,17 @@ def check_json(
     return json_text(envelope(version) | document, indent=2)
 
 
-def check_json_lines(results: Sequence[CheckResult | UnreadableMission], *, version: str) -> str:
-    """Return one JSON document per line and mission, each complete in itself."""
-    return "".join(json_text(envelope(version) | mission_document(result)) for result in results)
+def check_json_lines(
+    results: Sequence[CheckResult | UnreadableMission],
+    *,
+    version: str,
+    left_out: Sequence[str] | None = None,
+) -> str:
+    """Return one JSON document per line and mission, each complete in itself, as `check_json` has it."""
+    more: Document = {} if left_out is None else {"left_out": list(left_out)}
+    return "".join(
+        json_text(envelope(version) | mission_document(result) | more) for result in results
+    )
 
 
 def segments_json(result: CheckResult, *, version: str) -> str:

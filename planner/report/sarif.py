@@ -41,10 +41,12 @@ def check_sarif(
     version: str,
     exit_code: ExitCode,
     folder: Path,
+    left_out: Sequence[str] = (),
 ) -> str:
     """Return all missions of a call, which ends in an exit code, as one SARIF log of one run.
 
-    ``rules`` is the catalogue by code; paths are from the folder the call runs in.
+    ``rules`` is the catalogue by code; paths are from the folder the call runs in; ``left_out`` are files of
+    folders that are no missions.
     """
     indices = {code: index for index, code in enumerate(rules)}
     driver = {
@@ -53,7 +55,7 @@ def check_sarif(
         "semanticVersion": version,
         "rules": [_rule(rule) for rule in rules.values()],
     }
-    invocation = {
+    invocation: Document = {
         "executionSuccessful": all(isinstance(result, CheckResult) for result in results),
         "exitCode": int(exit_code),
         "exitCodeDescription": exit_code.name.lower().replace("_", "-"),
@@ -61,6 +63,10 @@ def check_sarif(
             one for result in results for one in _notifications(result, indices, folder=folder)
         ],
     }
+    if left_out:
+        invocation["toolExecutionNotifications"] = [
+            _left_out(path, folder=folder) for path in left_out
+        ]
     run = {
         "tool": {"driver": driver},
         "invocations": [invocation],
@@ -98,6 +104,21 @@ def _results(
         _result(finding, mark, indices[finding.code], uri=_uri(path))
         for finding, mark in zip(findings, marks, strict=True)
     ]
+
+
+def _left_out(path: str, *, folder: Path) -> Document:
+    return {
+        "descriptor": {"id": "left-out"},
+        "level": "note",
+        "message": {"text": f"{printable(path)}: no mission, not checked"},
+        "locations": [
+            {
+                "physicalLocation": {
+                    "artifactLocation": {"uri": _uri(pipeline_path(path, folder=folder))}
+                }
+            }
+        ],
+    }
 
 
 def _notifications(

@@ -479,6 +479,18 @@ def test_a_folder_holds_the_missions_that_are_called_as_other_files_are(
     left_out = [Path(one).name for one in json.loads(out)["left_out"]]
     assert left_out == ["notes.txt", "settings.json"]
     assert "3 missions, 2 other files (notes.txt, settings.json)" in err
+    main(["check", str(tmp_path), "--format", "json-lines"])
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [[Path(one).name for one in line["left_out"]] for line in lines] == [left_out] * 3
+    main(["check", str(tmp_path), "--format", "sarif"])
+    [run] = json.loads(capsys.readouterr().out)["runs"]
+    told = run["invocations"][0]["toolExecutionNotifications"]
+    assert [one["level"] for one in told] == ["note"] * 2
+    uris = [one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] for one in told]
+    assert [Path(uri).name for uri in uris] == left_out
+    main(["check", str(tmp_path / "flight.txt"), "--format", "sarif"])
+    [run] = json.loads(capsys.readouterr().out)["runs"]
+    assert "toolExecutionNotifications" not in run["invocations"][0]
 
 
 def test_a_folder_holds_the_missions_of_every_format(
