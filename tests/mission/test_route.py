@@ -730,6 +730,28 @@ def test_ardupilot_stops_before_a_jump_to_what_is_not_flown_and_looks_on_behind_
 
 
 @pytest.mark.parametrize(
+    ("up_m", "hold_s", "onward", "told"),
+    [
+        (40.0, 0.0, waypoint(900, 20), [Severity.ERROR]),
+        (-40.0, 0.0, waypoint(900, 20), [Severity.WARNING]),  # it flies higher than predicted
+        (0.4, 0.0, waypoint(900, 20), []),
+        (40.0, 1.0, waypoint(900, 20), []),  # it stops, and plans anew
+        (40.0, 0.0, item(16, north(900), 480.0, frame=0), []),  # above the sea
+        (40.0, 0.0, rtl(), []),
+    ],
+)
+def test_a_home_that_moves_up_behind_a_place_flown_through_is_not_that_of_the_next_leg(
+    up_m: float, hold_s: float, onward: MissionItem, told: list[Severity]
+) -> None:
+    # ModeAuto::set_next_wp has handed the leg on before DO_SET_HOME is carried out.
+    moved = item(179, north(100), up_m, frame=3)
+    items = (takeoff(20), waypoint(100, 20, hold_s=hold_s), moved, onward, rtl())
+    for dialect, expected in ((ARDUPILOT, told), (PX4, [])):
+        found = [f for f in route(*items, dialect=dialect).findings if "moves home" in f.message]
+        assert [f.severity for f in found] == expected
+
+
+@pytest.mark.parametrize(
     ("behind", "hold_s", "target", "elsewhere"),
     [
         (waypoint(900, 20), 0.0, 2, True),  # ArduPilot #31021

@@ -19,11 +19,18 @@ from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame, distance_m
-from planner.mission.commands import Command, command_name, is_destination, is_navigation
+from planner.mission.commands import (
+    RELATIVE_FRAMES,
+    Command,
+    command_name,
+    is_destination,
+    is_navigation,
+)
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.queue import HELD, is_queued
 from planner.mission.route.stage import Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
+    ITEM_NOT_MODELLED,
     LIFTS_OFF,
     TAKEOFFS,
     MissionState,
@@ -306,7 +313,11 @@ def make_route(
             elsewhere |= _plan_ahead(state, order, mission.items, position)
         reached.append(number)
         is_last = position == len(order.visits) - 1
+        datum_m = state.datum_m
         state.follow(number, mission.items[number - 1], is_last=is_last)
+        ahead = (mission.items[n - 1] for n in order.visits[position + 1 :])
+        if state.datum_m != datum_m and _is_planned_already(state, ahead):
+            _remark_datum(state, state.datum_m - datum_m)
     flown = len(state.stages)
     findings += (
         FLOWN_ELSEWHERE.finding(
@@ -325,6 +336,38 @@ def make_route(
     if order.lap_item is not None and lap_start is not None and not state.is_over:
         lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
     return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
+
+
+def _is_planned_already(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
+    """Return whether ArduPilot has the next leg planned, above the home before, when home moves.
+
+    Notes
+    -----
+    ``ModeAuto::set_next_wp`` hands the place after next on while the one before is flown to, as a place with
+    an altitude; ``AC_WPNav::set_wp_destination`` then takes the leg that was planned to it.
+    """
+    if state.dialect is not Autopilot.ARDUPILOT or not state.stages:
+        return False
+    before = state.stages[-1]
+    if before.kind not in {StageKind.GO, StageKind.SPLINE} or before.hold_s:
+        return False
+    onward = next((item for item in ahead if is_navigation(item.command)), None)
+    return onward is not None and onward.command in _FLOWN_ON_TO and onward.frame in RELATIVE_FRAMES
+
+
+def _remark_datum(state: MissionState, change_m: float) -> None:
+    if abs(change_m) < _SAME_LEVEL_M:
+        return
+    way = "up" if change_m > 0.0 else "down"
+    state.remark(
+        ITEM_NOT_MODELLED,
+        f"DO_SET_HOME moves home {way} by {quantity.height(abs(change_m))} behind a place that is flown "
+        "through: ArduPilot flies the next leg above the home before, predicted above the new one; hold for "
+        "1 s at that place",
+        severity=Severity.ERROR
+        if change_m > 0.0
+        else Severity.WARNING,  # it flies lower, or higher
+    )
 
 
 def _plan_ahead(
@@ -384,6 +427,8 @@ CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
 disarm, ``Commander::handleAutoDisarm`` not in the middle of a mission."""
 _LOOKED_AHEAD = 16
 """Places in the list from which ArduPilot looks ahead for a take-off."""
+_SAME_LEVEL_M = 0.5
+"""Heights of home that differ by less are one. [m]"""
 _AT_HOME_M = 50.0
 """A landing within this is one at home: one walks there and fetches it. [m]"""
 _STRAIGHT_UP_M = 2.0
