@@ -12,6 +12,8 @@ Helicopter Aerodynamics, 2nd edition, 2006, chapter 5).
 Or the vehicle is at the limit of its lean there: it flies at :math:`V_k`, which it was seen to hold,
 and later arrives.  Of both the dearer counts.  What lies between, an airspeed :math:`V_l` held on the
 way, is not dearer: :math:`V_l^3 / (V_l - w)` has its only extremum at :math:`V_l = 1.5\,w`, a minimum.
+No airspeed is too far beyond for that: the lean is limited, and with it the thrust, 1/cos 30° of the weight,
+which rule E116 asks for.
 
 A model without an airspeed term gives no power over airspeed: it grows from the ground speed to the
 airspeed as that of the quadrotor it was measured on, both over the highest identified speed.  In air

@@ -68,9 +68,16 @@ def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
     hover_w = a.flight.hover_near_home_w
     mean_w = a.totals.mean_power_w or hover_w
     way_wh = wh_from_j(max(hover_w, mean_w) * 2.0 * IN_SIGHT_M / speed_m_s)
-    waits_wh = wh_from_j(hover_w * wait_s)
-    short_wh = way_wh + waits_wh - _left_wh(a)
+    left_wh = _left_wh(a) - wh_from_j(hover_w * wait_s)
+    short_wh = way_wh - left_wh
     if not short_wh > 0.0:
+        if way_wh > 0.0 and math.isfinite(left_wh):
+            farthest = quantity.distance(IN_SIGHT_M * left_wh / way_wh)
+            yield a.finding(
+                HOME_UNKNOWN,
+                f"no home in the file: the battery lasts for a take-off up to {farthest} from the first "
+                "place; from farther away it is not checked",
+            )
         return
     yield a.finding(
         HOME_UNKNOWN,
@@ -107,8 +114,17 @@ def _picked_up(a: Assessment) -> Iterator[Finding]:
 
 
 def _left_wh(a: Assessment) -> float:
-    """Return the margin less what is not counted for other reasons; what is short already is E101's. [Wh]"""
+    """Return the margin of the flight, or of the tightest return, less what is not counted otherwise. [Wh]
+
+    What is short already is that of E101 and E102.
+    """
+    plan = a.return_plan
     if a.battery is None or a.battery.margin_wh < 0.0:
         return math.inf
-    flown_wh, _ = a.uncounted.energies_wh(a.return_plan)
-    return a.battery.margin_wh - flown_wh if math.isfinite(flown_wh) else math.inf
+    flown_wh, returned_wh = a.uncounted.energies_wh(plan)
+    if not math.isfinite(flown_wh):
+        return math.inf
+    left_wh = a.battery.margin_wh - flown_wh
+    if plan is None or plan.margin_wh is None or plan.margin_wh < 0.0:
+        return left_wh
+    return min(left_wh, plan.margin_wh - returned_wh)

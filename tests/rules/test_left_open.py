@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import item, mission, rtl, takeoff, waypoint
+from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner.findings import Severity
 from planner.physics.wind import Wind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
@@ -74,3 +76,30 @@ def test_px4_without_an_integral_flies_in_calm_alone(wind_m_s: float, *, is_erro
     codes = {one.code for one in flown if one.severity is Severity.ERROR}
     assert ("M130" in codes) is is_error
     assert "P105" not in codes
+
+
+def test_of_an_unknown_home_it_is_told_from_how_far_away_the_battery_lasts() -> None:
+    flight = mission(takeoff(20), waypoint(0, 20, hold_s=600.0), waypoint(100, 20), rtl())
+    told = [f for f in found(replace(flight, home=None)) if f.code == "M107"]
+    assert [one.severity for one in told] == [Severity.WARNING] * 2
+    [away] = [float(one[1]) for f in told if (one := re.search(r"up to ([\d.]+) km", f.message))]
+
+    def is_short(away_m: float) -> bool:
+        there = replace(HOME, latitude_deg=north(-away_m))
+        codes = {one.code for one in found(replace(flight, home=there))}
+        return not codes.isdisjoint({"E101", "E102"})
+
+    # The article's quadrotor takes as much in cruise as in a hover; 5 % for stops and rounding.
+    assert not is_short(950.0 * away)
+    assert is_short(1050.0 * away)
+
+
+@pytest.mark.parametrize(
+    ("reserve", "severity"), [(0.95, Severity.WARNING), (0.965, Severity.ERROR)]
+)
+def test_a_margin_that_does_not_hold_500_m_more_is_an_error_without_a_home(
+    reserve: float, severity: Severity
+) -> None:
+    flight = replace(mission(takeoff(20), waypoint(0, 20), waypoint(100, 20), rtl()), home=None)
+    told = [f for f in found(flight, reserve=reserve) if f.code == "M107"]
+    assert max(one.severity for one in told) is severity

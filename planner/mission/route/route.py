@@ -475,7 +475,8 @@ HOME_UNKNOWN = Rule(
     why="The flight to the first item and the return depend on it.",
     how="No planned home; the first item with a position is taken as the take-off place.  An error where the "
     "margin does not hold the way from 500 m away, as far as a small multicopter is seen, and back: at the "
-    "vehicle's own speed and the greater of the power of a hover and the flight's mean.",
+    "vehicle's own speed and the greater of the power of a hover and the flight's mean.  Where it does, a "
+    "warning says from how far away it does: nobody has checked a take-off from farther.",
     fix="set the planned home position in the mission",
     instead="a mission with its home",
 )
