@@ -53,9 +53,10 @@ _DENSITY_SLACK = 0.02
 """A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
 _AIR_SLACK = 1.02
 """Thrust a little beyond what a data sheet stands for is taken: 2 % of density. [-]"""
-_MOST_LIFT = 1.5
+_MOST_LIFT = 1.33
 """More thrust, in times of that of the model's flights, is not taken for granted: vehicles are built to
-hover at half of what they have or somewhat more."""
+hover at half of what they have or somewhat more, and three quarters are then left.  As much as vehicles of
+data sheets are taken to lift. [-]"""
 _THINNER = 1.1
 """Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover. [-]"""
 _LOW_M = 10.0
@@ -75,8 +76,9 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "rates, mass and air density of the predicted flight, of holds at any point of it (in the mean wind and "
     "two standard deviations) and of the returns from there against [valid_for] and the identified steps of "
     "the vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
-    "higher up, or in other air, is only noted.  At an airspeed V beyond the identified V_k the greater "
-    "of two bounds counts: the power at V_k times (V / V_k)³, or the longer way at the airspeed V_k "
+    "higher up, or in other air, is only noted, so is air where the model states none.  At an airspeed V "
+    "beyond the identified V_k the greater of two bounds counts: the power at V_k times (V / V_k)³, or the "
+    "longer way at the airspeed V_k "
     "(airspeed_limit_m_s where the model has it; as for W103 where the parameters let it lean less); an "
     "error where that may take the margin.  Of a model with neither no speed is checked: X904.",
     fix="keep the mission inside the range, or log a flight beyond it and run mavjoule identify, or mavjoule "
@@ -301,12 +303,22 @@ def _mass(a: Assessment) -> Iterator[Finding]:
 @judges(MODEL_OUTSIDE_ENVELOPE, needs=(EXTREMES,))
 def _air_density(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     limit = a.vehicle.valid_for.air_density_kg_m3
-    if limit is None or not a.vehicle.knows_air_density:
+    if not a.vehicle.knows_air_density:
         return
     thin, dense = (
         float(a.flight.power.air_density_kg_m3(height_m))
         for height_m in (extremes.highest_m, extremes.lowest_m)
     )
+    if limit is None:
+        if thin < (1.0 - _DENSITY_SLACK) * SEA_LEVEL_DENSITY_KG_M3:
+            yield a.finding(
+                MODEL_OUTSIDE_ENVELOPE,
+                f"air of {quantity.decimals(thin, 2)} kg/m³: what it takes there is theory, the model states "
+                "no air it was measured in",
+                severity=Severity.INFO,
+                fix="state the air of its flights: air_density_kg_m3 under [valid_for]",
+            )
+        return
     if thin < (1.0 - _DENSITY_SLACK) * limit.low or dense > (1.0 + _DENSITY_SLACK) * limit.high:
         yield _outside(
             a,
@@ -440,13 +452,13 @@ LIFT_UNKNOWN = Rule(
     why="A model's power keeps growing where the vehicle no longer leaves the ground: it has no limit "
     "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
     how="Mass over air density, at the highest point of the flight with payload, over that of a flight the "
-    "model knows: more than 1.5 (thrust falls with air density as weight grows).  Of the ranges of "
+    "model knows: more than 1.33 (thrust falls with air density as weight grows).  Of the ranges of "
     "[valid_for] nobody knows which of both were flown together: it flew the heaviest in its densest air, "
     "1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a range the model's "
     "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
     "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
-    "kg/m³, and its own mass in the thinnest air of it; no more than that, but where thrust_max_n tells the "
-    "thrust (E116).  And no vehicle more than mass_max_kg.",
+    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n tells the "
+    "thrust E116 judges instead.  And no vehicle more than mass_max_kg.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
     instead="--payload",
 )
@@ -478,7 +490,7 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         return
     times_heaviest, times_lightest = _times_heavier(a)
     lifted = min(times_heaviest * min(sea_level, densest) / thin, times_lightest * thinner)
-    if lifted > _MOST_LIFT:
+    if lifted > _MOST_LIFT and vehicle.thrust_max_n is None:
         load = "the flight" if power.mass_kg is None else quantity.mass(power.mass_kg)
         yield a.finding(
             LIFT_UNKNOWN,

@@ -27,6 +27,7 @@ GRAVE = re.compile(
     r"\b(PX4|ArduPilot|vehicle) (refuses|does not (start|arm|continue)|will not|cannot)\b"
     r"|\bnever (lands|continues|ends)\b|\bends in the air\b|\bover 100 %|\bcannot (hover|lift|fly)\b"
     r"|\bthe battery is empty\b|\bcannot be (checked|flown|judged)\b"
+    r"|(?<!\d)(1\d[1-9]|1[1-9]\d|[2-9]\d\d|\d{4,}) % of the (battery|charge|thrust)\b"
 )
 EXCEPTIONS: dict[str, str] = {
     "L211": "mavjoule split adds the return itself",

@@ -16,6 +16,7 @@ from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Responses
+from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.power import CruisePower
 
 if TYPE_CHECKING:
@@ -258,3 +259,29 @@ def test_a_climb_or_descent_twice_as_fast_as_any_identified_is_an_error(
     assert [
         f.severity for f in found if f.code == "E105" and "climb rate" in f.message
     ] == severities
+
+
+@pytest.mark.parametrize(("home_amsl_m", "told"), [(100.0, False), (2500.0, True)])
+def test_the_power_in_air_that_a_model_names_none_of_is_theory(
+    home_amsl_m: float, *, told: bool
+) -> None:
+    quad = load_vehicle("arducopter-sitl-quad")
+    nameless = replace(quad, valid_for=replace(quad.valid_for, air_density_kg_m3=None))
+    flight = mission(takeoff(20), waypoint(50, 20), rtl())
+    found = check(flight, nameless, battery=BATTERY, home_amsl_m=home_amsl_m).findings
+    said = [one for one in found if one.code == "E105" and "is theory" in one.message]
+    assert [one.severity for one in said] == [Severity.INFO] * told
+
+
+def test_a_return_that_climbs_above_the_heights_of_the_model_is_told() -> None:
+    # The mission stays at 20 m; RTL_ALT of 450 m is above the 403 m of the model, its cone higher still.
+    flight = mission(takeoff(20), waypoint(300, 20), item(21, north(300), 0.0))
+    given = parameters_from_text(b"RTL_ALT,45000\n", source="p.param")
+    quad = load_vehicle("arducopter-sitl-quad")
+    said = [
+        one.message
+        for one in check(flight, quad, battery=BATTERY, parameters=given).findings
+        if one.code == "E105" and "above home" in one.message
+    ]
+    assert len(said) == 1
+    assert "on the return from item" in said[0]
