@@ -27,9 +27,7 @@ _LONGEST_WRITE_S = 3600.0
 _DEEPEST = 100
 """Parts of a TOML key: the parser takes a time with the square of them (40,000 take a minute), and no key
 of ours has more than four."""
-_DEEP_KEY = re.compile(
-    rf"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{_DEEPEST}}}"""
-)
+_DEEP_KEY = rf"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{_DEEPEST}}}"""
 
 
 def read_bounded(path: str | Path, *, most_bytes: int, error: type[InputError], what: str) -> bytes:
@@ -103,7 +101,8 @@ def toml_document(
 
     text = decoded(data, source=source, error=error, what=what)
     try:
-        if not _DEEP_KEY.search(text):
+        has_dots = any(line.count(".") >= _DEEPEST for line in text.split("\n"))
+        if not (has_dots and re.search(_DEEP_KEY, text)):
             return tomllib.loads(text)
     except RecursionError:
         pass

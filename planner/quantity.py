@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 ABSENT = "—"
 NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?)"
 """A number as people and TOML write it."""
-_PERCENT = re.compile(rf"{NUMBER}\s*%", re.IGNORECASE)
-PLUS_MINUS = re.compile(r"±|\+/?-")
+PLUS_MINUS = r"±|\+/?-"
 
 
 _MOST_IN_FULL = 1e9
@@ -210,7 +209,7 @@ def read_in(text: str, units: Mapping[str, float]) -> float:
 def read_fraction(text: str) -> float:
     """Return the fraction of ``20%`` or ``0.2``; a bare ``1`` is refused: 1 % or all of it?"""
     bare = text.strip()
-    if found := _PERCENT.fullmatch(bare):
+    if found := re.fullmatch(rf"{NUMBER}\s*%", bare, re.IGNORECASE):
         value = float(found[1]) / 100.0
     elif re.fullmatch(NUMBER, bare, re.IGNORECASE):
         value = float(bare)

@@ -57,7 +57,8 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 Subject = TypeVar("Subject")
 Outcome = TypeVar("Outcome")
-_UNIT = re.compile("_(m_s|m|s|c|kg|deg|hpa)$")
+_ENDINGS = tuple(f"_{unit}" for unit in ("m_s", "m", "s", "c", "kg", "deg", "hpa"))
+"""What keys end in and options do not."""
 _UNITS = {"m/s": SPEED_UNITS_M_S, "m": LENGTH_UNITS_M, "kg": MASS_UNITS_KG, "s": TIME_UNITS_S}
 """Units that are read for a setting, by the one it counts in."""
 _COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # noqa: SIM905 - read at a glance
@@ -142,7 +143,9 @@ class Number(Kind):
 
     def read(self, text: str) -> float | Spread:
         """Return the number, or the number and its standard deviation."""
-        parts = [part.strip() for part in PLUS_MINUS.split(text)] if self.with_spread else [text]
+        parts = (
+            [part.strip() for part in re.split(PLUS_MINUS, text)] if self.with_spread else [text]
+        )
         if len(parts) > 2 or not all(parts):
             msg = f"expected a value and its standard deviation, such as 5±2, got {text!r}"
             raise ValueError(msg)
@@ -600,7 +603,8 @@ class _DeclaredType(ValueType):
 def _whole(setting: Setting, field: str) -> Setting:
     """Return a setting with what follows from its field and its kind."""
     key = setting.key or field
-    option = setting.option or f"--{_UNIT.sub('', key)}".replace("_", "-")
+    unit = next((one for one in _ENDINGS if key.endswith(one)), "")
+    option = setting.option or f"--{key.removesuffix(unit)}".replace("_", "-")
     if isinstance(setting.kind, Switch):
         option += option.replace("--", "/--no-")
     return replace(

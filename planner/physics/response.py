@@ -710,11 +710,12 @@ def _bracketed_roots(
 ) -> FloatArray:
     """Root of a monotone function, given with its slope, in each bracket.
 
-    By Newton's rule inside the bracket, to a few units in the last place or 1e-12.
+    By Newton's rule inside the bracket, to a few units in the last place or 1e-12, and by bisection where a
+    step is not half of the one before: slow progress cannot last.
     """
     rising = function(high)[0] > function(low)[0]
-    root = 0.5 * (low + high)
-    for turn in range(200):
+    root, step = 0.5 * (low + high), high - low
+    for _ in range(200):
         value, slope = function(root)
         below = (value < 0.0) == rising
         low, high = np.where(below, root, low), np.where(below, high, root)
@@ -723,9 +724,9 @@ def _bracketed_roots(
         inside = (newton >= low) & (newton <= high)
         tolerance = 1e-12 + 4e-16 * np.abs(root)
         done = (inside & (np.abs(newton - root) <= tolerance)) | (high - low <= tolerance)
-        # a bisection now and then, so that slow progress of Newton's rule cannot last
-        chosen = inside & (done | (turn % 4 < 3))
-        root = np.where(chosen, newton, 0.5 * (low + high))
+        chosen = inside & (done | (np.abs(newton - root) <= 0.5 * step))
+        before, root = root, np.where(chosen, newton, 0.5 * (low + high))
+        step = np.abs(root - before)
         if done.all():
             break
     return root

@@ -85,7 +85,7 @@ FENCE_HEIGHT = Rule(
 @judges(FENCE_HEIGHT, needs=(FENCE,))
 def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
     stages = a.route.stages
-    if not stages:
+    if not stages or (limits.ceiling_m is None and limits.floor_m is None):
         return
     schedule = fence_schedule(a.route, a.own_parameters)
     flown = _flown_heights(a)

@@ -68,15 +68,17 @@ def return_fan(
         begin_s, spent_s = time_s[stretch, :1], np.diff(time_s[stretch], axis=1)
         stretch, time_s = _switched(returns, stage, stretch, begin_s + shares * spent_s)
     stage = stage[stretch]
-    points = [_points(returns, own_s, stage) for own_s in time_s.T]
-    destination = returns.chosen(points[0])
-    corners, paths = zip(
-        *(returns.straight_corners_m(one, destination) for one in points), strict=True
-    )
+    count = len(stage)
+    points = _points(returns, time_s.T.ravel(), np.tile(stage, 2))
+    destination = returns.chosen(points)[:count]
+    corners_m, paths = returns.straight_corners_m(points, np.tile(destination, 2))
     fan = ReturnFan(
-        stretch=stretch, stage=stage, destination=destination, corners_m=np.stack(corners, axis=1)
+        stretch=stretch,
+        stage=stage,
+        destination=destination,
+        corners_m=np.stack((corners_m[:count], corners_m[count:]), axis=1),
     )
-    return fan, _lines_along({id(path): path for path in paths[0]}.values())
+    return fan, _lines_along({id(path): path for path in paths[:count]}.values())
 
 
 def _points(returns: Returns, time_s: FloatArray, stage: IntArray) -> ReturnPoints:

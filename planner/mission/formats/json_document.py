@@ -38,11 +38,8 @@ LONGEST_INTEGER = 4000
 
 _DIGIT_BLOCK = 150
 """A run of 300 digits, more than a double holds, covers a whole aligned block of this length."""
-_ESCAPE = re.compile(r"\\.", re.DOTALL)
-_SPACE = re.compile(r"[ \t\n\r]*")
-_NUMBER = re.compile(
-    r'"(?:[^"\\]|\\.)*"|(-?Infinity|NaN|-?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)', re.DOTALL
-)
+_SPACES = frozenset(" \t\n\r")
+_NUMBER = r'(?s)"(?:[^"\\]|\\.)*"|(-?Infinity|NaN|-?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)'
 _DECODER = json.JSONDecoder()
 _SENTENCES = (
     ("control character", "a text holds a line break or another control character"),
@@ -290,7 +287,7 @@ def _brackets(origin: SourceText) -> tuple[Offsets, Offsets]:
     """Return the offset of every bracket outside strings, and the depth after it. [n], [n]."""
     text, codes = origin.text, origin.codes
     if "\\" in text:  # blank out escapes, so that every quote left begins or ends a string
-        codes = _codes(_ESCAPE.sub("__", text))
+        codes = _codes(re.sub(r"(?s)\\.", "__", text))
     folded = codes | 0x20  # makes [ into { and ] into }
     is_bracket = (folded == ord("{")) | (folded == ord("}"))
     marks = np.flatnonzero(is_bracket | (codes == ord('"')))
@@ -351,8 +348,9 @@ def _members(text: str, offset: int) -> Iterator[tuple[str | int, int]]:
 
 
 def _skip_space(text: str, at: int) -> int:
-    match = _SPACE.match(text, at)
-    return at if match is None else match.end()
+    while text[at : at + 1] in _SPACES:
+        at += 1
+    return at
 
 
 def _repeated_key(text: str, offset: int) -> tuple[int, str]:
@@ -367,7 +365,7 @@ def _repeated_key(text: str, offset: int) -> tuple[int, str]:
 
 def _number_offset(text: str, is_meant: Callable[[str], bool]) -> int:
     """Return where the first such number begins outside strings."""
-    matches = _NUMBER.finditer(text)
+    matches = re.finditer(_NUMBER, text)
     return next(match.start() for match in matches if match.group(1) and is_meant(match.group(1)))
 
 
