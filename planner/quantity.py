@@ -7,7 +7,6 @@ as zero, and a shortfall never loses its sign.  ``None`` is a dash.
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING
 
 from planner.values import Value
@@ -182,13 +181,30 @@ class Spread(Value):
             raise ValueError(msg)
 
 
+def bare_number(text: str) -> float | None:
+    """Return the number of a text that is a `NUMBER` and nothing else; ``None`` of any other."""
+    if not all(one.isdecimal() or one in "+-.eE" for one in text):
+        return None  # what Python reads and people do not write: 1_000, nan, spaces
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def number_before(text: str, unit: str) -> float | None:
+    """Return the number of ``5 Ah``, which ends in a unit in any case; ``None`` of any other text."""
+    text = text.strip()
+    number, end = text[: len(text) - len(unit)], text[len(text) - len(unit) :]
+    return bare_number(number.rstrip()) if end.lower() == unit.lower() else None
+
+
 def read_number(text: str, *, unit: str = "") -> float:
     """Return the number of ``15``, or with its unit ``15C`` or ``15 °C``; case does not matter."""
-    found = re.fullmatch(rf"{NUMBER}\s*(?:°?{re.escape(unit)})?", text.strip(), re.IGNORECASE)
-    if found is None:
-        msg = f"expected a number{f' of {unit}' if unit else ''}, got {text!r}"
-        raise ValueError(msg)
-    return float(found[1])
+    for own in ("", unit, f"°{unit}"):
+        if (number := number_before(text, own)) is not None:
+            return number
+    msg = f"expected a number{f' of {unit}' if unit else ''}, got {text!r}"
+    raise ValueError(msg)
 
 
 def read_in(text: str, units: Mapping[str, float]) -> float:
@@ -196,23 +212,21 @@ def read_in(text: str, units: Mapping[str, float]) -> float:
 
     ``units`` are what each unit's 1 is in that unit; case does not matter.
     """
-    names = "|".join(map(re.escape, sorted(units, key=len, reverse=True)))
-    found = re.fullmatch(rf"{NUMBER}\s*({names})?", text.strip(), re.IGNORECASE)
-    if found is None:
-        point = ": decimals are written with a point" if "," in text else ""
-        msg = f"expected a number of {', '.join(units)}, got {text!r}{point}"
-        raise ValueError(msg)
-    known = {name.lower(): factor for name, factor in units.items()}
-    return float(found[1]) * known.get((found[2] or "").lower(), 1.0)
+    for unit, factor in ({"": 1.0} | dict(units)).items():
+        if (number := number_before(text, unit)) is not None:
+            return number * factor
+    point = ": decimals are written with a point" if "," in text else ""
+    msg = f"expected a number of {', '.join(units)}, got {text!r}{point}"
+    raise ValueError(msg)
 
 
 def read_fraction(text: str) -> float:
     """Return the fraction of ``20%`` or ``0.2``; a bare ``1`` is refused: 1 % or all of it?"""
     bare = text.strip()
-    if found := re.fullmatch(rf"{NUMBER}\s*%", bare, re.IGNORECASE):
-        value = float(found[1]) / 100.0
-    elif re.fullmatch(NUMBER, bare, re.IGNORECASE):
-        value = float(bare)
+    if (percent := number_before(bare, "%")) is not None:
+        value = percent / 100.0
+    elif (number := bare_number(bare)) is not None:
+        value = number
         if value >= 1.0 and bare != "1.0":
             msg = f"{text!r} is ambiguous: write {bare}%, or a fraction below 1 such as 0.2"
             raise ValueError(msg)

@@ -8,7 +8,6 @@ take part in every verdict: nothing here switches them off.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from pathlib import Path, PurePath
@@ -223,6 +222,8 @@ def write_baseline(path: Path, findings: Iterable[tuple[str, Finding]]) -> tuple
     OutputError
         If the file cannot be written; what was there before is untouched.
     """
+    import json
+
     given = list(findings)
     known = {
         _known(finding, file, _folder(path)) for file, finding in given if not is_kept_on(finding)

@@ -20,7 +20,7 @@ from planner.errors import UsageError
 from planner.findings import Severity
 from planner.geo.tiles import TileServer, read_tile_server, tile_server_text
 from planner.physics.wind import Wind
-from planner.quantity import NUMBER, Spread, exact, mean_of, sd_of
+from planner.quantity import NUMBER, Spread, bare_number, exact, mean_of, number_before, sd_of
 from planner.selection import Selection, read_baseline
 from planner.setting import (
     Bearing,
@@ -132,19 +132,20 @@ def _matched(pattern: str, text: str) -> re.Match[str] | None:
 def read_battery(text: str) -> Battery:
     """Return the battery of ``5.2Ah@14.8V``, ``5200mAh@4S``, ``4S5200`` or ``77Wh``."""
     text = _as_charge(text)
-    if found := _matched(rf"{NUMBER}\s*(m?)Ah\s*@\s*{NUMBER}\s*([VS])", text):
-        charge_ah, voltage_v = float(found[1]), float(found[3])
-        if found[2]:
-            charge_ah /= MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+    charge, _, voltage = text.partition("@")
+    charge_mah, charge_ah = number_before(charge, "mAh"), number_before(charge, "Ah")
+    cells, voltage_v = number_before(voltage, "S"), number_before(voltage, "V")
+    if charge_mah is not None:
+        charge_ah = charge_mah / MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+    if charge_ah is not None and (cells is not None or voltage_v is not None):
         if charge_ah > _MOST_CHARGE_AH:
             msg = f"expected a battery of at most {_MOST_CHARGE_AH:g} Ah, got {text!r}: is it mAh?"
             raise ValueError(msg)
-        if found[4] in "sS":
-            voltage_v = _of_cells_v(voltage_v)
-        if charge_ah > 0.0 and 0.0 < voltage_v < math.inf:
+        if cells is not None:
+            voltage_v = _of_cells_v(cells)
+        if charge_ah > 0.0 and voltage_v is not None and 0.0 < voltage_v < math.inf:
             return Battery(capacity_ah=charge_ah, nominal_voltage_v=voltage_v)
-    if found := _matched(rf"{NUMBER}\s*Wh", text):
-        energy_wh = float(found[1])
+    if (energy_wh := number_before(text, "Wh")) is not None:
         if energy_wh > _MOST_ENERGY_WH:
             msg = f"expected a battery of at most {_MOST_ENERGY_WH:g} Wh, got {text!r}: is it mWh?"
             raise ValueError(msg)
@@ -161,6 +162,8 @@ def _as_charge(text: str) -> str:
 
     A voltage beside the cells has to be theirs, and is what counts: ``4S5200@15.2V``.
     """
+    if "s" not in text.lower():
+        return text  # most are no such text: no expression is compiled
     found = _matched(rf"(\d+)S\s*{NUMBER}\s*(m?Ah)?(?:\s*@\s*{NUMBER}\s*V)?", text)
     if found is None:
         return text
@@ -202,7 +205,9 @@ class _ReserveKind(Fraction):
 
     def read(self, text: str) -> SettingValue:
         """Return the reserve; a number is a fraction."""
-        if not (found := _matched(rf"{NUMBER}\s*(Wh|min)", text)):
+        energy_wh, hover_min = number_before(text, "Wh"), number_before(text, "min")
+        given = hover_min if energy_wh is None else energy_wh
+        if given is None:
             try:
                 return super().read(text)
             except ValueError as error:
@@ -210,12 +215,10 @@ class _ReserveKind(Fraction):
                     raise
                 msg = f"expected 20% of the capacity, 12Wh of energy or 3min of hover, got {text!r}"
                 raise ValueError(msg) from error
-        given = float(found[1])
         if not 0.0 <= given < math.inf:
             msg = f"expected a reserve of zero or more, got {text!r}"
             raise ValueError(msg)
-        is_energy = found[2].lower() == "wh"
-        return Reserve(energy_wh=given) if is_energy else Reserve(hover_s=60.0 * given)
+        return Reserve(hover_s=60.0 * given) if energy_wh is None else Reserve(energy_wh=energy_wh)
 
     def text(self, value: SettingValue) -> str:
         """Return what reads back as a reserve."""
@@ -239,8 +242,8 @@ class _ChargeKind(Fraction):
 
     def read(self, text: str) -> SettingValue:
         """Return the fraction or the voltage."""
-        found = _matched(rf"{NUMBER}\s*V", text)
-        return RestVoltage(voltage_v=float(found[1])) if found else super().read(text)
+        voltage_v = number_before(text, "V")
+        return super().read(text) if voltage_v is None else RestVoltage(voltage_v=voltage_v)
 
     def text(self, value: SettingValue) -> str:
         """Return what reads back as a charge."""
@@ -255,7 +258,7 @@ _WIND = (Number("m/s", 0.0, FASTEST_M_S, with_spread=True), Bearing(with_spread=
 
 def read_wind(text: str) -> Wind:
     """Return the wind of ``5@270``, 5 m/s from west, ``10kt@W``, or with deviations ``5±2@270±20``."""
-    if _matched(NUMBER, text) and float(text) == 0.0:
+    if bare_number(text.strip()) == 0.0:
         return Wind()
     try:
         speed_m_s, from_deg = (

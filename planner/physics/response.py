@@ -261,7 +261,8 @@ class Modes(Value, eq=False, dict=True):
                 mask = close & ~early
                 own[mask] = self._by_differences(t[mask], mask, k)
             if some_early:
-                some = _polynomial(np.moveaxis(_at(early, series, trailing=1), -1, 0), t[early])
+                terms_first = _at(early, series, trailing=1).T  # of one system, or of a row of them
+                some = _polynomial(terms_first, t[early])
                 own[early] = t[early] ** max(k, 0) * some
             if k > 0 and self.feedthrough.any():
                 own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)

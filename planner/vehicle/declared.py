@@ -12,7 +12,7 @@ from enum import StrEnum
 from functools import lru_cache
 from itertools import pairwise
 from types import SimpleNamespace, UnionType
-from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin
 
 from msgspec import NODEFAULT
 
@@ -297,7 +297,10 @@ def declared(part: type[Part]) -> Mapping[str, Field]:
     names, defaults = part.__struct_fields__, part.__struct_defaults__
     default_of = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
     found = {}
-    for name, annotation in get_type_hints(part, include_extras=True).items():
+    annotations: dict[str, Any] = {}
+    for base in reversed(part.__mro__):  # objects, as above: nothing is to be evaluated
+        annotations |= vars(base).get("__annotations__", {})
+    for name, annotation in annotations.items():
         if get_origin(annotation) is not Annotated:
             continue
         hint, key = get_args(annotation)

@@ -6,7 +6,6 @@ large for a double and absurd nesting are refused, each with its line and column
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from functools import cached_property
@@ -22,6 +21,7 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from json import JSONDecodeError
 
     import numpy.typing as npt
 
@@ -40,7 +40,6 @@ _DIGIT_BLOCK = 150
 """A run of 300 digits, more than a double holds, covers a whole aligned block of this length."""
 _SPACES = frozenset(" \t\n\r")
 _NUMBER = r'(?s)"(?:[^"\\]|\\.)*"|(-?Infinity|NaN|-?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)'
-_DECODER = json.JSONDecoder()
 _SENTENCES = (
     ("control character", "a text holds a line break or another control character"),
     ("escape", "a text holds a backslash that JSON does not know"),
@@ -151,7 +150,7 @@ def describe(value: object) -> str:
     if isinstance(value, str):
         return f"the text '{value[:40]}'"
     if value is None or isinstance(value, bool):
-        return json.dumps(value)
+        return {None: "null", False: "false", True: "true"}[value]
     if isinstance(value, int | float):
         return f"{value:.17g}" if abs(value) < 1e300 else "a number beyond all measure"
     return f"a list of {len(value)}" if isinstance(value, list) else "an object"
@@ -239,6 +238,8 @@ def _load(origin: SourceText) -> Any:  # noqa: ANN401 (whatever JSON holds)
             repeating.append(closed)
         closed += 1
         return value
+
+    import json
 
     try:
         root = json.loads(
@@ -331,16 +332,18 @@ def _members(text: str, offset: int) -> Iterator[tuple[str | int, int]]:
     """
     if text[offset] not in "{[":
         return
-    is_object = text[offset] == "{"
+    from json import JSONDecoder
+
+    decoder, is_object = JSONDecoder(), text[offset] == "{"
     at = _skip_space(text, offset + 1)
     index = 0
     while text[at] not in "}]":
         key: str | int = index
         if is_object:
-            key, at = _DECODER.raw_decode(text, at)
+            key, at = decoder.raw_decode(text, at)
             at = _skip_space(text, _skip_space(text, at) + 1)  # past the colon
         yield key, at
-        _, at = _DECODER.raw_decode(text, at)
+        _, at = decoder.raw_decode(text, at)
         at = _skip_space(text, at)
         if text[at] == ",":
             at = _skip_space(text, at + 1)
@@ -369,7 +372,7 @@ def _number_offset(text: str, is_meant: Callable[[str], bool]) -> int:
     return next(match.start() for match in matches if match.group(1) and is_meant(match.group(1)))
 
 
-def _explain(error: json.JSONDecodeError) -> str:
+def _explain(error: JSONDecodeError) -> str:
     """Return what is wrong with the text, in a sentence."""
     kind = error.msg.lower()
     before = error.doc[: error.pos].rstrip()[-1:]
