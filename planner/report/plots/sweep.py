@@ -117,7 +117,7 @@ def tornado_figure(tally: Tally) -> Chart:
         y=alt.Y("name:N").title(None).sort([row["name"] for row in rows])
     )
     title = "Mean margin above the reserve [Wh]"
-    x = alt.X("worst_wh:Q").title(title).scale(zero=False, padding=60)
+    x = alt.X("worst_wh:Q").title(title).scale(zero=False, padding=90)
     layers = [
         base.mark_bar(color=SKY, height=0.6 * _BAR_PX).encode(x=x, x2="best_wh:Q"),
         base.mark_text(align="right", dx=-4).encode(x="worst_wh:Q", text="worst:N"),

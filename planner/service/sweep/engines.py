@@ -10,7 +10,7 @@ import logging
 import pickle
 import time
 from collections import deque
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from importlib import import_module
 from itertools import chain
@@ -130,10 +130,12 @@ class ClusterEngine:
             waiting: dict[Any, Job] = {}
             done = distributed.as_completed()
             ahead, looked_s = 1, -_LOOKED_S  # the first shows how long a case takes
+            deaths = asked = 0
             try:
                 while True:
                     while len(waiting) < ahead and (job := next(left, None)):
-                        key = f"sweep-batch-{plan.mark}-{job[0]}-{job[1]}"
+                        asked += 1
+                        key = f"sweep-batch-{plan.mark}-{job[0]}-{job[1]}-{asked}"
                         future = client.submit(
                             _work_there, sent, job, program_mark(), key=key, pure=False
                         )
@@ -143,9 +145,19 @@ class ClusterEngine:
                         return
                     future = next(done)
                     job = waiting.pop(future)
-                    yield *job, *_result(future, job, self._scheduler)
+                    try:
+                        timed = _result(future, self._scheduler)
+                    except distributed.KilledWorker as error:  # it was there, as some of them died
+                        deaths += 1
+                        if deaths == _MOST_DEATHS:
+                            raise _deadly(job, deaths * (error.allowed_failures + 1)) from error
+                        left = chain([job], left)
+                        continue
+                    deaths = 0
+                    yield *job, *timed
                     if time.monotonic() - looked_s > _LOOKED_S:
-                        ahead = _AHEAD * max(sum(client.nthreads().values()), 1)
+                        with suppress(OSError):  # lost: the next batch says so
+                            ahead = _AHEAD * max(sum(client.nthreads().values()), 1)
                         looked_s = time.monotonic()
             finally:
                 client.cancel(list(waiting), force=True)
@@ -209,7 +221,7 @@ def _deadly(job: Job, deaths: int) -> EngineError:
     )
 
 
-def _result(future: Any, job: Job, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no types
+def _result(future: Any, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no types
     if future.status in {"cancelled", "lost"}:
         msg = f"the Dask scheduler {scheduler} is lost: what is done is kept, run it again to go on"
         raise EngineError(msg)
@@ -218,8 +230,6 @@ def _result(future: Any, job: Job, scheduler: str) -> Timed:  # noqa: ANN401 - D
     except (_OtherProgramError, ImportError) as error:
         msg = f"a worker cannot work: {error}"
         raise EngineError(msg) from error
-    except import_module("distributed").KilledWorker as error:
-        raise _deadly(job, error.allowed_failures + 1) from error
     return timed
 
 
