@@ -474,19 +474,19 @@ class Swarm:
         A tick flown at a part of the speed stands for so much of it at the speed.
         """
         flies = self._phase == _FLIES
-        still = flies & (command == 0.0).all(axis=1)
-        reached = flies & ~(
-            still & self._has_reached
-        )  # who is sent to where it stands is there, too
-        rest = self._dynamics.rest_m(self._motions)
-        with np.errstate(invalid="ignore"):
-            reached &= np.hypot(*(rest - self._goal_m).T) <= _NEAR_GOAL_M
-        part = np.hypot(*command.T) / self._speed
-        ready_s = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)
-        begun_s = np.maximum(ready_s, self.time_s)
-        ends_s = begun_s + part * self._tick_s + (ticks - 1) * self._tick_s + self._settle_s
-        ends_s = np.where(np.isnan(ends_s), np.inf, ends_s)
-        self._ready_s = np.where(reached, ends_s, np.where(flies & ~still, np.inf, self._ready_s))
+        moves = command.any(axis=1)
+        still = flies & ~moves
+        # who is sent to where it stands is there, too
+        reached = flies & ~(still & self._has_reached)
+        reached &= sizes(self._dynamics.rest_m(self._motions) - self._goal_m) <= _NEAR_GOAL_M
+        if reached.any():
+            part = sizes(command) / self._speed
+            ready_s = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)
+            begun_s = np.maximum(ready_s, self.time_s)
+            ends_s = begun_s + (part + ticks - 1) * self._tick_s + self._settle_s
+            ends_s = np.where(np.isnan(ends_s), np.inf, ends_s)
+            self._ready_s = np.where(reached, ends_s, self._ready_s)
+        self._ready_s[flies & moves & ~reached] = np.inf
         self._has_reached = reached | (self._has_reached & still)
 
     def _change_phases(self) -> None:
@@ -538,15 +538,13 @@ class Swarm:
 
     def _has_arrived(self) -> BoolArray:
         """Return who stands at its goal, by the time or, where that does not tell, as it moves. (n,)"""
-        has_arrived = self._has_reached & (self._ready_s <= self.time_s + self._tick_s - 1e-9)
-        if self._settles_late:
+        is_due = self._ready_s <= self.time_s + self._tick_s - 1e-9
+        if self._settles_late and self._has_reached.any():
             rest, velocity = self._dynamics.rest_m(self._motions), self.places()[1]
-            with np.errstate(invalid="ignore"):
-                at_goal = sizes(rest - self._goal_m) <= _NEAR_GOAL_M
             slow = sizes(velocity) <= _STANDS * self._speed
             near = sizes(rest - self._motions.place_m) <= _STANDS * self._speed
-            has_arrived = np.where(np.isnan(self._settle_s), at_goal & slow & near, has_arrived)
-        return np.asarray(has_arrived & (self._phase == _FLIES))
+            is_due = np.where(np.isnan(self._settle_s), slow & near, is_due)
+        return np.asarray(self._has_reached & is_due & (self._phase == _FLIES))
 
     def _wanted(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities that lead to the goals: as fast as may be, and to rest exactly there.
