@@ -889,7 +889,9 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         """Go to the place of an item, if it names one."""
         has_none = item.latitude_deg is None or item.longitude_deg is None
         is_px4 = self.dialect is Autopilot.PX4
-        if has_none and (is_px4 or item.command in _GOING):
+        # A take-off goes up where it stands; what PX4 makes of its place afterwards nobody has tried here.
+        is_judged = item.command in _GOING or (is_px4 and item.command not in TAKEOFFS)
+        if has_none and is_judged:
             does = "PX4 knows no 'here' and flies to whatever number is sent; " if is_px4 else ""
             message = f"{command_name(item.command)} has no position: {does}predicted as 'here'"
             self.remark(ZERO_POSITION, message, severity=Severity.ERROR if is_px4 else None)
