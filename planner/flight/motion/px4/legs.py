@@ -72,15 +72,20 @@ _ANY_TURN_RAD = np.pi * (np.arange(12.0)[:, None] + 0.5) / 12.0
 
 
 def _turn_times_s(
-    before_rad: FloatArray, after_rad: FloatArray, parameters: Px4Parameters
+    before_rad: FloatArray,
+    after_rad: FloatArray,
+    parameters: Px4Parameters,
+    *,
+    about: BoolArray | bool = False,
 ) -> FloatArray:
     """Return the times to turn from headings to others, a row for each turn that is equally likely. (k, n)
 
-    All rows are the same where both headings are known.
+    All rows are the same where both headings are known, and where a vehicle is taken to turn about.
     """
     known = np.isfinite(before_rad) & np.isfinite(after_rad)
     angle = np.where(before_rad == after_rad, 0.0, np.abs(_turn_rad(before_rad, after_rad)))
-    return yaw_time_s(np.where(known, angle, _ANY_TURN_RAD), parameters)
+    unknown = np.where(about, np.pi, _ANY_TURN_RAD)
+    return yaw_time_s(np.where(known, angle, unknown), parameters)
 
 
 def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
@@ -97,14 +102,17 @@ def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> 
 def yaw_waits_s(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
     """Return how long after their arrival waypoints still wait for a heading. (n,) [s]
 
-    That asked for there, and before a landing that of the landing; the mean of what it may be where a
-    heading is not known.
+    That asked for there, and before a landing that of the landing.  Where a heading is not known, the mean
+    of all turns; but half a turn to that of home: vehicles are set down looking where they are to fly, and
+    come home looking back.
     """
     waits, landing = (of_each.mean(axis=0) for of_each in _waits_s(legs, parameters))
     return np.asarray(waits + np.append(landing[1:], 0.0))
 
 
-def _waits_s(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+def _waits_s(
+    legs: Px4Legs, parameters: Px4Parameters, *, turns_about: bool = True
+) -> tuple[FloatArray, FloatArray]:
     """Return the waits for the headings that moves ask for, after waypoints and before landings. [s]
 
     The heading turns while the vehicle flies to a waypoint, and is waited for unless MIS_YAW_TMT is above
@@ -119,7 +127,8 @@ def _waits_s(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, Floa
     if not (flown.any() or landed.any()):
         return np.zeros((1, len(asked))), np.zeros((1, len(asked)))
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
-    needed = _turn_times_s(before, moves.yaw_rad, parameters)
+    about = moves.is_return & turns_about
+    needed = _turn_times_s(before, moves.yaw_rad, parameters, about=about)
     left_s = flight_times_s(legs)
     # A turn that began nobody knows where may be gone on with or turned back from.
     still = flown & np.isfinite(before) & (needed[0] > left_s)
@@ -155,10 +164,10 @@ def _turn_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
     return np.where(known, (turn + np.pi) % (2.0 * np.pi) - np.pi, np.pi)
 
 
-def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
-    """Return the waits for headings that are as far away as nobody knows. (k, n) [s]
+def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+    """Return the waits for headings that are as far away as nobody knows. (k, n), (n,) [s]
 
-    A row for each turn that is equally likely, from the least to the greatest.
+    A row for each turn that is equally likely, from the least to the greatest; and what is taken for them.
     """
     moves = legs.planned
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
@@ -168,8 +177,11 @@ def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
         yaw_time_s(_ANY_TURN_RAD, parameters),
         0.0,
     )
-    waits, landing = _waits_s(legs, parameters)
-    return np.where(known, 0.0, waits + landing) + begun
+    any_turn, taken = (
+        np.where(known, 0.0, sum(_waits_s(legs, parameters, turns_about=about))) + begun
+        for about in (False, True)
+    )
+    return any_turn, taken.mean(axis=0)
 
 
 _SAME_PLACE_M = 0.001

@@ -81,11 +81,12 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
 HEADING_ASSUMED = Rule(
     "T119 heading-assumed",
     Severity.INFO,
-    summary="The mean of all turns is taken for one from a heading that is not known.",
+    summary="A time is taken to turn from a heading that is not known.",
     why="PX4 waits over a waypoint, or over home before it lands, until the vehicle has turned: half a "
     "turn takes 4.9 s at 60°/s and 20°/s², no turn none.  No mission says how the vehicle stands as it "
-    "is armed, which is the heading it returns to; on the line the vehicle reports it.  All turns are "
-    "equally likely, and p10 to p90 of time and energy has them all.",
+    "is armed, which is the heading it returns to; on the line the vehicle reports it.  The mean of "
+    "all turns is taken; to the heading of home half a turn, since vehicles are set down looking where they "
+    "are to fly and come home looking back.  p10 to p90 of time and energy has any turn.",
     how="The first waypoint with a heading, a return begun within RTL_MIN_DIST of home, and one that "
     "waits before it lands (RTL_LAND_DELAY), where the turn is not over when the vehicle is there, and "
     "MIS_YAW_TMT does not end the wait; with MPC_YAW_MODE 4 the first leg and any return's landing.",
@@ -93,12 +94,15 @@ HEADING_ASSUMED = Rule(
 )
 
 
-def _assumed_headings(legs: Px4Legs, waits_s: FloatArray) -> Iterator[Finding]:
+def _assumed_headings(
+    legs: Px4Legs, any_turn_s: FloatArray, taken_s: FloatArray
+) -> Iterator[Finding]:
     """Yield each wait that is as long as it is only because a heading is not known."""
-    for move in np.flatnonzero(waits_s.max(axis=0) >= _WORTH_SAYING_S).tolist():
+    most_s = np.maximum(any_turn_s.max(axis=0), taken_s)
+    for move in np.flatnonzero(most_s >= _WORTH_SAYING_S).tolist():
         message = (
-            f"{waits_s[:, move].mean():.1f} s taken to turn to the heading asked for, the mean of 0 to "
-            f"{waits_s[:, move].max():.1f} s: the heading the vehicle is armed with is not known"
+            f"{taken_s[move]:.1f} s taken to turn to the heading asked for, of 0 to {most_s[move]:.1f} s: "
+            "the heading the vehicle is armed with is not known"
         )
         yield HEADING_ASSUMED.finding(message, item=int(legs.planned.item[move]))
 
@@ -137,15 +141,16 @@ def fly_px4(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
-    waits_s = waits_unknown(legs, parameters)
-    found = (*gap_findings(stages, parameters), *_assumed_headings(legs, waits_s))
+    any_turn_s, taken_s = waits_unknown(legs, parameters)
+    assumed = _assumed_headings(legs, any_turn_s, taken_s)
+    found = (*gap_findings(stages, parameters), *assumed)
     motion = replace(motion, findings=motion.findings + found)
-    turned = np.flatnonzero(waits_s.any(axis=0))
+    turned = np.flatnonzero(taken_s)
     if not len(turned):
         return motion
     first = int(np.argmax(motion.segments.item == legs.planned.item[turned[0]]))
-    of_each = waits_s.sum(axis=1)
-    return replace(motion, heading_spread_s=of_each - of_each.mean(), heading_segment=first)
+    spread_s = any_turn_s.sum(axis=1) - taken_s.sum()
+    return replace(motion, heading_spread_s=spread_s, heading_segment=first)
 
 
 def fly_px4_flights(
