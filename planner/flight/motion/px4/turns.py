@@ -446,10 +446,12 @@ def joined_turns(
     joins &= (time > _SHORTEST_JOIN_S) & (length > 0.0)
     if not joins.any():
         return turns
+    # A turn holds the whole speed, of which only a part leads along the leg as it begins.
+    turned_m_s = quotient(horizontal(velocity), level)
     along = _Headway.from_places(
         begun,
         direction * length[:, None],
-        speed,
+        np.where(shallow & (turns.duration_s > 0.0), np.maximum(speed, turned_m_s), speed),
         time,
         held_s=np.minimum(turns.duration_s, time),
         grows=joins & shallow & (fraction == 1.0),
