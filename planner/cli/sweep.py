@@ -203,6 +203,12 @@ def _refuse_output(
 
         refuse_table(output)
         refuse_overwriting(output, inputs)
+        if output.is_dir():
+            msg = f"{output} is a folder: give the name of a file"
+            raise UsageError(msg)
+        if report is not None and output.resolve() == report.resolve():
+            msg = "--output and --report name the same file: give them one each"
+            raise UsageError(msg)
     if report is not None or plots is not None:
         from planner.report.html.page import refuse_without_libraries
 

@@ -94,6 +94,12 @@ def unit_of(key: str) -> str:
     return next((unit for end, unit in _UNITS.items() if key in known and key.endswith(end)), "")
 
 
+def value_text(key: str, label: str) -> str:
+    """Return a value of a column with its unit."""
+    unit = unit_of(key)
+    return f"{printable(label)}{'' if unit in {'', '°'} else ' '}{unit}"
+
+
 def _shares(tally: Tally, scale: AxisScale) -> list[str]:
     unit = unit_of(scale.key)
     head = f"{name_of(scale.key)}{f' [{unit}]' if unit else ''}"
@@ -155,8 +161,8 @@ def _tornado(tally: Tally) -> list[str]:
         (
             f"  {name_of(one.key)}",
             quantity.energy(one.width_wh),
-            f"{quantity.energy(one.worst_wh)} at {printable(one.worst)} {unit_of(one.key)}".rstrip(),
-            f"{quantity.energy(one.best_wh)} at {printable(one.best)} {unit_of(one.key)}".rstrip(),
+            f"{quantity.energy(one.worst_wh)} at {value_text(one.key, one.worst)}",
+            f"{quantity.energy(one.best_wh)} at {value_text(one.key, one.best)}",
         )
         for one in tally.swings()
         if one.width_wh > 0.0

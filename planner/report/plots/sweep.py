@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.report.plots.picture_files import GREEN, RED, SKY, Chart, inline_rows, load_altair
-from planner.report.sweep import name_of, unit_of
+from planner.report.sweep import name_of, unit_of, value_text
 from planner.service.sweep.tally import HOUR, MONTH
 
 if TYPE_CHECKING:
@@ -108,8 +108,8 @@ def tornado_figure(tally: Tally) -> Chart:
             "name": name_of(one.key),
             "worst_wh": one.worst_wh,
             "best_wh": one.best_wh,
-            "worst": f"{one.worst} {unit_of(one.key)}".strip(),
-            "best": f"{one.best} {unit_of(one.key)}".strip(),
+            "worst": value_text(one.key, one.worst),
+            "best": value_text(one.key, one.best),
         }
         for one in swings
     ]
