@@ -109,6 +109,10 @@ class ModelErrors(Value, eq=False):
     state: FloatArray
     """(states, samples)"""
     stopping: FloatArray
+    landing_rank: FloatArray
+    """Fraction of landings that are sooner found over."""
+    heading_rank: FloatArray
+    """Fraction of headings that are nearer to the one asked for."""
 
     def times_s(self, time_s: float, *, legs: int, landings: int) -> FloatArray:
         """Return what flights of a predicted time take, without what the autopilot adds. [s]"""
@@ -116,6 +120,25 @@ class ModelErrors(Value, eq=False):
         if self.landing_s is not None:
             sampled_s += math.sqrt(landings) * self.landing_s
         return sampled_s
+
+    def heading_delay_s(self, spread_s: FloatArray | None) -> FloatArray:
+        """Return how much longer than predicted headings are waited for. [s]"""
+        if spread_s is None:
+            return np.zeros_like(self.heading_rank)
+        return spread_s[(self.heading_rank * len(spread_s)).astype(np.intp)]
+
+    def landing_delay_s(self, sooner_s: float, later_s: float) -> FloatArray:
+        """Return how much later than predicted landings are over: most often as predicted. [s]
+
+        The triangular distribution of the least, the likeliest and the most that is known.
+        """
+        whole = sooner_s + later_s
+        is_sooner = self.landing_rank * whole < sooner_s
+        return np.where(
+            is_sooner,
+            np.sqrt(self.landing_rank * whole * sooner_s) - sooner_s,
+            later_s - np.sqrt((1.0 - self.landing_rank) * whole * later_s),
+        )
 
     def energies_j(self, by_state_j: FloatArray) -> FloatArray:
         """Return what flights of predicted energies take, not negative. (..., samples) [J]
@@ -132,7 +155,7 @@ class ModelErrors(Value, eq=False):
 @lru_cache(maxsize=2)
 def sample_errors(spread: ModelSpread) -> ModelErrors:
     """Return samples of the errors of a model, always the same ones."""
-    normal, student, _, _ = _standard_samples(spread.n_flights)
+    normal, student, landing_rank, heading_rank = _standard_samples(spread.n_flights)
     of_states = dict(spread.energy_state_fraction)
     landing_s = spread.landing_time_s
     return ModelErrors(
@@ -142,6 +165,8 @@ def sample_errors(spread: ModelSpread) -> ModelErrors:
         energy=(spread.energy_fraction or 0.0) * student[1],
         state=np.array([[of_states.get(state, 0.0)] for state in STATES]) * student[_KINDS],
         stopping=(spread.stopping_distance_fraction or 0.0) * student[2],
+        landing_rank=landing_rank,
+        heading_rank=heading_rank,
     )
 
 
@@ -181,29 +206,6 @@ class UnknownSamples(Value, eq=False):
     """Beyond the model's own mass: payload, and what the battery weighs more."""
     temperature_c: FloatArray
     errors: ModelErrors
-    landing_rank: FloatArray
-    """Fraction of landings that are sooner found over."""
-    heading_rank: FloatArray
-    """Fraction of headings that are nearer to the one asked for."""
-
-    def heading_delay_s(self, spread_s: FloatArray | None) -> FloatArray:
-        """Return how much longer than predicted headings are waited for. [s]"""
-        if spread_s is None:
-            return np.zeros_like(self.heading_rank)
-        return spread_s[(self.heading_rank * len(spread_s)).astype(np.intp)]
-
-    def landing_delay_s(self, sooner_s: float, later_s: float) -> FloatArray:
-        """Return how much later than predicted landings are over: most often as predicted. [s]
-
-        The triangular distribution of the least, the likeliest and the most that is known.
-        """
-        whole = sooner_s + later_s
-        is_sooner = self.landing_rank * whole < sooner_s
-        return np.where(
-            is_sooner,
-            np.sqrt(self.landing_rank * whole * sooner_s) - sooner_s,
-            later_s - np.sqrt((1.0 - self.landing_rank) * whole * later_s),
-        )
 
 
 def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> UnknownSamples:
@@ -213,7 +215,7 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
     payload is not below zero.  The samples of one quantity do not depend on the
     spread of another.
     """
-    normal, _, landing_rank, heading_rank = _standard_samples(spread.n_flights)
+    normal, *_ = _standard_samples(spread.n_flights)
     wind = setup.wind
 
     def about(mean: float, sd: float, row: int) -> FloatArray:
@@ -228,8 +230,6 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
         load_kg=_of_all(np.maximum(payload_kg, 0.0) + setup.flown_pack.added_kg),
         temperature_c=_of_all(about(power.home_temperature_c, sd_of(setup.temperature_c), 3)),
         errors=sample_errors(spread),
-        landing_rank=landing_rank,
-        heading_rank=heading_rank,
     )
 
 
@@ -445,16 +445,15 @@ def predict_scenarios(
 def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios:
     """Return how long many flights of a mission last, and how far their stops get, in whatever air."""
     spread = spread_at_noise(spread, flight.power.vehicle, setup.position_noise_m)
-    samples = sample_unknowns(spread, setup, flight.power)
-    errors = samples.errors
+    errors = sample_errors(spread)
     time_s = stopping_factor = None
     if spread.time_fraction is not None:
         motion = flight.motion
         legs, landings = motion.leg_count, motion.landing_count
         time_s = errors.times_s(flight.time_s, legs=legs, landings=landings)
-        time_s += samples.heading_delay_s(motion.heading_spread_s)
+        time_s += errors.heading_delay_s(motion.heading_spread_s)
         if errors.landing_s is None:
-            time_s += samples.landing_delay_s(*motion.landing_spread_s)
+            time_s += errors.landing_delay_s(*motion.landing_spread_s)
         time_s = np.maximum(time_s, 0.0)
     if spread.stopping_distance_fraction is not None:
         stopping_factor = np.maximum(1.0 + errors.stopping, 0.0)
@@ -554,7 +553,7 @@ def _turning_wh(flight: Flight, samples: UnknownSamples) -> FloatArray:
     hovers = segments.state == STATE_INDEX[FlightState.HOVER]
     hovers = hovers if hovers.any() else np.ones_like(hovers)
     hover_w = flight.segment_energy_j[hovers].sum() / segments.duration_s[hovers].sum()
-    return wh_from_j(hover_w * samples.heading_delay_s(spread_s))
+    return wh_from_j(hover_w * errors.heading_delay_s(spread_s))
 
 
 def tightest_rows(sweep: ReturnSweep, setup: Setup) -> ReturnSweep:
