@@ -129,6 +129,14 @@ def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | No
     if not power.wind.speed_m_s > 0.0 and is_within and held_m_s >= limit.high:
         return more
     flown_m_s = air_m_s if vehicle.airspeed_limit_m_s is None else np.minimum(air_m_s, held_m_s)
+    is_seen = vehicle.knows_airspeed & (flown_m_s <= limit.high)
+    is_late = (air_m_s > held_m_s * (1.0 + _ROUNDING)) & (ground_m_s > 0.0)
+    rows = np.flatnonzero(~is_seen | is_late)
+    if not len(rows):
+        return more
+    # Of the others nothing is to be added.
+    reach, is_seen, is_late = reach.select(rows), is_seen[rows], is_late[rows]
+    air_m_s, ground_m_s, flown_m_s = air_m_s[rows], ground_m_s[rows], flown_m_s[rows]
     predicted_w = (
         _steady_w(power, reach, air_m_s)
         if vehicle.knows_airspeed
@@ -142,9 +150,8 @@ def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | No
             return np.asarray(known_w * over**3 / predicted_w)
         return np.asarray(_measured_w(airspeed_m_s / limit.high) / predicted_w)
 
-    is_seen = vehicle.knows_airspeed & (flown_m_s <= limit.high)
-    more = np.where(is_seen, 1.0, np.maximum(at(flown_m_s), 1.0))
-    late = np.flatnonzero((air_m_s > held_m_s * (1.0 + _ROUNDING)) & (ground_m_s > 0.0))
+    own = np.where(is_seen, 1.0, np.maximum(at(flown_m_s), 1.0))
+    late = np.flatnonzero(is_late)
     if len(late):
         slower_m_s = headway_m_s(
             np.stack((reach.east_m_s, reach.north_m_s), axis=1)[late],
@@ -155,7 +162,8 @@ def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | No
         longer = np.full(len(late), np.inf)
         comes = slower_m_s > SLOWEST_M_S
         longer[comes] = ground_m_s[late][comes] / slower_m_s[comes]
-        more[late] = np.maximum(more[late], at(np.minimum(air_m_s, held_m_s))[late] * longer)
+        own[late] = np.maximum(own[late], at(np.minimum(air_m_s, held_m_s))[late] * longer)
+    more[rows] = own
     return more
 
 
