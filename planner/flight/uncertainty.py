@@ -553,7 +553,7 @@ def _turning_wh(flight: Flight, samples: UnknownSamples) -> FloatArray:
     hovers = segments.state == STATE_INDEX[FlightState.HOVER]
     hovers = hovers if hovers.any() else np.ones_like(hovers)
     hover_w = flight.segment_energy_j[hovers].sum() / segments.duration_s[hovers].sum()
-    return wh_from_j(hover_w * errors.heading_delay_s(spread_s))
+    return wh_from_j(hover_w * samples.errors.heading_delay_s(spread_s))
 
 
 def tightest_rows(sweep: ReturnSweep, setup: Setup) -> ReturnSweep:
