@@ -222,11 +222,13 @@ def _deadly(job: Job, deaths: int) -> EngineError:
 
 
 def _result(future: Any, scheduler: str) -> Timed:  # noqa: ANN401 - Dask has no types
+    lost = f"the Dask scheduler {scheduler} is lost: what is done is kept, run it again to go on"
     if future.status in {"cancelled", "lost"}:
-        msg = f"the Dask scheduler {scheduler} is lost: what is done is kept, run it again to go on"
-        raise EngineError(msg)
+        raise EngineError(lost)
     try:
         timed: Timed = future.result()
+    except import_module("distributed.comm").CommClosedError as error:
+        raise EngineError(lost) from error
     except (_OtherProgramError, ImportError) as error:
         msg = f"a worker cannot work: {error}"
         raise EngineError(msg) from error
