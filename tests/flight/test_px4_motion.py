@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from made_returns import to_home
 
@@ -246,8 +246,18 @@ def wide_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return tuple(stages)
 
 
+def flown_at(*legs: tuple[float, float, float, float]) -> tuple[Stage, ...]:
+    """Return a mission over places, by east, north, height and speed."""
+    places = (replace(go(e, n, h), speed_m_s=speed) for e, n, h, speed in legs)
+    return takeoff(40.0), *places
+
+
 @settings(deadline=None, max_examples=60)
 @given(wide_missions())
+# A climb in which the speed grows, one in which it falls, and a bend of 14°.
+@example(flown_at((80.0, 0.0, 40.0, 5.0), (160.0, 0.0, 40.0, 5.0), (240.0, 0.0, 50.0, 8.0)))
+@example(flown_at((80.0, 0.0, 40.0, 8.0), (160.0, 0.0, 50.0, 5.0)))
+@example(flown_at((77.513, 19.792, 40.0, 3.0), (157.513, 19.792, 40.0, 3.0)))
 def test_velocity_never_jumps_and_changes_within_the_limits(stages: tuple[Stage, ...]) -> None:
     motion = fly_px4(stages, PX4)
     begun = np.searchsorted(motion.piece_segment, 1)  # the take-off has its own test

@@ -170,3 +170,26 @@ def test_heights_that_change_do_not_slow_short_legs(rise_m: float) -> None:
     motion = fly_px4((*STANDING, *(go(*place) for place in places)), PX4)
     legs_s = np.diff(motion.segments.end_s[motion.arrival_segment])[3:-2]
     assert legs_s == pytest.approx(np.full(len(legs_s), 2.18), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("length_m", "rise_m", "flown_s"),
+    [
+        (8.0, 5.0, 43.50),
+        (15.0, 5.0, 44.53),
+        (15.0, 8.0, 60.99),
+        (20.0, 8.0, 62.87),
+        (20.0, 12.0, 82.45),
+        (30.0, 8.0, 70.07),
+        (30.0, 15.0, 100.90),
+    ],
+)
+def test_steep_saw_teeth_are_joined_in_the_time_of_their_climb(
+    length_m: float, rise_m: float, flown_s: float
+) -> None:
+    """Eleven legs up and down at 5 m/s, from standing: ``PositionSmoothing`` stepped at 100 Hz."""
+    places = [(0.0, length_m * k, 20.0 + rise_m * (k % 2)) for k in range(1, 12)]
+    standing = takeoff(20.0), go(0.0, height_m=20.0, hold=30.0)
+    motion = fly_px4((*standing, *(go(*place) for place in places)), PX4)
+    reached_s = motion.segments.end_s[motion.arrival_segment]
+    assert reached_s[-1] - reached_s[1] == pytest.approx(flown_s, rel=0.02)

@@ -348,6 +348,10 @@ _LEAST_FRACTION = 0.1
 """Of the speed, below which a leg is joined at once. [-]"""
 
 
+_GROWTH_ROUNDS = 2
+"""Each lets the time of a join and the speed reached in it agree more closely."""
+
+
 def leg_entries(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
     turns, part = corner_turns(begun, parameters), begun.planned
@@ -385,6 +389,9 @@ def slowed_turns(
     left = quotient(limit * level, height, np.inf, above=STILL_M)
     slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (left < turns.speed_m_s)
     slows &= part.pause_s == 0.0
+    if slows.any():
+        sight = _Sight.of(begun, directions(way)[0], turns.speed_m_s, turns.speed_m_s, parameters)
+        slows &= ~sight.counts
     if not slows.any():
         return turns, slows
     after = np.where(slows, np.minimum(left, part.speed_m_s), turns.speed_m_s)
@@ -416,6 +423,8 @@ def joined_turns(
     parameters: Px4Parameters,
     *,
     fraction: float = 1.0,
+    reached_m_s: FloatArray | None = None,
+    rounds: int = _GROWTH_ROUNDS,
 ) -> Turns:
     """Return turns by which legs that need none are joined: nothing changes its velocity at once.
 
@@ -427,7 +436,9 @@ def joined_turns(
     """
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     direction, length = directions(part.ends_m - place)
-    direction, level_m_s = _sighted(begun, direction, turns.speed_m_s, parameters)
+    reached_m_s = turns.speed_m_s if reached_m_s is None else reached_m_s
+    sight = _Sight.of(begun, direction, turns.speed_m_s, reached_m_s, parameters)
+    direction, level_m_s = sight.direction, np.minimum(turns.speed_m_s, sight.speed_m_s)
     level, upright = horizontal(direction), np.abs(direction[:, 2])
     shallow = level >= upright
     projected = np.maximum(dot(velocity, direction), 0.0)
@@ -437,7 +448,12 @@ def joined_turns(
     _, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     acceleration, jerk = parameters.acceleration_m_s2, parameters.jerk_m_s3
     level_s = ramp_time_s(change[:, :2].max(axis=1), acceleration, jerk)
-    lift_s = ramp_time_s(change[:, 2], vertical, jerk)
+    lift = np.where(
+        shallow & (fraction == 1.0),
+        direction[:, 2] * quotient(np.maximum(sight.speed_m_s, level_m_s), level) - velocity[:, 2],
+        change[:, 2],
+    )
+    lift_s = ramp_time_s(np.abs(lift), vertical, jerk)
     time = np.maximum(level_s, lift_s)
     straight = (turns.duration_s == 0.0) | (
         (turns.duration_s < time) & (projected > _NEARLY_STRAIGHT * lengths(velocity))
@@ -451,10 +467,12 @@ def joined_turns(
     along = _Headway.from_places(
         begun,
         direction * length[:, None],
-        np.where(shallow & (turns.duration_s > 0.0), np.maximum(speed, turned_m_s), speed),
+        speed,
         time,
+        held_m_s=np.where(shallow & (turns.duration_s > 0.0), np.maximum(speed, turned_m_s), speed),
         held_s=np.minimum(turns.duration_s, time),
         grows=joins & shallow & (fraction == 1.0),
+        paced=lift_s > level_s,
         parameters=parameters,
     )
     after = along.speed_m_s
@@ -484,6 +502,22 @@ def joined_turns(
             turns.acceleration_m_s2,
         ),
     )
+    # A climb that grows with the speed along the leg takes the longer to change.
+    growing = (
+        np.flatnonzero(joins & lifts & sight.counts & (after > speed)) if rounds else short[:0]
+    )
+    if len(growing) and fraction == 1.0:
+        joined.put(
+            growing,
+            joined_turns(
+                begun.select(growing),
+                turns.select(growing),
+                slowed[growing],
+                parameters,
+                reached_m_s=(after * level)[growing],
+                rounds=rounds - 1,
+            ),
+        )
     if len(short) and fraction > _LEAST_FRACTION:
         some, turns_left = begun.select(short), turns.select(short)
         slower = joined_turns(some, turns_left, slowed[short], parameters, fraction=0.5 * fraction)
@@ -507,8 +541,10 @@ class _Headway(Value, eq=False):
         speed_m_s: FloatArray,
         time_s: FloatArray,
         *,
+        held_m_s: FloatArray,
         held_s: FloatArray,
         grows: BoolArray,
+        paced: BoolArray,
         parameters: Px4Parameters,
     ) -> _Headway:
         """Return the headway along the ways that are left, begun with speeds along them.
@@ -526,7 +562,7 @@ class _Headway(Value, eq=False):
         if not len(rows):
             return headway
         part, place, jerk = begun.planned.select(rows), begun.place_m[rows], parameters.jerk_m_s3
-        speed, time = speed_m_s[rows], time_s[rows]
+        speed, time = held_m_s[rows], time_s[rows]
         slowing = np.minimum(begun.slowing_m_s2[rows], np.sqrt(2.0 * jerk * speed))
         slowing = np.minimum(slowing, jerk * time)
         slowed_s = slowing / jerk
@@ -551,16 +587,30 @@ class _Headway(Value, eq=False):
         kept_m = np.maximum(length - far - limits.reach_m(reached), 0.0)
         kept_s = np.minimum(left_s - ramp_s, quotient(kept_m, reached))
         far, braked_s, last = far + kept_s * reached, left_s - ramp_s - kept_s, reached
+        # A climb that takes longer sets the time of all axes.
+        evenly = paced[rows] & (faster > 0.0) & (ramp_s < left_s)
+        far, braked_s = np.where(evenly, slowed_m, far), np.where(evenly, left_s, braked_s)
+        before = np.where(evenly, begun_m_s, reached)
         for _ in range(3):
-            braked_m = 0.5 * (reached + last) * braked_s
+            braked_m = 0.5 * (before + last) * braked_s
             last = limits.lowest_allowed_m_s(np.maximum(length - far - braked_m, part.tail_m))
             last = np.minimum(last, reached)
         last = np.where(braked_s > 0.0, last, reached)
-        # A cubic of time, whose highest speed is half as much again as its mean less a quarter of its ends'.
-        aside = horizontal(begun.velocity_m_s[rows] - _units(way_m)[rows] * speed[:, None])
-        most = np.sqrt(np.maximum(limits.cruise_m_s**2 - (0.5 * aside) ** 2, speed**2))
-        mean = (most + 0.25 * (speed + last)) / PEAK_OVER_MEAN
-        headway.way_m[rows] = np.minimum(far + braked_m, mean * time)
+        # With what is across, which is half of it in the mean, it is flown as one cubic of time.
+        units, velocity = _units(way_m)[rows], begun.velocity_m_s[rows, :2]
+        level = horizontal(units)
+        along = units[:, :2] / level[:, None]
+        first = dot(velocity, along)
+        dying = 0.5 * (first - speed_m_s[rows] * level)
+        mean = _cubic_mean_m_s(
+            (far + braked_m) / time * level + dying,
+            first,
+            last * level,
+            horizontal(velocity - along * first[:, None]),
+            most_m_s=np.maximum(limits.cruise_m_s * level, horizontal(velocity)),
+            change_m_s=limits.ramp_m_s2 * level * time,
+        )
+        headway.way_m[rows] = (mean - dying) * time / level
         headway.speed_m_s[rows] = last
         headway.acceleration_m_s2[rows] = np.where(
             (ramp_s < left_s) | (faster < 0.0), 0.0, grown_m_s2
@@ -568,42 +618,85 @@ class _Headway(Value, eq=False):
         return headway
 
 
+def _cubic_mean_m_s(
+    wanted_m_s: FloatArray,
+    first_m_s: FloatArray,
+    last_m_s: FloatArray,
+    aside_m_s: FloatArray,
+    *,
+    most_m_s: FloatArray,
+    change_m_s: FloatArray,
+) -> FloatArray:
+    """Return the mean horizontal speed nearest to one wanted with which a cubic keeps to its limits.
+
+    Its velocity is a parabola within the triangle v₀, 3 m − v₀ − v₁, v₁ (Bézier), of which half of what
+    is aside is left in the middle.  Its acceleration at the ends is (6 m − 4 v₀ − 2 v₁)/T and
+    (2 v₀ + 4 v₁ − 6 m)/T.
+    """
+    corner = np.sqrt(np.maximum(most_m_s**2 - (0.5 * aside_m_s) ** 2, 0.0))
+    ends = 4.0 * first_m_s + 2.0 * last_m_s, 2.0 * first_m_s + 4.0 * last_m_s
+    least = (np.maximum(*ends) - change_m_s) / 6.0
+    most = (np.minimum(*ends) + change_m_s) / 6.0
+    most = np.minimum(np.maximum(most, least), (corner + first_m_s + last_m_s) / 3.0)
+    return np.asarray(np.minimum(np.maximum(wanted_m_s, least), most))
+
+
 def _units(way_m: FloatArray) -> FloatArray:
     """Return unit vectors, zero for a way of no length. (n, 3)"""
     return directions(way_m)[0]
 
 
-def _sighted(
-    begun: LegStarts, direction: FloatArray, speed_m_s: FloatArray, parameters: Px4Parameters
-) -> tuple[FloatArray, FloatArray]:
-    """Return the directions and the horizontal speeds that lead to targets after a change of the climb.
+class _Sight(Value, eq=False):
+    """Directions to targets as they are seen once a climb has changed."""
 
-    PX4 points the velocity at the target from where its trajectory is.  In a time t at the speed v the
-    height goes on by (w₀ + w) t/2; what is left of it and of the way L then gives the climb,
-    w = v (h − w₀ t/2)/(L − v t/2), and the change from w₀ to w the time.  Where w is beyond its limit,
-    v falls to what goes with that.
-    """
-    climbing_m_s = begun.velocity_m_s[:, 2]
-    way = begun.planned.target_m - begun.place_m
-    level, height = horizontal(way), way[:, 2]
-    along = quotient(direction[:, :2], horizontal(direction)[:, None])
-    limit, vertical = vertical_limits(height > 0.0, parameters)
-    speed, climb = speed_m_s, speed_m_s * quotient(height, level)
-    for _ in range(4):
-        time_s = ramp_time_s(
-            np.abs(np.clip(climb, -limit, limit) - climbing_m_s), vertical, parameters.jerk_m_s3
+    direction: FloatArray
+    """(n, 3)"""
+    speed_m_s: FloatArray
+    """Horizontal speed that leads there, no more than asked for. [m s⁻¹]"""
+    counts: BoolArray
+    """Where a climb changes on a leg that goes farther than it climbs or descends."""
+
+    @classmethod
+    def of(
+        cls,
+        begun: LegStarts,
+        direction: FloatArray,
+        begun_m_s: FloatArray,
+        after_m_s: FloatArray,
+        parameters: Px4Parameters,
+    ) -> _Sight:
+        """Return the sights for horizontal speeds at the beginning and at the end of the change.
+
+        PX4 points the velocity at the target from where its trajectory is.  In a time t, from the speed
+        v₀ to v, the height goes on by (w₀ + w) t/2; what is left of it and of the way L then gives the
+        climb, w = v (h − w₀ t/2)/(L − v₀ t/2), and the change from w₀ to w the time.  Where w is beyond
+        its limit, v falls to what goes with that.
+        """
+        climbing_m_s = begun.velocity_m_s[:, 2]
+        way = begun.planned.target_m - begun.place_m
+        level, height = horizontal(way), way[:, 2]
+        along = quotient(direction[:, :2], horizontal(direction)[:, None])
+        limit, vertical = vertical_limits(height > 0.0, parameters)
+        climb = after_m_s * quotient(height, level)
+        for _ in range(4):
+            time_s = ramp_time_s(
+                np.abs(np.clip(climb, -limit, limit) - climbing_m_s), vertical, parameters.jerk_m_s3
+            )
+            left = np.maximum(level - 0.5 * begun_m_s * time_s, 0.25 * level)
+            slope = quotient(height - 0.5 * climbing_m_s * time_s, left)
+            climb = after_m_s * slope
+        speed = np.minimum(after_m_s, quotient(limit, np.abs(slope), np.inf))
+        climb = speed * slope
+        counts = (horizontal(direction) > np.abs(direction[:, 2])) & (begun_m_s > SLOWEST_TURN_M_S)
+        # The tail of a climb on a level leg dies away by itself.
+        counts &= begun.planned.is_leg & (begun.planned.direction[:, 2] != 0.0)
+        counts &= np.abs(climb) < speed
+        seen, _ = directions(np.column_stack((along * speed[:, None], climb)))
+        return cls(
+            direction=np.where(counts[:, None], seen, direction),
+            speed_m_s=np.where(counts, speed, after_m_s),
+            counts=counts,
         )
-        left = np.maximum(level - 0.5 * speed_m_s * time_s, 0.25 * level)
-        slope = quotient(height - 0.5 * climbing_m_s * time_s, left)
-        climb = speed_m_s * slope
-        speed = np.minimum(speed_m_s, quotient(limit, np.abs(slope), np.inf))
-    climb = speed * slope
-    sighted = (horizontal(direction) > np.abs(direction[:, 2])) & (speed_m_s > SLOWEST_TURN_M_S)
-    # The tail of a climb on a level leg dies away by itself.
-    sighted &= begun.planned.is_leg & (begun.planned.direction[:, 2] != 0.0)
-    sighted &= np.abs(climb) < speed
-    seen, _ = directions(np.column_stack((along * speed[:, None], climb)))
-    return np.where(sighted[:, None], seen, direction), np.where(sighted, speed, speed_m_s)
 
 
 def eased_turns(
