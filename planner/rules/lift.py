@@ -125,14 +125,15 @@ def _most_throttle(a: Assessment) -> float:
     return 1.0 if PX4.of(a) is None else numbers(a).get("MPC_THR_MAX", 1.0)
 
 
-def _measured_thrust(a: Assessment) -> _HoverThrust | None:
+def measured_thrust(a: Assessment) -> _HoverThrust | None:
+    """Return what a hover takes of the thrust; ``None`` where nobody measured it."""
     thrust = _hover_thrust(a)
     return thrust if thrust is not None and thrust.is_measured else None
 
 
 THRUST: Need[_HoverThrust] = Need(
     "the vehicle's thrust: thrust_max_n in the model, or its measured hover throttle by --params",
-    _measured_thrust,
+    measured_thrust,
 )
 
 

@@ -20,6 +20,7 @@ from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
+from planner.rules.lift import measured_thrust
 from planner.rules.wind import known_text, shown_airspeed_text
 from planner.units import wh_from_j
 from planner.values import Value
@@ -457,8 +458,9 @@ LIFT_UNKNOWN = Rule(
     "1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a range the model's "
     "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
     "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
-    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n tells the "
-    "thrust E116 judges instead.  And no vehicle more than mass_max_kg.",
+    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n, or of a "
+    "flown model the hover throttle, tells the thrust E116 judges instead.  And no vehicle more than "
+    "mass_max_kg.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
     instead="--payload",
 )
@@ -490,7 +492,7 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         return
     times_heaviest, times_lightest = _times_heavier(a)
     lifted = min(times_heaviest * min(sea_level, densest) / thin, times_lightest * thinner)
-    if lifted > _MOST_LIFT and vehicle.thrust_max_n is None:
+    if lifted > _MOST_LIFT and measured_thrust(a) is None:
         load = "the flight" if power.mass_kg is None else quantity.mass(power.mass_kg)
         yield a.finding(
             LIFT_UNKNOWN,

@@ -67,6 +67,9 @@ def test_ardupilot_carries_out_nothing_at_the_head_of_the_loop_in_the_last_lap()
     items = (takeoff(10), SLOW, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10))
     found = flown_order(mission(*items).items, Autopilot.ARDUPILOT)
     assert found.visits == (1, 2, 3, 4, 5, 2, 3, 4, 5, 3, 4, 5, 6)
+    [said] = found.findings
+    assert (said.code, said.item) == ("T123", 2)
+    assert "not carried out in the last lap" in said.message
 
 
 def test_an_endless_jump_is_flown_once_round() -> None:

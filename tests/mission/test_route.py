@@ -619,6 +619,18 @@ def evidence(kind: VehicleKind, *, is_certain: bool) -> VehicleEvidence:
     return VehicleEvidence(kind=kind, is_certain=is_certain, reason="it looks like one")
 
 
+@pytest.mark.parametrize(("turns", "is_error"), [(-3.0, True), (0.0, False), (3.0, False)])
+def test_turns_below_zero_are_what_the_board_makes_of_them(turns: float, *, is_error: bool) -> None:
+    # cmd.p1 = MIN(255, packet.param1), into 16 bits without a sign: 0 on ARM, 253 turns of 255 m on x86.
+    circle = item(18, north(200), 30.0, params=(turns, 0.0, 25.0, 0.0))
+    flown = mission(takeoff(30), circle, rtl())
+    for dialect, told in ((Autopilot.ARDUPILOT, is_error), (None, False)):
+        said = [f for f in make_route(flown, dialect=dialect).findings if f.code == "T102"]
+        assert [f.severity for f in said if "without a sign" in f.message] == [
+            Severity.ERROR
+        ] * told
+
+
 @pytest.mark.parametrize("kind", sorted(set(VehicleKind) - {VehicleKind.MULTICOPTER}))
 def test_missions_of_other_vehicles_are_refused_with_what_tells_them(kind: VehicleKind) -> None:
     told = evidence(kind, is_certain=True)

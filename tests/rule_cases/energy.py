@@ -208,9 +208,12 @@ def at_risk(more: float) -> tuple[Finding, ...]:
 
 
 def lifting(times: float) -> tuple[Finding, ...]:
-    """Return what is reported of so many times the mass of the model, in the air it knows."""
+    """Return what is reported of so many times the mass of a model that knows no thrust, in its air."""
     quad = vehicle_of(ARDUPILOT)
-    known = replace(quad, valid_for=replace(quad.valid_for, air_density_kg_m3=None))
+    untold = tuple(one for one in quad.parameters if one[0] != "MOT_THST_HOVER")
+    known = replace(
+        quad, valid_for=replace(quad.valid_for, air_density_kg_m3=None), parameters=untold
+    )
     assert quad.mass_kg is not None
     # 1.225 kg/m³ at the highest point, 20 m up: a warmer day than the standard one at sea level.
     return found(

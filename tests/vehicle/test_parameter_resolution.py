@@ -193,6 +193,13 @@ def test_a_file_that_could_be_of_either_is_taken_as_it_is() -> None:
         ("ARSPD_TYPE,1\nBATT_CAPACITY,5000\n", ""),
         ("TECS_CLMB_MAX,5\nRTL_ALTITUDE,100\n", "ArduPlane"),  # nothing in it that Copter knows
         ("CRUISE_SPEED,2\nCRUISE_THROTTLE,50\n", "Rover"),
+        ("FLTMODE1,10\nKFF_RDDRMIX,0.5\n", "ArduPlane"),
+        ("RLL2SRV_TCONST,0.45\nSIMPLE,0\n", "ArduPlane"),
+        ("FS_THR_ENABLE,1\nLOIT_VELX_P,5\nLOIT_MAX_POSX,0.15\n", "Blimp"),
+        ("LOIT_SPEED,500\nLOIT_ACC_MAX,500\n", ""),
+        ("JS_GAIN_DEFAULT,0.5\nSURFACE_DEPTH,-10\n", "ArduSub"),
+        ("FRAME_CONFIG,1\nWPNAV_SPEED,50\nPILOT_SPEED_UP,50\n", "ArduSub"),  # Sub has those, too
+        ("FRAME_CLASS,1\nWPNAV_SPEED,500\nPILOT_SPEED_UP,250\n", ""),
     ],
 )
 def test_parameters_of_another_vehicle_of_ardupilots_are_not_a_copters(

@@ -61,7 +61,7 @@ _FLOWN_ON_TO = frozenset(
 CARRIED_OUT_EARLY = Rule(
     "T123 carried-out-early",
     Severity.WARNING,
-    summary="An item behind a jump is carried out a lap early.",
+    summary="An item behind a jump is carried out a lap early, or one at the head of the loop skipped.",
     why="ArduPilot carries out DO_ items beside the flight, and looks for the next one from the last on: "
     "where a jump is taken for the last time and a DO_ item stands before it, that look goes past the jump, "
     "and what stands behind it acts on the whole last lap (ArduPilot #30376).",
@@ -71,6 +71,8 @@ CARRIED_OUT_EARLY = Rule(
     fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
     "jump and those behind it",
 )
+_EARLY = "behind the jump is carried out at the beginning of the last lap already"
+_SKIPPED = "at the head of the loop is not carried out in the last lap"
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
@@ -125,7 +127,9 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
             break
         item = items[at]
         looks_behind &= not is_navigation(item.command)
-        if not (looks_behind and is_queued(item.command)):
+        if looks_behind and is_queued(item.command):
+            findings += _in_the_last_lap(items, (at + 1,), _SKIPPED)
+        else:
             visits.append(at + 1)
         target = targets.get(at)
         if target is None:
@@ -144,7 +148,7 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
                 early = _looked_up_behind(items, visits) if is_last else None
                 looks_behind = early is not None
                 visits[-1:] = [*(early or ()), at + 1]
-                findings += _carried_out_early(items, early or ())
+                findings += _in_the_last_lap(items, early or (), _EARLY)
                 at = target
             else:
                 if dialect is Autopilot.ARDUPILOT:
@@ -179,15 +183,16 @@ def _looked_up_behind(items: tuple[MissionItem, ...], visits: list[int]) -> tupl
     return tuple(itertools.takewhile(lambda number: is_queued(items[number - 1].command), behind))
 
 
-def _carried_out_early(items: tuple[MissionItem, ...], early: tuple[int, ...]) -> list[Finding]:
+def _in_the_last_lap(
+    items: tuple[MissionItem, ...], numbers: tuple[int, ...], what: str
+) -> list[Finding]:
     return [
         CARRIED_OUT_EARLY.finding(
-            f"{command_name(items[number - 1].command)} behind the jump is carried out at the beginning of "
-            "the last lap already",
+            f"{command_name(items[number - 1].command)} {what}",
             item=number,
             place=items[number - 1].place,
         )
-        for number in early
+        for number in numbers
         if items[number - 1].command in HELD
     ]
 

@@ -234,7 +234,8 @@ ITEM_NOT_MODELLED = Rule(
     "auxiliary functions but those of what it carries, unknown commands; where a step-response model flies "
     "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
     "there is a fence or a terrain; where a gripper picks up a load after the take-off and no --payload is "
-    "given; where DO_SET_HOME moves home up between two places that ArduPilot flies through.",
+    "given; where DO_SET_HOME moves home up between two places that ArduPilot flies through; where "
+    "LOITER_TURNS counts below zero on ArduPilot.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
@@ -668,6 +669,12 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         if turns > MOST_TURNS or abs(radius) > LARGEST_RADIUS_M:
             self.refuse(item, f"{quantity.count(turns, 'turn')} of {radius:g} m cannot be flown")
         if self.dialect is Autopilot.ARDUPILOT:
+            if (item.param1 or 0.0) < 0.0:
+                message = (
+                    f"{command_name(item.command)}: ArduPilot keeps its count of {item.param1:g} without a "
+                    f"sign, as none or up to 255 turns by its board: predicted as {turns:g}"
+                )
+                self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
             kept_turns = stored_turns(turns)
             kept_radius = stored_radius_m(radius)
             written = f"{quantity.count(turns, 'turn')} of {radius:g} m"

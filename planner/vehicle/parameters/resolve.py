@@ -38,8 +38,9 @@ PARAMETERS_OF_ANOTHER_AUTOPILOT = Rule(
     Severity.ERROR,
     summary="The parameter file belongs to another autopilot than the one predicted.",
     why="None of its names means anything to the other: the prediction would rest on defaults.",
-    how="The file's header, or else the names in it, show whose it is; of ArduPilot's, names that only Plane "
-    "or Rover has (TECS_, AIRSPEED_, RTL_ALTITUDE, ATC_STR_RAT_ …) and none that only Copter has.",
+    how="The file's header, or else the names in it, show whose it is; of ArduPilot's, names that only "
+    "Plane, Rover, Sub or Blimp has (TECS_, KFF_, ATC_STR_RAT_, JS_GAIN_, FINS_ …) and none that only Copter "
+    "has.",
     fix="give the file of this vehicle, or choose the autopilot with --autopilot",
     instead="the vehicle's own parameters with --params",
 )
@@ -134,25 +135,88 @@ _NOTED = (
 _UNUSUAL = 30.0
 """A value so many times larger or smaller than usual may be in another unit."""
 COPTER_ONLY = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP", "LAND_SPEED"})
-"""Of ArduPilot's vehicles only Copter has these: a plane's begin with Q_."""
-_OTHER_VEHICLES = (
-    (("TECS_", "AIRSPEED_", "ARSPD_FBW_", "RTL_ALTITUDE", "LIM_PITCH_", "PTCH_LIM_"), "ArduPlane"),
-    (("ATC_STR_RAT_", "CRUISE_SPEED"), "Rover"),
-)
-"""Beginnings of names that Copter has none of, and whose they are."""
+"""Names of Copter's that no plane, rover or blimp of ArduPilot's has: a plane's begin with Q_."""
+_OTHER_VEHICLES: Mapping[str, tuple[str, ...]] = {
+    "ArduSub": (
+        "JS_GAIN_",
+        "JS_THR_GAIN",
+        "BTN0_",
+        "FRAME_CONFIG",
+        "SURFACE_DEPTH",
+        "FS_LEAK_",
+        "FS_PRESS_",
+    ),
+    "ArduPlane": (
+        *(
+            "TECS_",
+            "AIRSPEED_",
+            "ARSPD_FBW_",
+            "RTL_ALTITUDE",
+            "LIM_PITCH_",
+            "PTCH_LIM_",
+            "LIM_ROLL_",
+        ),
+        *(
+            "ROLL_LIMIT_",
+            "KFF_",
+            "RLL2SRV_",
+            "PTCH2SRV_",
+            "YAW2SRV_",
+            "RLL_RATE_",
+            "PTCH_RATE_",
+            "Q_",
+        ),
+        *(
+            "TRIM_THROTTLE",
+            "TRIM_ARSPD_",
+            "RUDDER_ONLY",
+            "STAB_PITCH_DOWN",
+            "WP_LOITER_RAD",
+            "STALL_PREVENT",
+        ),
+    ),
+    "Rover": (
+        *(
+            "ATC_STR_",
+            "ATC_SPEED_",
+            "ATC_TURN_MAX",
+            "CRUISE_",
+            "MODE_CH",
+            "TURN_RADIUS",
+            "TURN_MAX_G",
+        ),
+        *("SAIL_", "BAL_PITCH_"),
+    ),
+    "ArduPlane or Rover": ("NAVL1_", "STEER2SRV_"),
+    "Blimp": (
+        "FINS_",
+        "LOIT_VEL",
+        "LOIT_POS",
+        "LOIT_MAX_",
+        "VELXY_",
+        "VELYAW_",
+        "POSXY_",
+        "POSYAW_",
+    ),
+}
+"""Beginnings of names that Copter has none of, by whose they are."""
+_OF_SUB_TOO = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP"})
+"""Of those of a copter, what a submarine has as well."""
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
 
 
 def _other_vehicle(file: ParameterSet) -> str:
     """Return which of ArduPilot's other vehicles a file is of; empty where it may be Copter's."""
-    if file.stack is Autopilot.PX4 or not COPTER_ONLY.isdisjoint(file.values):
+    if file.stack is Autopilot.PX4:
         return ""
+    own = COPTER_ONLY.intersection(file.values)
     return next(
         (
             vehicle
-            for beginnings, vehicle in _OTHER_VEHICLES
+            for vehicle, beginnings in _OTHER_VEHICLES.items()
             if any(name.startswith(beginnings) for name in file.values)
+            and not (own - _OF_SUB_TOO if vehicle == "ArduSub" else own)
         ),
         "",
     )
