@@ -63,8 +63,10 @@ NOISE_ASSUMED = Rule(
 )
 
 
-_CONTINUE_AFTER_LAND = 4
-"""Bit of ArduPilot's MIS_OPTIONS."""
+_CONTINUE_AFTER_LAND, _KEEP_COUNTS = 4, 8
+"""Bits of ArduPilot's MIS_OPTIONS."""
+_COUNTS_ANEW = (4, 7)
+"""The version of ArduCopter from which on a jump counts anew (ArduPilot #29763)."""
 _BISECTIONS = 60
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
@@ -206,6 +208,17 @@ def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind]
     if parameters.return_final_altitude_m <= 0.0:
         lands.add(StageKind.RETURN)
     return frozenset(lands)
+
+
+def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None) -> bool:
+    """Return whether ArduPilot keeps the count of a jump that was counted to its end."""
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+    if target is not None and target.version is not None and target.version < _COUNTS_ANEW:
+        return True
+    if not isinstance(parameters, ArduPilotParameters):
+        return False
+    return bool(parameters.mission_options & _KEEP_COUNTS)
 
 
 def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:

@@ -82,8 +82,6 @@ _FRAME_TYPES: Mapping[int, frozenset[int]] = {
 }
 """FRAME_TYPE by FRAME_CLASS of quad, hexa, octa, octa-quad, dodeca-hexa and deca, as ArduCopter 4.7 takes
 them in simulation (``AP_MotorsMatrix::setup_motors``); a Y6 or a tricopter takes any."""
-_LAST_FRAME_TYPE = 21
-"""What later versions may add is not judged."""
 _COMPASSES = ("", "2", "3")
 _MOST_OFFSET = 1800.0
 """COMPASS_OFFS_MAX, its default. [mGauss]"""
@@ -279,8 +277,8 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
         ALWAYS,
         "FRAME_TYPE is none of FRAME_CLASS",
         lambda p: (
-            (kind := int(p.value("FRAME_TYPE", default=1))) <= _LAST_FRAME_TYPE
-            and kind not in _FRAME_TYPES.get(int(p.value("FRAME_CLASS", default=0)), {kind})
+            (kind := int(p.value("FRAME_TYPE", default=1)))
+            not in _FRAME_TYPES.get(int(p.value("FRAME_CLASS", default=0)), {kind})
         ),
     ),
     (

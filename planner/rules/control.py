@@ -38,17 +38,24 @@ _PX4_GAINS = (
 _OTHER_FRAMES = {
     **dict.fromkeys((1, 2, 3, 4), "one with wings"),
     **dict.fromkeys((5, 6, 13), "a rover"),
+    **dict.fromkeys((10, 11, 12), "a helicopter"),
     14: "a spacecraft",
 }
-"""CA_AIRFRAME of what is no rotorcraft (``src/modules/control_allocator/module.yaml``)."""
+"""CA_AIRFRAME of what is no multicopter (``src/modules/control_allocator/module.yaml``)."""
 _OTHER_TYPES = {
     **dict.fromkeys((1, *range(19, 26)), "one with wings"),
+    **dict.fromkeys((3, 4), "a helicopter"),
     **dict.fromkeys((7, 8), "an airship or a balloon"),
     **dict.fromkeys((10, 11, 12), "a rover, boat or submarine"),
 }
-"""MAV_TYPE of what is no rotorcraft (``common.xml``)."""
-_OTHER_SERIES = {**dict.fromkeys((2, 3, 13), "one with wings"), 50: "a rover", 60: "a submarine"}
-"""Thousands of SYS_AUTOSTART of what is no rotorcraft (``ROMFS/px4fmu_common/init.d/airframes``)."""
+"""MAV_TYPE of what is no multicopter (``common.xml``)."""
+_OTHER_SERIES = {
+    **dict.fromkeys((2, 3, 13), "one with wings"),
+    16: "a helicopter",
+    50: "a rover",
+    60: "a submarine",
+}
+"""Thousands of SYS_AUTOSTART of what is no multicopter (``ROMFS/px4fmu_common/init.d/airframes``)."""
 _HARDWARE_IN_THE_LOOP = 1
 """SYS_HITL; 2 is a simulation on the autopilot itself."""
 
@@ -105,7 +112,7 @@ NO_CONTROL = Rule(
     how="PX4: MPC_XY_P, MPC_Z_P, MPC_XY_VEL_P_ACC, MPC_Z_VEL_P_ACC, MC_ROLL_P, MC_PITCH_P, MC_YAW_P and "
     "MC_ROLLRATE_, MC_PITCHRATE_, MC_YAWRATE_ with P or K at 0 or less: of the same gains ArduPilot refuses "
     "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  PX4 "
-    "besides: CA_AIRFRAME, MAV_TYPE or SYS_AUTOSTART of what is no rotorcraft, CA_ROTOR_COUNT 0, a motor of "
+    "besides: CA_AIRFRAME, MAV_TYPE or SYS_AUTOSTART of what is no multicopter, CA_ROTOR_COUNT 0, a motor of "
     "CA_ROTOR_COUNT on none of as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), "
     "SYS_HITL 1; MPC_XY_VEL_I_ACC 0 in wind, which PX4 takes (its least is 0): drag over the other gains is "
     "how far it stands off.",

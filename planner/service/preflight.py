@@ -24,6 +24,7 @@ from planner.flight.pilot import (
     NOISE_ASSUMED,
     continues_after,
     flight_parameters,
+    keeps_jump_counts,
     make_pilot,
     own_parameters_of,
     payload_waits_s,
@@ -365,6 +366,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             firings=firings,
             continues_after=continues_after(own_parameters),
             payload_waits_s=payload_waits_s(own_parameters),
+            keeps_counts=keeps_jump_counts(own_parameters, target),
         )
         if setup.speed_m_s is None:
             return route

@@ -5,8 +5,12 @@ from typing import TYPE_CHECKING
 import pytest
 from made_missions import item, jump, mission, takeoff, waypoint
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
+from planner.findings import Severity
+from planner.flight.pilot import keeps_jump_counts
 from planner.mission.route.route import MOST_VISITS, flown_order
+from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.parameters.resolve import resolve_parameters
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -51,7 +55,8 @@ def test_ardupilot_carries_out_what_stands_behind_a_jump_a_lap_early(laps: int) 
     found = flown_order(mission(*items).items, Autopilot.ARDUPILOT)
     early = (2, 3, 5, 6, 4)
     assert found.visits == (1, *lap * (laps - 1), *early, *lap, 5, 6, 7)
-    assert [(f.code, f.item) for f in found.findings] == [("T123", 5), ("T123", 6)]
+    warned = [f for f in found.findings if f.severity is Severity.WARNING]
+    assert [(f.code, f.item) for f in warned] == [("T123", 5), ("T123", 6)]
     assert order(*items, dialect=Autopilot.PX4) == (1, *lap * (laps + 1), 5, 6, 7)
 
 
@@ -67,9 +72,56 @@ def test_ardupilot_carries_out_nothing_at_the_head_of_the_loop_in_the_last_lap()
     items = (takeoff(10), SLOW, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10))
     found = flown_order(mission(*items).items, Autopilot.ARDUPILOT)
     assert found.visits == (1, 2, 3, 4, 5, 2, 3, 4, 5, 3, 4, 5, 6)
-    [said] = found.findings
+    [said] = [f for f in found.findings if f.severity is Severity.WARNING]
     assert (said.code, said.item) == ("T123", 2)
     assert "not carried out in the last lap" in said.message
+
+
+@pytest.mark.parametrize(
+    ("items", "told"),
+    [
+        # The first DO_ before the jump is carried out; the look for the next, from the jump on, whose count
+        # is 0 again, leads to its target (AP_Mission::get_next_cmd): what stands behind it is passed over.
+        ((waypoint(5, 10), CAMERA, jump(2, 2), SLOW, waypoint(9, 10)), [5]),
+        ((SLOW, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10)), [2]),
+        ((CAMERA, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10)), []),
+        ((SLOW, waypoint(5, 10), jump(2, 2), FENCE_OFF, waypoint(9, 10)), []),
+        ((SLOW, waypoint(5, 10), CAMERA, jump(2, 0), FENCE_OFF, waypoint(9, 10)), []),
+    ],
+)
+def test_what_a_count_that_begins_anew_does_behind_the_loop_is_an_error(
+    items: tuple[MissionItem, ...], told: list[int]
+) -> None:
+    whole = mission(takeoff(10), *items).items
+    for keeps_counts, expected in ((False, told), (True, [])):
+        found = flown_order(whole, Autopilot.ARDUPILOT, keeps_counts=keeps_counts).findings
+        assert [one.item for one in found if one.severity is Severity.ERROR] == expected
+
+
+def test_an_inner_loop_is_flown_once_where_ardupilot_keeps_its_count() -> None:
+    items = mission(takeoff(10), waypoint(1, 10), jump(2, 1), waypoint(2, 10), jump(2, 1)).items
+    lap, outer = (2, 3), (4, 5)
+    anew = flown_order(items, Autopilot.ARDUPILOT).visits
+    assert anew == (1, *lap, *lap, *outer, *lap, *lap, *outer)
+    kept = flown_order(items, Autopilot.ARDUPILOT, keeps_counts=True).visits
+    assert kept == (1, *lap, *lap, *outer, *lap, *outer)
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "keeps"),
+    [
+        ("MIS_OPTIONS,8\n", Target(Autopilot.ARDUPILOT), True),
+        ("MIS_OPTIONS,4\n", Target(Autopilot.ARDUPILOT), False),
+        ("WPNAV_SPEED,500\n", Target(Autopilot.ARDUPILOT, (4, 6)), True),
+        ("WPNAV_SPEED,500\n", Target(Autopilot.ARDUPILOT, (4, 7)), False),
+    ],
+)
+def test_copter_keeps_counts_before_4_7_or_where_it_is_told_to(
+    text: str, target: Target, *, keeps: bool
+) -> None:
+    given = parameters_from_text(text.encode(), source="p.param")
+    values = resolve_parameters(Autopilot.ARDUPILOT, file=given).values
+    assert keeps_jump_counts(values, target) is keeps
 
 
 def test_an_endless_jump_is_flown_once_round() -> None:

@@ -785,3 +785,17 @@ def test_ardupilot_flies_to_the_place_behind_a_jump_to_what_is_none(
     items = (takeoff(20), *loop, behind, rtl())
     assert ("T124" in codes(route(*items, dialect=ARDUPILOT))) is elsewhere
     assert "T124" not in codes(route(*items, dialect=PX4))
+
+
+@pytest.mark.parametrize(
+    ("comes", "elsewhere"),
+    [(rtl(), False), (item(21, north(0), 0.0), True), (waypoint(60, 20), True)],
+)
+def test_a_return_drops_the_leg_that_ardupilot_planned_ahead(
+    comes: MissionItem,
+    elsewhere: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # The jump leads over item 6 to what comes; the place behind the jump is planned ahead.
+    camera = item(206, frame=2)
+    items = (takeoff(20), waypoint(60, 20), waypoint(0, 20), jump(6, 1), waypoint(900, 20), camera)
+    assert ("T124" in codes(route(*items, comes, rtl(), dialect=ARDUPILOT))) is elsewhere

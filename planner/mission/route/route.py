@@ -64,15 +64,22 @@ CARRIED_OUT_EARLY = Rule(
     summary="An item behind a jump is carried out a lap early, or one at the head of the loop skipped.",
     why="ArduPilot carries out DO_ items beside the flight, and looks for the next one from the last on: "
     "where a jump is taken for the last time and a DO_ item stands before it, that look goes past the jump, "
-    "and what stands behind it acts on the whole last lap (ArduPilot #30376).",
+    "and what stands behind it acts on the whole last lap (ArduPilot #30376).  From 4.7 on the jump counts "
+    "anew behind the loop (#29763): that look then leads to the head of the loop.",
     how="A counted jump, a DO_ item between it and the place before, and DO_CHANGE_SPEED, DO_SET_HOME or "
     "DO_FENCE_ENABLE behind it: predicted as ArduPilot does it, and carried out once more behind the loop.  "
-    "DO_ items at the head of the loop are not carried out in that lap.",
+    "DO_ items at the head of the loop are not carried out in that lap.  An error where such an item stands "
+    "behind the jump or at the head of the loop and the jump counts anew: without bit 3 of MIS_OPTIONS (8) "
+    "in --params and --target before 4.7.",
     fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
     "jump and those behind it",
 )
 _EARLY = "behind the jump is carried out at the beginning of the last lap already"
 _SKIPPED = "at the head of the loop is not carried out in the last lap"
+_NOT_AGAIN = "behind the jump is not carried out behind the loop by ArduCopter 4.7 on, as predicted"
+_ONCE_MORE = (
+    "at the head of the loop is carried out behind it once more by ArduCopter 4.7 on: not predicted"
+)
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
@@ -104,11 +111,15 @@ JUMPS_TOO_LONG = Rule(
 )
 
 
-def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> FlownOrder:
+def flown_order(
+    items: tuple[MissionItem, ...], dialect: Autopilot | None, *, keeps_counts: bool = False
+) -> FlownOrder:
     """Return in which order items are reached, from the first to the end or once round an endless loop.
 
-    PX4 has no jump tags.
+    PX4 has no jump tags.  ArduPilot counts a jump anew once it was counted to its end, unless it
+    ``keeps_counts``.
     """
+    counts_anew = dialect is Autopilot.ARDUPILOT and not keeps_counts
     if not any(item.command in _JUMPS for item in items):
         return FlownOrder(visits=tuple(range(1, len(items) + 1)))
     targets, findings = _targets(items, dialect)
@@ -151,8 +162,8 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
                 findings += _in_the_last_lap(items, early or (), _EARLY)
                 at = target
             else:
-                if dialect is Autopilot.ARDUPILOT:
-                    taken.pop(at, None)
+                if counts_anew and taken.pop(at, 0):
+                    findings += _behind_the_loop(items, visits, target)
                 at += 1
     return FlownOrder(
         visits=tuple(visits),
@@ -173,14 +184,37 @@ def _looked_up_behind(items: tuple[MissionItem, ...], visits: list[int]) -> tupl
     ``AP_Mission::advance_current_do_cmd`` looks on from the last DO_ item in the list, not in flown order:
     ``get_next_cmd`` goes past a jump that was counted to its end just before.
     """
+    return _queued_from(items, visits[-1]) if _has_queued(items, visits) else None
+
+
+def _behind_the_loop(
+    items: tuple[MissionItem, ...], visits: list[int], target: int
+) -> list[Finding]:
+    """Return what ArduPilot does otherwise behind a loop, as it counts a jump anew.
+
+    Where it had a DO_ item to carry out since the last place reached it looks for the next from the jump on,
+    whose count is 0 again, and so at the head of the loop.
+    """
+    if not _has_queued(items, visits):
+        return []
+    findings = _in_the_last_lap(items, _queued_from(items, visits[-1]), _NOT_AGAIN)
+    findings += _in_the_last_lap(items, _queued_from(items, target), _ONCE_MORE)
+    return [replace(one, severity=Severity.ERROR) for one in findings]
+
+
+def _has_queued(items: tuple[MissionItem, ...], visits: list[int]) -> bool:
+    """Return whether a DO_ item stands since the last place reached."""
     since = itertools.takewhile(
         lambda command: not is_navigation(command),
         (items[number - 1].command for number in reversed(visits)),
     )
-    if not any(is_queued(command) for command in since):
-        return None
-    behind = range(visits[-1] + 1, len(items) + 1)
-    return tuple(itertools.takewhile(lambda number: is_queued(items[number - 1].command), behind))
+    return any(is_queued(command) for command in since)
+
+
+def _queued_from(items: tuple[MissionItem, ...], at: int) -> tuple[int, ...]:
+    """Return the numbers of the DO_ items that follow each other from a position on."""
+    numbers = range(at + 1, len(items) + 1)
+    return tuple(itertools.takewhile(lambda number: is_queued(items[number - 1].command), numbers))
 
 
 def _in_the_last_lap(
@@ -266,6 +300,7 @@ def make_route(
     firings: Mapping[int, float] | None = None,
     continues_after: frozenset[StageKind] | None = None,
     payload_waits_s: Mapping[int, float] | None = None,
+    keeps_counts: bool = False,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -285,6 +320,8 @@ def make_route(
         the dialect's own settings.
     payload_waits_s : Mapping, optional
         How long the vehicle waits at items of what it carries, by their command. [s]
+    keeps_counts : bool
+        Whether ArduPilot keeps the count of a jump that was counted to its end.
 
     Raises
     ------
@@ -293,7 +330,7 @@ def make_route(
     MissionFileError
         If an item holds a number no vehicle can fly.
     """
-    order = flown_order(mission.items, dialect)
+    order = flown_order(mission.items, dialect, keeps_counts=keeps_counts)
     state, findings = _begin(mission, dialect, home_amsl_m, terrain)
     state.firings = firings or {}
     if continues_after is None:
@@ -386,7 +423,10 @@ def _plan_ahead(
     if looked_up not in _FLOWN_ON_TO:
         state.stages[-1] = replace(before, is_next_unseen=True)
     elif before.kind in {StageKind.GO, StageKind.SPLINE} and not before.hold_s:
-        return {order.visits[position - 1]}
+        ahead = (items[number - 1].command for number in order.visits[position:])
+        comes = next((command for command in ahead if is_navigation(command)), None)
+        # A return plans its path anew (ModeRTL::init) and drops the leg planned ahead.
+        return set() if comes == Command.NAV_RETURN_TO_LAUNCH else {order.visits[position - 1]}
     return set()
 
 
@@ -399,7 +439,8 @@ FLOWN_ELSEWHERE = Rule(
     "#31021, 4.6 and 4.7).",
     how="A DO_JUMP to an item that is not flown, or a DO_JUMP_TAG, with a waypoint, spline or loiter as the "
     "next place behind it (ModeAuto::set_next_wp, AP_Mission::get_next_nav_cmd), and a place before it that "
-    "is flown through.  Behind a hold, or before other items, the vehicle stops and plans anew.",
+    "is flown through.  Behind a hold, or before other items, the vehicle stops and plans anew, and so where "
+    "a return to launch comes next.",
     fix="let the jump lead to a place, or hold for 1 s at the place before it",
     instead="a jump to a place",
 )
