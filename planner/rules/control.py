@@ -10,6 +10,7 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.rules.assessment import numbers
 from planner.rules.declaration import PARAMETERS, PX4, NotEvaluated, judges
+from planner.units import GRAVITY_M_S2
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 
@@ -56,6 +57,8 @@ _OTHER_SERIES = {
     60: "a submarine",
 }
 """Thousands of SYS_AUTOSTART of what is no multicopter (``ROMFS/px4fmu_common/init.d/airframes``)."""
+_BREAKER_OPEN = 121_212
+"""CBRK_FLIGHTTERM that keeps PX4 from flight termination, its default."""
 _HARDWARE_IN_THE_LOOP = 1
 """SYS_HITL; 2 is a simulation on the autopilot itself."""
 
@@ -114,7 +117,8 @@ NO_CONTROL = Rule(
     "to arm (M127).  ArduPilot: PSC_NE_VEL_P, before 4.7 PSC_VELXY_P, at 0 or less: it says nothing.  PX4 "
     "besides: CA_AIRFRAME, MAV_TYPE or SYS_AUTOSTART of what is no multicopter, CA_ROTOR_COUNT 0, a motor of "
     "CA_ROTOR_COUNT on none of as many outputs or more (PWM_MAIN_FUNC, UAVCAN_EC_FUNC and their like), "
-    "SYS_HITL 1; MPC_XY_VEL_I_ACC 0 in wind, which PX4 takes (its least is 0): drag over the other gains is "
+    "SYS_HITL 1, FD_FAIL_P or FD_FAIL_R below the lean at MPC_ACC_HOR with CBRK_FLIGHTTERM other than "
+    "121212; MPC_XY_VEL_I_ACC 0 in wind, which PX4 takes (its least is 0): drag over the other gains is "
     "how far it stands off.",
     fix="restore the parameters of the vehicle, or give its own file",
     instead="the parameters of --params",
@@ -133,11 +137,26 @@ def _no_control(a: Assessment, parameters: FlightParameters) -> Iterator[Finding
             NO_CONTROL, f"{zero[0]} is 0: {autopilot} does not control the vehicle{rest}"
         )
     elif is_px4:
-        yield from (a.finding(NO_CONTROL, said) for said in _undriven(values))
+        said_of = (*_undriven(values), *_terminated(values, parameters.acceleration_m_s2))
+        yield from (a.finding(NO_CONTROL, said) for said in said_of)
         if values.get("MPC_XY_VEL_I_ACC") == 0.0 and a.setup.wind.speed_m_s > 0.0:
             wind = quantity.speed(a.setup.wind.speed_m_s)
             said = f"MPC_XY_VEL_I_ACC is 0: PX4 does not correct for the wind of {wind}"
             yield a.finding(NO_CONTROL, f"{said}, stands off its places and may never reach them")
+
+
+def _terminated(values: Mapping[str, float], acceleration_m_s2: float) -> Iterator[str]:
+    """Yield why PX4 stops its motors as it accelerates (``FailureDetector::updateAttitudeStatus``)."""
+    if values.get("CBRK_FLIGHTTERM", _BREAKER_OPEN) == _BREAKER_OPEN:
+        return
+    lean_deg = math.degrees(math.atan(acceleration_m_s2 / GRAVITY_M_S2))
+    for name in ("FD_FAIL_P", "FD_FAIL_R"):
+        if 0.0 < (limit_deg := values.get(name, 60.0)) < lean_deg:
+            yield (
+                f"{name} is {limit_deg:g}° and CBRK_FLIGHTTERM {values['CBRK_FLIGHTTERM']:g}: PX4 stops its "
+                f"motors where it leans farther, {lean_deg:.0f}° at MPC_ACC_HOR"
+            )
+            return
 
 
 def _undriven(values: Mapping[str, float]) -> Iterator[str]:

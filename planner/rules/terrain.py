@@ -12,11 +12,11 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import HERE, HOME
-from planner.mission.commands import TERRAIN_FRAMES
+from planner.mission.commands import TERRAIN_FRAMES, Command
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.assessment import numbers
-from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, NotEvaluated, judges
+from planner.rules.declaration import ARDUPILOT, PARAMETERS, PX4, TERRAIN, NotEvaluated, judges
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
     Found = Finding | NotEvaluated
@@ -124,8 +125,9 @@ RETURN_BELOW_TERRAIN = Rule(
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
     "--position-error of them.  Where "
-    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  Not evaluated (X904) where --terrain has no "
-    "ground under a return, and without --terrain where returns follow terrain.",
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  PX4 also by RTL_DESCEND_ALT above a rally "
+    "point that lies below the ground: it goes down to there before it lands.  Not evaluated (X904) where "
+    "--terrain has no ground under a return, and without --terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )
@@ -488,12 +490,16 @@ def _nearest_height_m(place_m: FloatArray, start_m: FloatArray, end_m: FloatArra
 
 
 def _follows_terrain(a: Assessment, number: int) -> bool:
-    """Return whether ArduPilot follows the ground to an item, from 1."""
+    """Return whether ArduPilot follows the ground to an item, from 1; a return by RTL_ALT_TYPE."""
     by = a.autopilot
     if by is Autopilot.STEP and a.setup.terrain is not None and a.target is not None:
         by = a.target.autopilot
-    is_item = by is Autopilot.ARDUPILOT and number > 0
-    return is_item and a.mission.items[number - 1].frame in TERRAIN_FRAMES
+    if by is not Autopilot.ARDUPILOT or number <= 0:
+        return False
+    item = a.mission.items[number - 1]
+    if item.command == Command.NAV_RETURN_TO_LAUNCH:
+        return returns_follow_terrain(a)
+    return item.frame in TERRAIN_FRAMES
 
 
 def _follows_too_low(a: Assessment) -> Iterator[Finding]:
@@ -567,6 +573,26 @@ def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Ite
         yield a.finding(
             RETURN_BELOW_TERRAIN,
             f"returns follow the ground {_above(height_m)}{_asked(a, height_m)}",
+        )
+
+
+@judges(RETURN_BELOW_TERRAIN, needs=(PX4,))
+def _waits_below_ground(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Judge the height at which PX4 waits over a rally point (``RtlDirect``, LOITER_DOWN)."""
+    sample = a.returns.sample
+    if sample is None:
+        return
+    points = sample.points
+    targets = a.returns.destinations.targets(points.stage, sample.destination, points.stop_m)
+    waits_m = targets.above_ground_m + parameters.return_descend_altitude_m
+    waits_m = np.where(sample.destination > HOME, waits_m, np.inf)
+    worst = int(waits_m.argmin())
+    if waits_m[worst] <= _ROUNDING_M:
+        yield a.finding(
+            RETURN_BELOW_TERRAIN,
+            f"a return to rally point {int(sample.destination[worst])} goes down to "
+            f"{_above(float(waits_m[worst]))} before it lands",
+            fix="correct the altitude of the rally point: it counts from home",
         )
 
 

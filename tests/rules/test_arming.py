@@ -354,6 +354,12 @@ def motors(driver: str, *functions: int) -> str:
         (PX4, "MAV_TYPE,22\n", True),
         (PX4, "MAV_TYPE,13\n", False),
         (PX4, "MAV_TYPE,4\n", True),
+        # atan(3 / 9.81) = 17.0°, MPC_ACC_HOR as delivered
+        (PX4, "CBRK_FLIGHTTERM,0\nFD_FAIL_P,16\n", True),
+        (PX4, "CBRK_FLIGHTTERM,0\nFD_FAIL_R,16\n", True),
+        (PX4, "CBRK_FLIGHTTERM,0\nFD_FAIL_P,18\n", False),
+        (PX4, "CBRK_FLIGHTTERM,0\nFD_FAIL_P,0\n", False),
+        (PX4, "CBRK_FLIGHTTERM,121212\nFD_FAIL_P,10\n", False),
         (PX4, "CA_AIRFRAME,12\n", True),
         (PX4, "SYS_AUTOSTART,16001\n", True),
         (PX4, "SYS_AUTOSTART,13000\n", True),

@@ -731,3 +731,39 @@ def test_tiles_that_only_share_an_edge_are_no_second_ground() -> None:
     grid = TerrainGrid(tiles=(northern, southern))
     box = np.array([whole.bounds_deg[::2], whole.bounds_deg[1::2]])
     assert grid.others(*box) == ()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "meets"),
+    [
+        ("RTL_ALT_TYPE,1\n", False),  # ModeRTL::compute_return_target: 30 m above the ridge
+        ("RTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", True),
+        ("RTL_ALT_TYPE,0\n", True),
+    ],
+)
+def test_the_return_of_the_mission_follows_the_ground_where_returns_do(
+    parameters: str,
+    meets: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    over = item(16, north(700), 30.0, frame=10)
+    one = mission(takeoff(30), over, rtl())
+    found = findings(one, ground(52.0), Autopilot.ARDUPILOT, f"RTL_ALT,3000\n{parameters}")
+    assert any(f.code == "A102" and f.item == 3 for f in found) is meets
+
+
+@pytest.mark.parametrize("terrain", [None, ground(0.0)])
+@pytest.mark.parametrize(("above_m", "meets"), [(-20.0, True), (-10.0, True), (-9.9, False)])
+def test_px4_goes_down_to_the_ground_over_a_rally_point_below_it(
+    above_m: float, terrain: TerrainGrid | None, *, meets: bool
+) -> None:
+    # RTL_DESCEND_ALT is 10 m: it waits there before it lands, over whatever altitude the point has.
+    point = RallyPoint(
+        latitude_deg=north(390), longitude_deg=HOME.longitude_deg, height_above_home_m=above_m
+    )
+    one = replace(mission(takeoff(30), waypoint(400, 30), rtl()), rally=(point,))
+    for model, expected in (("px4-quad-2kg", meets), ("arducopter-sitl-quad", False)):
+        vehicle = load_vehicle(model)
+        returns = parameters_from_text(b"1\t1\tRTL_TYPE\t3\t6\n", source="p.params")
+        given = returns if vehicle.reference is Autopilot.PX4 else None
+        found = check(one, vehicle, terrain=terrain, parameters=given).findings
+        assert any(f.code == "A104" for f in found) is expected
