@@ -124,6 +124,25 @@ def test_copter_keeps_counts_before_4_7_or_where_it_is_told_to(
     assert keeps_jump_counts(values, target) is keeps
 
 
+def test_ardupilot_carries_out_a_tag_as_it_does_any_other_item() -> None:
+    # AP_Mission::start_command starts a JUMP_TAG too: it does what the camera does above.
+    tag = item(600, frame=2, params=(70.0, 0.0, 0.0, 0.0))
+    items = (takeoff(10), waypoint(5, 10), tag, jump(2, 1), SLOW, waypoint(9, 10))
+    assert order(*items, dialect=Autopilot.ARDUPILOT) == (1, 2, 3, 5, 4, 2, 3, 4, 5, 6)
+
+
+@pytest.mark.parametrize(("between", "is_told"), [((), True), ((waypoint(7, 10),), False)])
+def test_what_ardupilot_may_find_by_way_of_a_second_jump_is_an_error(
+    between: tuple[MissionItem, ...], *, is_told: bool
+) -> None:
+    # 3 CAMERA, 4 taken for the last time, the search goes on at 5, not yet taken, and from there to 6.
+    items = (takeoff(10), waypoint(5, 10), CAMERA, jump(2, 1), *between, jump(7, 1), SLOW)
+    items = (*items, waypoint(9, 10))
+    found = flown_order(mission(*items).items, Autopilot.ARDUPILOT, keeps_counts=True)
+    told = [one for one in found.findings if "two jumps" in one.message]
+    assert [one.severity for one in told] == [Severity.ERROR] * is_told
+
+
 def test_an_endless_jump_is_flown_once_round() -> None:
     found = flown_order(
         mission(takeoff(10), waypoint(5, 10), waypoint(9, 10), jump(2, -1), waypoint(1, 10)).items,

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 CONDITIONS = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE, Command.CONDITION_YAW})
 HELD = frozenset({Command.DO_CHANGE_SPEED, Command.DO_SET_HOME, Command.DO_FENCE_ENABLE})
 """Commands that change the flight or how it is judged; of any other it does not matter when."""
-_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
-"""Followed when the next command is looked for (``AP_Mission::get_next_cmd``)."""
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
+"""Followed when the next command is looked for (``AP_Mission::get_next_cmd``); a tag is carried out."""
 _TURN_DEG_S = 60.0
 """Rate of a turn whose item gives none: the default of ATC_SLEW_YAW, as of AUTO_YAW_SLEW_RATE before it
 (ArduCopter, ``Mode::AutoYaw::set_fixed_yaw``). [° s⁻¹]"""

@@ -70,7 +70,7 @@ CARRIED_OUT_EARLY = Rule(
     "DO_FENCE_ENABLE behind it: predicted as ArduPilot does it, and carried out once more behind the loop.  "
     "DO_ items at the head of the loop are not carried out in that lap.  An error where such an item stands "
     "behind the jump or at the head of the loop and the jump counts anew: without bit 3 of MIS_OPTIONS (8) "
-    "in --params and --target before 4.7.",
+    "in --params and --target before 4.7; and where it may be found by way of a second jump.",
     fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
     "jump and those behind it",
 )
@@ -79,6 +79,9 @@ _SKIPPED = "at the head of the loop is not carried out in the last lap"
 _NOT_AGAIN = "behind the jump is not carried out behind the loop by ArduCopter 4.7 on, as predicted"
 _ONCE_MORE = (
     "at the head of the loop is carried out behind it once more by ArduCopter 4.7 on: not predicted"
+)
+_BEYOND = (
+    "may be carried out at another time, by way of two jumps one behind the other: not predicted"
 )
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
@@ -159,11 +162,11 @@ def flown_order(
                 early = _looked_up_behind(items, visits) if is_last else None
                 looks_behind = early is not None
                 visits[-1:] = [*(early or ()), at + 1]
-                findings += _in_the_last_lap(items, early or (), _EARLY)
+                findings += _early_findings(items, targets, at + 1, early)
                 at = target
             else:
                 if counts_anew and taken.pop(at, 0):
-                    findings += _behind_the_loop(items, visits, target)
+                    findings += _behind_the_loop(items, visits, targets)
                 at += 1
     return FlownOrder(
         visits=tuple(visits),
@@ -187,8 +190,20 @@ def _looked_up_behind(items: tuple[MissionItem, ...], visits: list[int]) -> tupl
     return _queued_from(items, visits[-1]) if _has_queued(items, visits) else None
 
 
+def _early_findings(
+    items: tuple[MissionItem, ...],
+    targets: Mapping[int, int],
+    behind: int,
+    early: tuple[int, ...] | None,
+) -> list[Finding]:
+    """Return what to say of items looked up behind a jump, from a position on; ``None``: not looked up."""
+    if early is None:
+        return []
+    return _in_the_last_lap(items, early, _EARLY) + _beyond_jumps(items, targets, behind)
+
+
 def _behind_the_loop(
-    items: tuple[MissionItem, ...], visits: list[int], target: int
+    items: tuple[MissionItem, ...], visits: list[int], targets: Mapping[int, int]
 ) -> list[Finding]:
     """Return what ArduPilot does otherwise behind a loop, as it counts a jump anew.
 
@@ -198,7 +213,28 @@ def _behind_the_loop(
     if not _has_queued(items, visits):
         return []
     findings = _in_the_last_lap(items, _queued_from(items, visits[-1]), _NOT_AGAIN)
+    target = targets[visits[-1] - 1]
     findings += _in_the_last_lap(items, _queued_from(items, target), _ONCE_MORE)
+    findings += _beyond_jumps(items, targets, target)
+    return [replace(one, severity=Severity.ERROR) for one in findings]
+
+
+def _beyond_jumps(
+    items: tuple[MissionItem, ...], targets: Mapping[int, int], start: int
+) -> list[Finding]:
+    """Return that a search from a position on may find DO_ items by way of further jumps."""
+    numbers: list[int] = []
+    seen: set[int] = set()
+    ahead = [start]
+    while ahead:
+        at = ahead.pop()
+        run = _queued_from(items, at)
+        numbers += run if seen else ()
+        seen.add(at)
+        jump = at + len(run)
+        if jump < len(items) and items[jump].command in _JUMPS:
+            ahead += {jump + 1, targets.get(jump, jump + 1)} - seen
+    findings = _in_the_last_lap(items, tuple(dict.fromkeys(numbers)), _BEYOND)
     return [replace(one, severity=Severity.ERROR) for one in findings]
 
 
