@@ -228,12 +228,12 @@ def _beyond_jumps(
     ahead = [start]
     while ahead:
         at = ahead.pop()
-        run = _queued_from(items, at)
-        numbers += run if seen else ()
         seen.add(at)
-        jump = at + len(run)
+        jump = at + len(_queued_from(items, at))
         if jump < len(items) and items[jump].command in _JUMPS:
-            ahead += {jump + 1, targets.get(jump, jump + 1)} - seen
+            onward = {jump + 1, targets.get(jump, jump + 1)}
+            numbers += (number for one in onward for number in _queued_from(items, one))
+            ahead += onward - seen
     findings = _in_the_last_lap(items, tuple(dict.fromkeys(numbers)), _BEYOND)
     return [replace(one, severity=Severity.ERROR) for one in findings]
 
