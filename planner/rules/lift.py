@@ -112,8 +112,8 @@ def _hover_thrust(a: Assessment) -> _HoverThrust | None:
 def _by_throttle(a: Assessment, parameters: FlightParameters) -> Iterator[_HoverThrust]:
     """Yield what a hover takes by the throttle in the parameters, if anything says that one."""
     origin = parameters.origins.get("hover_throttle")
-    if origin is None or origin.kind is OriginKind.DEFAULT:
-        return  # the default is of no vehicle in particular
+    if (origin is None or origin.kind is OriginKind.DEFAULT) and _most_throttle(a) >= 1.0:
+        return  # the default is of no vehicle in particular; under a lower MPC_THR_MAX it must be known
     untouched = parameter_table(type(parameters))["hover_throttle"].default_si
     is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
     fraction = parameters.hover_throttle / max(_most_throttle(a), 1e-9)
