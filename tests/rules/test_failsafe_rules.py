@@ -425,9 +425,9 @@ def test_a_default_that_a_file_repeats_says_nothing_of_a_sagging_battery(
         ("MPC_THR_HOVER,0.45\nMPC_THR_MAX,0.9\n", set()),
         ("MPC_THR_HOVER,0.5\nMPC_THR_MAX,0.5\n", {"X904"}),
         ("MPC_THR_HOVER,0.5\nMPC_THR_MAX,0.9\n", set()),
-        # A hover may take 0.8 of the greatest throttle, 0.5 of 0.625 in dense air; some 5 % more at 488 m.
-        ("MPC_THR_MAX,0.62\n", {"X904"}),
-        ("MPC_THR_MAX,0.7\n", set()),
+        # A hover may take 0.7 of the greatest throttle: 0.5 of 0.71 in the densest air that the model knows.
+        ("MPC_THR_MAX,0.71\n", {"X904"}),
+        ("MPC_THR_MAX,0.9\n", set()),
         ("MPC_THR_MAX,0\n", {"X904"}),
         ("MPC_THR_MAX,-1\n", {"X904"}),
     ],

@@ -464,17 +464,15 @@ def joined_turns(
         return turns
     # A turn holds the whole speed, of which only a part leads along the leg as it begins.
     turned_m_s = quotient(horizontal(velocity), level)
-    along = _Headway.from_places(
-        begun,
-        direction * length[:, None],
-        speed,
-        time,
+    join = _Join(
+        way_m=direction * length[:, None],
+        speed_m_s=speed,
+        time_s=time,
         held_m_s=np.where(shallow & (turns.duration_s > 0.0), np.maximum(speed, turned_m_s), speed),
         held_s=np.minimum(turns.duration_s, time),
-        grows=joins & shallow & (fraction == 1.0),
-        paced=lift_s > level_s,
-        parameters=parameters,
+        is_paced=lift_s > level_s,
     )
+    along = _Headway.of(begun, join, parameters, grows=joins & shallow & (fraction == 1.0))
     after = along.speed_m_s
     aside = velocity - direction * speed[:, None]
     end = place + direction * along.way_m[:, None] + 0.5 * aside * time[:, None]
@@ -525,6 +523,21 @@ def joined_turns(
     return joined
 
 
+class _Join(Columns, eq=False):
+    """What n legs are joined with, while what is across them dies away."""
+
+    way_m: FloatArray
+    """To the end of the leg. (n, 3)"""
+    speed_m_s: FloatArray
+    """Along the leg, as it begins."""
+    time_s: FloatArray
+    held_m_s: FloatArray
+    """What a turn holds, for so long."""
+    held_s: FloatArray
+    is_paced: BoolArray
+    """Whether the climb takes longer than what is level: it sets the time of all axes."""
+
+
 class _Headway(Value, eq=False):
     """How far legs have got along themselves in the time of a join."""
 
@@ -534,18 +547,8 @@ class _Headway(Value, eq=False):
     """Zero or more."""
 
     @classmethod
-    def from_places(
-        cls,
-        begun: LegStarts,
-        way_m: FloatArray,
-        speed_m_s: FloatArray,
-        time_s: FloatArray,
-        *,
-        held_m_s: FloatArray,
-        held_s: FloatArray,
-        grows: BoolArray,
-        paced: BoolArray,
-        parameters: Px4Parameters,
+    def of(
+        cls, begun: LegStarts, join: _Join, parameters: Px4Parameters, *, grows: BoolArray
     ) -> _Headway:
         """Return the headway along the ways that are left, begun with speeds along them.
 
@@ -554,24 +557,25 @@ class _Headway(Value, eq=False):
         holds it.  Others keep their speed.
         """
         headway = cls(
-            way_m=speed_m_s * time_s,
-            speed_m_s=speed_m_s.copy(),
-            acceleration_m_s2=np.zeros_like(speed_m_s),
+            way_m=join.speed_m_s * join.time_s,
+            speed_m_s=join.speed_m_s.copy(),
+            acceleration_m_s2=np.zeros_like(join.speed_m_s),
         )
         rows = np.flatnonzero(grows)
         if not len(rows):
             return headway
         part, place, jerk = begun.planned.select(rows), begun.place_m[rows], parameters.jerk_m_s3
-        speed, time = held_m_s[rows], time_s[rows]
+        join = join.select(rows)
+        speed, time, units = join.held_m_s, join.time_s, _units(join.way_m)
         slowing = np.minimum(begun.slowing_m_s2[rows], np.sqrt(2.0 * jerk * speed))
         slowing = np.minimum(slowing, jerk * time)
         slowed_s = slowing / jerk
         slowed_m = slowed_s * (speed - slowing * slowed_s / 3.0)
         begun_m_s = speed - 0.5 * slowing * slowed_s
-        slowed_m += begun_m_s * np.maximum(held_s[rows] - slowed_s, 0.0)
-        slowed_s = np.maximum(slowed_s, held_s[rows])
+        slowed_m += begun_m_s * np.maximum(join.held_s - slowed_s, 0.0)
+        slowed_s = np.maximum(slowed_s, join.held_s)
         limits = limits_along(
-            place + _units(way_m)[rows] * slowed_m[:, None], place + way_m[rows], part, parameters
+            place + units * slowed_m[:, None], place + join.way_m, part, parameters
         )
         straights = fly_straights(
             limits, start_m_s=begun_m_s, acceleration_m_s2=np.zeros_like(begun_m_s)
@@ -582,13 +586,12 @@ class _Headway(Value, eq=False):
         faster = np.sign(straights.peak_m_s - begun_m_s)
         reached = begun_m_s + faster * grown_m_s
         far = slowed_m + begun_m_s * ramp_s + faster * grown_m
-        length = lengths(way_m[rows]) + part.tail_m
+        length = lengths(join.way_m) + part.tail_m
         # From the top of the ramp on it keeps its speed until the way left allows no more.
         kept_m = np.maximum(length - far - limits.reach_m(reached), 0.0)
         kept_s = np.minimum(left_s - ramp_s, quotient(kept_m, reached))
         far, braked_s, last = far + kept_s * reached, left_s - ramp_s - kept_s, reached
-        # A climb that takes longer sets the time of all axes.
-        evenly = paced[rows] & (faster > 0.0) & (ramp_s < left_s)
+        evenly = join.is_paced & (faster > 0.0) & (ramp_s < left_s)
         far, braked_s = np.where(evenly, slowed_m, far), np.where(evenly, left_s, braked_s)
         before = np.where(evenly, begun_m_s, reached)
         for _ in range(3):
@@ -597,11 +600,10 @@ class _Headway(Value, eq=False):
             last = np.minimum(last, reached)
         last = np.where(braked_s > 0.0, last, reached)
         # With what is across, which is half of it in the mean, it is flown as one cubic of time.
-        units, velocity = _units(way_m)[rows], begun.velocity_m_s[rows, :2]
-        level = horizontal(units)
+        velocity, level = begun.velocity_m_s[rows, :2], horizontal(units)
         along = units[:, :2] / level[:, None]
         first = dot(velocity, along)
-        dying = 0.5 * (first - speed_m_s[rows] * level)
+        dying = 0.5 * (first - join.speed_m_s * level)
         mean = _cubic_mean_m_s(
             (far + braked_m) / time * level + dying,
             first,
