@@ -185,12 +185,12 @@ def _airspeed_limit(a: Assessment) -> Iterator[Finding]:
     if slowed is None:
         return
     parts, items = [], []
-    for kind, of_mission in ((SituationKind.MISSION, True), (SituationKind.RETURN, False)):
+    for kind in (SituationKind.MISSION, SituationKind.RETURN):
         rows = np.flatnonzero(slowed.kind == kind)
         if not len(rows):
             continue
         item = int(slowed.item[rows[0]])
-        what = quantity.count(len(rows), "leg") if of_mission else "returns"
+        what = "returns" if kind is SituationKind.RETURN else quantity.count(len(rows), "leg")
         row = rows[np.argmin(slowed.held_m_s[rows])]
         items.append(item)
         parts.append(
