@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,9 +86,6 @@ class BatteryBudget(Value):
         return self.usable_wh - self.reserve_wh
 
 
-_NOT_FLOWN = (None, None, None)
-"""Time of arrival, energy used by then and time of leaving of an item that is not flown."""
-
 NOTHING_FLOWN = Totals()
 """The totals of a mission that holds no flight."""
 
@@ -132,7 +128,7 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     stages = list(zip(route.stages, _reached(motion).tolist(), left.tolist(), strict=True))
     if len(stages) > 1 and stages[0][0].item == stages[1][0].item:
         del stages[0]  # a take-off the file does not hold serves its first flown item
-    passes: dict[int, list[tuple[int, int]]] = {}
+    reached, gone = [], []
     left_at, at = 0, 0
     for number in route.reached:
         reached_at = left_at
@@ -141,17 +137,20 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
                 at += 1
             reached_at, left_at = stages[at][1] + 1, stages[at][2] + 1
             at += 1
-        passes.setdefault(number, []).append((reached_at, left_at))
-    ends = np.array([end for one in passes.values() for end in one], dtype=np.intp).reshape(-1, 2)
-    reached, gone = ends.T
-    times = iter(
-        zip(end_s[reached].tolist(), energy_wh[reached].tolist(), end_s[gone].tolist(), strict=True)
-    )
-    of_item = {number: list(islice(times, len(one))) for number, one in passes.items()}
+        reached.append(reached_at)
+        gone.append(left_at)
+    times = (end_s[reached].tolist(), energy_wh[reached].tolist(), end_s[gone].tolist())
+    passes: dict[int, list[tuple[float, float, float]]] = {}
+    for number, one in zip(route.reached, zip(*times, strict=True), strict=True):
+        passes.setdefault(number, []).append(one)
     rows = []
     for number, item in enumerate(mission.items, 1):
-        first, *later = of_item.get(number, [_NOT_FLOWN])
-        rows.append(ItemArrival(number, command_name(item.command), *first, tuple(later)))
+        name = command_name(item.command)
+        if own := passes.get(number):
+            first, *later = own
+            rows.append(ItemArrival(number, name, *first, tuple(later)))
+        else:
+            rows.append(ItemArrival(number, name, None, None))
     return tuple(rows)
 
 

@@ -18,7 +18,7 @@ from planner.mission.items import (
     bare_command,
     numbered_in_order,
 )
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import LANDED_STAGES, StageKind
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -150,8 +150,6 @@ def _family(item: MissionItem, dialect: Autopilot | None) -> object | None:
 
 
 _JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
-ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
-"""Stages after which a flight is over."""
 
 
 class FlownItems(Value):
@@ -176,7 +174,7 @@ class FlownItems(Value):
     @property
     def ends(self) -> bool:
         """Whether the mission ends on the ground."""
-        return self.route.stages[-1].kind in ENDS
+        return self.route.stages[-1].kind in LANDED_STAGES
 
     def stage(self, step: int, before: int = 0) -> Stage:
         """Return the stage of a step that flies, or one so many before it."""

@@ -17,14 +17,8 @@ from planner.flight.returns.destination import HOME
 from planner.mission.convert import convert_mission, mission_at_speed
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
-from planner.mission.parts import (
-    ENDS,
-    flown_items,
-    is_output,
-    mission_part,
-    resumption,
-    split_points,
-)
+from planner.mission.parts import flown_items, is_output, mission_part, resumption, split_points
+from planner.mission.route.stage import LANDED_STAGES
 from planner.presented import Presented
 from planner.rules.energy import RESERVE_AT_RISK
 from planner.service.preflight import check_mission
@@ -326,7 +320,9 @@ class PartSearch:
         result = self._check(start, end)
         battery, totals = result.battery, result.totals
         flying = self._flown.flying
-        places = [one for one in flying if self._flown.stage(one).kind not in ENDS] or flying
+        places = [
+            one for one in flying if self._flown.stage(one).kind not in LANDED_STAGES
+        ] or flying
         step = end.step if end is not None and end.fraction else places[-1]
         if end is not None and not end.fraction:
             step = max(one for one in flying if one < end.step)

@@ -18,7 +18,7 @@ from planner.flight.motion.kinematics import (
     SegmentColumns,
 )
 from planner.flight.power import Transients
-from planner.mission.route.stage import RETURN_STAGES, StageKind
+from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -90,7 +90,6 @@ class SpeedPulseLaw(Value, eq=False):
         )
 
 
-_LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
 _TAKEOFF, _CLIMB, _BRAKE, _DESCEND, _LAND = (
     STATE_INDEX[FlightState(s)] for s in ("takeoff", "climb", "brake", "descend", "land")
 )
@@ -136,7 +135,7 @@ class StepLegs(Value, eq=False):
         end = np.array([(s.east_m, s.north_m, s.height_m) for s in flown])
         last = np.cumsum(count) - 1
         first = np.concatenate(([0], last[:-1] + 1))
-        landing = np.array([s.kind in _LANDINGS for s in flown])
+        landing = np.array([s.kind in LANDED_STAGES for s in flown])
         hold_s = np.array([s.hold_s for s in flown])
         for stage, row in zip(stages, first.tolist(), strict=True):
             if stage.kind is StageKind.SET_DOWN:

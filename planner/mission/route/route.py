@@ -28,7 +28,7 @@ from planner.mission.commands import (
 )
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.queue import HELD, is_queued
-from planner.mission.route.stage import Lap, Route, Stage, StageKind
+from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     ITEM_NOT_MODELLED,
     LIFTS_OFF,
@@ -321,8 +321,6 @@ def _repeats(item: MissionItem) -> int:
     return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
 
 
-_ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
-"""Stages that are no flight without one before them."""
 _LOWEST_HOME_M = -500.0
 _HIGHEST_HOME_M = 9000.0
 
@@ -387,15 +385,16 @@ def make_route(
             break
         if position == order.lap_start:
             lap_start = len(state.stages)
-        if dialect is Autopilot.ARDUPILOT:
+        if dialect is Autopilot.ARDUPILOT and order.targets:
             elsewhere |= _plan_ahead(state, order, mission.items, position)
         reached.append(number)
         is_last = position == len(order.visits) - 1
         datum_m = state.datum_m
         state.follow(number, mission.items[number - 1], is_last=is_last)
-        ahead = (mission.items[n - 1] for n in order.visits[position + 1 :])
-        if state.datum_m != datum_m and _is_planned_already(state, ahead):
-            _remark_datum(state, state.datum_m - datum_m)
+        if state.datum_m != datum_m:
+            ahead = (mission.items[n - 1] for n in order.visits[position + 1 :])
+            if _is_planned_already(state, ahead):
+                _remark_datum(state, state.datum_m - datum_m)
     flown = len(state.stages)
     findings += (
         FLOWN_ELSEWHERE.finding(
@@ -814,7 +813,7 @@ NOTHING_TO_FLY = Rule(
 def _boundaries(mission: Mission, state: MissionState) -> list[Finding]:
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
     kinds = (stage.kind for stage in state.stages if stage.kind is not StageKind.DELAY)
-    if next(kinds, StageKind.LAND) in _ENDS:
+    if next(kinds, StageKind.LAND) in LANDED_STAGES:  # no flight without a stage before them
         state.stages.clear()
         state.places_deg.clear()
         items = quantity.count(len(mission.items), "item")

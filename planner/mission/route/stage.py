@@ -47,6 +47,8 @@ LEVEL_FIRST = frozenset({StageKind.LAND, StageKind.SET_DOWN, StageKind.CHANGE_HE
 """Stages that lead to their place at the present height."""
 RETURN_STAGES = frozenset({StageKind.RETURN_LEG, StageKind.RETURN})
 """Stages that lead home by the vehicle's own rules."""
+LANDED_STAGES = frozenset({StageKind.LAND, StageKind.RETURN})
+"""Stages that end on the ground."""
 
 
 class Stage(Value, kw_only=False):
@@ -207,5 +209,5 @@ class Route(Value):
     @property
     def ends_in_air(self) -> bool:
         """Whether nothing of the mission lands; an endless mission never ends."""
-        lands = {StageKind.LAND, StageKind.RETURN}
-        return self.lap is None and bool(self.stages) and self.stages[-1].kind not in lands
+        ends = self.lap is None and bool(self.stages)
+        return ends and self.stages[-1].kind not in LANDED_STAGES

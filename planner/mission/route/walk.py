@@ -31,6 +31,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of, is_queued
 from planner.mission.route.stage import (
+    LANDED_STAGES,
     LEVEL_FIRST,
     RETURN_STAGES,
     FenceAction,
@@ -412,7 +413,8 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
                     self._fly_with_queue(begun, before)
         if is_navigation(item.command):
             self.queued, self.is_speed_late, self.is_climb_late = 0, False, False
-        self.queued += is_queued(item.command)
+        elif is_queued(item.command):
+            self.queued += 1
         # After a landing at the end, and a return, there is nothing to continue to.
         ends = self.is_over and (is_last or item.command == Command.NAV_RETURN_TO_LAUNCH)
         if not (item.autocontinue or ends or self.dialect is Autopilot.ARDUPILOT):
@@ -534,7 +536,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     @property
     def has_landed(self) -> bool:
         """Whether the vehicle stands where it has landed."""
-        return bool(self.stages) and self.stages[-1].kind in {StageKind.LAND, StageKind.RETURN}
+        return bool(self.stages) and self.stages[-1].kind in LANDED_STAGES
 
     def loiter_for_ever(self, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
@@ -894,17 +896,18 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
 
     def move_to(self, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
-        has_none = item.latitude_deg is None or item.longitude_deg is None
-        is_px4 = self.dialect is Autopilot.PX4
-        # A take-off goes up where it stands; what PX4 makes of its place afterwards nobody has tried here.
-        is_judged = item.command in _GOING or (is_px4 and item.command not in TAKEOFFS)
-        if has_none and is_judged:
-            does = "PX4 knows no 'here' and flies to whatever number is sent; " if is_px4 else ""
-            message = f"{command_name(item.command)} has no position: {does}predicted as 'here'"
-            self.remark(ZERO_POSITION, message, severity=Severity.ERROR if is_px4 else None)
-        elif self.has_place(item):
+        if self.has_place(item):
             self.latitude_deg = item.latitude_deg or 0.0
             self.longitude_deg = item.longitude_deg or 0.0
+        elif item.latitude_deg is None or item.longitude_deg is None:
+            is_px4 = self.dialect is Autopilot.PX4
+            # A take-off goes up where it stands; what PX4 makes of its place then nobody has tried here.
+            if item.command in _GOING or (is_px4 and item.command not in TAKEOFFS):
+                does = (
+                    "PX4 knows no 'here' and flies to whatever number is sent; " if is_px4 else ""
+                )
+                message = f"{command_name(item.command)} has no position: {does}predicted as 'here'"
+                self.remark(ZERO_POSITION, message, severity=Severity.ERROR if is_px4 else None)
 
     def has_place(self, item: MissionItem) -> bool:
         """Return whether an item names a place; 0°, 0° means 'here', and is reported on PX4."""
