@@ -93,7 +93,7 @@ class _Pair(Value, eq=False):
             part = flown.part_at(own_s)
             place_m, stop_m = flown.place_and_stop_m(own_s)
             level_m, grown_m = place_m[:, :2], flown.grown_m[part]
-            zones.append(Capsules(begin_m=level_m, end_m=level_m + stop_m, radius_m=grown_m))
+            zones.append(Capsules.about(level_m, level_m + stop_m, grown_m))
             heights_m.append(place_m[:, 2])
             lifts_m.append(flown.lifted_m[part])
             is_judged &= (own_s >= flown.start_s[0]) & (own_s <= flown.end_s[-1])

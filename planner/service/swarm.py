@@ -737,9 +737,7 @@ class _Batteries:
         ]
         self._landing_s = np.array([one.agent.landing_s for one in bodies])
         self._stop_m = np.array([one.stop_m for one in bodies])
-        pads = Capsules(
-            begin_m=self._home_m, end_m=self._home_m, radius_m=self._stop_m + np.array(errors_m)
-        )
+        pads = Capsules.about(self._home_m, self._home_m, self._stop_m + np.array(errors_m))
         self._beside = near_pairs(pads, separation_m)
         self._asked_s = 0.0
         self._was_braking = np.zeros(len(bodies), np.bool_)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner.fleet.swarm.zones import differ
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -101,7 +103,7 @@ class RandomSearch:
     def goals_m(self, situation: SwarmSituation) -> FloatArray:
         """Return where each direction leads to."""
         if situation.time_s >= self.changes_s:
-            home = situation.has_arrived & (self._goal_m == self._home_m).all(axis=1)
+            home = situation.has_arrived & ~differ(self._goal_m, self._home_m)
             self._goal_m = np.where(home[:, None], np.nan, self._home_m)
             return self._goal_m
         for agent in np.flatnonzero(situation.has_arrived | np.isnan(self._goal_m[:, 0])).tolist():

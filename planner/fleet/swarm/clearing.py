@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fleet.swarm.zones import Capsules, distances_m
+from planner.fleet.swarm.zones import Capsules, differ, distances_m
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def clearing(situation: SwarmSituation, one: int, way: Capsules) -> SwarmSituati
         Its way, in a single row.
     """
     aside_m = _ways_aside_m(situation, one, way)
-    evades = aside_m.any(axis=1)
+    evades = differ(aside_m)
     unit = aside_m[evades] / np.hypot(*aside_m[evades].T)[:, None]
     wanted_m_s = situation.wanted_m_s.copy()
     wanted_m_s[evades] = situation.speed_m_s[evades, None] * unit
@@ -81,9 +81,7 @@ def _ways_aside_m(situation: SwarmSituation, one: int, way: Capsules) -> FloatAr
 
     def in_way_of(row: int, aside_m: FloatArray) -> BoolArray:
         begin_m = np.repeat(situation.rest_m[row, None], count, axis=0)
-        swept = Capsules(
-            begin_m=begin_m, end_m=begin_m + aside_m, radius_m=np.full(count, zones.radius_m[row])
-        )
+        swept = Capsules.about(begin_m, begin_m + aside_m, np.full(count, zones.radius_m[row]))
         blocks = (distances_m(swept, zones) < situation.separation_m) & others
         blocks[row] = False
         return blocks
@@ -99,7 +97,7 @@ def _ways_aside_m(situation: SwarmSituation, one: int, way: Capsules) -> FloatAr
         found[row] = ways_m[int(is_middle and not in_way_of(row, ways_m[1]).any())]
     while asked:
         row = asked.pop()
-        blocks = in_way_of(row, found[row]) & situation.is_led & ~found.any(axis=1)
+        blocks = in_way_of(row, found[row]) & situation.is_led & ~differ(found)
         found[blocks] = found[row]
         asked += np.flatnonzero(blocks).tolist()
     return found

@@ -43,7 +43,7 @@ def predict_distances(record: Record, names: tuple[str, ...], separation_m: floa
     least = np.full(len(flies), np.nan)
     for step in range(len(flies)):
         begin, end = record.place_m[step], record.place_m[step + 1]
-        tracks = Capsules(begin_m=begin, end_m=end, radius_m=np.zeros(len(begin)))
+        tracks = Capsules.about(begin, end, np.zeros(len(begin)))
         first, second = near_pairs(tracks, _WITHIN * separation_m, flies[step])
         if not len(first):
             continue

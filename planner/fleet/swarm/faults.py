@@ -18,6 +18,7 @@ import numpy as np
 
 from planner.fleet.fleet import FaultKind
 from planner.fleet.swarm.clearing import clearing
+from planner.fleet.swarm.zones import differ
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ class SwarmFaults:
     def given_m_s(self, situation: SwarmSituation, command_m_s: FloatArray) -> FloatArray:
         """Return the commands by which agents fly, of those that a policy decided on."""
         wanted_m_s = situation.wanted_m_s
-        self._decided.append((command_m_s, (command_m_s != wanted_m_s).any(axis=1)))
+        self._decided.append((command_m_s, differ(command_m_s, wanted_m_s)))
         del self._decided[: -1 - int(self._late_ticks.max(initial=0))]
         command_m_s = command_m_s.copy()
         late = _within(self._late_s, situation.time_s) & situation.is_led

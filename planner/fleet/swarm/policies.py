@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from planner.fleet.swarm.orca import Neighbours, half_planes, nearest_velocities_m_s
-from planner.fleet.swarm.zones import gaps_m
+from planner.fleet.swarm.zones import differ, gaps_m
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class StopInTime(Value):
     def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return what agents want, nothing for those that stop."""
         wanted, before = situation.wanted_m_s, situation.command_m_s
-        wants, stands = (wanted != 0.0).any(axis=1), (before == 0.0).all(axis=1)
+        wants, stands = differ(wanted), ~differ(before)
         goes_aside = ~stands & ((before * wanted).sum(axis=1) < 0.5 * (wanted**2).sum(axis=1))
         held = wants & (stands | goes_aside)
         if held.any():
@@ -108,7 +108,7 @@ class StopInTime(Value):
         symmetrically would all come back.
         """
         wanted, found = situation.wanted_m_s, command_m_s
-        lacks = aside & ~(situation.may(found) & (found != 0.0).any(axis=1))
+        lacks = aside & ~(situation.may(found) & differ(found))
         is_found = np.zeros(len(lacks), np.bool_)
         for number, angle_rad in enumerate(_ASIDE_RAD):
             if not lacks.any():

@@ -11,7 +11,14 @@ import numpy as np
 from planner.fleet.swarm.clearing import cleared_m_s, clearing, enters
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack, Motions
 from planner.fleet.swarm.situation import SWING, SwarmSituation, zones_ahead
-from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs, sizes
+from planner.fleet.swarm.zones import (
+    Capsules,
+    capsules_about,
+    differ,
+    distances_m,
+    near_pairs,
+    sizes,
+)
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -209,7 +216,7 @@ class Swarm:
         self._ready_s = np.full(count, np.inf)
         """When each has arrived, is up, or is down."""
         self._goal_m = np.full((count, 2), np.nan)
-        self._command = np.zeros((count, 2))
+        self._command = self._velocity_m_s = np.zeros((count, 2))
         self._waited_s = np.zeros(count)
         self._left_m = np.full(count, np.inf)
         """The least that was left of the way to its goal."""
@@ -249,7 +256,7 @@ class Swarm:
 
     def places(self) -> tuple[FloatArray, FloatArray]:
         """Return where agents are now, and how they move. (n, 2) [m], [m s⁻¹]"""
-        return self._motions.place_m + self.carried_m, self._dynamics.velocity_m_s(self._motions)
+        return self._motions.place_m + self.carried_m, self._velocity_m_s
 
     @property
     def keeps_apart(self) -> bool:
@@ -300,7 +307,7 @@ class Swarm:
 
     def _turn_back(self, has_to: BoolArray) -> None:
         """Let agents fly home that have to; note who was not on its way home already."""
-        early = has_to & ~self._returns & (self._goal_m != self._home_m).any(axis=1)
+        early = has_to & ~self._returns & differ(self._goal_m, self._home_m)
         self.turns_back_s[early] = self.time_s
         if (has_to & ~self._returns).any():
             self._ahead.clear()
@@ -315,8 +322,7 @@ class Swarm:
 
     def _stop_zones(self) -> Capsules:
         ways_m = self._dynamics.ways_m(self._motions)
-        velocity_m_s = self._dynamics.velocity_m_s(self._motions)
-        zones = capsules_about(ways_m, velocity_m_s, more_m=self._error_m)
+        zones = capsules_about(ways_m, self._velocity_m_s, more_m=self._error_m)
         return zones_ahead(zones, self._dynamics, self._motions, self._is_deaf)
 
     @property
@@ -338,7 +344,7 @@ class Swarm:
         command = self._policy_m_s(situation)
         if self._faults is not None:
             command = self._faults.given_m_s(situation, command)
-        wants = (wanted != 0.0).any(axis=1)
+        wants = differ(wanted)
         waits = wants & (sizes(command) < 0.5 * sizes(wanted))
         ticks = self._ticks_to_skip(command, waits)
         if ticks > 1:
@@ -372,6 +378,7 @@ class Swarm:
             against_m_s=self.against_m_s,
         )
         self._motions = decided.motions
+        self._velocity_m_s = self._dynamics.velocity_m_s(decided.motions)
         self._zones = None
         if self._faults is not None:
             self._zones = self.zones  # by who hears commands now
@@ -389,14 +396,14 @@ class Swarm:
         Agents fly on to their goals and stop there; those that stop, wait or go aside do so, until somebody
         arrives.
         """
-        moves = np.asarray(now.command_m_s.any(axis=1))
-        leads = moves & (now.command_m_s == now.wanted_m_s).all(axis=1)
+        moves = differ(now.command_m_s)
+        leads = moves & ~differ(now.command_m_s, now.wanted_m_s)
         aside = moves & ~leads
         most = self._calm_ticks(now.waits | aside)
         if aside.any():  # who flies as it does not want to asks again before it is at its goal
             left_m = sizes(self._goal_m - situation.rest_m)[aside]
-            ticks = left_m / (self._tick_s * sizes(now.command_m_s[aside]))
-            most = min(most, int(ticks.min()))
+            left_ticks = left_m / (self._tick_s * sizes(now.command_m_s[aside]))
+            most = min(most, int(left_ticks.min()))
         if most < _AHEAD_TICKS[-1] or (situation.has_arrived & ~moves).any():
             return
         commands = self._dynamics.leading_ahead_m_s(
@@ -432,11 +439,8 @@ class Swarm:
         unit = self._goal_m[leader] - situation.place_m[leader]
         way_m = min(float(np.hypot(*unit)), _CLEARED_S * float(self._speed[leader]))
         unit = unit / max(float(np.hypot(*unit)), 1e-9)
-        way = Capsules(
-            begin_m=situation.place_m[leader, None],
-            end_m=situation.place_m[leader, None] + way_m * unit,
-            radius_m=self.zones.radius_m[leader, None],
-        )
+        begin_m = situation.place_m[leader, None]
+        way = Capsules.about(begin_m, begin_m + way_m * unit, self.zones.radius_m[leader, None])
         situation = clearing(situation, leader, way)
         rank, is_evading = situation.rank.copy(), situation.is_evading.copy()
         rank[leader], is_evading[leader] = -1, True
@@ -455,7 +459,7 @@ class Swarm:
         granted, zones = self._granted, self._stop_zones()
         situation = granted.situation
         fastest_m_s = np.maximum(granted.speed_m_s, sizes(situation.velocity_m_s))
-        first, second = situation.touching(fastest_m_s, granted.ticks)
+        first, second, _ = situation.touching(fastest_m_s, granted.ticks)
         kept = np.zeros(len(fastest_m_s), np.bool_)
         while len(first):
             near = distances_m(zones.select(first), zones.select(second)) < self._separation_m
@@ -474,7 +478,7 @@ class Swarm:
         A tick flown at a part of the speed stands for so much of it at the speed.
         """
         flies = self._phase == _FLIES
-        moves = command.any(axis=1)
+        moves = differ(command)
         still = flies & ~moves
         # who is sent to where it stands is there, too
         reached = flies & ~(still & self._has_reached)
@@ -510,14 +514,13 @@ class Swarm:
                     self.flies_s[agent] = self._ready_s[agent]
 
     def _situation(self) -> SwarmSituation:
-        velocity = self._dynamics.velocity_m_s(self._motions)
         rest = self._dynamics.rest_m(self._motions)
         has_arrived = self._has_arrived()
         return SwarmSituation(
             time_s=self.time_s,
             tick_s=self._tick_s,
             place_m=self._motions.place_m.copy(),
-            velocity_m_s=velocity,
+            velocity_m_s=self._velocity_m_s,
             rest_m=rest,
             command_m_s=self._command,
             wanted_m_s=np.zeros_like(rest),
@@ -540,8 +543,8 @@ class Swarm:
         """Return who stands at its goal, by the time or, where that does not tell, as it moves. (n,)"""
         is_due = self._ready_s <= self.time_s + self._tick_s - 1e-9
         if self._settles_late and self._has_reached.any():
-            rest, velocity = self._dynamics.rest_m(self._motions), self.places()[1]
-            slow = sizes(velocity) <= _STANDS * self._speed
+            rest = self._dynamics.rest_m(self._motions)
+            slow = sizes(self._velocity_m_s) <= _STANDS * self._speed
             near = sizes(rest - self._motions.place_m) <= _STANDS * self._speed
             is_due = np.where(np.isnan(self._settle_s), slow & near, is_due)
         return np.asarray(self._has_reached & is_due & (self._phase == _FLIES))
@@ -553,7 +556,7 @@ class Swarm:
         all of it.
         """
         goal = np.array(self._algorithm.goals_m(situation))
-        at_home = self._returns & (self._goal_m == self._home_m).all(axis=1)
+        at_home = self._returns & ~differ(self._goal_m, self._home_m)
         goal[self._returns] = self._home_m[self._returns]
         goal[at_home & situation.has_arrived] = np.nan
         done = situation.is_led & np.isnan(goal[:, 0])
@@ -561,7 +564,7 @@ class Swarm:
         self.lands_s[done] = np.where(np.isinf(self._ready_s), self.time_s, self._ready_s)[done]
         self._ready_s[done] = (self.lands_s + self._landing_s)[done]
         # who is held back where it stands has not arrived at the goal after
-        is_same = (goal == self._goal_m).all(axis=1)
+        is_same = ~differ(goal, self._goal_m)
         self._has_reached &= is_same
         self._left_m[~is_same] = np.inf
         self._goal_m = goal
@@ -570,7 +573,7 @@ class Swarm:
         part = 1.0 - np.clip(late_s / self._tick_s, 0.0, 1.0)
         way = self._ways_m(self._motions, goes)
         found = self._dynamics.leading_m_s(self._motions, way, part * self._speed)
-        is_same = found.any(axis=1) & (sizes(found - self._command) <= _SAME * self._speed)
+        is_same = differ(found) & (sizes(found - self._command) <= _SAME * self._speed)
         found[is_same] = self._command[is_same]
         return found
 
@@ -632,7 +635,8 @@ class Swarm:
             left_m = np.hypot(*(self._goal_m - self._dynamics.rest_m(self._motions)).T)
             comes_on = wants & (left_m < self._left_m - _COMES_ON_M)
         self._left_m[comes_on] = left_m[comes_on]
-        comes_down = int((self._phase >= _LANDS).sum() + self.has_landed.sum())
+        comes_down = int(np.count_nonzero(self._phase >= _LANDS))
+        comes_down += int(np.count_nonzero(self.has_landed))
         if comes_on.any() or comes_down > self._come_down:
             self._moved_s, self._come_down = self.time_s, comes_down
             self._held[:] = False

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.fleet.swarm.zones import Capsules, capsules_about, distances_m, near_pairs, sizes
+from planner.fleet.swarm.zones import (
+    Capsules,
+    capsules_about,
+    differ,
+    distances_m,
+    in_plane,
+    near_pairs,
+    sizes,
+)
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -25,6 +33,15 @@ overshoot by less. [-]"""
 _AHEAD_S = 20.0
 """For so long ahead the others keep out of the way of one that does not stop: enough to set out and to go
 15 m aside at 2 m/s, with the article's response. [s]"""
+
+
+class Pairs(NamedTuple):
+    """Rows of two agents, the first the smaller."""
+
+    first: IndexArray
+    second: IndexArray
+    room_m: FloatArray
+    """Between their zones beyond the separation. (n,) [m]"""
 
 
 class SwarmSituation(Value, eq=False, dict=True):
@@ -81,7 +98,7 @@ class SwarmSituation(Value, eq=False, dict=True):
     def granted_zones(self, command_m_s: FloatArray, ticks: int = 1) -> Capsules:
         """Return where agents may come by commands; of those that stop, where they might have come before."""
         after = self.zones_after(command_m_s, ticks)
-        stops = (command_m_s == 0.0).all(axis=1) & ~self.is_deaf
+        stops = ~(differ(command_m_s) | self.is_deaf)
         after.put(stops, self.zones.select(stops))
         return after
 
@@ -96,7 +113,7 @@ class SwarmSituation(Value, eq=False, dict=True):
         """
         command_m_s = np.where(self.is_deaf[:, None], self.command_m_s, command_m_s)
         pairs = self.touching(sizes(command_m_s), ticks)
-        if not len(pairs[0]):
+        if not len(pairs.first):
             return np.ones(len(self.rank), np.bool_)
         after = self.granted_zones(command_m_s, ticks)
         rank = np.where(self.is_deaf, -1, self.rank)
@@ -113,29 +130,29 @@ class SwarmSituation(Value, eq=False, dict=True):
         after = capsules_about(ways_m, self.velocity_m_s, more_m=self.error_m)
         after.put(~moves, self.zones.select(~moves))
         pairs = self.touching(np.where(moves, self.speed_m_s, 0.0), len(flown))
-        first, second = (after.select(rows) for rows in pairs)
+        first, second = after.select(pairs.first), after.select(pairs.second)
         return after if (distances_m(first, second) >= self.separation_m).all() else None
 
-    def touching(self, speed_m_s: FloatArray, ticks: int = 1) -> tuple[IndexArray, IndexArray]:
+    def touching(self, speed_m_s: FloatArray, ticks: int = 1) -> Pairs:
         """Return pairs whose zones may come too near to each other within some ticks.
 
         At speeds (n,) [m s⁻¹]: those that stop stay within the zones they are in.
         """
         first, second, room_m = self._near(ticks)
         if self.is_deaf.any():  # the way ahead of those swings farther
-            return first, second
+            return Pairs(first, second, room_m)
         # ends of a way and its bend swing alike
         swing_m = 2.0 * SWING * ticks * self.tick_s * speed_m_s
         kept = room_m < swing_m[first] + swing_m[second]
-        return first[kept], second[kept]
+        return Pairs(first[kept], second[kept], room_m[kept])
 
     @cached_property
-    def _found(self) -> dict[int, tuple[IndexArray, IndexArray, FloatArray]]:
+    def _found(self) -> dict[int, Pairs]:
         """Those that are near, by the ticks within which they may meet: policies ask several times."""
         return {}
 
-    def _near(self, ticks: int) -> tuple[IndexArray, IndexArray, FloatArray]:
-        """Return pairs that may meet within some ticks, and the room between their zones. [m]"""
+    def _near(self, ticks: int) -> Pairs:
+        """Return pairs that may meet within some ticks."""
         most = max(self._found, default=0)
         if ticks > most:
             most = ticks
@@ -143,7 +160,7 @@ class SwarmSituation(Value, eq=False, dict=True):
             reach_m = self.separation_m + 2.0 * further_m
             first, second = near_pairs(self.zones, reach_m, self.is_there)
             apart_m = distances_m(self.zones.select(first), self.zones.select(second))
-            self._found[ticks] = first, second, apart_m - self.separation_m
+            self._found[ticks] = Pairs(first, second, apart_m - self.separation_m)
         return self._found[most]
 
 
@@ -153,28 +170,24 @@ def zones_ahead(
     """Return zones in which those that keep their commands do not stop: they fly on for a while."""
     if is_deaf.any():
         ahead_m = dynamics.rest_m(motions) + _AHEAD_S * motions.reference
-        begin_m = np.where(is_deaf[:, None], motions.place_m, zones.begin_m)
-        end_m = np.where(is_deaf[:, None], ahead_m, zones.end_m)
-        return Capsules(begin_m=begin_m, end_m=end_m, radius_m=zones.radius_m)
+        begin = np.where(is_deaf, in_plane(motions.place_m), zones.begin)
+        end = np.where(is_deaf, in_plane(ahead_m), zones.end)
+        return Capsules(begin=begin, end=end, radius_m=zones.radius_m)
     return zones
 
 
 def _rests(zones: Capsules, flies_on: BoolArray) -> Capsules:
     """Return where agents come to rest at last; of those that fly on, their ways."""
-    begin_m = np.where(flies_on[:, None], zones.begin_m, zones.end_m)
-    return Capsules(begin_m=begin_m, end_m=zones.end_m, radius_m=np.zeros(len(begin_m)))
+    begin = np.where(flies_on, zones.begin, zones.end)
+    return Capsules(begin=begin, end=zones.end, radius_m=np.zeros(len(begin)))
 
 
 def _granted(
-    zones: Capsules,
-    after: Capsules,
-    pairs: tuple[IndexArray, IndexArray],
-    rank: IntArray,
-    separation_m: float,
+    zones: Capsules, after: Capsules, pairs: Pairs, rank: IntArray, separation_m: float
 ) -> BoolArray:
     """Return which agents may have their zones after the tick."""
     granted = np.ones(len(rank), np.bool_)
-    first, second = pairs
+    first, second, room_m = pairs
     if not len(first):
         return granted
     every, later, count = Capsules.joined((zones, after)), len(rank), len(first)
@@ -186,9 +199,7 @@ def _granted(
     open_ = np.flatnonzero(~(both & one & two))
     if not len(open_):
         return granted
-    near = open_[
-        distances_m(zones.select(first[open_]), zones.select(second[open_])) < separation_m
-    ]
+    near = open_[room_m[open_] < 0.0]
     if len(near):
         now, then = (_rests(one, rank < 0) for one in (zones, after))
         low, high = first[near], second[near]

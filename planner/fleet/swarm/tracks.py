@@ -101,11 +101,8 @@ class ZoneTrack(Value, eq=False, dict=True):
 
     def capsules(self, rows: IndexArray) -> Capsules:
         """Return the parts of the track between knots, in the plane."""
-        return Capsules(
-            begin_m=self.place_m[rows, :2],
-            end_m=self.place_m[rows + 1, :2],
-            radius_m=np.zeros(len(rows)),
-        )
+        begin_m, end_m = self.place_m[rows, :2], self.place_m[rows + 1, :2]
+        return Capsules.about(begin_m, end_m, np.zeros(len(rows)))
 
 
 class Contact(NamedTuple):
@@ -222,7 +219,7 @@ def _entry_m(own: ZoneTrack, at: int, other: ZoneTrack, rows: IndexArray, reach_
 
     def is_near(parts: FloatArray) -> BoolArray:
         points = np.repeat(begin + parts[:, None] * (end - begin), len(rows), axis=0)
-        dots = Capsules(begin_m=points, end_m=points, radius_m=np.zeros(len(points)))
+        dots = Capsules.about(points, points, np.zeros(len(points)))
         return np.asarray((distances_m(dots, line) < reach_m).reshape(_TRIES, -1).any(axis=1))
 
     part = _first(0.0, 1.0, is_near)
@@ -296,11 +293,11 @@ def _nearing_s(
             begin_m, length_m = track.arc_m[part], track.arc_m[part + 1] - track.arc_m[part]
             is_there &= (high_m >= begin_m - 1e-6) & (low_m <= begin_m + length_m + 1e-6)
             at, way = track.place_m[part, :2], np.diff(track.place_m[part : part + 2, :2], axis=0)
-            ends = [
+            begin, end = (
                 at + np.clip((one_m - begin_m) / max(length_m, 1e-12), 0.0, 1.0)[:, None] * way
                 for one_m in (low_m, high_m)
-            ]
-            lines.append(Capsules(begin_m=ends[0], end_m=ends[1], radius_m=np.zeros(_TRIES)))
+            )
+            lines.append(Capsules.about(begin, end, np.zeros(_TRIES)))
         return is_there & (distances_m(*lines) < reach_m)
 
     found_s = _first(begin_s, end_s, is_near)
