@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,18 +10,22 @@ import numpy as np
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.prediction import ItemArrival
 from planner.mission.commands import command_name
+from planner.physics.battery import joined
 from planner.quantity import mean_of
 from planner.setup import Reserve
 from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
-from planner.values import Value, replace
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Motion
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import FlownReturns
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
+    from planner.physics.battery import BatteryCircuit
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
 
@@ -221,8 +226,6 @@ class Discharge(Value, eq=False):
     """At the end of each segment; negative where the battery is empty before. (n,) [-]"""
     voltage_v: FloatArray
     """Under load, at the end of each segment. (n,) [V]"""
-    current_a: FloatArray
-    """At the end of each segment. (n,) [A]"""
     lowest_voltage_v: float
     """Under the highest load near each moment of the flight. [V]"""
     lowest_voltage_segment: int
@@ -234,6 +237,10 @@ class Discharge(Value, eq=False):
     """Charge the flight takes. [Ah]"""
     usable_wh: float
     """Energy from the charge at the start down to the cut-off, at the mean power. [Wh]"""
+    packs: ParallelPacks
+    """That it was worked out with, this battery among them."""
+    pack: int
+    """Position in these."""
 
 
 def battery_temperature_c(setup: Setup, flight: Flight) -> float:
@@ -243,52 +250,96 @@ def battery_temperature_c(setup: Setup, flight: Flight) -> float:
     return flight.power.home_temperature_c
 
 
-def predict_discharge(
-    flight: Flight, battery: Battery, *, charge: float, temperature_c: float
-) -> Discharge | None:
-    """Return what a flight takes out of a battery whose curve and resistance are known.
+class ChargedPack(Value, eq=False):
+    """A battery as it is when a flight begins."""
+
+    battery: Battery
+    """As worn as it is."""
+    charge: float
+    """State of charge. [-]"""
+    temperature_c: float
+
+
+class ParallelPacks(Value, eq=False, dict=True):
+    """k packs of one curve that a flight might be flown with, worked out in one."""
+
+    circuit: BatteryCircuit
+    """Of all. (k,)"""
+    state_of_charge: FloatArray
+    """At the start of the flight and at the end of each of its n segments. (n + 1, k) [-]"""
+
+    @cached_property
+    def of_returns(self) -> dict[int, tuple[FlownReturns, Sequence[ReturnDischarge]]]:
+        """What returns were found to ask of each, by the identity of the returns."""
+        return {}
+
+
+def predict_discharges(
+    flight: Flight, packs: Sequence[ChargedPack]
+) -> tuple[Discharge | None, ...]:
+    """Return what a flight takes out of each of several packs.
 
     ``None`` where the charge, the open-circuit curve or the resistance of the battery is not known,
     where the power of the flight is not, and where nothing is flown.
-
-    Parameters
-    ----------
-    charge : float
-        State of charge at the start. [-]
-    temperature_c : float
-        Temperature of the battery. [°C]
     """
-    circuit = battery.circuit(temperature_c)
-    motion = flight.motion
-    if circuit is None or not len(motion.piece_segment):
-        return None
-    loads = flight.loads
+    found: list[Discharge | None] = [None] * len(packs)
+    alike: dict[tuple[tuple[float, ...], tuple[float, ...]], list[tuple[int, BatteryCircuit]]] = {}
+    for number, one in enumerate(packs):
+        circuit = one.battery.circuit(one.temperature_c)
+        if circuit is not None and len(flight.motion.piece_segment):
+            alike.setdefault((circuit.ocv_soc, circuit.ocv_v), []).append((number, circuit))
+    for members in alike.values():
+        numbers = [number for number, _ in members]
+        circuits = [circuit for _, circuit in members]
+        for number, discharge in zip(
+            numbers, _discharges(flight, [packs[n] for n in numbers], circuits), strict=True
+        ):
+            found[number] = discharge
+    return tuple(found)
+
+
+def _discharges(
+    flight: Flight, packs: Sequence[ChargedPack], circuits: Sequence[BatteryCircuit]
+) -> Iterator[Discharge]:
+    """Yield what a flight takes out of each of some packs of one curve."""
+    motion, loads = flight.motion, flight.loads
+    circuit = joined(circuits)
+    charge = np.array([one.charge for one in packs])
     left = circuit.state_of_charge_after(
-        loads.mean_w, loads.variance_w2, motion.piece_duration_s, from_soc=charge
+        loads.mean_w[:, None],
+        loads.variance_w2[:, None],
+        motion.piece_duration_s[:, None],
+        from_soc=charge,
     )
     # The charge at the end of a piece is its lowest: what the peak of the piece meets is no less.
     open_v = circuit.open_circuit_v(left)
-    peak_w = loads.peak_w
-    peak_v = circuit.loaded_v(open_v, peak_w)
-    lowest, strongest = int(np.argmin(peak_v)), int(np.argmax(peak_w / peak_v))
+    peak_w = loads.peak_w[:, None]
+    peak_v, can_deliver = circuit.loaded_v(open_v, peak_w), circuit.can_deliver(open_v, peak_w)
+    lowest, strongest = peak_v.argmin(axis=0), (peak_w / peak_v).argmax(axis=0)
 
     last = motion.last_piece
-    end_w = loads.end_w[last]
-    end_v = circuit.loaded_v(open_v[last], end_w)
+    soc = np.concatenate((charge[None], left[last]))
+    end_v = circuit.loaded_v(open_v[last], loads.end_w[last, None])
     used_w = flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0
-    empty = circuit.empty_state_of_charge(used_w, battery.cutoff_voltage_v or 0.0)
-    return Discharge(
-        state_of_charge=left[last],
-        voltage_v=end_v,
-        current_a=end_w / end_v,
-        lowest_voltage_v=float(peak_v[lowest]),
-        lowest_voltage_segment=int(motion.piece_segment[lowest]),
-        can_deliver=bool((open_v * open_v >= 4.0 * circuit.resistance_ohm * peak_w).all()),
-        highest_current_a=float(peak_w[strongest] / peak_v[strongest]),
-        highest_current_segment=int(motion.piece_segment[strongest]),
-        charge_ah=circuit.capacity_ah * (charge - float(left[-1])),
-        usable_wh=circuit.delivered_wh(used_w, charge, empty),
-    )
+    together = ParallelPacks(circuit=circuit, state_of_charge=soc)
+    columns = np.ascontiguousarray(soc[1:].T), np.ascontiguousarray(end_v.T)
+    for number, (one, own, low, high, state_of_charge, voltage_v) in enumerate(
+        zip(packs, circuits, lowest.tolist(), strongest.tolist(), *columns, strict=True)
+    ):
+        empty = own.empty_state_of_charge(used_w, one.battery.cutoff_voltage_v or 0.0)
+        yield Discharge(
+            state_of_charge=state_of_charge,
+            voltage_v=voltage_v,
+            lowest_voltage_v=float(peak_v[low, number]),
+            lowest_voltage_segment=int(motion.piece_segment[low]),
+            can_deliver=bool(can_deliver[number]),
+            highest_current_a=float(loads.peak_w[high] / peak_v[high, number]),
+            highest_current_segment=int(motion.piece_segment[high]),
+            charge_ah=own.capacity_ah * (one.charge - float(left[-1, number])),
+            usable_wh=own.delivered_wh(used_w, one.charge, empty),
+            packs=together,
+            pack=number,
+        )
 
 
 class FlightBattery(Value, eq=False):
@@ -305,31 +356,54 @@ class FlightBattery(Value, eq=False):
 
 def flight_battery(flight: Flight, setup: Setup) -> FlightBattery:
     """Return what a flight takes, and what it leaves of the pack of a setup."""
-    pack = setup.flown_pack.battery
-    if pack is not None:
-        pack = pack.aged(
-            health=setup.battery_health, resistance_factor=setup.battery_resistance_factor
-        )
-    if pack is None or not setup.vehicle.is_power_known:
-        totals = flight_totals(flight, pack)
-        return FlightBattery(pack=pack, discharge=None, totals=totals, budget=None)
-    charge, reserve = mean_of(setup.charge), setup.reserve
-    discharge = predict_discharge(
-        flight, pack, charge=charge, temperature_c=battery_temperature_c(setup, flight)
+    [battery] = flight_batteries(flight, [setup])
+    return battery
+
+
+def flight_batteries(flight: Flight, setups: Sequence[Setup]) -> tuple[FlightBattery, ...]:
+    """Return what a flight takes, and what it leaves of the packs of setups that differ in these alone."""
+    packs = [_flown_pack(flight, setup) for setup in setups]
+    is_known = setups[0].vehicle.is_power_known
+    counted = [pack for pack in packs if pack is not None and is_known]
+    discharges = iter(predict_discharges(flight, counted))
+    return tuple(
+        _flight_battery(flight, setup, pack, next(discharges, None) if pack is not None else None)
+        for setup, pack in zip(setups, packs, strict=True)
     )
-    totals = flight_totals(flight, pack, discharge)
+
+
+def _flown_pack(flight: Flight, setup: Setup) -> ChargedPack | None:
+    pack = setup.flown_pack.battery
+    if pack is None:
+        return None
+    worn = pack.aged(health=setup.battery_health, resistance_factor=setup.battery_resistance_factor)
+    return ChargedPack(
+        battery=worn,
+        charge=mean_of(setup.charge),
+        temperature_c=battery_temperature_c(setup, flight),
+    )
+
+
+def _flight_battery(
+    flight: Flight, setup: Setup, pack: ChargedPack | None, discharge: Discharge | None
+) -> FlightBattery:
+    worn = None if pack is None else pack.battery
+    totals = flight_totals(flight, worn, discharge)
+    if pack is None or not setup.vehicle.is_power_known:
+        return FlightBattery(pack=worn, discharge=None, totals=totals, budget=None)
+    reserve = setup.reserve
     budget = battery_budget(
         totals,
-        pack,
-        charge=charge,
+        pack.battery,
+        charge=pack.charge,
         reserve=reserve if isinstance(reserve, Reserve) else Reserve(fraction=float(reserve)),
         hover_power_w=flight.hover_near_home_w,
         discharge=discharge,
     )
-    return FlightBattery(pack=pack, discharge=discharge, totals=totals, budget=budget)
+    return FlightBattery(pack=worn, discharge=discharge, totals=totals, budget=budget)
 
 
-class ReturnDischarge(Value, eq=False):
+class ReturnDischarge(Value, eq=False, kw_only=False):
     """What holds and returns from n points of a flight ask of its battery."""
 
     lowest_voltage_v: FloatArray
@@ -340,23 +414,29 @@ class ReturnDischarge(Value, eq=False):
     """Whether the battery has the power for every moment of it. (n,)"""
 
 
-def predict_return_discharge(
-    returns: FlownReturns, flight: Flight, battery: Battery, discharge: Discharge, setup: Setup
-) -> ReturnDischarge | None:
+def predict_return_discharge(returns: FlownReturns, discharge: Discharge) -> ReturnDischarge:
     """Return what holds and returns ask of a battery, from the charge that is left where they begin."""
-    circuit = battery.circuit(battery_temperature_c(setup, flight))
-    if circuit is None:
-        return None
+    known = discharge.packs.of_returns
+    if id(returns) not in known:
+        known[id(returns)] = returns, tuple(_return_discharges(returns, discharge.packs))
+    return known[id(returns)][1][discharge.pack]
+
+
+def _return_discharges(returns: FlownReturns, packs: ParallelPacks) -> Iterator[ReturnDischarge]:
+    """Yield what holds and returns ask of each of some packs."""
     points, loads = returns.points, returns.loads
-    soc = np.concatenate(([mean_of(setup.charge)], discharge.state_of_charge))
-    before, after = soc[points.segment], soc[points.segment + 1]
-    begun = before + points.fraction * (after - before)
+    circuit = packs.circuit.over_an_axis()
+    before, after = (packs.state_of_charge.T[:, points.segment + after] for after in (0, 1))
+    # Loads first, then packs, then points.
+    mean_w, variance_w2, peak_w, end_w, duration_s = (
+        np.ascontiguousarray(column.T)[:, None] for column in field_values(loads).values()
+    )
     left = circuit.state_of_charge_after(
-        loads.mean_w, loads.variance_w2, loads.duration_s, from_soc=begun[:, None]
+        mean_w, variance_w2, duration_s, from_soc=before + points.fraction * (after - before)
     )
     open_v = circuit.open_circuit_v(left)
-    return ReturnDischarge(
-        lowest_voltage_v=circuit.loaded_v(open_v, loads.peak_w).min(axis=1),
-        end_voltage_v=circuit.loaded_v(open_v, loads.end_w).min(axis=1),
-        can_deliver=np.all(open_v * open_v >= 4.0 * circuit.resistance_ohm * loads.peak_w, axis=1),
-    )
+    lowest_v = circuit.loaded_v(open_v, peak_w).min(axis=0)
+    end_v = circuit.loaded_v(open_v, end_w).min(axis=0)
+    can_deliver = circuit.can_deliver(open_v, peak_w)
+    for columns in zip(lowest_v, end_v, can_deliver, strict=True):
+        yield ReturnDischarge(*columns)

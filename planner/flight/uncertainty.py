@@ -38,7 +38,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from planner.autopilot import Autopilot
-from planner.flight.budget import battery_temperature_c, predict_discharge
+from planner.flight.budget import ChargedPack, battery_temperature_c, predict_discharges
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.tightest import sweep_returns
@@ -636,8 +636,11 @@ def _usable_wh(
         return budget.usable_wh
     temperature_c = battery_temperature_c(setup, flight)
     usable_wh = budget.capacity_wh * axis.points
-    for row, charge in enumerate(axis.points.tolist()):
-        discharge = predict_discharge(flight, battery, charge=charge, temperature_c=temperature_c)
+    packs = [
+        ChargedPack(battery=battery, charge=charge, temperature_c=temperature_c)
+        for charge in axis.points.tolist()
+    ]
+    for row, discharge in enumerate(predict_discharges(flight, packs)):
         if discharge is not None:
             usable_wh[row] = discharge.usable_wh
     return np.asarray(axis.weights @ usable_wh)

@@ -18,12 +18,14 @@ import numpy as np
 
 from planner.physics.quadrature import unit_quadrature
 from planner.units import SECONDS_PER_HOUR
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy.typing as npt
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
 
 # The voltage under load is smooth between two points of the curve.
 _NODES, _WEIGHTS = unit_quadrature(8)
@@ -33,7 +35,7 @@ _CHARGE_PASSES = 6
 
 
 def loaded_voltage_v(
-    open_circuit_v: npt.ArrayLike, power_w: npt.ArrayLike, *, resistance_ohm: float
+    open_circuit_v: npt.ArrayLike, power_w: npt.ArrayLike, *, resistance_ohm: npt.ArrayLike
 ) -> FloatArray:
     r"""Voltage under a load of constant power.
 
@@ -48,7 +50,7 @@ def loaded_voltage_v(
         Open-circuit voltage E, positive. [V]
     power_w : array_like
         Power P, not negative. [W]
-    resistance_ohm : float
+    resistance_ohm : array_like
         Resistance R of the whole battery, not negative. [Ω]
 
     Examples
@@ -57,21 +59,32 @@ def loaded_voltage_v(
     24.50 V
     """
     voltage = np.asarray(open_circuit_v, dtype=np.float64)
-    load = (4.0 * resistance_ohm) * np.asarray(power_w, dtype=np.float64)
+    load = (4.0 * np.asarray(resistance_ohm)) * np.asarray(power_w, dtype=np.float64)
     return np.asarray(0.5 * (voltage + np.sqrt(np.maximum(voltage * voltage - load, 0.0))))
 
 
 class BatteryCircuit(Value):
-    """A charge, a resistance and an open-circuit voltage, linear between the points of its curve."""
+    """A charge, a resistance and an open-circuit voltage, linear between the points of its curve.
 
-    capacity_ah: float
+    Of one battery, or of several with one curve, see `joined`.
+    """
+
+    capacity_ah: float | FloatArray
     """Charge Q of the full battery. [Ah]"""
-    resistance_ohm: float = 0.0
+    resistance_ohm: float | FloatArray = 0.0
     """Of the whole battery, not negative. [Ω]"""
     ocv_soc: tuple[float, ...]
     """States of charge, rising from 0 to 1. [-]"""
     ocv_v: tuple[float, ...]
     """Open-circuit voltage at each; outside 0 to 1 that of the nearest end. [V]"""
+
+    def over_an_axis(self) -> BatteryCircuit:
+        """Return several batteries, each of which is used in several ways: an axis behind theirs. (k, 1)"""
+        return replace(
+            self,
+            capacity_ah=np.asarray(self.capacity_ah)[:, None],
+            resistance_ohm=np.asarray(self.resistance_ohm)[:, None],
+        )
 
     def open_circuit_v(self, state_of_charge: npt.ArrayLike) -> FloatArray:
         """Return the voltage without load at states of charge. [V]"""
@@ -82,6 +95,11 @@ class BatteryCircuit(Value):
     def loaded_v(self, open_circuit_v: npt.ArrayLike, power_w: npt.ArrayLike) -> FloatArray:
         """Return the voltage under loads, as `loaded_voltage_v`. [V]"""
         return loaded_voltage_v(open_circuit_v, power_w, resistance_ohm=self.resistance_ohm)
+
+    def can_deliver(self, open_circuit_v: FloatArray, power_w: FloatArray) -> BoolArray:
+        """Return whether there is a current for each of the loads along the first axis. (...)"""
+        load_v2 = 4.0 * self.resistance_ohm * power_w
+        return np.asarray((open_circuit_v * open_circuit_v >= load_v2).all(axis=0))
 
     def empty_state_of_charge(self, power_w: float, cutoff_voltage_v: float) -> float:
         r"""Return the state of charge at which the voltage under a load reaches the cut-off. [-]
@@ -116,7 +134,7 @@ class BatteryCircuit(Value):
         steps = np.diff(ends)
         at = ends[:-1, None] + steps[:, None] * _NODES
         loaded = self.loaded_v(self.open_circuit_v(at), power_w)
-        return self.capacity_ah * float(steps @ (loaded @ _WEIGHTS))
+        return float(self.capacity_ah * (steps @ (loaded @ _WEIGHTS)))
 
     def state_of_charge_after(
         self,
@@ -142,9 +160,10 @@ class BatteryCircuit(Value):
         ----------
         power_w, power_variance_w2, duration_s : array_like
             Mean power of each load, mean square about it, duration, in order. (n,) [W, W², s]
-            Of several rows (m, n).
+            Of several rows, or for several batteries, (n, ...): loads follow one another along the first
+            axis, and those behind it broadcast with the charge and the resistance.
         from_soc : array_like
-            State of charge before the first, of several rows (m, 1). [-]
+            State of charge before the first, of each row and battery. (...) [-]
 
         Examples
         --------
@@ -156,22 +175,54 @@ class BatteryCircuit(Value):
         0.50
         """
         power = np.asarray(power_w, dtype=np.float64)
+        load = 4.0 * self.resistance_ohm * power
         spread = self.resistance_ohm * np.asarray(power_variance_w2, dtype=np.float64)
         fraction_per_a = np.asarray(duration_s, np.float64) / (self.capacity_ah * SECONDS_PER_HOUR)
-        from_soc = np.asarray(from_soc, dtype=np.float64)
-        curve, load = (
-            (np.array(self.ocv_soc), np.array(self.ocv_v)),
-            4.0 * self.resistance_ohm * power,
+        twice, from_soc = (
+            np.ascontiguousarray(np.broadcast_to(2.0 * power, load.shape)),
+            np.asarray(from_soc, np.float64),
         )
-        used: FloatArray | float = 0.0
-        after: FloatArray = np.broadcast_to(from_soc, power.shape)
+        curve = np.array(self.ocv_soc), np.array(self.ocv_v)
+        after, of_variance = np.empty(load.shape), np.empty(load.shape)
+        middle: FloatArray = from_soc
+        # In place: memory is most of what it costs.
         for _ in range(_CHARGE_PASSES):
-            voltage = np.interp(after + 0.5 * used, *curve)
+            voltage = np.interp(middle, *curve)
             # The square root of E² − 4 R P; with it 2 P / (E + √) is the current.
-            drop = np.sqrt(np.maximum(voltage * voltage - load, 0.0))
-            of_variance = np.divide(
-                spread, drop * drop * drop, out=np.zeros(power.shape), where=drop > 0.0
-            )
-            used = (power / (0.5 * (voltage + drop)) + of_variance) * fraction_per_a
-            after = from_soc - np.cumsum(used, axis=-1)
+            drop = voltage * voltage - load
+            is_too_much = not np.min(drop, initial=np.inf) > 0.0
+            if is_too_much:
+                np.maximum(drop, 0.0, out=drop)
+            np.sqrt(drop, out=drop)
+            np.multiply(drop, drop, out=of_variance)
+            of_variance *= drop
+            if is_too_much:
+                of_variance[drop <= 0.0] = np.inf
+            np.divide(spread, of_variance, out=of_variance)
+            drop += voltage
+            used = np.divide(twice, drop, out=drop)
+            used += of_variance
+            used *= fraction_per_a
+            np.subtract(from_soc, _summed(used, out=after), out=after)
+            used *= 0.5
+            middle = np.add(after, used, out=used)
         return after
+
+
+def joined(circuits: Sequence[BatteryCircuit]) -> BatteryCircuit:
+    """Return circuits of one curve as one, along an axis. (k,)"""
+    return replace(
+        circuits[0],
+        capacity_ah=np.array([one.capacity_ah for one in circuits]),
+        resistance_ohm=np.array([one.resistance_ohm for one in circuits]),
+    )
+
+
+def _summed(rows: FloatArray, *, out: FloatArray) -> FloatArray:
+    """Return sums of all rows up to each, as ``np.cumsum`` has them along the first axis."""
+    if len(rows) > rows[:1].size:
+        return np.cumsum(rows, axis=0, out=out)
+    out[:1] = rows[:1]
+    for number in range(1, len(rows)):  # a quarter of its time where rows are few and long
+        np.add(out[number - 1], rows[number], out=out[number])
+    return out

@@ -89,9 +89,9 @@ class Assessment(Value, eq=False, dict=True):
     def return_discharge(self) -> ReturnDischarge | None:
         """What holds and returns ask of the battery; ``None`` as for ``discharge``, or with none."""
         sample = self.returns.sample
-        if self.pack is None or self.discharge is None or sample is None:
+        if self.discharge is None or sample is None:
             return None
-        return predict_return_discharge(sample, self.flight, self.pack, self.discharge, self.setup)
+        return predict_return_discharge(sample, self.discharge)
 
     @property
     def vehicle(self) -> VehicleModel:

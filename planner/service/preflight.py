@@ -19,7 +19,7 @@ from planner.errors import (
     missing_library,
 )
 from planner.findings import Rule, Severity
-from planner.flight.budget import NOTHING_FLOWN, flight_battery
+from planner.flight.budget import NOTHING_FLOWN, flight_batteries
 from planner.flight.pilot import (
     NOISE_ASSUMED,
     continues_after,
@@ -32,7 +32,7 @@ from planner.flight.pilot import (
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.returns.destination import make_destinations, with_own_returns
 from planner.flight.returns.path import make_returns
-from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
+from planner.flight.returns.tightest import plan_returns, return_limits_wh, sweep_returns_each
 from planner.mission.files import read_mission
 from planner.mission.items import Mission
 from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_route
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.findings import Finding
-    from planner.flight.budget import BatteryBudget, Totals
+    from planner.flight.budget import BatteryBudget, FlightBattery, Totals
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import ItemArrival, Segment, Trace
     from planner.flight.returns.path import Returns
@@ -169,6 +169,11 @@ class Steps:
     def assess(self, prepared: Preparation) -> Assessment | None:
         """Return everything that is predicted of a flight; ``None``: nothing moves."""
         return assess(prepared)
+
+    def counted(self, returns: Returns, setup: Setup) -> CountedPack:
+        """Return what a flight and its returns come to with the pack of a setup."""
+        [pack] = count_packs(returns, [setup])
+        return pack
 
     def sample(
         self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
@@ -455,26 +460,45 @@ def fly(
     return make_returns(route, flight, pilot, destinations)
 
 
+class CountedPack(Value, eq=False):
+    """What a flight and its returns come to with the pack it is flown with."""
+
+    battery: FlightBattery
+    sweep: ReturnSweep | None
+    """``None``: the power is not known, or no point of the flight is in the air."""
+    plan: ReturnPlan | None
+    """``None`` as for the sweep."""
+
+
+def count_packs(returns: Returns, setups: Sequence[Setup]) -> Iterator[CountedPack]:
+    """Yield what a flight and its returns come to with the packs of setups that differ in these alone."""
+    batteries = flight_batteries(returns.flight, setups)
+    budgets = [one.budget for one in batteries]
+    sweeps: Sequence[ReturnSweep | None] = [None] * len(setups)
+    if setups[0].vehicle.is_power_known:
+        sweeps = sweep_returns_each(returns, [return_limits_wh(one) for one in budgets])
+    plans = plan_returns(returns, sweeps, budgets)
+    for battery, sweep, plan in zip(batteries, sweeps, plans, strict=True):
+        yield CountedPack(battery=battery, sweep=sweep, plan=plan)
+
+
 def assess_flown(prepared: Preparation, returns: Returns, steps: Steps) -> Assessment:
     """Return everything that is predicted of a flight, from its motion and its power."""
     setup, flight = prepared.setup, returns.flight
     vehicle = setup.vehicle
-    counted = flight_battery(flight, setup)
-    totals, budget = counted.totals, counted.budget
-    plan, sweep = None, None
-    if vehicle.is_power_known:
-        sweep = sweep_returns(returns, *return_limits_wh(budget))
-        plan = None if sweep is None else plan_return(returns, sweep, budget)
+    counted = steps.counted(returns, setup)
+    battery, plan = counted.battery, counted.plan
+    totals, budget = battery.totals, battery.budget
     if vehicle.spread is not None:
         from planner.flight.uncertainty import against_battery
 
         spread = vehicle.spread
         scenarios = against_battery(
-            steps.sample(returns, setup, spread, sweep),
+            steps.sample(returns, setup, spread, counted.sweep),
             flight,
             setup,
             spread=spread,
-            battery=counted.pack,
+            battery=battery.pack,
             budget=budget,
         )
         flight, totals, budget, plan = scenarios.added_to(flight, totals, budget, plan)
@@ -484,8 +508,8 @@ def assess_flown(prepared: Preparation, returns: Returns, steps: Steps) -> Asses
         **given,
         flight=flight,
         totals=totals,
-        pack=counted.pack,
-        discharge=counted.discharge,
+        pack=battery.pack,
+        discharge=battery.discharge,
         battery=budget,
         return_plan=plan,
         returns=returns,

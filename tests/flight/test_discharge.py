@@ -12,14 +12,14 @@ from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.flight.budget import Discharge, predict_discharge
+from planner.flight.budget import ChargedPack, Discharge, predict_discharges
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import Flight, predict_flight
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
 from planner.setup import Setup
-from planner.values import replace
+from planner.values import field_names, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -56,8 +56,12 @@ def flown() -> Flight:
 FLIGHT = flown()
 
 
+def charged(battery: Battery, charge: float = 1.0) -> ChargedPack:
+    return ChargedPack(battery=battery, charge=charge, temperature_c=15.0)
+
+
 def discharged(battery: Battery = PACK, *, charge: float = 1.0) -> Discharge:
-    discharge = predict_discharge(FLIGHT, battery, charge=charge, temperature_c=15.0)
+    [discharge] = predict_discharges(FLIGHT, [charged(battery, charge)])
     assert discharge is not None
     return discharge
 
@@ -88,11 +92,10 @@ def test_the_charge_left_is_that_of_small_steps_of_time() -> None:
 def test_the_columns_are_of_one_length_and_the_charge_only_falls() -> None:
     discharge = discharged()
     count = len(FLIGHT.motion.segments.item)
-    for column in (discharge.state_of_charge, discharge.voltage_v, discharge.current_a):
+    for column in (discharge.state_of_charge, discharge.voltage_v):
         assert len(column) == count
     assert (np.diff(discharge.state_of_charge) <= 0.0).all()
     assert (discharge.voltage_v >= discharge.lowest_voltage_v - 1e-9).all()
-    assert (discharge.current_a <= discharge.highest_current_a + 1e-9).all()
 
 
 def test_the_lowest_voltage_is_met_near_the_end_of_the_last_climb() -> None:
@@ -108,6 +111,32 @@ def test_what_is_usable_is_less_than_the_curve_holds_and_falls_with_the_charge()
     assert half.usable_wh < 0.5 * full.usable_wh  # the lower half has the lower voltage
 
 
+def test_packs_that_are_worked_out_together_are_each_as_alone() -> None:
+    # One that is worn, one of another curve, one of no curve at all, and one too weak for the flight.
+    assert PACK.ocv_v is not None
+    packs = [
+        charged(PACK),
+        charged(replace(PACK, health=0.7, resistance_age_factor=2.0), 0.6),
+        charged(replace(PACK, ocv_v=tuple(0.99 * volts for volts in PACK.ocv_v))),
+        charged(Battery(capacity_wh=100.0)),
+        charged(replace(PACK, internal_resistance_ohm=1.5)),
+    ]
+    together = predict_discharges(FLIGHT, packs)
+    for pack, one in zip(packs, together, strict=True):
+        [alone] = predict_discharges(FLIGHT, [pack])
+        assert (one is None) == (alone is None) == (pack.battery.ocv_v is None)
+        if one is not None and alone is not None:
+            for name in set(field_names(Discharge)) - {"packs", "pack"}:
+                assert np.array_equal(getattr(one, name), getattr(alone, name)), name
+    assert [one is not None and one.can_deliver for one in together] == [
+        True,
+        True,
+        True,
+        False,
+        False,
+    ]
+
+
 @pytest.mark.parametrize(
     "battery",
     [
@@ -117,7 +146,7 @@ def test_what_is_usable_is_less_than_the_curve_holds_and_falls_with_the_charge()
     ],
 )
 def test_of_a_battery_without_a_curve_or_resistance_nothing_is_invented(battery: Battery) -> None:
-    assert predict_discharge(FLIGHT, battery, charge=1.0, temperature_c=15.0) is None
+    assert predict_discharges(FLIGHT, [charged(battery)]) == (None,)
     budget = checked(battery).battery
     assert budget is not None
     assert budget.lowest_voltage_v is None

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.physics.battery import BatteryCircuit, loaded_voltage_v
+from planner.physics.battery import BatteryCircuit, joined, loaded_voltage_v
 from planner.values import replace
 
 SOC = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
@@ -91,6 +91,33 @@ def test_a_row_of_loads_ends_where_small_steps_of_time_end() -> None:
     left = BATTERY.state_of_charge_after(power_w, np.zeros(90), duration_s, from_soc=1.0)
     assert left[-1] == pytest.approx(_stepped(power_w, duration_s, 20), abs=2e-5)
     assert (np.diff(left) < 0.0).all()
+
+
+def test_rows_of_loads_and_several_batteries_are_each_as_alone() -> None:
+    random = np.random.default_rng(7)
+    shape = 12, 40  # loads of each row, rows
+    power_w, duration_s = random.uniform(0.0, 900.0, shape), random.uniform(0.0, 60.0, shape)
+    variance_w2, begun = random.uniform(0.0, 1e3, shape), random.uniform(0.2, 1.0, (3, shape[1]))
+    batteries = [
+        replace(BATTERY, resistance_ohm=ohm, capacity_ah=ah)
+        for ohm, ah in (
+            (RESISTANCE_OHM, 5.0),
+            (0.1, 4.0),
+            (0.3, 3.0),
+        )  # the last cannot give it all
+    ]
+    loads = (one[:, None] for one in (power_w, variance_w2, duration_s))
+    together = joined(batteries).over_an_axis().state_of_charge_after(*loads, from_soc=begun)
+    assert together.shape == (12, 3, 40)
+    for number, battery in enumerate(batteries):
+        for row in range(shape[1]):
+            alone = battery.state_of_charge_after(
+                power_w[:, row],
+                variance_w2[:, row],
+                duration_s[:, row],
+                from_soc=begun[number, row],
+            )
+            assert np.array_equal(together[:, number, row], alone)
 
 
 def test_a_load_that_varies_takes_the_charge_of_its_parts() -> None:

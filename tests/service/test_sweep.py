@@ -31,7 +31,7 @@ from planner.service.sweep.engines import (
     refuse_other_programs,
 )
 from planner.service.sweep.memory import RememberingSteps
-from planner.service.sweep.outcome import check_case
+from planner.service.sweep.outcome import check_case, check_cases
 from planner.service.sweep.plan import program_mark
 from planner.service.sweep.sweep import make_plan, sweep
 from planner.setup import Setup
@@ -109,6 +109,19 @@ def test_what_cases_share_changes_no_bit(mission: Mission, model: str) -> None:
     found = {number: check_case(plan, number, steps) for number in there_and_back}
     assert found == {number: check_case(plan, number, Steps()) for number in found}
     assert len({one.margin_wh for one in found.values()}) > 1, "the cases differ"
+
+
+@pytest.mark.parametrize("model", ["px4-quad-2kg", "arducopter-sitl-quad"])
+def test_packs_that_are_counted_together_change_no_bit(mission: Mission, model: str) -> None:
+    """From one that does for it to one that is empty before the landing."""
+    setup = Setup.of({"vehicle": model, "battery": planner.Battery(capacity_wh=40.0)})
+    vary = ["temperature=0,30", "charge=100%:40%:10%", "health=1,0.7", "reserve=20%,2min"]
+    plan = make_plan(mission, setup, vary=vary)
+    numbers = range(3, len(plan.cases))
+    together = list(check_cases(plan, numbers, RememberingSteps()))
+    assert together == [check_case(plan, number, Steps()) for number in numbers]
+    assert len({one.verdict for one in together}) > 1
+    assert len({one.breaks_first for one in together}) > 2
 
 
 def test_workers_that_are_threads_do_not_look_at_each_other(mission: Mission, setup: Setup) -> None:

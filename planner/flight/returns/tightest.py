@@ -10,7 +10,7 @@ return from the place of the stop changes evenly along a line, and no flight is 
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -22,6 +22,8 @@ from planner.units import wh_from_j
 from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterator, Mapping, Sequence
+
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.budget import BatteryBudget
     from planner.flight.returns.path import FlightPoint, FlownReturns, Returns
@@ -136,39 +138,80 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
     ``None`` with no point in the air.  Segments of the take-off and of stages that land are left out: there
     the vehicle stands still, or lands where it is going anyway, and the energy of the whole flight decides.
     """
+    [sweep] = sweep_returns_each(returns, [limits_wh])
+    return sweep
+
+
+def sweep_returns_each(
+    returns: Returns, limits_wh: Sequence[tuple[float, ...]]
+) -> Sequence[ReturnSweep | None]:
+    """Return a sweep for each of several groups of limits, as `sweep_returns`."""
     if returns.sample is None:
-        return None
-    limits_wh = tuple(limit_wh for limit_wh in limits_wh if limit_wh > 0.0)
-    spread = spread_up_to(returns, *limits_wh)
-    points = tuple(one.tobytes() for one in spread)
-    coarse = returns.recalled(points, lambda: _CoarseSweep.of(returns, *spread))
-    parts, along = coarse.parts_between(limits_wh)
-    key = (points, parts.tobytes(), along.tobytes())
-    return returns.recalled(key, lambda: _refined(coarse.sweep, returns, parts, along))
+        return [None] * len(limits_wh)
+    asked = [_Refinement.of(returns, [one for one in group if one > 0.0]) for group in limits_wh]
+    made: dict[Hashable, ReturnSweep] = {}
+
+    def sweep(one: _Refinement) -> ReturnSweep:
+        if one.key not in made:
+            made.update(_refined_each(returns, {one.key: one for one in asked}))
+        return made[one.key]
+
+    return [returns.recalled(one.key, partial(sweep, one)) for one in asked]
 
 
-def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | None) -> ReturnPlan:
-    """Return the return from where it is tightest, against what the battery holds, if that is known."""
+def plan_returns(
+    returns: Returns,
+    sweeps: Sequence[ReturnSweep | None],
+    batteries: Sequence[BatteryBudget | None],
+) -> list[ReturnPlan | None]:
+    """Return the returns from where they are tightest, against what batteries hold, if that is known."""
+    drafts = [
+        None if sweep is None else (sweep, *_planned_rows(sweep, battery))
+        for sweep, battery in zip(sweeps, batteries, strict=True)
+    ]
+    at = dict.fromkeys(sweep.at(row) for sweep, _, rows in filter(None, drafts) for row in rows)
+    points = dict(zip(at, returns.flight_points(tuple(at)), strict=True)) if at else {}
+    plans: list[ReturnPlan | None] = []
+    for draft in drafts:
+        if draft is None:
+            plans.append(None)
+            continue
+        sweep, margin_wh, (row, *last_rows) = draft
+        last = [points[sweep.at(one)] for one in last_rows]
+        plans.append(
+            ReturnPlan(
+                tightest_item=returns.route.stages[returns.segment_stage[sweep.segment[row]]].item,
+                energy_home_wh=float(sweep.return_wh[row]),
+                margin_wh=margin_wh,
+                tightest=points[sweep.at(row)],
+                time_home_s=float(sweep.return_s[row]),
+                destination=int(sweep.destination[row]),
+                last_return=next(iter(last), None),
+                last_return_empty=next(iter(last[1:]), None),
+            )
+        )
+    return plans
+
+
+def _planned_rows(
+    sweep: ReturnSweep, battery: BatteryBudget | None
+) -> tuple[float | None, list[int]]:
+    """Return what is left above the reserve after the tightest return, and the rows of a plan. [Wh]
+
+    The first is the tightest; the points of no return are behind it.
+    """
     row = sweep.tightest
+    if battery is None:
+        return None, [row]
     needed_wh = float(sweep.sum_wh[row])
-    margin_wh = None if battery is None else battery.above_reserve_wh - needed_wh
-    if margin_wh is not None and abs(margin_wh) <= _ALIKE * needed_wh:
+    margin_wh = battery.above_reserve_wh - needed_wh
+    if abs(margin_wh) <= _ALIKE * needed_wh:
         margin_wh = 0.0  # an error of rounding is no shortfall
-    rows = [row]
-    if margin_wh is not None and margin_wh < 0.0:
-        last_rows = map(sweep.last_below, return_limits_wh(battery))
-        rows += (one for one in last_rows if one is not None)  # all return where more is used
-    tightest, *last = returns.flight_points([sweep.at(one) for one in rows])
-    return ReturnPlan(
-        tightest_item=returns.route.stages[returns.segment_stage[sweep.segment[row]]].item,
-        energy_home_wh=float(sweep.return_wh[row]),
-        margin_wh=margin_wh,
-        tightest=tightest,
-        time_home_s=float(sweep.return_s[row]),
-        destination=int(sweep.destination[row]),
-        last_return=next(iter(last), None),
-        last_return_empty=next(iter(last[1:]), None),
-    )
+    if margin_wh >= 0.0:
+        return margin_wh, [row]
+    last_rows = map(sweep.last_below, return_limits_wh(battery))
+    # All return where more is used.
+    return margin_wh, [row, *(one for one in last_rows if one is not None)]
 
 
 def return_limits_wh(battery: BatteryBudget | None) -> tuple[float, ...]:
@@ -217,7 +260,7 @@ class _CoarseSweep(Value, eq=False):
             off_wh=np.where(along[:-1] & along[1:] & ~is_end[1:-1], off_wh, 0.0),
         )
 
-    def parts_between(self, limits_wh: tuple[float, ...]) -> tuple[IntArray, BoolArray]:
+    def parts_between(self, limits_wh: Sequence[float]) -> tuple[IntArray, BoolArray]:
         """Return in how many parts to sweep each stretch between points once more, and where it is even.
 
         0 parts: not at all.  Returns change evenly along a line but where a height or a wait of them begins
@@ -268,17 +311,59 @@ def _merged(sweep: ReturnSweep, other: ReturnSweep) -> ReturnSweep:
     return both.select(np.lexsort((both.fraction, both.segment)))
 
 
-def _refined(
-    sweep: ReturnSweep, returns: Returns, parts: IntArray, along: BoolArray
-) -> ReturnSweep:
-    """Return a sweep with points where what is wanted may hide: along a line interpolated, else flown."""
-    rows = np.flatnonzero((parts > 1) & along)
-    refined = sweep
-    if len(rows):
-        refined = _merged(sweep, _interpolated(sweep, returns, rows, parts[rows]))
+class _Refinement(Value, eq=False, dict=True):
+    """Where a sweep is to be looked at once more."""
+
+    key: Hashable
+    """Of what follows from it."""
+    sweep: ReturnSweep
+    parts: IntArray
+    """As of `_CoarseSweep.parts_between`, like what follows."""
+    along: BoolArray
+
+    @classmethod
+    def of(cls, returns: Returns, limits_wh: Sequence[float]) -> Self:
+        """Return where what limits ask for may hide."""
+        spread = spread_up_to(returns, *limits_wh)
+        points = tuple(one.tobytes() for one in spread)
+        coarse = returns.recalled(points, lambda: _CoarseSweep.of(returns, *spread))
+        parts, along = coarse.parts_between(limits_wh)
+        key = (points, parts.tobytes(), along.tobytes())
+        return cls(key=key, sweep=coarse.sweep, parts=parts, along=along)
+
+    @cached_property
+    def even_rows(self) -> IntArray:
+        """Rows of the sweep behind which points are interpolated."""
+        return np.flatnonzero((self.parts > 1) & self.along)
+
+
+def _refined_each(
+    returns: Returns, asked: Mapping[Hashable, _Refinement]
+) -> Iterator[tuple[Hashable, ReturnSweep]]:
+    """Yield sweeps with points where what is wanted may hide: along a line interpolated, else flown."""
+    of_sweep: dict[int, list[tuple[Hashable, _Refinement]]] = {}
+    for key, one in asked.items():
+        of_sweep.setdefault(id(one.sweep), []).append((key, one))
+    for alike in of_sweep.values():
+        sweep = alike[0][1].sweep
+        rows = np.concatenate([one.even_rows for _, one in alike])
+        parts = [one.parts[one.even_rows] for _, one in alike]
+        further = _interpolated(sweep, returns, rows, np.concatenate(parts)) if len(rows) else None
+        end = 0
+        for (key, one), own in zip(alike, parts, strict=True):
+            begin, end = end, end + int((own - 1).sum())
+            refined = sweep
+            if further is not None and end > begin:
+                refined = _merged(sweep, further.select(np.arange(begin, end)))
+            yield key, _with_flown(refined, returns, one)
+
+
+def _with_flown(refined: ReturnSweep, returns: Returns, asked: _Refinement) -> ReturnSweep:
+    """Return a sweep with the points that are flown, where it is not even between its own."""
+    sweep, parts = asked.sweep, asked.parts
     segments: list[IntArray] = []
     fractions: list[FloatArray] = []
-    for row in np.flatnonzero((parts > 0) & ~along).tolist():
+    for row in np.flatnonzero((parts > 0) & ~asked.along).tolist():
         begin_s, end_s = sweep.time_s[row : row + 2]
         even, fraction = returns.at(np.linspace(begin_s, end_s, parts[row] + 1)[1:-1])
         ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), parts[row])

@@ -15,7 +15,7 @@ import msgspec
 
 from planner.errors import OutputError
 from planner.files import alone_in, make_output_folder, replacing
-from planner.service.sweep.outcome import CaseOutcome, check_case
+from planner.service.sweep.outcome import CaseOutcome, check_cases
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class _Marks(Value):
 def run_batch(plan: SweepPlan, first: int, count: int, steps: RememberingSteps) -> bytes:
     """Return the batch of some cases as it is written to its file."""
     before = steps.flights
-    outcomes = tuple(check_case(plan, number, steps) for number in range(first, first + count))
+    outcomes = tuple(check_cases(plan, range(first, first + count), steps))
     batch = Batch(
         mark=plan.mark, first=first, outcomes=outcomes, checks=count, flights=steps.flights - before
     )

@@ -29,7 +29,14 @@ from planner.flight.uncertainty import sample_flights, sample_times, tightest_ro
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
 from planner.rules.registry import SUBJECTS, asked_checks, reported
-from planner.service.preflight import Preparation, WhatIfSteps, assess_flown, fly, prepare
+from planner.service.preflight import (
+    Preparation,
+    WhatIfSteps,
+    assess_flown,
+    count_packs,
+    fly,
+    prepare,
+)
 from planner.setup import Setup
 from planner.values import Value, field_names, field_values, replace
 
@@ -52,6 +59,7 @@ if TYPE_CHECKING:
     from planner.rules.declaration import Check
     from planner.rules.ledger import LedgerEntry
     from planner.selection import Selection
+    from planner.service.preflight import CountedPack
     from planner.vehicle.model import ModelSpread
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -85,6 +93,8 @@ class _Watched(Setup):
 
 
 _FIELDS = frozenset(field_names(Setup))
+_DECIDED = frozenset({"position_noise_m"})
+"""Fields that the preparation decides where a setup leaves them open."""
 
 
 class _Remembered(Value, Generic[Made], eq=False):
@@ -370,6 +380,10 @@ class RememberingSteps(WhatIfSteps):
         self._asked_by: Selection | None = None
         self._asked: dict[str, tuple[Check, ...]] = {}
         self._latest: Flight | None = None
+        self._foreseen: Sequence[Setup] = ()
+        self._counted_of: Returns | None = None
+        self._counted: dict[Hashable, tuple[Setup, CountedPack]] = {}
+        # with what its keys have the identities of
         self._sampled: _Latest[tuple[Returns, _StepMemory[Scenarios]]] = _Latest()
         # with what its key has the identity of
 
@@ -397,6 +411,20 @@ class RememberingSteps(WhatIfSteps):
             own["flight"] = before  # with what was worked out of it
         self._latest = own["flight"]
         return _KeptAssessment(**own, kept=self._found)
+
+    def foresee(self, setups: Sequence[Setup]) -> None:
+        """Look at what comes next: packs of one flight are counted together."""
+        self._foreseen = setups
+
+    def counted(self, returns: Returns, setup: Setup) -> CountedPack:
+        """Return what a flight and its returns come to with the pack of a setup."""
+        if returns is not self._counted_of or _pack_key(setup) not in self._counted:
+            setups = [setup, *(one for one in self._foreseen if _differs_in_pack(one, setup))]
+            by_key = {_pack_key(one): one for one in setups}
+            packs = count_packs(returns, tuple(by_key.values()))
+            self._counted_of = returns
+            self._counted = dict(zip(by_key, zip(by_key.values(), packs, strict=True), strict=True))
+        return self._counted[_pack_key(setup)][1]
 
     def sample(
         self, returns: Returns, setup: Setup, spread: ModelSpread, sweep: ReturnSweep | None
@@ -460,6 +488,29 @@ class RememberingSteps(WhatIfSteps):
         return kept
 
 
+_OF_PACK = (
+    "charge",
+    "rest_voltage_v",
+    "battery_health",
+    "battery_resistance_factor",
+    "battery_temperature_c",
+    "reserve",
+)
+"""Fields in which packs differ that fly the same."""
+PACKS_TOGETHER = 8
+"""So many are counted in one: of more, the arrays leave the cache of a core."""
+
+
+def _pack_key(setup: Setup) -> Hashable:
+    return tuple(id(getattr(setup, name)) for name in _OF_PACK)
+
+
+def _differs_in_pack(one: Setup, other: Setup) -> bool:
+    """Return whether setups are the same but for the pack and what the preparation decides."""
+    return _are_same((getattr(one, name), getattr(other, name)) for name in _OF_NO_PACK)
+
+
+_OF_NO_PACK = tuple(_FIELDS - {*_OF_PACK} - _DECIDED)
 _OFTEN, _WATCHED_AGAIN = 3, 24
 """What is made in so many cases in a row is made in the next without being watched, up to so many."""
 
@@ -585,10 +636,6 @@ class _KeptAssessment(Assessment, eq=False, dict=True):
     uncounted = _Derived("uncounted")
     battery_profile = _Derived("battery_profile")
     return_discharge = _Derived("return_discharge")
-
-
-_DECIDED = frozenset({"position_noise_m"})
-"""Fields that the preparation decides where a setup leaves them open."""
 
 
 def _is_same_flight(one: Flight, other: Flight) -> bool:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from planner.errors import MavjouleError
 from planner.service.preflight import CheckResult, Steps, check_mission, shielded
 from planner.service.sweep.cases import case_setup
+from planner.service.sweep.memory import PACKS_TOGETHER
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.fleet.fleet import Fleet
     from planner.mission.items import Mission
     from planner.service.preflight import UnreadableMission
+    from planner.service.sweep.memory import RememberingSteps
     from planner.service.sweep.plan import SweepPlan
+    from planner.setup import Setup
 
 
 class CaseOutcome(Value, array_like=True):
@@ -53,18 +56,59 @@ class CaseOutcome(Value, array_like=True):
 
 def check_case(plan: SweepPlan, number: int, steps: Steps) -> CaseOutcome:
     """Return what the case of a number comes to; one that cannot be flown as asked is not checked."""
-    values = plan.cases.values(number)
-    name = values.pop("mission", None) or next(iter(plan.missions))
-    for key, known in plan.loaded.items():
-        values[key] = known[values[key]]
+    return _check(plan, _Case.of(plan, number), steps)
+
+
+def check_cases(plan: SweepPlan, numbers: range, steps: RememberingSteps) -> Iterator[CaseOutcome]:
+    """Yield what cases that follow one another come to, as `check_case`."""
+    for first in numbers[::PACKS_TOGETHER]:
+        cases = [
+            _Case.of(plan, number)
+            for number in range(first, min(first + PACKS_TOGETHER, numbers.stop))
+        ]
+        steps.foresee([one.setup for one in cases if one.setup is not None])
+        for one in cases:
+            yield _check(plan, one, steps)
+
+
+class _Case(Value, eq=False):
+    """A case as it is to be checked."""
+
+    mission: str
+    """Its name."""
+    values: Mapping[str, Any]
+    """What varies, by the keys of settings."""
+    setup: Setup | None = None
+    """``None``: it is refused, or of a fleet, whose vehicles have setups of their own."""
+    refused: str = ""
+
+    @classmethod
+    def of(cls, plan: SweepPlan, number: int) -> Self:
+        """Return the case of a number."""
+        values = plan.cases.values(number)
+        name = values.pop("mission", None) or next(iter(plan.missions))
+        for key, known in plan.loaded.items():
+            values[key] = known[values[key]]
+        if plan.fleet is not None:
+            return cls(mission=name, values=values)
+        try:
+            return cls(mission=name, values=values, setup=case_setup(plan.setup, values))
+        except MavjouleError as error:
+            return cls(mission=name, values=values, refused=str(error))
+
+
+def _check(plan: SweepPlan, case: _Case, steps: Steps) -> CaseOutcome:
+    name, setup = case.mission, case.setup
     try:
         if plan.fleet is not None:
-            return _check_fleet(plan.fleet, plan.missions, values)
-        setup = case_setup(plan.setup, values)
-        result = shielded(lambda: check_mission(plan.missions[name], setup, steps=steps), file=name)
+            return _check_fleet(plan.fleet, plan.missions, case.values)
+        if setup is None:
+            return CaseOutcome(verdict=None, refused=case.refused)
+        return outcome_of(
+            shielded(lambda: check_mission(plan.missions[name], setup, steps=steps), file=name)
+        )
     except MavjouleError as error:
         return CaseOutcome(verdict=None, refused=str(error))
-    return outcome_of(result)
 
 
 def _check_fleet(
