@@ -7,6 +7,7 @@ import os
 import signal
 from contextlib import contextmanager
 from functools import partial
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
     from planner.cli.options import Command
     from planner.fleet.fleet import Fleet
-    from planner.fleet.schedule import Patience
     from planner.service.fleet import FleetResult
     from planner.service.fleet_plan import FleetPlan
     from planner.service.swarm import SwarmResult
@@ -258,7 +258,7 @@ def plan(
         return ExitCode.UNUSABLE
     _refuse_exports(read, options)
     patience = Patience() if time_limit_s is None else Patience(time_limit_s)
-    with interrupting(patience):
+    with interrupting(patience.stop, "the best plan so far is made whole"):
         made = plan_fleet(
             read,
             minimize=minimize,
@@ -331,13 +331,16 @@ def _write_exports(result: FleetResult, options: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def interrupting(patience: Patience) -> Iterator[None]:
-    """Let the first Ctrl-C cut a search short, and the next one end the program."""
+def interrupting(cut_short: Callable[[], object], rest: str) -> Iterator[None]:
+    """Let the first Ctrl-C cut a search or a simulation short, and the next one end the program.
+
+    ``rest`` says what is done yet after the first.
+    """
 
     def stop(*_: object) -> None:
         signal.signal(signal.SIGINT, before)
-        narrate("stopping: the best plan so far is made whole; Ctrl-C once more ends without one")
-        patience.stop()
+        narrate(f"stopping: {rest}; Ctrl-C once more ends without that")
+        cut_short()
 
     before = signal.signal(signal.SIGINT, stop)
     try:
@@ -454,33 +457,49 @@ def simulate(
     if read is None:
         return ExitCode.UNUSABLE
     read = _with_faults(read, options["faults"])
-    if options["agents"] is not None:
-        return _simulate_numbers(
-            read,
-            policy=policy or "orca-stop",
-            seed=seed,
-            until_s=3600.0 if until_s is None else until_s,
-            file_format=file_format,
-            output=output,
-            options={**options, "report": report, "trace": trace},
+    asked = Event()
+    with interrupting(asked.set, "what is simulated so far is reported"):
+        if options["agents"] is not None:
+            code = _simulate_numbers(
+                read,
+                policy=policy or "orca-stop",
+                seed=seed,
+                until_s=3600.0 if until_s is None else until_s,
+                file_format=file_format,
+                output=output,
+                options={**options, "report": report, "trace": trace},
+                on_step=_until(asked),
+            )
+            return ExitCode.INTERRUPTED if asked.is_set() else code
+        result = simulate_fleet(
+            read, policy=policy, seed=seed, until_s=until_s, on_step=_until(asked)
         )
-    result = simulate_fleet(
-        read, policy=policy, seed=seed, until_s=until_s, on_step=narrate_seldom()
-    )
-    _write_trace(result, trace)
-    write_data(
-        swarm_json(result, version=__version__)
-        if file_format == "json"
-        else swarm_text(result, medium=standard_medium(output)),
-        output=output,
-    )
-    if report is not None:
-        from planner.report.html.swarm import swarm_html
+        _write_trace(result, trace)
+        write_data(
+            swarm_json(result, version=__version__)
+            if file_format == "json"
+            else swarm_text(result, medium=standard_medium(output)),
+            output=output,
+        )
+        if report is not None:
+            from planner.report.html.swarm import swarm_html
 
-        _write_page(swarm_html, result, report)
-    if result.is_cut_short:
+            _write_page(swarm_html, result, report)
+    if asked.is_set():
         return ExitCode.INTERRUPTED
     return ExitCode.GO if result.is_clear else ExitCode.NO_GO
+
+
+def _until(asked: Event) -> Callable[[str], None]:
+    """Return what shows steps, and ends a simulation after the step in which that is asked for."""
+    show_step = narrate_seldom()
+
+    def show(text: str) -> None:
+        show_step(text)
+        if asked.is_set():
+            raise KeyboardInterrupt
+
+    return show
 
 
 def _with_faults(fleet: Fleet, names: Any) -> Fleet:  # noqa: ANN401 -- of click
@@ -524,6 +543,7 @@ def _simulate_numbers(
     file_format: str,
     output: Path | None,
     options: Mapping[str, Any],
+    on_step: Callable[[str], None],
 ) -> ExitCode:
     """Report what numbers of agents take."""
     if options["trace"] is not None:
@@ -545,7 +565,7 @@ def _simulate_numbers(
             else int(options["reach_percent"]),
         ),
         workers=options["workers"] or os.cpu_count() or 1,
-        on_step=narrate_seldom(),
+        on_step=on_step,
     )
     write_data(
         numbers_json(numbers, version=__version__)
@@ -557,8 +577,6 @@ def _simulate_numbers(
         from planner.report.html.swarm import numbers_html
 
         _write_page(numbers_html, numbers, options["report"])
-    if numbers.is_cut_short:
-        return ExitCode.INTERRUPTED
     return ExitCode.NO_GO if numbers.findings else ExitCode.GO
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import signal
+from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -13,6 +15,7 @@ from made_swarm import formation
 from planner.cli.main import main
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -88,13 +91,38 @@ def test_who_interrupts_a_simulation_gets_what_there_is(
 ) -> None:
     def stop(text: str) -> None:
         if text.startswith("10 s"):
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr("planner.cli.fleet.narrate_seldom", lambda: stop)
     assert main(["fleet", "simulate", str(fleet)]) == 130
     told = capsys.readouterr().out
     assert told.startswith("NOT CLEAR")
     assert "(cut short)" in told
+
+
+def test_who_interrupts_it_before_the_first_step_or_while_it_is_written_loses_nothing(
+    fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trace = tmp_path / "trace.csv"
+    call = ["fleet", "simulate", str(fleet), "--policy", "none", "--trace", str(trace)]
+    rows = []
+    for module, name in (
+        ("planner.service.swarm", "simulate_fleet"),
+        ("planner.report.swarm", "swarm_text"),
+    ):
+        made: Callable[..., object] = getattr(import_module(module), name)
+
+        def interrupted(
+            *values: object, made: Callable[..., object] = made, **named: object
+        ) -> object:
+            signal.raise_signal(signal.SIGINT)
+            return made(*values, **named)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(f"{module}.{name}", interrupted)
+            assert main(call) == 130
+        rows.append(len(trace.read_text(encoding="utf-8").splitlines()))
+    assert 2 <= rows[0] < rows[1]
 
 
 def test_a_parquet_trace_holds_the_columns_of_the_csv_or_says_what_it_needs(

@@ -240,7 +240,7 @@ def test_a_search_that_is_cut_short_still_ends_with_a_whole_plan(tmp_path: Path)
 
 def test_the_first_interrupt_stops_the_search_and_the_second_the_program() -> None:
     patience = Patience()
-    with interrupting(patience):
+    with interrupting(patience.stop, "the plan is made whole"):
         signal.raise_signal(signal.SIGINT)
         assert patience.cut_short == "it was interrupted"
         with pytest.raises(KeyboardInterrupt):
