@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,13 +41,14 @@ _FASTEST_UNKNOWN_M_S = 20.0
 _ROWS = 15
 """Speeds in a table, about."""
 _MOST_ROWS = 500
-_SCAN_M_S = 0.1
-"""Steps of the search before it is refined."""
-_MOST_SCANNED = 400
+_SCANNED = 40
+"""Speeds the search looks at before it looks closer, about."""
+_PARTS = 5
+"""Of the way to the speeds beside a lowest one, each time it looks closer."""
 _SAME = 1e-9
-_WHAT_IF = WhatIfSteps()
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
+_WHAT_IF = WhatIfSteps()
 
 
 class FlownSpeed(Value):
@@ -188,9 +190,9 @@ def predict_speed_curve(
 
     Notes
     -----
-    The search looks at every 0.1 m/s, then at every 0.01 m/s about the lowest valleys: the curve of a
-    mission has kinks where legs become too short for a speed, and plateaus beyond.  Of speeds that are
-    equally good, the slowest counts.
+    The search looks at some forty speeds, then ever closer about the lowest valleys, down to 0.01 m/s: the
+    curve of a mission has kinks where legs become too short for a speed, and plateaus beyond.  Of speeds
+    that are equally good, the slowest counts.
     """
     return speed_curve(
         mission, Setup(vehicle, **options), from_m_s=from_m_s, to_m_s=to_m_s, step_m_s=step_m_s
@@ -362,11 +364,14 @@ def _own_speed_m_s(assessment: Assessment) -> float | None:
 
 
 def _grid(low_m_s: float, high_m_s: float) -> list[float]:
-    """Return the speeds the search looks at first: multiples of 0.01 m/s, the ends among them."""
-    step = max(_SCAN_M_S, (high_m_s - low_m_s) / _MOST_SCANNED)
-    count = math.ceil((high_m_s - low_m_s) / step)
-    inside = (round(low_m_s + number * step, 2) for number in range(1, count))
-    return [low_m_s, *(speed for speed in inside if low_m_s < speed < high_m_s), high_m_s]
+    """Return the speeds the search looks at first: evenly over the range, the ends among them."""
+    count = max(min(_SCANNED, math.ceil((high_m_s - low_m_s) / FINEST_M_S)), 1)
+    even = np.linspace(low_m_s, high_m_s, count + 1)[1:-1].round(2).tolist()
+    return [
+        low_m_s,
+        *(speed for speed in dict.fromkeys(even) if low_m_s < speed < high_m_s),
+        high_m_s,
+    ]
 
 
 class _Costs:
@@ -395,22 +400,23 @@ class _Costs:
         return [self._known[speed] for speed in speeds_m_s]
 
 
-def _least(grid: list[float], cost: Callable[[list[float]], list[float]]) -> float:
-    """Return the slowest speed of least cost, to 0.01 m/s."""
-    costs = cost(grid)
-    valleys = [
-        number
-        for number, here in enumerate(costs)
-        if (number == 0 or here <= costs[number - 1])
-        and (number + 1 == len(costs) or here <= costs[number + 1])
-    ]
-    valleys.sort(key=costs.__getitem__)
-    candidates = list(grid)
-    for number in valleys[:_MOST_BRACKETS]:
-        low, high = grid[max(number - 1, 0)], grid[min(number + 1, len(grid) - 1)]
-        count = round((high - low) / FINEST_M_S)
-        inside = (round(low + step * FINEST_M_S, 2) for step in range(1, count))
-        candidates += [speed for speed in inside if low < speed < high]
-    costs = cost(candidates)
-    most = min(costs) * (1.0 + _SAME)
-    return min(speed for speed, own in zip(candidates, costs, strict=True) if own <= most)
+def _least(speeds_m_s: list[float], cost: Callable[[list[float]], list[float]]) -> float:
+    """Return the slowest speed of least cost, to 0.01 m/s, from rising speeds to look at first."""
+    speeds = speeds_m_s
+    while True:
+        costs = cost(speeds)
+        most = min(costs) * (1.0 + _SAME)
+        best = next(number for number, own in enumerate(costs) if own <= most)
+        ends = [costs[0], *costs, costs[-1]]
+        valleys = [n for n, own in enumerate(costs) if own <= min(ends[n], ends[n + 2])]
+        valleys.sort(key=costs.__getitem__)
+        finer = {
+            speed
+            for number in {best, *valleys[:_MOST_BRACKETS]}
+            for low, high in pairwise(speeds[max(number - 1, 0) : number + 2])
+            for speed in np.linspace(low, high, _PARTS + 1).round(2).tolist()
+            if low < speed < high
+        }
+        if not finer:
+            return speeds[best]
+        speeds = sorted({*speeds, *finer})

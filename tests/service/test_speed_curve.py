@@ -73,6 +73,21 @@ def test_the_best_speeds_are_those_of_a_scan_at_a_hundredth(
         assert found.speed_m_s == slowest_best
 
 
+def test_of_speeds_that_no_leg_is_long_enough_for_the_slowest_counts() -> None:
+    short = mission(takeoff(30.0), *(waypoint(15.0 * (row % 2), 30.0) for row in range(4)), rtl())
+
+    def energy_wh(speed_m_s: float) -> float:
+        return planner.check(short, SURVEYOR, speed_m_s=speed_m_s).totals.energy_wh
+
+    best = predict_speed_curve(short, SURVEYOR).best_range
+    assert best is not None
+    assert best.speed_m_s is not None
+    # legs from rest to rest of 15 m: less than 10 m/s even at 5 m/s2 all along, v = sqrt(a L)
+    assert best.speed_m_s < 10.0
+    assert energy_wh(best.speed_m_s) == pytest.approx(energy_wh(15.0), rel=1e-9)
+    assert energy_wh(round(best.speed_m_s - 0.01, 2)) > energy_wh(15.0) * (1.0 + 1e-9)
+
+
 def test_a_point_of_the_curve_is_what_the_check_says() -> None:
     wind = Wind(speed_m_s=4.0, from_deg=180.0)
     curve = predict_speed_curve(
