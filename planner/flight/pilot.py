@@ -188,7 +188,9 @@ def own_parameters_of(
             fix="give a parameter file of one autopilot, or say with --target whose it is",
         )
         return None, [unknown]
-    resolved = resolve_parameters(autopilot, file=given, version=given.version, has_rally=has_rally)
+    is_asked = target is not None and target.autopilot is autopilot
+    version = target.version if target is not None and is_asked else given.version
+    resolved = resolve_parameters(autopilot, file=given, version=version, has_rally=has_rally)
     # What is assumed of flight is not flown.
     reported = [one for one in resolved.findings if one.severity > Severity.INFO]
     return resolved.values, reported

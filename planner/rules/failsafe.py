@@ -78,7 +78,8 @@ FAILSAFE_BEFORE_END = Rule(
     "less; where the curve or the resistance has to be assumed and PX4 "
     "would act by that voltage, it is not checked (X904); RTL_TIME_FACTOR × time to return + RTL_TIME_MARGIN "
     "against charge over mean current (50 s, from BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own "
-    "estimate: no wind, no braking; COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below "
+    "estimate: no wind, no braking (before 1.17 it returns by default: a warning where neither the action "
+    "nor the version is known); COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below "
     "BATT_LOW_MAH and BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below "
     "BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and "
     "BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it only warns; not "
@@ -105,6 +106,29 @@ def _failsafe_before_end(
         f.severity is Severity.ERROR for f in found
     ):
         yield from _unwatched_by_px4(a, profile, pack, parameters)
+        yield from _returned_by_older_px4(a, profile, pack, parameters)
+
+
+def _returned_by_older_px4(
+    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: Px4Parameters
+) -> Iterator[Finding]:
+    """Yield the return by default of versions before the one whose defaults are assumed."""
+    origin = parameters.origins.get("return_time_action")
+    row = parameter_table(Px4Parameters)["return_time_action"]
+    is_known = a.target is not None and a.target.version is not None
+    if is_known or origin is None or origin.kind is not OriginKind.DEFAULT or not row.earlier:
+        return
+    ((major, minor), action), *_ = row.earlier
+    older = replace(parameters, return_time_action=int(action))
+    for event in px4_events(a.returns, profile, pack, older):
+        if event.parameter == row.now.name and not _comes_too_late(a, event):
+            found = _reported(a, event, Severity.WARNING)
+            yield replace(
+                found,
+                message=f"{found.message}; {row.now.name} is not given and {action:g} by default before "
+                f"PX4 {major}.{minor}, and the version is not known",
+                fix=f"give {row.now.name} in --params, or the version with --target",
+            )
 
 
 def _unwatched_by_px4(

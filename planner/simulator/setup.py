@@ -278,11 +278,8 @@ def parameter_values(parameters: Iterable[VehicleParameter]) -> dict[str, float]
 
 
 def _default(row: Parameter, version: Version, *, whole: int) -> VehicleParameter:
-    spelling, value = row.now, float(row.default)
-    since = row.now.since
-    if row.formerly is not None and since is not None and version < since:
-        spelling = row.formerly
-        value = row.default * SI_PER_UNIT[row.now.unit] / SI_PER_UNIT[spelling.unit]
+    spelling = row.spelling_of(version)
+    value = row.default_of(version) * SI_PER_UNIT[row.now.unit] / SI_PER_UNIT[spelling.unit]
     kind = whole if row.is_choice else REAL32
     return VehicleParameter(name=spelling.name, value=round(value, 6), kind=kind)
 

@@ -59,12 +59,14 @@ def checked(
     battery: Battery = LABEL,
     charge: float = 1.0,
     reserve: float = 0.0,
+    version: tuple[int, int] | None = None,
     **values: float,
 ) -> CheckResult:
     given = ParameterSet(
         source="made.param",
         values={name: ParameterValue(value) for name, value in values.items()},
         stack=autopilot,
+        version=version,
     )
     return check(
         flown,
@@ -191,6 +193,37 @@ def test_px4_returns_when_its_estimate_says_the_charge_will_not_last() -> None:
     assert not reckoned(0.27, -1.0), "without BAT1_CAPACITY PX4 reckons nothing"
 
 
+@pytest.mark.parametrize(
+    ("version", "severity"),
+    [
+        # commander_params.c of 1.15 and 1.16: COM_FLTT_LOW_ACT 3; 0 since PX4 #25267 (July 2025, 1.17).
+        ((1, 15), Severity.ERROR),
+        ((1, 16), Severity.ERROR),
+        ((1, 17), None),
+        (None, Severity.WARNING),
+    ],
+)
+def test_px4_returns_by_default_before_1_17(
+    version: tuple[int, int] | None, severity: Severity | None
+) -> None:
+    def reckoned(charge: float, **values: Any) -> list[Severity]:
+        result = checked(
+            autopilot=Autopilot.PX4,
+            charge=charge,
+            version=version,
+            BAT_LOW_THR=0.01,
+            BAT_CRIT_THR=0.01,
+            BAT_EMERGEN_THR=0.01,
+            BAT1_CAPACITY=8000.0,
+            **values,
+        )
+        return [f.severity for f in told(result, "E103") if "PX4's own estimate" in f.message]
+
+    assert reckoned(0.27) == ([] if severity is None else [severity])
+    assert not reckoned(0.35), "the charge lasts, as in the test above"
+    assert not reckoned(0.27, COM_FLTT_LOW_ACT=0)
+
+
 def test_px4_reckons_its_return_every_two_seconds() -> None:
     times_s = []
     for capacity_mah in (7000.0, 7300.0, 7700.0):
@@ -277,8 +310,10 @@ def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
 def test_a_battery_too_empty_to_arm_is_refused() -> None:
     assert told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.51), "E114")
     assert not told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.5), "E114")
-    # -1: the critical one.
-    assert told(checked(autopilot=Autopilot.PX4, charge=0.05, BAT_CRIT_THR=0.07), "E114")
+    # -1: the critical one; the default since 1.16, before it 0: no check.
+    for version, refused in ((None, True), ((1, 16), True), ((1, 15), False)):
+        result = checked(autopilot=Autopilot.PX4, charge=0.05, version=version, BAT_CRIT_THR=0.07)
+        assert bool(told(result, "E114")) is refused
     assert told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3001), "E114")
     assert not told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3000), "E114")
     # AP_BattMonitor_Backend::arming_checks asks for the failsafes' thresholds whatever they do.

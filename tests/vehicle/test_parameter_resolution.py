@@ -364,3 +364,22 @@ def test_no_name_that_counts_is_a_slip_of_another(autopilot: Autopilot) -> None:
     for name in names:
         result = resolve_parameters(autopilot, file=file_of(f"{name},1\n"))
         assert not messages(result, "P110"), name
+
+
+def test_defaults_are_those_of_the_version() -> None:
+    # PX4 1.15's mission_params.c: MIS_PD_TO 5 s; 1.16 has MIS_COMMAND_TOUT 0 s in its place (PX4 #23960);
+    # multicopter_autonomous_params.c of 1.16: MPC_YAWRAUTO_MAX 45; module.yaml of 1.17: 60.
+    def at(version: tuple[int, int] | None, text: str = "MPC_XY_CRUISE\t7\n") -> Px4Parameters:
+        values = resolve_parameters(Autopilot.PX4, file=file_of(text), version=version).values
+        assert isinstance(values, Px4Parameters)
+        return values
+
+    waits = {version: at(version).payload_wait_s for version in ((1, 15), (1, 16), (1, 17), None)}
+    assert waits == {(1, 15): 5.0, (1, 16): 0.0, (1, 17): 0.0, None: 0.0}
+    assert at((1, 15)).origins["payload_wait_s"].name == "MIS_PD_TO"
+    assert at((1, 16)).yaw_rate_rad_s == pytest.approx(0.7854, abs=1e-4)
+    assert at((1, 17)).yaw_rate_rad_s == pytest.approx(1.0472, abs=1e-4)
+    # A file that names its version needs no target; what it says goes before any default.
+    named = "# Version: 1.15.4\n1\t1\tMPC_XY_CRUISE\t7\t9\n"
+    assert at(None, named).return_time_action == 3
+    assert at(None, named + "1\t1\tCOM_FLTT_LOW_ACT\t1\t6\n").return_time_action == 1

@@ -1,7 +1,8 @@
 """The parameters PX4 flies multicopter missions with.
 
 Defaults are those of PX4's 1.17 line on a multicopter: ``src/modules/mc_pos_control``,
-``navigator``, ``commander``, with the multicopter values of ``rc.mc_defaults``.
+``navigator``, ``commander``, with the multicopter values of ``rc.mc_defaults``; where 1.15 and 1.16 have
+others, by those files of the two.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ _GAIN_OR_NONE = Range(0.0, 10.0)
 _JERK = Range(0.0, 500.0, excludes_low=True)
 _OR_NEGATIVE = Range(high=_FASTEST_M_S)
 _FRACTION = Range(0.0, 1.0)
+_1_16, _1_17 = (1, 16), (1, 17)
 DEPLOYMENT_WAIT = "MIS_PD_TO"
 """The wait of before 1.16, which gimbals did not have."""
 
@@ -61,14 +63,23 @@ class Px4Parameters(AutopilotParameters, eq=False):
     loiter_radius_m: float = parameter("NAV_LOITER_RAD m", 80.0, POSITIVE)
     # heading: 0 along the way, 1 to home, 2 from it, 4 turns first, 5 fixed
     yaw_mode: int = parameter("MPC_YAW_MODE", 0)
-    yaw_rate_rad_s: float = parameter("MPC_YAWRAUTO_MAX deg/s", 60.0, POSITIVE)
-    yaw_acceleration_rad_s2: float = parameter("MPC_YAWRAUTO_ACC deg/s²", 20.0, POSITIVE)
+    yaw_rate_rad_s: float = parameter(
+        "MPC_YAWRAUTO_MAX deg/s", 60.0, POSITIVE, earlier=((_1_17, 45.0),)
+    )
+    yaw_acceleration_rad_s2: float = parameter(
+        "MPC_YAWRAUTO_ACC deg/s²", 20.0, POSITIVE, earlier=((_1_17, 60.0),)
+    )
     yaw_acceptance_rad: float = parameter("MIS_YAW_ERR deg", 12.0, NOT_NEGATIVE)
     # longest wait for a heading; negative: no end
     yaw_timeout_s: float = parameter("MIS_YAW_TMT s", -1.0)
     # wait for a gripper or a winch, since 1.16 for a gimbal too
     payload_wait_s: float = parameter(
-        "MIS_COMMAND_TOUT s", 0.0, NOT_NEGATIVE, formerly=DEPLOYMENT_WAIT
+        "MIS_COMMAND_TOUT s",
+        0.0,
+        NOT_NEGATIVE,
+        formerly=f"{DEPLOYMENT_WAIT} s",
+        since=_1_16,
+        earlier=((_1_16, 5.0),),
     )
     takeoff_speed_m_s: float = parameter("MPC_TKO_SPEED m/s", 1.5, _SLOW)
     takeoff_ramp_s: float = parameter("MPC_TKO_RAMP_T s", 3.0, NOT_NEGATIVE)
@@ -116,10 +127,12 @@ class Px4Parameters(AutopilotParameters, eq=False):
     battery_emergency_fraction: float = parameter("BAT_EMERGEN_THR", 0.05, _FRACTION)
     # 0 warn, 2 land, 3 return and land
     battery_action: int = parameter("COM_LOW_BAT_ACT", 0, NOT_NEGATIVE)
-    # 0 none, 1 warn, 3 return when time runs out
-    return_time_action: int = parameter("COM_FLTT_LOW_ACT", 0, NOT_NEGATIVE)
+    # 0 none, 1 warn, 3 return when time runs out; off by default since PX4 #25267
+    return_time_action: int = parameter("COM_FLTT_LOW_ACT", 0, NOT_NEGATIVE, earlier=((_1_17, 3),))
     # charge to arm with; negative: the critical one
-    arm_battery_min_fraction: float = parameter("COM_ARM_BAT_MIN", -1.0, Range(high=1.0))
+    arm_battery_min_fraction: float = parameter(
+        "COM_ARM_BAT_MIN", -1.0, Range(high=1.0), earlier=((_1_16, 0.0),)
+    )
     # longest flight; 0 or less: no limit
     flight_time_max_s: float = parameter("COM_FLT_TIME_MAX s", -1.0)
     wind_max_m_s: float = parameter("COM_WIND_MAX m/s", -1.0)  # strongest; 0 or less: no limit

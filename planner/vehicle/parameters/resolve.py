@@ -261,7 +261,7 @@ def resolve_parameters(
     if autopilot not in PARAMETERS_OF:
         msg = f"{autopilot} has no parameters"
         raise ValueError(msg)
-    resolution = _Resolution(autopilot, version)
+    resolution = _Resolution(autopilot, version, file)
     findings: list[Finding] = []
     if file is not None:
         findings += file.findings
@@ -284,7 +284,7 @@ def resolve_parameters(
     flown = resolution.values()
     findings += resolution.findings()
     assumed = [
-        row.now.name
+        row.spelling_of(resolution.flown_version).name
         for name, row in resolution.table.items()
         if name not in resolution.origins and (has_rally or not name.startswith("rally_"))
     ]
@@ -332,9 +332,15 @@ def _rows_by_name(autopilot: Autopilot) -> dict[str, tuple[Parameter, Spelling]]
 class _Resolution:
     """Values found so far, and what has to be known about them, as sentences by rule."""
 
-    def __init__(self, autopilot: Autopilot, version: Version | None) -> None:
+    def __init__(
+        self, autopilot: Autopilot, version: Version | None, file: ParameterSet | None
+    ) -> None:
         self.autopilot = autopilot
         self.version = version
+        self.flown_version = version
+        """Of the firmware that flies; what the file says where nothing was asked for."""
+        if version is None and file is not None and file.stack in {None, autopilot}:
+            self.flown_version = file.version
         self.table = parameter_table(PARAMETERS_OF[autopilot])
         self.values_si: dict[str, float] = {}
         self.origins: dict[str, Origin] = {}
@@ -365,8 +371,8 @@ class _Resolution:
                 )
                 self._note_suspect(row, given, spelling)
             else:
-                self.origins[name] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
-                default = _with_unit(row.default, row.now)
+                self.origins[name] = self._default_origin(row)
+                default = _with_unit(row.default_of(self.flown_version), row.now)
                 sentence = f"{_described(given, spelling)} is not possible: default {default} used"
                 self._note(PARAMETER_IMPOSSIBLE, sentence)
 
@@ -386,12 +392,11 @@ class _Resolution:
 
     def _note_unknown(self, row: Parameter, given: ParameterSet, spelling: Spelling) -> None:
         """Note a name that the version asked for does not know."""
-        since = row.now.since
-        if self.version is None or since is None or row.formerly is None:
+        if self.version is None or row.now.since is None or row.formerly is None:
             return
         if given.version == self.version:
             return  # saved by this firmware: a build on the way to a version has names of the last one
-        known = row.now if self.version >= since else row.formerly
+        known = row.spelling_of(self.version)
         if spelling is not known:
             firmware = Target(self.autopilot, self.version).label
             line = _line(given.values[spelling.name])
@@ -422,9 +427,7 @@ class _Resolution:
     def _chosen(self, row: Parameter, given: ParameterSet) -> Spelling:
         """Return the spelling to use where both are present, and note that they are."""
         now, formerly = row.spellings
-        version = self.version or given.version
-        is_old = version is not None and now.since is not None and version < now.since
-        chosen = formerly if is_old else now
+        chosen = row.spelling_of(self.version or given.version)
         now_si, formerly_si = (_si(given, spelling) for spelling in row.spellings)
         agree = math.isclose(now_si, formerly_si, rel_tol=1e-6)  # files hold 7 digits
         sentence = (
@@ -438,13 +441,21 @@ class _Resolution:
             self.disagree = True
         return chosen
 
+    def _default_origin(self, row: Parameter) -> Origin:
+        return Origin(kind=OriginKind.DEFAULT, name=row.spelling_of(self.flown_version).name)
+
     def values(self) -> FlightParameters:
         """Return the parameters, with the defaults of what was found nowhere."""
         origins = {
-            name: self.origins.get(name, Origin(kind=OriginKind.DEFAULT, name=row.now.name))
+            name: self.origins.get(name, self._default_origin(row))
             for name, row in self.table.items()
         }
-        fields: dict[str, Any] = {**self.values_si, "origins": origins}
+        older = {
+            name: row.in_si(row.default_of(self.flown_version))
+            for name, row in self.table.items()
+            if row.earlier
+        }
+        fields: dict[str, Any] = {**older, **self.values_si, "origins": origins}
         flown: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
         for name, given_si in self.values_si.items():
             row, flown_si = self.table[name], getattr(flown, name)

@@ -79,6 +79,8 @@ class Parameter(Value):
     """(quantity, factor) whose value a 0 means."""
     usual: float
     """A usual value in the unit of ``now``: the default, where that is not 0."""
+    earlier: tuple[tuple[Version, float], ...] = ()
+    """(first version without it, default) of older firmware, the oldest first."""
 
     @property
     def spellings(self) -> tuple[Spelling, ...]:
@@ -93,7 +95,23 @@ class Parameter(Value):
     @property
     def default_si(self) -> float:
         """The default in SI."""
-        return self.default if self.is_choice else self.now.si(self.default)
+        return self.in_si(self.default)
+
+    def in_si(self, value: float) -> float:
+        """Return a value in the unit of ``now`` in SI; a choice stays as it is."""
+        return value if self.is_choice else self.now.si(value)
+
+    def default_of(self, version: Version | None) -> float:
+        """Return the default of a version, in the unit of ``now``; of the newest where none is known."""
+        if version is None:
+            return self.default
+        return next((older for before, older in self.earlier if version < before), self.default)
+
+    def spelling_of(self, version: Version | None) -> Spelling:
+        """Return the name a version knows the quantity by; the newest where none is known."""
+        since = self.now.since
+        is_old = version is not None and since is not None and version < since
+        return self.formerly if is_old and self.formerly is not None else self.now
 
     def is_possible(self, value_si: float) -> bool:
         """Return whether a value in SI can be meant."""
@@ -116,11 +134,13 @@ def parameter(
     never: float | None = None,
     zero_means: tuple[str, float] | None = None,
     usual: float | None = None,
+    earlier: tuple[tuple[Version, float], ...] = (),
 ) -> Any:  # noqa: ANN401 -- a default of a number
     """Make the row of a field; a name is followed by its unit: ``WP_SPD m/s``.
 
     A default that is an ``int`` makes the parameter a choice.  ``formerly`` is the name before the
-    version ``since``, ``usual`` a value that is, where the default is 0.
+    version ``since``, ``usual`` a value that is, where the default is 0, ``earlier`` the defaults of older
+    firmware, each with the first version that has it no more.
     """
     spelt, unit, *_ = f"{name} ".split(" ")
     old, old_unit, *_ = f"{formerly} ".split(" ")
@@ -132,6 +152,7 @@ def parameter(
         never=never,
         zero_means=zero_means,
         usual=default if usual is None else usual,
+        earlier=earlier,
     )
 
 
