@@ -212,15 +212,15 @@ def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind]
     return frozenset(lands)
 
 
-def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None) -> bool:
-    """Return whether ArduPilot keeps the count of a jump that was counted to its end."""
+def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None) -> bool | None:
+    """Return whether ArduPilot keeps the count of a jump that was counted to its end; ``None``: not known."""
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
     if target is not None and target.version is not None and target.version < _COUNTS_ANEW:
         return True
-    if not isinstance(parameters, ArduPilotParameters):
-        return False
-    return bool(parameters.mission_options & _KEEP_COUNTS)
+    if isinstance(parameters, ArduPilotParameters) and parameters.mission_options & _KEEP_COUNTS:
+        return True
+    return None if target is None or target.version is None else False
 
 
 def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:

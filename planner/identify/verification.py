@@ -7,12 +7,18 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.flight.held_items import route_with_queue
 from planner.flight.motion.kinematics import STATES, FlightState
-from planner.flight.pilot import continues_after, flight_parameters, make_pilot, payload_waits_s
+from planner.flight.pilot import (
+    continues_after,
+    flight_parameters,
+    keeps_jump_counts,
+    make_pilot,
+    payload_waits_s,
+)
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
     BEGUN_IN_AIR,
@@ -535,6 +541,7 @@ def verify_flight(
         raise UsageError(msg)
     setup, assumed = _setup(record, vehicle, given, known)
     flown_with, findings = flight_parameters(setup)
+    target = None if given is None or given.stack is None else Target(given.stack, given.version)
     pilot = make_pilot(setup, flown_with)
     route = route_with_queue(
         mission,
@@ -545,6 +552,7 @@ def verify_flight(
             firings=firings,
             continues_after=continues_after(flown_with),
             payload_waits_s=payload_waits_s(flown_with),
+            keeps_counts=keeps_jump_counts(flown_with, target),
         ),
         pilot,
     )

@@ -20,8 +20,9 @@ from planner.mission.formats.simple_item import is_complex
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import plan_text, wpl_text, written_items
 from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
+from planner.mission.route.order import flown_order
 from planner.mission.route.queue import is_queued
-from planner.mission.route.route import flown_order, make_route
+from planner.mission.route.route import make_route
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.units import FASTEST_M_S
 from planner.values import Value, field_names, replace

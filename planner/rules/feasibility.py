@@ -17,7 +17,8 @@ from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, is_destination
-from planner.mission.route.route import is_counted
+from planner.mission.route.order import is_counted
+from planner.mission.route.queue import JUMPS
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, TARGET, judges
 
@@ -76,7 +77,6 @@ _REQUIRED: Mapping[int, Command] = {
     6: Command.NAV_RETURN_TO_LAUNCH,
 }
 """Item by bit of ARMING_MIS_ITEMS (AP_Arming.cpp, ``mission_checks``)."""
-_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
 _FEWEST_COUNTED, _MOST_COUNTED = 15, 100
 """AP_MISSION_MAX_NUM_DO_JUMP_COMMANDS, by the memory of the board (AP_Mission.h)."""
 _RALLY_BIT = 5
@@ -417,7 +417,7 @@ def _too_many_jumps(a: Assessment, _target: Target) -> Iterator[Finding]:
     counted = [
         number
         for number, item in enumerate(a.mission.items, start=1)
-        if item.command in _JUMPS and number in reached and is_counted(item)
+        if item.command in JUMPS and number in reached and is_counted(item)
     ]
     if len(counted) <= _FEWEST_COUNTED:
         return

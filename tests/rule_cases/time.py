@@ -10,7 +10,7 @@ from made_terrain import slope
 from rule_cases.altitude import landing_at
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
-from planner.mission.route.route import flown_order
+from planner.mission.route.order import flown_order
 from planner.values import replace
 
 if TYPE_CHECKING:

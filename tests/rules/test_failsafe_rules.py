@@ -37,6 +37,7 @@ from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from typing import Any
 
     from planner.findings import Finding
@@ -206,7 +207,7 @@ def test_px4_returns_when_its_estimate_says_the_charge_will_not_last() -> None:
 def test_px4_returns_by_default_before_1_17(
     version: tuple[int, int] | None, severity: Severity | None
 ) -> None:
-    def reckoned(charge: float, **values: Any) -> list[Severity]:
+    def reckoned(charge: float, given: Mapping[str, Any] = {}) -> list[Severity]:
         result = checked(
             autopilot=Autopilot.PX4,
             charge=charge,
@@ -215,13 +216,13 @@ def test_px4_returns_by_default_before_1_17(
             BAT_CRIT_THR=0.01,
             BAT_EMERGEN_THR=0.01,
             BAT1_CAPACITY=8000.0,
-            **values,
+            **given,
         )
         return [f.severity for f in told(result, "E103") if "PX4's own estimate" in f.message]
 
     assert reckoned(0.27) == ([] if severity is None else [severity])
     assert not reckoned(0.35), "the charge lasts, as in the test above"
-    assert not reckoned(0.27, COM_FLTT_LOW_ACT=0)
+    assert not reckoned(0.27, {"COM_FLTT_LOW_ACT": 0})
 
 
 def test_px4_reckons_its_return_every_two_seconds() -> None:

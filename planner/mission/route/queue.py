@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 CONDITIONS = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE, Command.CONDITION_YAW})
 HELD = frozenset({Command.DO_CHANGE_SPEED, Command.DO_SET_HOME, Command.DO_FENCE_ENABLE})
 """Commands that change the flight or how it is judged; of any other it does not matter when."""
-_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
+JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
 """Followed when the next command is looked for (``AP_Mission::get_next_cmd``); a tag is carried out."""
 _TURN_DEG_S = 60.0
 """Rate of a turn whose item gives none: the default of ATC_SLEW_YAW, as of AUTO_YAW_SLEW_RATE before it
@@ -43,7 +43,7 @@ HELD_BACK = Rule(
 
 def is_queued(command: int) -> bool:
     """Return whether ArduPilot carries out a command in its queue, beside the flight to the next place."""
-    return not is_navigation(command) and command not in _JUMPS
+    return not is_navigation(command) and command not in JUMPS
 
 
 class Condition(Value):

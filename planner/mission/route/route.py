@@ -1,15 +1,7 @@
-"""From a mission to the route it asks for: jumps followed, places in metres, heights above home.
-
-DO_JUMP names its target by id (``doJumpId`` of a plan, the row's number in a text file),
-DO_JUMP_TAG by the tag of a JUMP_TAG item.  PX4 counts how often each jump was taken for the whole
-mission: an outer loop does not start an inner one again (``do_jump_current_count``).  So did ArduPilot;
-since April 2025 (#29763, Copter 4.7) the count starts again when a loop is over, unless bit 3 of
-MIS_OPTIONS is set.  Which it is does not show in a mission: ArduPilot's longer flight is predicted.
-"""
+"""From a mission to the route it asks for: items in flown order, places in metres, heights above home."""
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +19,8 @@ from planner.mission.commands import (
     is_navigation,
 )
 from planner.mission.items import MissionFormat, VehicleKind
-from planner.mission.route.queue import HELD, is_queued
+from planner.mission.route.order import FlownOrder, flown_order
+from planner.mission.route.queue import JUMPS
 from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     ITEM_NOT_MODELLED,
@@ -38,7 +31,7 @@ from planner.mission.route.walk import (
     ground_amsl_m,
     is_on_earth,
 )
-from planner.values import Value, replace
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -48,9 +41,6 @@ if TYPE_CHECKING:
     from planner.mission.items import Home, Mission, MissionItem
 
 
-MOST_VISITS = 20_000
-"""A mission whose jumps lead past so many items again is cut here, with a finding."""
-_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
 _FLOWN_ON_TO = frozenset(
     {
         *(Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TIME),
@@ -58,269 +48,6 @@ _FLOWN_ON_TO = frozenset(
     }
 )
 """``ModeAuto::set_next_wp``: what ArduPilot flies on to through a waypoint."""
-CARRIED_OUT_EARLY = Rule(
-    "T123 carried-out-early",
-    Severity.WARNING,
-    summary="An item behind a jump is carried out a lap early, or one at the head of the loop skipped.",
-    why="ArduPilot carries out DO_ items beside the flight, and looks for the next one from the last on: "
-    "where a jump is taken for the last time and a DO_ item stands before it, that look goes past the jump, "
-    "and what stands behind it acts on the whole last lap (ArduPilot #30376).  From 4.7 on the jump counts "
-    "anew behind the loop (#29763): that look then leads to the head of the loop.",
-    how="A counted jump, a DO_ item between it and the place before, and DO_CHANGE_SPEED, DO_SET_HOME or "
-    "DO_FENCE_ENABLE behind it: predicted as ArduPilot does it, and carried out once more behind the loop.  "
-    "DO_ items at the head of the loop are not carried out in that lap.  An error where such an item stands "
-    "behind the jump or at the head of the loop and the jump counts anew: without bit 3 of MIS_OPTIONS (8) "
-    "in --params and --target before 4.7; and where it may be found by way of a second jump.",
-    fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
-    "jump and those behind it",
-)
-_EARLY = "behind the jump is carried out at the beginning of the last lap already"
-_SKIPPED = "at the head of the loop is not carried out in the last lap"
-_NOT_AGAIN = "behind the jump is not carried out behind the loop by ArduCopter 4.7 on, as predicted"
-_ONCE_MORE = (
-    "at the head of the loop is carried out behind it once more by ArduCopter 4.7 on: not predicted"
-)
-_BEYOND = (
-    "may be carried out at another time, by way of two jumps one behind the other: not predicted"
-)
-_FOREVER = -1
-_FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
-_ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
-
-
-class FlownOrder(Value):
-    """The items of a mission in the order they are reached."""
-
-    visits: tuple[int, ...]
-    """Item numbers from 1, repeated where a jump leads back."""
-    lap_start: int | None = None
-    """Where the last lap of an endless loop begins, as a position in ``visits``; it is flown once
-    more after the loop closed, to its end.  ``None`` where the mission ends."""
-    lap_item: int | None = None
-    """The item that closes the endless loop."""
-    targets: Mapping[int, int] = {}
-    """Where jumps lead, both as positions in the items."""
-    findings: tuple[Finding, ...] = ()
-
-
-JUMPS_TOO_LONG = Rule(
-    "T106 jumps-too-long",
-    Severity.ERROR,
-    summary="The jumps of the mission lead past too many items to predict.",
-    why="A count mistaken by a digit makes a mission of days, which is reported, not computed.",
-    how="Items are followed in flown order, up to 20,000 more than there are in the file.",
-    fix="give the jumps smaller counts",
-    instead="jumps with smaller counts",
-)
-
-
-def flown_order(
-    items: tuple[MissionItem, ...], dialect: Autopilot | None, *, keeps_counts: bool = False
-) -> FlownOrder:
-    """Return in which order items are reached, from the first to the end or once round an endless loop.
-
-    PX4 has no jump tags.  ArduPilot counts a jump anew once it was counted to its end, unless it
-    ``keeps_counts``.
-    """
-    counts_anew = dialect is Autopilot.ARDUPILOT and not keeps_counts
-    if not any(item.command in _JUMPS for item in items):
-        return FlownOrder(visits=tuple(range(1, len(items) + 1)))
-    targets, findings = _targets(items, dialect)
-    visits: list[int] = []
-    taken: dict[int, int] = {}
-    looks_behind = False
-    closed: tuple[int, int] | None = None
-    at = 0
-    while at < len(items):
-        if len(visits) >= len(items) + MOST_VISITS:
-            message = (
-                f"the jumps lead past more than {MOST_VISITS:,} items: "
-                "the prediction ends there, the mission continues"
-            )
-            findings.append(JUMPS_TOO_LONG.finding(message))
-            break
-        item = items[at]
-        looks_behind &= not is_navigation(item.command)
-        if looks_behind and is_queued(item.command):
-            findings += _in_the_last_lap(items, (at + 1,), _SKIPPED)
-        else:
-            visits.append(at + 1)
-        target = targets.get(at)
-        if target is None:
-            at += 1
-        elif closed is not None and closed[0] == at:
-            break
-        else:
-            repeats = _repeats(item)
-            is_endless = repeats in _ENDLESS
-            if is_endless and target <= at:
-                closed = (at, len(visits))
-                at = target
-            elif is_endless or taken.get(at, 0) < repeats:
-                taken[at] = taken.get(at, 0) + 1
-                is_last = dialect is Autopilot.ARDUPILOT and taken[at] == repeats
-                early = _looked_up_behind(items, visits) if is_last else None
-                looks_behind = early is not None
-                visits[-1:] = [*(early or ()), at + 1]
-                findings += _early_findings(items, targets, at + 1, early)
-                at = target
-            else:
-                if counts_anew and taken.pop(at, 0):
-                    findings += _behind_the_loop(items, visits, targets)
-                at += 1
-    return FlownOrder(
-        visits=tuple(visits),
-        lap_start=None if closed is None else closed[1],
-        lap_item=None if closed is None else closed[0] + 1,
-        targets=targets,
-        findings=tuple(findings),
-    )
-
-
-def _looked_up_behind(items: tuple[MissionItem, ...], visits: list[int]) -> tuple[int, ...] | None:
-    """Return the DO_ items behind a jump taken for the last time, if ArduPilot looks for them there.
-
-    It does where it had one to carry out since the last place reached, and then at none elsewhere.
-
-    Notes
-    -----
-    ``AP_Mission::advance_current_do_cmd`` looks on from the last DO_ item in the list, not in flown order:
-    ``get_next_cmd`` goes past a jump that was counted to its end just before.
-    """
-    return _queued_from(items, visits[-1]) if _has_queued(items, visits) else None
-
-
-def _early_findings(
-    items: tuple[MissionItem, ...],
-    targets: Mapping[int, int],
-    behind: int,
-    early: tuple[int, ...] | None,
-) -> list[Finding]:
-    """Return what to say of items looked up behind a jump, from a position on; ``None``: not looked up."""
-    if early is None:
-        return []
-    return _in_the_last_lap(items, early, _EARLY) + _beyond_jumps(items, targets, behind)
-
-
-def _behind_the_loop(
-    items: tuple[MissionItem, ...], visits: list[int], targets: Mapping[int, int]
-) -> list[Finding]:
-    """Return what ArduPilot does otherwise behind a loop, as it counts a jump anew.
-
-    Where it had a DO_ item to carry out since the last place reached it looks for the next from the jump on,
-    whose count is 0 again, and so at the head of the loop.
-    """
-    if not _has_queued(items, visits):
-        return []
-    findings = _in_the_last_lap(items, _queued_from(items, visits[-1]), _NOT_AGAIN)
-    target = targets[visits[-1] - 1]
-    findings += _in_the_last_lap(items, _queued_from(items, target), _ONCE_MORE)
-    findings += _beyond_jumps(items, targets, target)
-    return [replace(one, severity=Severity.ERROR) for one in findings]
-
-
-def _beyond_jumps(
-    items: tuple[MissionItem, ...], targets: Mapping[int, int], start: int
-) -> list[Finding]:
-    """Return that a search from a position on may find DO_ items by way of further jumps."""
-    numbers: list[int] = []
-    seen: set[int] = set()
-    ahead = [start]
-    while ahead:
-        at = ahead.pop()
-        seen.add(at)
-        jump = at + len(_queued_from(items, at))
-        if jump < len(items) and items[jump].command in _JUMPS:
-            onward = {jump + 1, targets.get(jump, jump + 1)}
-            numbers += (number for one in onward for number in _queued_from(items, one))
-            ahead += onward - seen
-    findings = _in_the_last_lap(items, tuple(dict.fromkeys(numbers)), _BEYOND)
-    return [replace(one, severity=Severity.ERROR) for one in findings]
-
-
-def _has_queued(items: tuple[MissionItem, ...], visits: list[int]) -> bool:
-    """Return whether a DO_ item stands since the last place reached."""
-    since = itertools.takewhile(
-        lambda command: not is_navigation(command),
-        (items[number - 1].command for number in reversed(visits)),
-    )
-    return any(is_queued(command) for command in since)
-
-
-def _queued_from(items: tuple[MissionItem, ...], at: int) -> tuple[int, ...]:
-    """Return the numbers of the DO_ items that follow each other from a position on."""
-    numbers = range(at + 1, len(items) + 1)
-    return tuple(itertools.takewhile(lambda number: is_queued(items[number - 1].command), numbers))
-
-
-def _in_the_last_lap(
-    items: tuple[MissionItem, ...], numbers: tuple[int, ...], what: str
-) -> list[Finding]:
-    return [
-        CARRIED_OUT_EARLY.finding(
-            f"{command_name(items[number - 1].command)} {what}",
-            item=number,
-            place=items[number - 1].place,
-        )
-        for number in numbers
-        if items[number - 1].command in HELD
-    ]
-
-
-JUMP_TARGET = Rule(
-    "M103 jump-target",
-    Severity.ERROR,
-    summary="A jump leads nowhere.",
-    why="A jump to a missing item ends the mission or makes the autopilot refuse it; a jump to itself "
-    "once skipped the whole mission (ArduPilot #28604).",
-    how="The target of DO_JUMP or DO_JUMP_TAG is no item of the mission, or the jump itself.",
-    fix="give the jump the id of an item before or after it",
-    instead="a jump to an item of the mission",
-)
-
-
-def _targets(
-    items: tuple[MissionItem, ...], dialect: Autopilot | None
-) -> tuple[dict[int, int], list[Finding]]:
-    """Return for each jump that leads somewhere its target, both as positions in ``items``."""
-    numbered = list(enumerate(items))[::-1]  # the first with an id or a tag counts
-    by_id = {item.jump_id: at for at, item in numbered}
-    by_tag = {item.param1: at for at, item in numbered if item.command == Command.JUMP_TAG}
-    targets: dict[int, int] = {}
-    findings: list[Finding] = []
-    for at, item in enumerate(items):
-        if item.command not in _JUMPS:
-            continue
-        is_tag = item.command == Command.DO_JUMP_TAG
-        named, target = item.param1, None
-        if named is not None:
-            target = by_tag.get(named) if is_tag else by_id.get(int(named))
-        if is_tag and dialect is Autopilot.PX4:
-            problem = "PX4 has no jump tags"
-        elif target is None:
-            which = "(not given)" if named is None else f"{named:g}"
-            problem = f"no {'tag' if is_tag else 'item'} {which}"
-        elif target == at:
-            problem = "jumps to itself"
-        else:
-            targets[at] = target
-            continue
-        message = f"{command_name(item.command)}: {problem}; predicted without the jump"
-        findings.append(JUMP_TARGET.finding(message, item=at + 1, place=item.place))
-    return targets, findings
-
-
-def is_counted(item: MissionItem) -> bool:
-    """Return whether a jump is taken a number of times, not endlessly."""
-    return _repeats(item) not in _ENDLESS
-
-
-def _repeats(item: MissionItem) -> int:
-    """Return how often a jump is taken; any negative count is endless."""
-    repeats = 0.0 if item.param2 is None else item.param2
-    return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
-
-
 _LOWEST_HOME_M = -500.0
 _HIGHEST_HOME_M = 9000.0
 
@@ -334,7 +61,7 @@ def make_route(
     firings: Mapping[int, float] | None = None,
     continues_after: frozenset[StageKind] | None = None,
     payload_waits_s: Mapping[int, float] | None = None,
-    keeps_counts: bool = False,
+    keeps_counts: bool | None = None,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -354,8 +81,8 @@ def make_route(
         the dialect's own settings.
     payload_waits_s : Mapping, optional
         How long the vehicle waits at items of what it carries, by their command. [s]
-    keeps_counts : bool
-        Whether ArduPilot keeps the count of a jump that was counted to its end.
+    keeps_counts : bool, optional
+        Whether ArduPilot keeps the count of a jump that was counted to its end; default not known.
 
     Raises
     ------
@@ -385,7 +112,7 @@ def make_route(
             break
         if position == order.lap_start:
             lap_start = len(state.stages)
-        if dialect is Autopilot.ARDUPILOT and order.targets:
+        if position in order.foreseen:
             elsewhere |= _plan_ahead(state, order, mission.items, position)
         reached.append(number)
         is_last = position == len(order.visits) - 1
@@ -451,17 +178,18 @@ def _plan_ahead(
     state: MissionState, order: FlownOrder, items: Sequence[MissionItem], position: int
 ) -> set[int]:
     """Mark that the next place is not seen where it is not, and return the jump where a wrong one is."""
-    looked_up = _looked_up(order, items, position)
-    if looked_up is None or not state.stages:
+    if not state.stages:
         return set()
+    jump, planned = order.foreseen[position]
+    command = Command.NAV_RETURN_TO_LAUNCH if planned is None else items[planned - 1].command
     before = state.stages[-1]
-    if looked_up not in _FLOWN_ON_TO:
+    if command not in _FLOWN_ON_TO:
         state.stages[-1] = replace(before, is_next_unseen=True)
     elif before.kind in {StageKind.GO, StageKind.SPLINE} and not before.hold_s:
         ahead = (items[number - 1].command for number in order.visits[position:])
         comes = next((command for command in ahead if is_navigation(command)), None)
         # A return plans its path anew (ModeRTL::init) and drops the leg planned ahead.
-        return set() if comes == Command.NAV_RETURN_TO_LAUNCH else {order.visits[position - 1]}
+        return set() if comes == Command.NAV_RETURN_TO_LAUNCH else {jump}
     return set()
 
 
@@ -479,24 +207,6 @@ FLOWN_ELSEWHERE = Rule(
     fix="let the jump lead to a place, or hold for 1 s at the place before it",
     instead="a jump to a place",
 )
-
-
-def _looked_up(order: FlownOrder, items: Sequence[MissionItem], position: int) -> int | None:
-    """Return what ArduPilot takes for the next place, where a jump leads to none; ``None``: the right one.
-
-    Notes
-    -----
-    ``AP_Mission::get_next_nav_cmd`` goes from place to place in the list: where a jump leads to an item that
-    is not flown, it looks on behind the jump.  What it finds there decides whether it stops before.
-    """
-    jump = order.visits[position - 1] if position else 0
-    target = order.targets.get(jump - 1)
-    if target is None or order.visits[position] == jump + 1:
-        return None
-    if is_navigation(items[target].command):
-        return None
-    behind = (item.command for item in items[jump:] if is_navigation(item.command))
-    return next(behind, Command.NAV_RETURN_TO_LAUNCH)
 
 
 CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
@@ -527,7 +237,7 @@ def _takes_off_next(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
     the ground, a take-off or not (``MissionBase::checkClimbRequired`` asks when the mission begins, not
     after a landing in it): up, where that is over where it stands.
     """
-    places = (item for item in ahead if item.command not in _JUMPS)
+    places = (item for item in ahead if item.command not in JUMPS)
     last_delay = -1
     for place, item in enumerate(places):
         if state.dialect is Autopilot.PX4 and item.command in LIFTS_OFF:

@@ -1,0 +1,387 @@
+"""In which order the items of a mission are reached: jumps followed, DO_ items where they are carried out.
+
+DO_JUMP names its target by id (``doJumpId`` of a plan, the row's number in a text file),
+DO_JUMP_TAG by the tag of a JUMP_TAG item.  PX4 counts how often each jump was taken for the whole
+mission: an outer loop does not start an inner one again (``do_jump_current_count``).  So did ArduPilot;
+since April 2025 (#29763, Copter 4.7) the count starts again when a loop is over, unless bit 3 of
+MIS_OPTIONS is set.  Where it is not known which, the newer, which is the longer flight, is predicted.
+
+ArduPilot searches twice: for the next place, and beside it, from the last DO_ item on, for the next of
+those (``AP_Mission::advance_current_nav_cmd``, ``advance_current_do_cmd``).  Where jumps stand between them
+the two may go different ways.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from planner.autopilot import Autopilot
+from planner.findings import Rule, Severity
+from planner.mission.commands import Command, command_name, is_navigation
+from planner.mission.route.queue import HELD, JUMPS
+from planner.values import Value, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.findings import Finding
+    from planner.mission.items import MissionItem
+
+MOST_VISITS = 20_000
+"""A mission whose jumps lead past so many items again is cut here, with a finding."""
+_MOST_FOUND = 255
+"""Items in which ArduPilot looks for the next place before it ends the mission."""
+_MOST_JUMPS = 64
+"""That one search of ArduPilot follows."""
+_FOREVER = -1
+_FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
+_ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
+
+CARRIED_OUT_EARLY = Rule(
+    "T123 carried-out-early",
+    Severity.WARNING,
+    summary="ArduPilot carries out an item near a jump elsewhere than in flown order, or not at all.",
+    why="ArduPilot carries out DO_ items beside the flight, and looks for the next one from the last on: "
+    "where a jump is taken for the last time and a DO_ item stands before it, that look goes past the jump, "
+    "and what stands behind it acts on the whole last lap (ArduPilot #30376).  From 4.7 on the jump counts "
+    "anew behind the loop (#29763): that look then leads to the head of the loop.",
+    how="DO_CHANGE_SPEED, DO_SET_HOME or DO_FENCE_ENABLE that AP_Mission finds on its look for DO_ items and "
+    "not on the way to the next place, or the other way round: predicted as ArduPilot does it.  An error "
+    "where that differs between versions and neither --target nor the parameter file names one; and "
+    "where a loop without a place in it has items carried out in turn for as long as the next leg lasts, "
+    "each undoing the other.",
+    fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
+    "jump and those behind it",
+)
+_ELSEWHERE = "is carried out on the way to item {place} already, where flown order does not lead"
+_PASSED_OVER = "is not carried out on the way to item {place}, though flown order leads past it"
+_OF_ONE_VERSION = (
+    "; ArduCopter before 4.7 does otherwise than from 4.7 on: give the version with --target"
+)
+_IN_TURN = (
+    "is carried out again and again on the way to item {place}, in turn with others of the loop, which has "
+    "no place in it: not predicted"
+)
+
+
+class FlownOrder(Value):
+    """The items of a mission in the order they are reached."""
+
+    visits: tuple[int, ...]
+    """Item numbers from 1, repeated where a jump leads back."""
+    lap_start: int | None = None
+    """Where the last lap of an endless loop begins, as a position in ``visits``; it is flown once
+    more after the loop closed, to its end.  ``None`` where the mission ends."""
+    lap_item: int | None = None
+    """The item that closes the endless loop."""
+    foreseen: Mapping[int, tuple[int, int | None]] = {}
+    """Where ArduPilot plans another place ahead than the one that comes: the jump behind the place flown to,
+    and the item planned, if any; by the position in ``visits`` of the first item behind that place."""
+    findings: tuple[Finding, ...] = ()
+
+
+JUMPS_TOO_LONG = Rule(
+    "T106 jumps-too-long",
+    Severity.ERROR,
+    summary="The jumps of the mission lead past too many items to predict.",
+    why="A count mistaken by a digit makes a mission of days, which is reported, not computed.",
+    how="Items are followed in flown order, up to 20,000 more than there are in the file.",
+    fix="give the jumps smaller counts",
+    instead="jumps with smaller counts",
+)
+
+
+def flown_order(
+    items: tuple[MissionItem, ...], dialect: Autopilot | None, *, keeps_counts: bool | None = None
+) -> FlownOrder:
+    """Return in which order items are reached, from the first to the end or once round an endless loop.
+
+    PX4 has no jump tags.  ArduPilot counts a jump anew once it was counted to its end, unless it
+    ``keeps_counts``; ``None``: it is not known whether it does.
+    """
+    if not any(item.command in JUMPS for item in items):
+        return FlownOrder(visits=tuple(range(1, len(items) + 1)))
+    targets, findings = _targets(items, dialect)
+    if dialect is Autopilot.ARDUPILOT:
+        order = _Searches(items, targets, counts_anew=keeps_counts is not True).order()
+        if keeps_counts is None:
+            kept = _Searches(items, targets, counts_anew=False).order()
+            order = replace(order, findings=_of_both(order.findings, kept.findings))
+    else:
+        order = _in_turn(items, targets)
+    findings += order.findings
+    most = len(items) + MOST_VISITS
+    if len(order.visits) > most:
+        message = (
+            f"the jumps lead past more than {MOST_VISITS:,} items: "
+            "the prediction ends there, the mission continues"
+        )
+        findings.append(JUMPS_TOO_LONG.finding(message))
+    return replace(order, visits=order.visits[:most], findings=tuple(findings))
+
+
+def _in_turn(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> FlownOrder:
+    """Return the order of an autopilot that goes from item to item."""
+    visits: list[int] = []
+    taken: dict[int, int] = {}
+    closed: tuple[int, int] | None = None
+    at = 0
+    while at < len(items) and len(visits) <= len(items) + MOST_VISITS:
+        visits.append(at + 1)
+        target = targets.get(at)
+        repeats = 0 if target is None else _repeats(items[at])
+        if target is None:
+            at += 1
+        elif closed is not None and closed[0] == at:
+            break
+        elif repeats in _ENDLESS and target <= at:
+            closed = (at, len(visits))
+            at = target
+        elif repeats in _ENDLESS or taken.get(at, 0) < repeats:
+            taken[at] = taken.get(at, 0) + 1
+            at = target
+        else:
+            at += 1
+    return FlownOrder(
+        visits=tuple(visits),
+        lap_start=None if closed is None else closed[1],
+        lap_item=None if closed is None else closed[0] + 1,
+    )
+
+
+class _Way(NamedTuple):
+    """What ArduPilot found on its way to the next place, as positions in the items."""
+
+    path: list[int]
+    """Jumps and DO_ items in the order the search met them."""
+    place: int | None
+    """``None``: the mission ends there, or an endless loop closes."""
+
+
+class _Searches:
+    """ArduPilot's two searches through a mission that runs; positions count from 0.
+
+    Notes
+    -----
+    ``AP_Mission::get_next_cmd`` follows jumps, counting them on the way to the next place alone.
+    """
+
+    def __init__(
+        self, items: tuple[MissionItem, ...], targets: Mapping[int, int], *, counts_anew: bool
+    ) -> None:
+        self.items = items
+        self.targets = targets
+        self.counts_anew = counts_anew
+        self.taken: dict[int, int] = {}
+        self.closing: int | None = None
+        """The endless jump back that was taken."""
+        self.is_closed = False
+        self.findings: dict[tuple[str, int], Finding] = {}
+
+    def order(self) -> FlownOrder:
+        """Return the order to the end of the mission, or once round an endless loop."""
+        visits: list[int] = []
+        foreseen: dict[int, tuple[int, int | None]] = {}
+        lap_start: int | None = None
+        at = 0
+        while len(visits) <= len(self.items) + MOST_VISITS:
+            planned = self._planned_from(at)
+            known = self.closing
+            path, place = self._way_from(at)
+            jump = next((one for one in path if one in self.targets), None)
+            if at and jump is not None and planned != place and not self.is_closed:
+                foreseen[len(visits)] = (jump + 1, None if planned is None else planned + 1)
+            reached = path if place is None else self._carried_out(path, place)
+            if self.closing is not None and known is None:
+                lap_start = len(visits) + reached.index(self.closing) + 1
+            visits += (one + 1 for one in reached)
+            if place is None:
+                break
+            at = place + 1
+        return FlownOrder(
+            visits=tuple(visits),
+            lap_start=lap_start,
+            lap_item=None if self.closing is None else self.closing + 1,
+            foreseen=foreseen,
+            findings=tuple(self.findings.values()),
+        )
+
+    def _way_from(self, at: int) -> _Way:
+        """Return the way to the next place, counting jumps (``advance_current_nav_cmd``)."""
+        path: list[int] = []
+        for _ in range(_MOST_FOUND):
+            found = self._next(at, path)
+            if found is None or is_navigation(self.items[found].command):
+                return _Way(path, found)
+            path.append(found)
+            at = found + 1
+        return _Way(path, None)
+
+    def _planned_from(self, at: int) -> int | None:
+        """Return what is taken for the next place while the one before is flown to.
+
+        Notes
+        -----
+        ``AP_Mission::get_next_nav_cmd`` goes from place to place in the list: where a jump leads to an item
+        that is not flown, it looks on behind the jump.
+        """
+        for start in range(at, len(self.items)):
+            found = self._next(start)
+            if found is None or is_navigation(self.items[found].command):
+                return found
+        return None
+
+    def _next(self, at: int, path: list[int] | None = None) -> int | None:
+        """Return the next item that is no jump; jumps count where there is a path to put them on."""
+        first: int | None = None
+        jumps = 0
+        while at < len(self.items):
+            if self.items[at].command not in JUMPS:
+                return at
+            jumps += at in self.targets
+            if jumps > _MOST_JUMPS or (path is None and first == at):
+                return None
+            first = at if first is None else first
+            if path is not None:
+                path.append(at)
+            onward = self._onward(at, counts=path is not None)
+            if onward is None:
+                return None
+            at = onward
+        return None
+
+    def _onward(self, at: int, *, counts: bool) -> int | None:
+        """Return where a jump leads; ``None``: once more round an endless loop."""
+        target = self.targets.get(at)
+        if target is None:  # leads nowhere: predicted without it
+            return at + 1
+        repeats, taken = _repeats(self.items[at]), self.taken.get(at, 0)
+        if repeats in _ENDLESS:
+            if counts and target <= at:
+                self.is_closed = self.closing == at
+                self.closing = at if self.closing is None else self.closing
+            return None if self.is_closed else target
+        if taken < repeats:
+            self.taken[at] = taken + counts
+            return target
+        if counts and self.counts_anew:
+            self.taken[at] = 0
+        return at + 1
+
+    def _carried_out(self, path: list[int], place: int) -> list[int]:
+        """Return what is reached up to a place: jumps, DO_ items where they are carried out, the place.
+
+        Of what stands on the way the first is started, each further one by a look from the last on, which
+        does not count jumps and ends at a place (``advance_current_do_cmd``).
+        """
+        on_way = [at for at in path if self.items[at].command not in JUMPS]
+        found = on_way[:1]
+        at = self._next(found[-1] + 1) if found else None
+        while at is not None and not is_navigation(self.items[at].command) and at not in found:
+            found.append(at)
+            at = self._next(at + 1)
+        if at in found:
+            self._note_circle(found[found.index(at) :], place)
+        self._note(set(found) - set(on_way), _ELSEWHERE, place)
+        self._note(set(on_way) - set(found), _PASSED_OVER, place)
+        reached: list[int] = []
+        left = list(path)
+        for one in found:
+            if one in left:
+                before = left[: left.index(one)]
+                reached += (at for at in before if self.items[at].command in JUMPS)
+                left = left[len(before) + 1 :]
+            reached.append(one)
+        return [*reached, *(at for at in left if self.items[at].command in JUMPS), place]
+
+    def _note(
+        self, positions: set[int], what: str, place: int, severity: Severity | None = None
+    ) -> None:
+        for at in sorted(positions):
+            item = self.items[at]
+            if item.command in HELD:
+                message = f"{command_name(item.command)} {what.format(place=place + 1)}"
+                self.findings.setdefault(
+                    (what, at),
+                    CARRIED_OUT_EARLY.finding(
+                        message, item=at + 1, place=item.place, severity=severity
+                    ),
+                )
+
+    def _note_circle(self, circle: list[int], place: int) -> None:
+        """Note items of a circle that undo each other."""
+        values: dict[tuple[int, float | None], set[float | None]] = {}
+        for at in circle:
+            item = self.items[at]
+            is_speed = item.command == Command.DO_CHANGE_SPEED
+            key = (item.command, item.param1 if is_speed else None)
+            values.setdefault(key, set()).add(item.param2 if is_speed else item.param1)
+        undone = {command for (command, _), each in values.items() if len(each) > 1}
+        undone.add(Command.DO_SET_HOME)  # it may follow the vehicle
+        in_turn = {at for at in circle if self.items[at].command in undone}
+        self._note(in_turn, _IN_TURN, place, Severity.ERROR)
+
+
+def _of_both(anew: Sequence[Finding], kept: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return the findings of either way to count; what is of one of them alone is an error."""
+    of_kept, of_anew = ({one.message for one in found} for found in (kept, anew))
+    return tuple(
+        one
+        if one.message in of_kept and one.message in of_anew
+        else replace(one, message=one.message + _OF_ONE_VERSION, severity=Severity.ERROR)
+        for one in (*anew, *(one for one in kept if one.message not in of_anew))
+    )
+
+
+JUMP_TARGET = Rule(
+    "M103 jump-target",
+    Severity.ERROR,
+    summary="A jump leads nowhere.",
+    why="A jump to a missing item ends the mission or makes the autopilot refuse it; a jump to itself "
+    "once skipped the whole mission (ArduPilot #28604).",
+    how="The target of DO_JUMP or DO_JUMP_TAG is no item of the mission, or the jump itself.",
+    fix="give the jump the id of an item before or after it",
+    instead="a jump to an item of the mission",
+)
+
+
+def _targets(
+    items: tuple[MissionItem, ...], dialect: Autopilot | None
+) -> tuple[dict[int, int], list[Finding]]:
+    """Return for each jump that leads somewhere its target, both as positions in ``items``."""
+    numbered = list(enumerate(items))[::-1]  # the first with an id or a tag counts
+    by_id = {item.jump_id: at for at, item in numbered}
+    by_tag = {item.param1: at for at, item in numbered if item.command == Command.JUMP_TAG}
+    targets: dict[int, int] = {}
+    findings: list[Finding] = []
+    for at, item in enumerate(items):
+        if item.command not in JUMPS:
+            continue
+        is_tag = item.command == Command.DO_JUMP_TAG
+        named, target = item.param1, None
+        if named is not None:
+            target = by_tag.get(named) if is_tag else by_id.get(int(named))
+        if is_tag and dialect is Autopilot.PX4:
+            problem = "PX4 has no jump tags"
+        elif target is None:
+            which = "(not given)" if named is None else f"{named:g}"
+            problem = f"no {'tag' if is_tag else 'item'} {which}"
+        elif target == at:
+            problem = "jumps to itself"
+        else:
+            targets[at] = target
+            continue
+        message = f"{command_name(item.command)}: {problem}; predicted without the jump"
+        findings.append(JUMP_TARGET.finding(message, item=at + 1, place=item.place))
+    return targets, findings
+
+
+def is_counted(item: MissionItem) -> bool:
+    """Return whether a jump is taken a number of times, not endlessly."""
+    return _repeats(item) not in _ENDLESS
+
+
+def _repeats(item: MissionItem) -> int:
+    """Return how often a jump is taken; any negative count is endless."""
+    repeats = 0.0 if item.param2 is None else item.param2
+    return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
