@@ -47,7 +47,7 @@ SURVEY: dict[str, Any] = {
         "HoverAndCapture": False,
         "Refly90Degrees": False,
         "TurnAroundDistance": 10,
-        "VisualTransectPoints": [[47.398, 8.545], [47.399, 8.545]],
+        "VisualTransectPoints": [[47.398, 8.545]],
         "Items": [
             {
                 "autoContinue": True,

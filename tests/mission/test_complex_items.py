@@ -193,6 +193,46 @@ def test_of_two_counts_of_layers_the_greater_is_flown(written: int, flown: int) 
     assert len(items) == 4 + flown * (4 + 3)
 
 
+def layered(height_m: float, layer_m: float) -> dict[str, Any]:
+    camera = STRUCTURE_SCAN["CameraCalc"] | {"AdjustedFootprintFrontal": layer_m}
+    heights = {"StructureHeight": height_m, "ScanBottomAlt": 0.0, "Layers": 1}
+    return STRUCTURE_SCAN | heights | {"CameraCalc": camera}
+
+
+def test_layers_however_thin_are_counted_or_refused() -> None:
+    # StructureScanComplexItem::_recalcLayerInfo: max(ceil(height / layer), 1).
+    assert len(read(layered(1.0, 0.01)).items) == 4 + 100 * (4 + 3)
+    assert "more than 65,535 items" in refusal(TAKEOFF, layered(100.0, 0.01)).message
+    assert "more than 65,535 items" in refusal(TAKEOFF, layered(1.0, 1e-300)).message
+    for nothing_m in (0.0, -1.0):
+        [finding] = read(layered(100.0, nothing_m)).findings
+        assert (finding.code, finding.severity) == ("L115", Severity.ERROR)
+
+
+def surveyed(**changes: Any) -> list[str]:  # noqa: ANN401 (JSON)
+    """Return the codes of a survey flown at 47.3987° north, 8.5455° east, 50 m above home."""
+    here = simple_item(16, 3, 0, 0, 0, None, 47.3987, 8.5455, 50, number=2)
+    camera = {"DistanceToSurface": 50, "DistanceMode": 1}
+    held = {"Items": [here], "VisualTransectPoints": [[47.3987, 8.5455]], "CameraCalc": camera}
+    return [f.code for f in read(TAKEOFF, survey_without_items(**held | changes)).findings]
+
+
+@pytest.mark.parametrize(("metres", "told"), [(0.9, 0), (1.1, 1)])
+def test_a_survey_drawn_elsewhere_than_its_items_lead_is_told(metres: float, told: int) -> None:
+    # A degree of latitude is 111.2 km there.
+    point = [47.3987 + metres / 111_200, 8.5455]
+    found = surveyed(VisualTransectPoints=[[47.3987, 8.5455], point])
+    assert found.count("L166") == told
+
+
+@pytest.mark.parametrize(
+    ("shown_m", "mode", "told"), [(50.009, 1, 0), (50.011, 1, 1), (120, 1, 1), (120, 4, 0)]
+)
+def test_a_survey_shown_at_another_height_is_told(shown_m: float, mode: int, told: int) -> None:
+    camera = {"DistanceToSurface": shown_m, "DistanceMode": mode}
+    assert surveyed(CameraCalc=camera).count("L166") == told
+
+
 def test_an_outline_with_edges_in_line_is_not_moved_and_told() -> None:
     polygon = [[0.0, 0.0], [0.001, 0.0], [0.002, 0.0], [0.002, 0.001], [0.0, 0.001]]
     mission = read(STRUCTURE_SCAN | {"polygon": polygon})
@@ -282,7 +322,8 @@ def test_a_landing_pattern_of_version_one_has_two_references(
 
 
 def test_a_survey_without_items_is_flown_along_the_path_it_is_drawn_with() -> None:
-    mission = read(TAKEOFF, survey_without_items())
+    drawn = [[47.398, 8.545], [47.399, 8.545]]
+    mission = read(TAKEOFF, survey_without_items(VisualTransectPoints=drawn))
     assert [(i.latitude_deg, i.longitude_deg, i.altitude_m) for i in mission.items[1:]] == [
         (47.398, 8.545, 50.0),
         (47.399, 8.545, 50.0),

@@ -86,11 +86,7 @@ def test_ardupilot_carries_out_nothing_at_the_head_of_the_loop_in_the_last_lap()
         ((SLOW, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10)), (4, 2, 5, 6), [2]),
         ((CAMERA, waypoint(5, 10), CAMERA, jump(2, 2), waypoint(9, 10)), (4, 2, 5, 6), []),
         ((SLOW, waypoint(5, 10), jump(2, 2), FENCE_OFF, waypoint(9, 10)), (4, 5, 6), []),
-        (
-            (SLOW, waypoint(5, 10), CAMERA, jump(2, 0), FENCE_OFF, waypoint(9, 10)),
-            (4, 5, 6, 7),
-            [],
-        ),
+        ((SLOW, waypoint(5, 10), CAMERA, jump(2, 0), FENCE_OFF, waypoint(9, 10)), (4, 5, 6, 7), []),
     ],
 )
 def test_behind_a_loop_that_counts_anew_the_look_for_items_leads_to_its_head(

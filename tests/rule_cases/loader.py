@@ -54,6 +54,12 @@ def survey_without_items(**changes: object) -> dict[str, Any]:
     return survey
 
 
+def drawn_at(north_deg: float) -> dict[str, Any]:
+    """Return a survey with one item, drawn with one point."""
+    there = {"VisualTransectPoints": [[north_deg, 8.5455]], "Items": [THERE]}
+    return survey_without_items(**there)
+
+
 def jump_to(target: int, *more: dict[str, Any], firmware: int = 12) -> tuple[Finding, ...]:
     """Return what is reported of a plan with a jump."""
     jump = simple_item(177, 2, target, 1, 0, 0, 0, 0, 0, number=9)
@@ -127,6 +133,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: with_complex(STRUCTURE_SCAN),
         boundary=lambda: with_complex(STRUCTURE_SCAN, version=4),  # not expanded: L112
         silent=lambda: with_complex(SURVEY),
+    ),
+    "L166": RuleCases(
+        fires=lambda: with_complex(drawn_at(47.40)),
+        boundary=lambda: with_complex(drawn_at(47.3987 + 0.9 / 111_200)),
+        silent=lambda: with_complex(drawn_at(47.3987)),
     ),
     "L116": RuleCases(
         fires=lambda: with_complex(LANDING),

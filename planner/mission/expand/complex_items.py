@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.geo.geodesy import distance_m
 from planner.mission.commands import Command, Frame
 from planner.mission.expand import structure_scan
 from planner.mission.expand.survey import CLOSEST_SPACING_M, add_survey, read_frame, read_survey
-from planner.mission.formats.json_document import JsonDocument, JsonFields, describe
+from planner.mission.formats.json_document import (
+    LARGEST_LENGTH_M,
+    JsonDocument,
+    JsonFields,
+    describe,
+)
 from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN, PLAN_VALUE
 from planner.mission.items import MOST_ITEMS, make_items
 
@@ -118,6 +126,71 @@ def _add_embedded(item: JsonFields, simple_items: SimpleItemReader, sequence: It
             )
         ]
     )
+    _note_shown(transects, sequence)
+
+
+DRAWN_ELSEWHERE = Rule(
+    "L166 drawn-elsewhere",
+    Severity.WARNING,
+    summary="QGroundControl draws a survey or corridor elsewhere than its items lead, or at another height.",
+    why="The items are what it sends; the path, the distance to the surface and what it works out from them "
+    "are what it shows, and sends as soon as anything of the survey is edited.",
+    how="A point of VisualTransectPoints more than 1 m from every item, or waypoints that are not at "
+    "DistanceToSurface, to 0.01 m, where altitudes do not follow the terrain.  The items are predicted.",
+    fix="open the plan in QGroundControl, move a corner of the area and save",
+)
+_ELSEWHERE_M = 1.0
+_SAME_HEIGHT_M = 0.01
+
+
+def _note_shown(transects: JsonFields, sequence: ItemSequence) -> None:
+    """Report where what QGroundControl shows of a survey is not what its items fly."""
+    flown = [
+        (item.latitude_deg, item.longitude_deg)
+        for item in sequence.items
+        if item.latitude_deg is not None and item.longitude_deg is not None
+    ]
+    drawn = [
+        (float(point[0]), float(point[1]))
+        for point in transects.value.get("VisualTransectPoints") or ()
+        if isinstance(point, list) and len(point) == 2 and all(map(_is_angle, point))
+    ]
+    title = transects.title
+    if flown and (away := [point for point in drawn if point not in set(flown)]):
+        latitudes, longitudes = np.array(flown).T
+        off_m = max(float(np.min(distance_m(*point, latitudes, longitudes))) for point in away)
+        if off_m > _ELSEWHERE_M:
+            sequence.remark(
+                DRAWN_ELSEWHERE,
+                f"{title}: drawn up to {quantity.distance(off_m)} from where its items lead",
+            )
+    camera = transects.value.get("CameraCalc")
+    if not isinstance(camera, dict) or not _is_number(camera.get("DistanceToSurface")):
+        return
+    shown_m = float(camera["DistanceToSurface"])
+    frame = read_frame(transects, transects.fields("CameraCalc", title))
+    heights_m = {
+        item.altitude_m
+        for item in sequence.items
+        if item.command == Command.NAV_WAYPOINT
+        and item.frame == frame
+        and item.altitude_m is not None
+    }
+    if frame == Frame.GLOBAL_TERRAIN_ALT or not heights_m:
+        return
+    off_m = max(heights_m, key=lambda height_m: abs(height_m - shown_m))
+    if abs(off_m - shown_m) > _SAME_HEIGHT_M:
+        sequence.remark(
+            DRAWN_ELSEWHERE, f"{title}: shown at {shown_m:.10g} m and flown at {off_m:.10g} m"
+        )
+
+
+def _is_number(value: object) -> bool:
+    return type(value) in {int, float} and abs(value) <= LARGEST_LENGTH_M  # type: ignore[arg-type]
+
+
+def _is_angle(value: object) -> bool:
+    return _is_number(value) and abs(value) <= 180.0  # type: ignore[arg-type]
 
 
 def _add_drawn_path(item: JsonFields, sequence: ItemSequence) -> bool:

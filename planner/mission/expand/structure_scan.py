@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from planner.mission.items import ItemSequence
 
 
-_LEAST_LAYER_M = 0.01
 MOST_LAYERS = 10_000
 _FARTHEST_VERTEX_M = 1e6
 """Where the edges beside a spike are nearly parallel, they meet as far away as one likes. [m]"""
@@ -37,8 +36,10 @@ STRUCTURE_SCAN_EXPANDED = Rule(
     "read the entrance altitude wrongly, as 0 m.",
     how="The outline is moved outward by the distance to the surface; one lap per layer, from the "
     "first vertex, the first half a layer from the top or bottom: 4 + layers (n + 3) items.  A warning "
-    "where the layers in the file are not those QGroundControl will count; the more are flown.",
+    "where the layers in the file are not those QGroundControl will count; the more are flown.  An error "
+    "where it cannot count them: AdjustedFootprintFrontal is 0 or less.",
     fix="check the altitudes after loading the plan in QGroundControl, before the upload",
+    instead="a plan whose layers have a height",
 )
 
 
@@ -48,10 +49,8 @@ def add_structure_scan(scan: JsonFields, sequence: ItemSequence) -> None:
     written = scan.whole("Layers", least=1, most=MOST_LAYERS)
     layer_m = camera.length("AdjustedFootprintFrontal")
     top_m, bottom_m = scan.length("StructureHeight"), scan.length("ScanBottomAlt")
-    counted = (
-        max(math.ceil((top_m - bottom_m) / layer_m), 1) if layer_m > _LEAST_LAYER_M else written
-    )
-    layers = max(written, counted)
+    counted = _counted_layers(top_m - bottom_m, layer_m)
+    layers = written if counted is None else max(written, counted)
     from_top = scan.truth("StartFromTop")
     outline = read_outline(scan)
     if 4 + layers * (len(outline) + 3) > MOST_ITEMS:
@@ -87,7 +86,13 @@ def add_structure_scan(scan: JsonFields, sequence: ItemSequence) -> None:
         f"{len(path)} vertices from the first vertex, which QGroundControl does not save"
     )
     severity = None
-    if written != counted:
+    if counted is None:
+        severity = Severity.ERROR
+        message += (
+            f"; the layers are {layer_m:g} m high, of which QGroundControl counts nobody knows how many: "
+            "those of the file are predicted"
+        )
+    elif written != counted:
         severity = Severity.WARNING
         message += (
             f"; the file has {quantity.count(written, 'layer')}, QGroundControl will count "
@@ -100,6 +105,19 @@ def add_structure_scan(scan: JsonFields, sequence: ItemSequence) -> None:
             "outward and flies along the structure itself"
         )
     sequence.remark(STRUCTURE_SCAN_EXPANDED, message, severity=severity)
+
+
+def _counted_layers(height_m: float, layer_m: float) -> int | None:
+    """Return the layers that QGroundControl counts; ``None`` where it divides by nothing.
+
+    Notes
+    -----
+    ``StructureScanComplexItem::_recalcLayerInfo``: the height of the surface over that of a layer, rounded
+    up, one at least.
+    """
+    if layer_m <= 0.0:
+        return None
+    return max(math.ceil(min(max(height_m, 0.0) / layer_m, MOST_ITEMS)), 1)
 
 
 def _flown_outline(

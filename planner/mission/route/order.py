@@ -149,7 +149,7 @@ def _in_turn(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> Flow
     )
 
 
-class _Way(NamedTuple):
+class _Advance(NamedTuple):
     """What ArduPilot found on its way to the next place, as positions in the items."""
 
     path: list[int]
@@ -206,16 +206,16 @@ class _Searches:
             findings=tuple(self.findings.values()),
         )
 
-    def _way_from(self, at: int) -> _Way:
+    def _way_from(self, at: int) -> _Advance:
         """Return the way to the next place, counting jumps (``advance_current_nav_cmd``)."""
         path: list[int] = []
         for _ in range(_MOST_FOUND):
             found = self._next(at, path)
             if found is None or is_navigation(self.items[found].command):
-                return _Way(path, found)
+                return _Advance(path, found)
             path.append(found)
             at = found + 1
-        return _Way(path, None)
+        return _Advance(path, None)
 
     def _planned_from(self, at: int) -> int | None:
         """Return what is taken for the next place while the one before is flown to.
