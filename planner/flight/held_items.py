@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,8 @@ _SAME = 1e-3
 """Fractions of a leg that differ by less are one."""
 _AT_AN_END_M = 0.5
 """Nearer to the beginning or the end of a leg than this it is not divided. [m]"""
+_NEAR_M = 2.0 * _AT_AN_END_M
+"""Places on a leg nearer to each other than this are one, where no prediction agrees with itself. [m]"""
 _CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE})
 """Stages that are not divided where a speed changes."""
 _SAMPLES = 1000
@@ -46,6 +49,7 @@ def route_with_queue(
     flight, and the flight on it: it is predicted until neither changes.
     """
     firings: dict[int, float] = {}
+    before: dict[int, float] = {}
     route = make(firings)
     for _ in range(_MOST_PASSES):
         if not route.held or not route.stages:
@@ -67,8 +71,14 @@ def route_with_queue(
         ):
             reported = (*bounded, *_reported(mission, route.held, times))
             return replace(route, findings=(*route.findings, *reported))
-        firings = found
+        before, firings = firings, found
         route = make(firings)
+    other = make(before)
+    if _are_near(route, firings, before):  # it is carried out where legs are divided, or just not
+        times = _Times(route, pilot.fly(route)[0])
+        if (last := _Times(other, pilot.fly(other)[0])).flight_s > times.flight_s:
+            route, times = other, last
+        return replace(route, findings=(*route.findings, *_reported(mission, route.held, times)))
     one = route.held[0]
     unsettled = ITEM_NOT_MODELLED.finding(
         f"{one.command.name}: when its condition is met cannot be predicted",
@@ -77,6 +87,20 @@ def route_with_queue(
         place=mission.items[one.item - 1].place,
     )
     return replace(route, findings=(*route.findings, unsettled))
+
+
+def _are_near(route: Route, firings: Mapping[int, float], before: Mapping[int, float]) -> bool:
+    """Return whether items are carried out at nearly the same places by two predictions."""
+    if firings.keys() != before.keys():
+        return False
+    ends = {one.visit: (route.stages[one.last_stage], one.first_stage) for one in route.held}
+    for visit, fraction in firings.items():
+        end, first = ends[visit]
+        start = route.stages[first - 1] if first else replace(end, east_m=0.0, north_m=0.0)
+        length_m = math.hypot(end.east_m - start.east_m, end.north_m - start.north_m)
+        if abs(fraction - before[visit]) * length_m > _NEAR_M:
+            return False
+    return True
 
 
 def _bound(
@@ -116,6 +140,7 @@ class _Times:
     def __init__(self, route: Route, motion: Motion) -> None:
         self._motion = motion
         end_s = np.concatenate(([0.0], motion.segments.end_s))
+        self.flight_s = float(end_s[-1])
         self._arrival_s = end_s[np.maximum.accumulate(motion.arrival_segment) + 1]
         self._kinds = [stage.kind for stage in route.stages]
         self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])

@@ -75,6 +75,21 @@ def test_a_speed_held_back_longer_than_its_leg_is_never_carried_out(autopilot: A
     assert held_back(held) == [Severity.WARNING]
 
 
+@pytest.mark.parametrize("seconds", [1.5, 1.9, 2.0, 2.1, 5.0])
+def test_a_delay_that_ends_half_a_metre_into_a_leg_is_predicted(seconds: float) -> None:
+    # Met after 2 s it divides the leg 0.6 m from its start, and the leg so divided has it met before 0.5 m,
+    # where none is divided.  200 m at 4 m/s: 50 s, 4/2.5 + 2.5/1 s to speed up and brake; what is flown
+    # towards 8 m/s in the first 5 s gains 5 s at most.
+    before = (takeoff(30), speed(8.0), waypoint(100, 30, hold_s=1.0))
+    result = flown(
+        *before, delay(seconds), speed(4.0), waypoint(300, 30, hold_s=1.0), waypoint(0, 30), rtl()
+    )
+    assert not [f for f in result.findings if f.code == "T102"]
+    assert held_back(result) == [Severity.INFO]
+    leg_s = arrival_s(result, 6) - arrival_s(result, 3)
+    assert leg_s == pytest.approx(54.1 + 1.0, abs=5.0)
+
+
 def test_the_leg_after_one_with_a_speed_held_back_keeps_it() -> None:
     legs = (takeoff(30), speed(8.0), delay(20.0), speed(4.0), waypoint(500, 30), waypoint(100, 30))
     result = flown(*legs, rtl())
