@@ -115,7 +115,7 @@ class TrackingLag(Value):
         drag = 0.5 * self.drag_per_s * (edges[:, :-1] + edges[:, 1:]).ravel()
         rate_per_s = p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
         constants = parts.time_s * rate_per_s
-        built = _smoothed(drag, constants, parts.gap)[_LAST]
+        built = _smoothed(drag, constants, -np.expm1(-constants), parts.gap)[_LAST]
         left = np.exp(-constants[_LAST])
         force = self.drag_per_s * edges[:, -1] - (drag[_LAST] + (built - drag[_LAST]) * left)
         stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
@@ -144,27 +144,30 @@ class TrackingLag(Value):
     def _error_m(
         self,
         force_m_s2: ComplexArray,
-        velocity_m_s: ComplexArray,
-        speed_m_s: FloatArray,
+        along: ComplexArray,
+        waiting: FloatArray,
         comes_back: BoolArray,
     ) -> FloatArray:
-        """Return the errors that trajectories wait for, by D v_t − z, v_t and its size. (n,) [m]
+        """Return the errors that trajectories wait for. (n,) [m]
+
+        By D v_t − z, the direction of v_t (0 of one that stands) and its b (`_waiting_per_s2`).
 
         Notes
         -----
         With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
         behind where f < b y: waited for is f/b, in the mean.
         """
-        along = quotient(_dot(force_m_s2, velocity_m_s), speed_m_s, above=_STILL_M_S)
-        still, waiting = self._still_per_s2, self._waiting_per_s2(speed_m_s)
-        all_of = np.abs(force_m_s2)
-        beside = np.sqrt(np.maximum(all_of**2 - along**2, 0.0)) / still
-        root = np.sqrt(np.maximum(along**2 + (still**2 - waiting**2) * beside**2, 0.0))
-        behind = along**2 - (waiting * beside) ** 2
-        behind = quotient(np.maximum(behind, 0.0), still * along + waiting * root)
-        error = np.where(behind > 0.0, np.hypot(behind, beside), quotient(along, waiting))
-        error = np.where((speed_m_s > _STILL_M_S) & (along > 0.0), error, 0.0)
-        return np.where(comes_back, all_of / (still + waiting), error)
+        ahead, still = _dot(force_m_s2, along), self._still_per_s2
+        ahead_squared, squared = ahead * ahead, _dot(force_m_s2, force_m_s2)
+        beside = np.maximum(squared - ahead_squared, 0.0) / still**2
+        of_beside = waiting * waiting * beside
+        root = np.sqrt(np.maximum(ahead_squared + still**2 * beside - of_beside, 0.0))
+        behind = np.maximum(ahead_squared - of_beside, 0.0)
+        behind = quotient(behind, still * ahead + waiting * root)
+        error = np.where(behind > 0.0, np.sqrt(behind * behind + beside), quotient(ahead, waiting))
+        error = np.where(ahead > 0.0, error, 0.0)
+        error[comes_back] = np.sqrt(squared[comes_back]) / (still + waiting[comes_back])
+        return error
 
     def _followed(
         self, parts: _Parts, ordered: Ordered, moves: Moves, rounds: int
@@ -186,17 +189,22 @@ class TrackingLag(Value):
         share = np.where(is_tilted, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
         given_m_s2 = (ends - begins) / time_s
         comes_back = np.repeat(_comes_back(moves)[ordered.segment_move[ordered.segment]], _PARTS)
+        along = quotient(1.0, speed, above=_STILL_M_S) * velocity
+        waiting = self._waiting_per_s2(speed)
         scale, constants, built = tilted, time_s, drag
         for _ in range(rounds):
             flown_s = time_s / scale
             constants = flown_s / settling_s
             # Of a vehicle that flies the velocities of its trajectory at its scale.
             around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
-            gained = (around[1:] * ends - around[:-1] * begins) / flown_s - given_m_s2
+            gained = (around[1:] * ends - around[:-1] * begins) * (1.0 / flown_s) - given_m_s2
             gained[is_tilted] = 0.0
-            built = _smoothed(drag * np.minimum(scale, share) + gained, constants, parts.gap)
-            mean = -np.expm1(-constants) / np.maximum(constants, 1e-12)
-            error_m = self._error_m((drag - built) * mean, velocity, speed, comes_back)
+            settled = -np.expm1(-constants)
+            built = _smoothed(
+                drag * np.minimum(scale, share) + gained, constants, settled, parts.gap
+            )
+            mean = settled / np.maximum(constants, 1e-12)
+            error_m = self._error_m((drag - built) * mean, along, waiting, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
             scale = np.minimum(slowed, tilted)
         flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
@@ -252,28 +260,30 @@ def _comes_back(moves: Moves) -> BoolArray:
     return np.asarray(moves.is_return & ~moves.is_landing & climbs)
 
 
-def _smoothed(values: Numbers, constants: FloatArray, gap: FloatArray) -> Numbers:
+def _smoothed(
+    values: Numbers, constants: FloatArray, settled: FloatArray, gap: FloatArray
+) -> Numbers:
     """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n,)
 
-    With a gap before it, in time constants, in which z dies away.
+    With the fractions 1 − e^(−h), and a gap before it, in time constants, in which z dies away.
     """
     ends = np.cumsum(constants + gap)
-    begins = ends - constants
-    added = -np.expm1(-constants) * values
+    added = settled * values
     result = np.empty_like(values)
     kept, first, start = values[0] * 0.0, 0, 0.0
     while first < len(values):
         last = max(int(np.searchsorted(ends, start + _WINDOW)), first + 1)
         some = slice(first, last)
+        result[first] = kept
         if last == first + 1:
-            result[first] = kept * np.exp(-min(begins[first] - start, _WINDOW))
-            kept = result[first] * np.exp(-min(constants[first], _WINDOW)) + added[first]
+            left = np.exp(-min(gap[first] + constants[first], _WINDOW))
+            kept = kept * left + added[first]
         else:
             growth = np.exp(ends[some] - start)
             total = kept + np.cumsum(added[some] * growth)
-            result[first] = kept
-            result[first + 1 : last] = total[:-1]
-            result[some] *= np.exp(start - begins[some])
-            kept = total[-1] / growth[-1]
+            total *= 1.0 / growth
+            result[first + 1 : last], kept = total[:-1], total[-1]
         first, start = last, float(ends[last - 1])
+    rests = np.flatnonzero(gap)
+    result[rests] *= np.exp(-gap[rests])
     return result
