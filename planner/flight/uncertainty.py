@@ -76,8 +76,6 @@ _PRODUCTS = 2**18
 """Of numbers, no more of which OpenBLAS works out in one thread.  A second one goes on waiting for work on a
 core of its own: a check in an uncertain wind took up to twice the processor time."""
 _CHARGE_POINTS = 5
-_TIGHTEST = 8
-"""Points whose return is looked at besides those tightest at the corners of the conditions."""
 LOW, HIGH = 0.1, 0.9
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _CLIMBS = {FlightState.TAKEOFF, FlightState.CLIMB}
@@ -558,7 +556,7 @@ def _turning_wh(flight: Flight, samples: UnknownSamples) -> FloatArray:
 
 def tightest_rows(sweep: ReturnSweep, setup: Setup) -> ReturnSweep:
     """Return the rows that `sample_flights` looks at: where conditions are known, those tightest in them."""
-    return _tightest(sweep) if _is_known(setup) else sweep
+    return sweep.few_tightest if _is_known(setup) else sweep
 
 
 def _is_known(setup: Setup) -> bool:
@@ -567,16 +565,12 @@ def _is_known(setup: Setup) -> bool:
     return not (wind.speed_sd_m_s or wind.from_sd_deg or any(map(sd_of, given)))
 
 
-def _tightest(sweep: ReturnSweep) -> ReturnSweep:
-    return sweep.select(np.sort(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST]))
-
-
 def _with_corners(returns: Returns, sweep: ReturnSweep, weather: Weather) -> ReturnSweep:
     """Return the rows where the return is tightest, in mean and in extreme conditions."""
     corners = tuple(weather.corners())
     if not corners:
-        return _tightest(sweep)
-    rows = set(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST].tolist())
+        return sweep.few_tightest
+    rows = set(sweep.few_tightest_rows.tolist())
     sum_j = _energies_j(returns, sweep, corners)[:, 1:].sum(axis=-1)
     rows |= set(sum_j.argmax(axis=1).tolist())
     return sweep.select(np.array(sorted(rows)))

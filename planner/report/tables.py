@@ -216,7 +216,7 @@ def point_rows(result: CheckResult) -> list[Row]:
         (EMPTY, way.last_return_empty, f"beyond it, flying {goal} empties the battery"),
     )
     return [
-        _place(kind, label, assessment.route.frame, point.latitude_deg, point.longitude_deg)
+        _place(kind, label, assessment.route.frame, *point.place_deg)
         | {"short": short, "time_min": round(point.time_s / 60.0, 4)}
         for (kind, short), point, words in points
         if point is not None

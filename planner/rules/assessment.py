@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from planner.flight.budget import item_arrivals, predict_return_discharge
+from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
@@ -92,6 +92,13 @@ class Assessment(Value, eq=False, dict=True):
         if self.discharge is None or sample is None:
             return None
         return predict_return_discharge(sample, self.discharge)
+
+    def returns_stay_above(self, voltage_v: float) -> bool:
+        """Return whether no hold and no return brings the battery below a voltage; if not, they may."""
+        sample = self.returns.sample
+        return sample is None or (
+            self.discharge is not None and stay_above(sample, self.discharge, voltage_v)
+        )
 
     @property
     def vehicle(self) -> VehicleModel:

@@ -172,8 +172,7 @@ def _return_below_reserve(a: Assessment, budget: BatteryBudget) -> Iterator[Find
 
 def _spot(point: FlightPoint) -> FlightStretch:
     """Return a point of a flight as what a picture shows of a finding."""
-    place_deg = (point.latitude_deg, point.longitude_deg)
-    return FlightStretch(start_deg=place_deg, end_deg=place_deg, distance_m=0.0)
+    return FlightStretch(start_deg=point.place_deg, end_deg=point.place_deg, distance_m=0.0)
 
 
 def reserve_name(budget: BatteryBudget) -> str:
@@ -263,7 +262,8 @@ def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator
         assumed = f", as of {chemistry_of(pack).name} cells: the battery states none"
     lowest_v, item = discharge.lowest_voltage_v, a.item_of(discharge.lowest_voltage_segment)
     can_deliver, where = discharge.can_deliver, ""
-    returning = a.return_discharge if can_deliver and lowest_v >= cutoff_v else None
+    is_well = can_deliver and lowest_v >= cutoff_v
+    returning = a.return_discharge if is_well and not a.returns_stay_above(cutoff_v) else None
     sample = a.returns.sample
     if returning is not None and sample is not None:
         # First what cannot be delivered, then the lowest.

@@ -172,6 +172,9 @@ def _hover_throttle_high(a: Assessment, _extremes: Extremes) -> Iterator[Finding
     ):
         segment = int(np.argmin(a.discharge.voltage_v))
         lowest, voltage_v = a.item_of(segment), float(a.discharge.voltage_v[segment])
+        enough_v = a.pack.ocv_v[-1] * math.sqrt(full / _MOST_HOVER_THRUST)
+        if voltage_v > enough_v and a.returns_stay_above(enough_v):
+            return
         back, sample = a.return_discharge, a.returns.sample
         if back is not None and sample is not None and back.end_voltage_v.min() < voltage_v:
             point = int(np.argmin(back.end_voltage_v))

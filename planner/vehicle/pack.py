@@ -106,6 +106,7 @@ def chemistry_of(battery: Battery | None) -> Chemistry:
     return load_chemistry(ASSUMED_CHEMISTRY) if found.highest_wh_kg is None else found
 
 
+@lru_cache(maxsize=64)
 def rest_curve(battery: Battery) -> RestCurve | None:
     """Return the curve a voltmeter sees on a battery without load; ``None``: it is not known.
 

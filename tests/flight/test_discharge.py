@@ -137,6 +137,25 @@ def test_packs_that_are_worked_out_together_are_each_as_alone() -> None:
     ]
 
 
+def test_returns_that_stay_above_a_voltage_for_certain_do_when_worked_out() -> None:
+    certain = never_below = 0
+    for resistance_ohm in (0.0, 0.02, 0.08, 0.2, 0.5):
+        pack = replace(PACK, internal_resistance_ohm=resistance_ohm)
+        for charge in (1.0, 0.8, 0.6, 0.5, 0.4):
+            assessment = checked(pack, charge=charge).assessment
+            assert assessment is not None
+            back = assessment.return_discharge
+            assert back is not None
+            for voltage_v in np.arange(12.0, 25.0, 0.5).tolist():
+                stays = bool((back.lowest_voltage_v >= voltage_v).all() and back.can_deliver.all())
+                never_below += stays
+                if assessment.returns_stay_above(voltage_v):
+                    assert stays, (resistance_ohm, charge, voltage_v)
+                    certain += 1
+    # It says so of most: what it does not say is worked out.
+    assert 0.7 * never_below < certain < never_below
+
+
 @pytest.mark.parametrize(
     "battery",
     [

@@ -18,6 +18,7 @@ from rule_cases.mission import far_away
 from planner.autopilot import TARGETS
 from planner.findings import Severity
 from planner.flight.returns.path import FlightPoint
+from planner.geo.geodesy import LocalFrame
 from planner.physics.wind import Wind
 from planner.rules.energy import place_along
 from planner.service.preflight import check
@@ -263,7 +264,9 @@ def test_a_rule_changes_its_mind_at_its_number(
     ("along_m", "words"), [(994.9, "995 m into the leg to item 2"), (995.0, "item 2")]
 )
 def test_a_point_near_the_end_of_its_leg_is_at_its_item(along_m: float, words: str) -> None:
+    frame = LocalFrame(latitude_deg=47.0, longitude_deg=8.0)
     point = FlightPoint(
-        item=2, time_s=0.0, along_m=along_m, leg_m=1000.0, latitude_deg=47.0, longitude_deg=8.0
+        item=2, time_s=0.0, along_m=along_m, leg_m=1000.0, east_m=0.0, north_m=0.0, frame=frame
     )
+    assert point.place_deg == pytest.approx((47.0, 8.0))
     assert place_along(point) == words

@@ -345,7 +345,10 @@ class PolynomialLaw(Columns, eq=False):
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
         # One column for each power of each axis; times of one piece beside each other: (k, n).
-        columns = self.coefficients.transpose(1, 2, 0).reshape(12, -1).take(row.ravel(), axis=1)
+        if row.size < len(self.coefficients):  # of few rows, not all are turned round
+            columns = self.coefficients[row.ravel()].transpose(1, 2, 0).reshape(12, -1)
+        else:
+            columns = self.coefficients.transpose(1, 2, 0).reshape(12, -1).take(row.ravel(), axis=1)
         t = np.ascontiguousarray(time_s.T)
         position, velocity = [], []
         for c0, c1, c2, c3 in columns.reshape(3, 4, -1):

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Flight
     from planner.flight.reach import Situations, SlowedSituations
     from planner.flight.returns.destination import Destinations
+    from planner.geo.geodesy import LocalFrame
     from planner.mission.route.stage import ReturnPath, Route
 
 Made = TypeVar("Made")
@@ -46,7 +47,7 @@ PROFILE_POINTS = 400
 """Points of a profile, evenly in time; the ends of its stages come on top. [-]"""
 
 
-class FlightPoint(Value):
+class FlightPoint(Value, dict=True):
     """A place along a flight."""
 
     item: int
@@ -57,8 +58,26 @@ class FlightPoint(Value):
     """Distance flown for this item by then. [m]"""
     leg_m: float
     """Whole distance flown for this item. [m]"""
-    latitude_deg: float
-    longitude_deg: float
+    east_m: float
+    """From the origin of the frame, like the next. [m]"""
+    north_m: float
+    frame: LocalFrame
+
+    @cached_property
+    def place_deg(self) -> tuple[float, float]:
+        """Latitude and longitude. [°]"""
+        latitude_deg, longitude_deg = self.frame.latitude_longitude_deg(self.east_m, self.north_m)
+        return float(latitude_deg), float(longitude_deg)
+
+    @property
+    def latitude_deg(self) -> float:
+        """As of its place. [°]"""
+        return self.place_deg[0]
+
+    @property
+    def longitude_deg(self) -> float:
+        """As of its place. [°]"""
+        return self.place_deg[1]
 
 
 class ReturnPoints(Value, eq=False):
@@ -138,6 +157,22 @@ class FlownReturns(Value, eq=False, dict=True):
         return motion.segments.item[motion.piece_segment]
 
     @cached_property
+    def stop_w(self) -> tuple[FloatArray, FloatArray]:
+        """Mean power of the stops, and power of the hover each ends in. (n,) [W]"""
+        points = self.points
+        mean_w = quotient(points.stop_wh * JOULES_PER_WATT_HOUR, points.stop_s)
+        return mean_w, self.flight.power.hover_w(points.stop_m)
+
+    @cached_property
+    def demand(self) -> tuple[float, FloatArray]:
+        """Highest power of any, and what each takes by its loads. [W], (n,) [J]"""
+        pieces, duration_s = self.flight.loads, self.flight.motion.piece_duration_s
+        stop_w, hover_w = self.stop_w
+        taken_j = np.bincount(self.piece_point, pieces.mean_w * duration_s, len(stop_w))
+        highest_w = max(float(one.max()) for one in (pieces.peak_w, stop_w, hover_w))
+        return highest_w, taken_j + stop_w * self.points.stop_s
+
+    @cached_property
     def loads(self) -> ReturnLoads:
         """What they ask of a battery, with the hover that a stop ends in."""
         points, own = self.points, self.flight.loads
@@ -152,9 +187,7 @@ class FlownReturns(Value, eq=False, dict=True):
         ):
             filled[row, column] = of_pieces[order]
         duration_s[:, 0] = points.stop_s
-        stop_j = points.stop_wh * JOULES_PER_WATT_HOUR
-        np.divide(stop_j, points.stop_s, out=mean_w[:, 0], where=points.stop_s > 0.0)
-        end_w[:, 0] = self.flight.power.hover_w(points.stop_m)
+        mean_w[:, 0], end_w[:, 0] = self.stop_w
         peak_w[:, 0] = np.maximum(mean_w[:, 0], end_w[:, 0])
         return ReturnLoads(
             mean_w=mean_w,
@@ -285,9 +318,6 @@ class Returns(Value, eq=False, dict=True):
         begin_m, there_m = place_m[::2], place_m[1::2]
         # Inside a segment the flight is taken to be straight.
         inside_m = lengths((there_m - begin_m)[:, :2])
-        latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
-            there_m[:, 0], there_m[:, 1]
-        )
         distance_m = self.flight.motion.segments.distance_m
         stage = self.segment_stage[segment[::2]]
         first = np.searchsorted(self.segment_stage, stage)
@@ -299,8 +329,9 @@ class Returns(Value, eq=False, dict=True):
                 along_m=float(distance_m[first[row] : own].sum())
                 + min(float(inside_m[row]), float(distance_m[own])),
                 leg_m=float(distance_m[first[row] : last[row]].sum()),
-                latitude_deg=float(latitude_deg[row]),
-                longitude_deg=float(longitude_deg[row]),
+                east_m=float(there_m[row, 0]),
+                north_m=float(there_m[row, 1]),
+                frame=self.route.frame,
             )
             for row, (own, _) in enumerate(at)
         )

@@ -36,6 +36,8 @@ _UNEVEN = 1e-3
 beside it: halfway to them, the interpolation is off by about a quarter of that. [-]"""
 _SAME_PLACE_M2 = 1e-6
 """Squared distance of stops that are at one place. [m²]"""
+_FEW = 8
+"""Points whose return is looked at in many conditions, besides those that are tightest in extreme ones."""
 _ALIKE = 1e-9
 """Sums that differ by no more than this fraction, the error of their rounding, are the same. [-]"""
 
@@ -105,6 +107,16 @@ class ReturnSweep(Columns, eq=False, dict=True):
         # Braking to a stop is as tight all along: its end, where the vehicle stands still, is reported.
         sum_wh = self.sum_wh
         return int(np.flatnonzero(sum_wh >= sum_wh.max() * (1.0 - _ALIKE))[-1])
+
+    @cached_property
+    def few_tightest_rows(self) -> IntArray:
+        """The rows from which returns are tightest, in flown order."""
+        return np.sort(np.argsort(-self.sum_wh, kind="stable")[:_FEW])
+
+    @cached_property
+    def few_tightest(self) -> Self:
+        """The sweep of these alone."""
+        return self.select(self.few_tightest_rows)
 
     def last_below(self, limit_wh: float) -> int | None:
         """Return the last row before the first whose sum exceeds a limit; ``None``: none does."""

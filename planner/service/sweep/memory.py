@@ -497,7 +497,7 @@ _OF_PACK = (
     "reserve",
 )
 """Fields in which packs differ that fly the same."""
-PACKS_TOGETHER = 8
+PACKS_TOGETHER = 12
 """So many are counted in one: of more, the arrays leave the cache of a core."""
 
 
