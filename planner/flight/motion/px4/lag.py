@@ -26,6 +26,8 @@ _LAST = slice(_PARTS - 1, None, _PARTS)
 _ROUNDS, _ROUNDS_AHEAD = 5, 3
 """What is waited for makes a vehicle slower, and that the drag less: after five rounds legs change by less
 than 0.3 %, after three the place by centimetres."""
+_DIVISIONS = np.array([0.5, 1.0, 1.5, 2.0, 3.0])
+"""Where pieces are divided, in time constants: what a vehicle is off by changes less and less."""
 _LEAST_SCALE = 0.1
 """Of the trajectory's time. [-]"""
 _STILL_M_S = 1e-3
@@ -70,8 +72,10 @@ class TrackingLag(Value):
     After a turn e points across.  Where it is larger than what lies along v_t would be waited for, the
     trajectory waits by turns, only as often as keeps the vehicle beside it: (1 − s) v_t (k + D) = D v_t − z.
 
-    That leaves v̇ − a_t out of e: it takes the fast modes' 1 s to build up, as a vehicle takes its time to
-    lean.  With it legs come out 0.3 to 0.9 s too short.
+    That leaves v̇ − a_t out of the e waited for: it takes the fast modes' 1 s to build up, as a vehicle takes
+    its time to lean.  With it legs come out 0.3 to 0.9 s too short.  Where the vehicle is, and what it has
+    reached, is decided by the e that gets there at P (``_off_m``): braking it comes past its trajectory, by
+    1.7 m at the stops from 7 m/s recorded at a drag of 1/s.
 
     MPC_TILTMAX_AIR bounds the acceleration by A, the speed by A/D; there the integral stops at A − k q/2
     (anti-windup, ``PositionControl::_velocityControl``).
@@ -92,13 +96,11 @@ class TrackingLag(Value):
         """
         parts, last = _Parts.of(ordered, moves), _last_flown(ordered, moves)
         rows = np.maximum(last, 0)
-        _, all_force = self._followed(parts, ordered, moves, _ROUNDS_AHEAD)
-        force, velocity = all_force[rows], parts.level_m_s[rows, -1]
+        _, displaced = self._followed(parts, ordered, moves, _ROUNDS_AHEAD)
+        off, velocity = displaced[rows], parts.level_m_s[rows, -1]
         speed = np.abs(velocity)
-        along = quotient(_dot(force, velocity), speed, above=_STILL_M_S)
-        across = np.sqrt(np.maximum(np.abs(force) ** 2 - along**2, 0.0))
-        waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
-        ahead, beside = -along / (self._still_per_s2 + waiting), across / self._still_per_s2
+        ahead = quotient(_dot(off, velocity), speed, above=_STILL_M_S)
+        beside = np.sqrt(np.maximum(np.abs(off) ** 2 - ahead**2, 0.0))
         flies = last >= 0
         return (
             np.where(flies, ahead, 0.0),
@@ -126,10 +128,15 @@ class TrackingLag(Value):
         drag = self.drag_per_s - RECORDED_DRAG_PER_S
         return max(CLIMB_LATE_S + drag / self.parameters.vertical_integral_gain_per_s2, 0.0)
 
-    def waited_for(self, ordered: Ordered, moves: Moves) -> Ordered:
-        """Return pieces with the time the trajectory waits for the vehicle."""
-        scale, _ = self._followed(_Parts.of(ordered, moves), ordered, moves, _ROUNDS)
-        return ordered.slowed(scale)
+    def followed(self, ordered: Ordered, moves: Moves) -> Ordered:
+        """Return the pieces as the vehicle flies them, in the time the trajectory waits for it."""
+        p = self.parameters
+        settling_s = p.velocity_gain_per_s / max(p.velocity_integral_gain_per_s2, _NO_INTEGRAL)
+        ordered = ordered.divided(settling_s * _DIVISIONS)
+        scale, off_m = self._followed(_Parts.of(ordered, moves), ordered, moves, _ROUNDS)
+        slowed = ordered.slowed(scale)
+        is_first = np.diff(_flights(ordered, moves), prepend=-1) > 0
+        return slowed.displaced(_between_ends(off_m, slowed, is_first))
 
     @property
     def _still_per_s2(self) -> float:
@@ -140,6 +147,28 @@ class TrackingLag(Value):
         """Return by how much less is asked of a trajectory that waits for an error of 1 m: b. [s⁻²]"""
         p = self.parameters
         return speed_m_s / p.position_error_max_m * (p.velocity_gain_per_s + self.drag_per_s)
+
+    def _off_m(
+        self,
+        force_m_s2: ComplexArray,
+        velocity_m_s: ComplexArray,
+        time_s: FloatArray,
+        gap: FloatArray,
+    ) -> ComplexArray:
+        """Return where vehicles are beside trajectories as parts end, by D v_t − z and v_t. (n,) [m]
+
+        They get there by ė = f/k − P e − v_t |e|/E: at P, and sooner where the trajectory waits.
+        """
+        p = self.parameters
+        speed, still = np.abs(velocity_m_s), self._still_per_s2
+        along = quotient(_dot(force_m_s2, velocity_m_s), speed, above=_STILL_M_S)
+        waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
+        waited_m = along * (1.0 / still - 1.0 / (still + waiting))
+        heading = velocity_m_s / np.maximum(speed, _STILL_M_S)
+        settled = waited_m * heading - force_m_s2 / still
+        constants = time_s * (still + waiting) / p.velocity_gain_per_s
+        begun = _smoothed(settled, constants, gap)
+        return np.asarray(settled + (begun - settled) * np.exp(-constants))
 
     def _error_m(
         self,
@@ -172,7 +201,7 @@ class TrackingLag(Value):
     def _followed(
         self, parts: _Parts, ordered: Ordered, moves: Moves, rounds: int
     ) -> tuple[FloatArray, ComplexArray]:
-        """Return time scales, and D v_t − z as pieces end. (p,), (p,)"""
+        """Return time scales, and where vehicles are beside trajectories as pieces end. (p,), (p,)"""
         p, time_s = self.parameters, parts.time_s
         settling_s = p.velocity_gain_per_s / max(p.velocity_integral_gain_per_s2, _NO_INTEGRAL)
         begins, ends = parts.level_m_s[:, :-1].ravel(), parts.level_m_s[:, 1:].ravel()
@@ -208,10 +237,9 @@ class TrackingLag(Value):
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
             scale = np.minimum(slowed, tilted)
         flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
-        left = np.exp(-constants[_LAST])
-        built_at_end = drag[_LAST] + (built[_LAST] - drag[_LAST]) * left
         whole = quotient(ordered.duration_s, flown_s, 1.0)
-        return whole, self.drag_per_s * ends[_LAST] - built_at_end
+        built = drag + (built - drag) * np.exp(-constants)
+        return whole, self._off_m(self.drag_per_s * ends - built, ends, time_s / scale, parts.gap)[_LAST]
 
 
 class _Parts(Value, eq=False):
@@ -232,9 +260,43 @@ class _Parts(Value, eq=False):
         east, north, climb = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))
         time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
         gap = np.zeros(len(time_s))
-        flight = np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]]
-        gap[::_PARTS] = np.where(np.diff(flight, prepend=-1) > 0, _BETWEEN_FLIGHTS, 0.0)
+        is_first = np.diff(_flights(ordered, moves), prepend=-1) > 0
+        gap[::_PARTS] = np.where(is_first, _BETWEEN_FLIGHTS, 0.0)
         return cls(level_m_s=east + 1j * north, climb_m_s=climb, time_s=time_s, gap=gap)
+
+
+def _flights(ordered: Ordered, moves: Moves) -> IntArray:
+    """Return the flight of its own that each piece belongs to. (p,)"""
+    return np.asarray(np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]])
+
+
+def _between_ends(off_m: ComplexArray, ordered: Ordered, is_first: BoolArray) -> FloatArray:
+    """Return cubics of time through what pieces end with, of which none passes its ends. (p, 3, 4)
+
+    Flights of their own begin with none.  The slope where two pieces meet is the harmonic mean of theirs, as
+    the longer counts more (Fritsch and Butland 1984); on the ground nothing moves.
+    """
+    moving = ~ordered.is_grounded
+    end = np.where(moving, (off_m.real, off_m.imag), 0.0)
+    set_down = np.maximum.accumulate(np.where(moving | is_first, np.arange(len(moving)), 0))
+    end = end[:, set_down]
+    begin = np.where(is_first, 0.0, np.concatenate((end[:, :1], end[:, :-1]), axis=1))
+    time = ordered.duration_s
+    mean = np.where(moving, (end - begin) / time, 0.0)
+    before, after = mean[:, :-1], mean[:, 1:]
+    short, long = time[:-1] + 2.0 * time[1:], 2.0 * time[:-1] + time[1:]
+    same = (before * after > 0.0) & ~is_first[1:]
+    ones = np.where(same, before, 1.0), np.where(same, after, 1.0)
+    slope = np.where(same, (short + long) / (short / ones[0] + long / ones[1]), 0.0)
+    none = np.zeros((2, 1))
+    first = np.concatenate((none, slope), axis=1)
+    last = np.concatenate((slope, none), axis=1)
+    cubics = np.zeros((len(time), 3, 4))
+    cubics[:, :2, 0] = begin.T
+    cubics[:, :2, 1] = first.T
+    cubics[:, :2, 2] = ((3.0 * mean - 2.0 * first - last) / time).T
+    cubics[:, :2, 3] = ((first + last - 2.0 * mean) / time**2).T
+    return cubics
 
 
 def _dot(one: ComplexArray, other: ComplexArray) -> FloatArray:

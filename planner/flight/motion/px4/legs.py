@@ -283,21 +283,6 @@ class PlannedLegs(Moves, eq=False):
     """Of the moves that are take-offs; of no meaning for others."""
 
 
-def overshot_m(planned: PlannedLegs, ahead_m: FloatArray) -> FloatArray:
-    """Return how much longer legs are for vehicles that are ahead of their trajectories as these turn. (n,)
-
-    The vehicle flies on by that much, and all of what then leads back is flown again: a (1 − cos turn).
-    """
-    direction = planned.direction[:, :2]
-    after = np.flatnonzero((planned.before >= 0) & planned.is_leg & (horizontal(direction) > 0.0))
-    after = after[horizontal(direction[planned.before[after]]) > 0.0]
-    before = planned.before[after]
-    longer = np.zeros_like(ahead_m)
-    back = 1.0 - _cosine(direction[before], direction[after])
-    longer[before] = np.maximum(ahead_m[before], 0.0) * back
-    return longer
-
-
 def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
     begins, rows = moves.beginnings_m(), np.arange(len(moves.item))

@@ -16,7 +16,8 @@ from planner.flight.motion.kinematics import (
     horizontal,
     quotient,
 )
-from planner.values import Value, replace
+from planner.physics.quadrature import unit_quadrature
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -218,6 +219,22 @@ class SettlingLaw(Columns, eq=False):
         return KinematicState.of(position, velocity)
 
 
+class DisplacedLaw(Columns, eq=False):
+    """Another law, beside which the vehicle is by a cubic of time."""
+
+    law: BrakeLaw
+    coefficients: FloatArray
+    """Rising powers of time for east, north, height. (rows, 3, 4) [m, m s⁻¹, …]"""
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        one = self.law.state_at(row, time_s)
+        other = PolynomialLaw(coefficients=self.coefficients).state_at(row, time_s)
+        return KinematicState(
+            **{name: column + getattr(other, name) for name, column in field_values(one).items()}
+        )
+
+
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
 """Segments a move may have, in flown order."""
 ORDERS = 24
@@ -316,14 +333,20 @@ class Px4Pieces:
         self.parts.append(_Collected(law, places, distance, after.height_m - before.height_m))
 
 
+_LENGTH_NODES, _LENGTH_WEIGHTS = unit_quadrature(8)
+"""A vehicle may turn back within a piece: within 1 % of that way."""
+
+
 class Ordered(Value, eq=False):
     """Pieces in flown order, and the segments they make."""
 
-    laws: tuple[MotionLaw, ...]
+    laws: tuple[Any, ...]
     segment: IntArray
     """Segment each piece belongs to. (p,)"""
     law: IntArray
     row: IntArray
+    offset_s: FloatArray
+    """The law's own time at which each piece begins."""
     duration_s: FloatArray
     is_grounded: BoolArray
     piece_slot: IntArray
@@ -340,19 +363,61 @@ class Ordered(Value, eq=False):
         for index, law in enumerate(self.laws):
             pieces = np.flatnonzero(self.law == index)
             if len(pieces):
-                time = self.duration_s[pieces, None] * fractions
+                time = self.offset_s[pieces, None] + self.duration_s[pieces, None] * fractions
                 state = law.state_at(self.row[pieces][:, None], time)
                 columns = (state.east_m_s, state.north_m_s, state.climb_m_s)
                 for own, column in zip(velocity, columns, strict=True):
                     own[pieces] = column
         return velocity
 
-    def longer_by(self, way_m: FloatArray) -> Ordered:
-        """Return the pieces with longer ways on the map, in the last segment of each move. (n,)"""
-        distance = self.segment_distance_m.copy()
-        last = np.flatnonzero(np.append(np.diff(self.segment_move) > 0, values=True))
-        distance[last] += way_m[self.segment_move[last]]
-        return replace(self, segment_distance_m=distance)
+    def divided(self, at_s: FloatArray) -> Ordered:
+        """Return the pieces divided at times since their beginnings, as many as leave a part as long."""
+        shortest_s = at_s[0]
+        counts = 1 + np.searchsorted(at_s, self.duration_s - shortest_s, side="right")
+        piece = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+        begin_s = np.append(0.0, at_s)[number]
+        end_s = np.where(number + 1 < counts[piece], np.append(at_s, 0.0)[number], self.duration_s[piece])
+        law, row = self.law[piece], np.empty(len(piece), dtype=np.intp)
+        laws: list[Any] = []
+        for index, one in enumerate(self.laws):
+            own = law == index
+            laws.append(one.select(self.row[piece[own]]))
+            row[own] = np.arange(int(own.sum()))
+        return replace(
+            self,
+            laws=tuple(laws),
+            segment=self.segment[piece],
+            law=law,
+            row=row,
+            offset_s=self.offset_s[piece] + begin_s,
+            duration_s=end_s - begin_s,
+            is_grounded=self.is_grounded[piece],
+            piece_slot=self.piece_slot[piece],
+        )
+
+    def displaced(self, coefficients: FloatArray) -> Ordered:
+        """Return the pieces flown beside themselves by cubics of their time. (p, 3, 4)"""
+        # Counted from where the law's own time begins: c(t − t₀).
+        c0, c1, c2, c3 = np.moveaxis(coefficients, -1, 0)
+        t = -self.offset_s[:, None]
+        shifted = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
+        coefficients = np.stack((*shifted, c2 + 3.0 * t * c3, c3), axis=-1)
+        laws = []
+        for index, law in enumerate(self.laws):
+            pieces = self.law == index
+            own = np.zeros((int(pieces.sum()), 3, 4))
+            own[self.row[pieces]] = coefficients[pieces]
+            laws.append(_displaced(law, own))
+        flown = replace(self, laws=tuple(laws))
+        longer = flown._lengths_m() - self._lengths_m()
+        distance = np.bincount(self.segment, longer) + self.segment_distance_m
+        return replace(flown, segment_distance_m=np.maximum(distance, 0.0))
+
+    def _lengths_m(self) -> FloatArray:
+        """Return the ways of pieces on the map, by quadrature. (p,) [m]"""
+        east, north, _ = self.velocities_m_s(_LENGTH_NODES)
+        return np.asarray(np.hypot(east, north) @ _LENGTH_WEIGHTS * self.duration_s)
 
     def slowed(self, scale: FloatArray) -> Ordered:
         """Return the pieces flown in more time, each at its share of the speed. (p,)"""
@@ -363,8 +428,21 @@ class Ordered(Value, eq=False):
             factor[self.row[pieces]] = scale[pieces]
             laws.append(_slowed(law, factor))
         duration = self.duration_s / scale
-        segment_s = np.bincount(self.segment, duration).astype(np.float64)
-        return replace(self, laws=tuple(laws), duration_s=duration, segment_s=segment_s)
+        return replace(
+            self,
+            laws=tuple(laws),
+            offset_s=self.offset_s / scale,
+            duration_s=duration,
+            segment_s=np.bincount(self.segment, duration).astype(np.float64),
+        )
+
+
+def _displaced(law: MotionLaw, coefficients: FloatArray) -> MotionLaw:
+    """Return the rows of a law, beside which vehicles are by cubics of time."""
+    if isinstance(law, BrakeLaw):
+        return DisplacedLaw(law=law, coefficients=coefficients)
+    assert isinstance(law, PolynomialLaw | SettlingLaw)
+    return replace(law, coefficients=law.coefficients + coefficients)
 
 
 def _slowed(law: MotionLaw, factor: FloatArray) -> MotionLaw:
@@ -420,6 +498,7 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         segment=segment,
         law=law[flown],
         row=row[flown],
+        offset_s=np.zeros(len(flown)),
         duration_s=duration,
         is_grounded=np.repeat([part.is_grounded for part in parts], counts)[flown],
         piece_slot=key % SLOTS,

@@ -27,7 +27,6 @@ from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_mov
 from planner.flight.motion.px4.legs import (
     LEAST_REACH,
     fly_legs,
-    overshot_m,
     waits_unknown,
     yaw_waits_s,
 )
@@ -251,8 +250,7 @@ def _fly(
         reach = np.maximum(chord + ahead, LEAST_REACH * moves.reach_m)
         moves = replace(moves, reach_m=reach, past_m=past)
         legs, ordered = _flown(moves, parameters, time_scale)
-        ordered = lag.waited_for(ordered, moves)
-        ordered = ordered.longer_by(overshot_m(legs.planned, ahead))
+        ordered = lag.followed(ordered, moves)
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
@@ -264,7 +262,7 @@ def _fly(
         piece_segment=ordered.segment,
         piece_law=ordered.law,
         piece_row=ordered.row,
-        piece_offset_s=np.zeros_like(ordered.duration_s),
+        piece_offset_s=ordered.offset_s,
         piece_duration_s=ordered.duration_s,
         arrival_segment=done,
         done_segment=done,
