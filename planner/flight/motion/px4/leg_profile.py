@@ -228,13 +228,13 @@ def _add_brakes(
     """Add the braking of legs by their laws."""
     straights = legs.straights
     crossing = straights.crossing_m_s
-    for order, law, half_b, start, end in (
-        (_FAR, straights.far, straights.half_b_m_s[:, 0], straights.joined_m_s, crossing),
-        (_NEAR, straights.near, straights.half_b_m_s[:, 1], crossing, straights.end_m_s),
+    for order, part, law, start, end in (
+        (_FAR, 0, straights.far, straights.joined_m_s, crossing),
+        (_NEAR, 1, straights.near, crossing, straights.end_m_s),
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
-        first, last, b = start[rows], end[rows], half_b[rows]
-        brake = _brake_law(legs, rows, law, first, b, beyond_m=straights.beyond_m[rows])
+        first, last, b = start[rows], end[rows], straights.half_b_m_s[rows, part]
+        brake = _brake_law(legs, rows, law, first, b, beyond_m=straights.beyond_m[rows, part])
         a, level = brake.acceleration_m_s2, horizontal(brake.direction)
         pieces.add_brakes(
             Places(

@@ -540,7 +540,7 @@ def _unmoved(speed_m_s: FloatArray) -> Straights:
         end_m_s=speed_m_s.copy(),
         final_m=zero.copy(),
         half_b_m_s=np.ones((len(speed_m_s), 2)),
-        beyond_m=zero.copy(),
+        beyond_m=np.zeros((len(speed_m_s), 2)),
         ramp_from_m_s=speed_m_s.copy(),
         ramp_begun_s=zero.copy(),
         is_cut=np.zeros(len(speed_m_s), dtype=np.bool_),

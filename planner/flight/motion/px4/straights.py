@@ -202,7 +202,8 @@ class Followed(Onsets, eq=False):
     half_b_m_s: FloatArray
     """b'/2 of the far and the near law as they are flown. (n, 2) [m s⁻¹]"""
     beyond_m: FloatArray
-    """How far beyond the target the law flown alone would end at its final speed; below 0: before."""
+    """How far beyond the target the laws as they are flown would end at their final speeds; below 0: before.
+    (n, 2)"""
 
     @classmethod
     def of(cls, limits: Limits, onset: Onsets, brakes: BoolArray) -> Followed:
@@ -226,14 +227,23 @@ class Followed(Onsets, eq=False):
         some = slower > _SLOWER * (1.0 + speed)
         twice = np.divide(2.0 * a * kept, slower, out=speed + leaves_m_s + b, where=some)
         alone = 0.5 * np.clip(twice - speed - leaves_m_s, _LEAST_SHARE * b, b)
+        alone = np.maximum(alone, _softest_m_s(limits, far_law, speed))
         square = (speed + alone) ** 2 - 2.0 * a * kept
         lone_end = np.sqrt(np.maximum(square, alone**2)) - alone
 
         leaves = np.where(crossing < speed, far_law.way_m(crossing), left)
-        held = np.where(crosses, np.maximum(leaves - near_law.way_m(crossing), 0.0), 0.0)
+        nears = near_law.way_m(crossing)
+        held = np.where(crosses, np.maximum(leaves - nears, 0.0), 0.0)
         final = np.where(crosses, np.maximum(near_law.way_m(end) - tail, 0.0), left - kept - tail)
-        both = np.column_stack((far_law.half_b_m_s, near_law.half_b_m_s))
+        # What asks for more than the vehicle can brake ends the same way faster.
+        softest = np.maximum(near_law.half_b_m_s, _softest_m_s(limits, near_law, crossing))
+        softer = softest > near_law.half_b_m_s
+        square = (crossing + softest) ** 2 - 2.0 * near_law.acceleration_m_s2 * (nears - final - tail)
+        end = np.where(softer, np.sqrt(np.maximum(square, softest**2)) - softest, end)
+        both = np.column_stack((far_law.half_b_m_s, softest))
+        both_beyond = near_law._replace(half_b_m_s=softest).way_m(crossing) - nears
         lone_beyond = far_law._replace(half_b_m_s=alone).way_m(speed) - left
+        zero = np.zeros_like(speed)
         return cls(
             **field_values(onset),
             far=far,
@@ -243,8 +253,16 @@ class Followed(Onsets, eq=False):
             end_m_s=np.where(follows, np.where(crosses, end, lone_end), speed),
             final_m=np.where(follows, final, 0.0),
             half_b_m_s=np.where(crosses[:, None], both, alone[:, None]),
-            beyond_m=np.where(crosses, 0.0, lone_beyond),
+            beyond_m=np.where(crosses, (zero, both_beyond), lone_beyond).T,
         )
+
+
+def _softest_m_s(limits: Limits, law: BrakingLaw, speed_m_s: FloatArray) -> FloatArray:
+    """Return b'/2 with which a law asks speeds for no more than the vehicle can brake. (n,) [m s⁻¹]
+
+    a u/(u + b'/2) is the greatest where braking begins.  A height's law of a gentle slope asks for more.
+    """
+    return np.asarray(speed_m_s * (law.acceleration_m_s2 / limits.ramp_m_s2 - 1.0))
 
 
 def _leaving(limits: Limits, law: IntArray, left_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -284,7 +302,7 @@ class Straights(Followed, eq=False):
     def near_way_m(self, limits: Limits) -> FloatArray:
         """Return how far before the target braking by the near law begins. (n,) [m]"""
         law = limits.law(self.near)._replace(half_b_m_s=self.half_b_m_s[:, 1])
-        return law.way_m(self.crossing_m_s) - self.beyond_m
+        return law.way_m(self.crossing_m_s) - self.beyond_m[:, 1]
 
     def ramps(self, limits: Limits) -> Px4Ramps:
         """Return the ramps to the peak speeds."""

@@ -598,11 +598,13 @@ class _Headway(Value, eq=False):
             braked_m = 0.5 * (before + last) * braked_s
             last = limits.lowest_allowed_m_s(np.maximum(length - far - braked_m, part.tail_m))
             last = np.minimum(last, reached)
-        last = np.where(braked_s > 0.0, last, reached)
         # With what is across, which is half of it in the mean, it is flown as one cubic of time.
         velocity, level = begun.velocity_m_s[rows, :2], horizontal(units)
         along = units[:, :2] / level[:, None]
         first = dot(velocity, along)
+        # A climb that allows less than the leg is begun with slows it no sooner than it can brake.
+        least = first / level - limits.ramp_m_s2 * time
+        last = np.maximum(np.where(braked_s > 0.0, last, reached), least)
         dying = 0.5 * (first - join.speed_m_s * level)
         mean = _cubic_mean_m_s(
             (far + braked_m) / time * level + dying,
