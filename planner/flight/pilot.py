@@ -535,8 +535,12 @@ class Px4Pilot(Value):
         return turning_back(speed_m_s, p.acceleration_m_s2, p.jerk_m_s3)
 
     def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
-        """Return the distance until a vehicle in mid-leg turns back."""
-        return self.stop(speed_m_s)[0]
+        """Return the distance until a vehicle in mid-leg turns back, which drag carries past it."""
+        from planner.flight.motion.px4.braking import passed_m
+
+        way_m, braking_s = self.stop(speed_m_s)
+        drag_per_s = self.tracking.drag_per_s or 0.0
+        return way_m + passed_m(speed_m_s, braking_s, self.parameters, drag_per_s)
 
 
 class ArduPilotPilot(Value):
@@ -719,7 +723,7 @@ class StopRoom(Value):
         if isinstance(self.parameters, Px4Parameters):
             from planner.flight.motion.px4.braking import stopping_distance_m as px4_way_m
 
-            return px4_way_m(speed, self.parameters)
+            return px4_way_m(speed, self.parameters, self.vehicle.drag_per_s)
         from planner.flight.motion.ardupilot.legs import stopping_distance_m as ardupilot_way_m
 
         return ardupilot_way_m(speed, self.parameters, self.vehicle.responses.speed)

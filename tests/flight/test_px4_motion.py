@@ -160,6 +160,21 @@ def test_a_stop_in_mid_leg_takes_the_way_of_a_hold(speed_m_s: float) -> None:
     assert stopping_distance_m(speed_m_s, PX4) == pytest.approx(expected_m)
 
 
+@pytest.mark.parametrize(("speed_m_s", "flown_m"), [(5.0, 8.35), (8.0, 17.23)])
+def test_drag_carries_a_stop_past_its_trajectory(speed_m_s: float, flown_m: float) -> None:
+    # Flown by PX4 with a drag of 1/s: HOLD after 150 and 250 m.  The trajectories stopped after 7.28 and 15.19 m.
+    assert stopping_distance_m(speed_m_s, PX4, 1.0) == pytest.approx(flown_m, rel=0.05)
+    assert stopping_distance_m(speed_m_s, PX4, 1.0) > flown_m
+    # A vehicle whose integral takes up its drag as fast as it brakes passes by little; none by none.
+    quick = replace(PX4, velocity_integral_gain_per_s2=18.0)
+    assert stopping_distance_m(speed_m_s, quick, 1.0) < stopping_distance_m(speed_m_s, PX4) + 0.3
+    same = replace(PX4, velocity_integral_gain_per_s2=0.95 * 1.8)  # both rates are one
+    near = replace(PX4, velocity_integral_gain_per_s2=0.951 * 1.8)
+    assert stopping_distance_m(speed_m_s, same, 1.0) == pytest.approx(
+        stopping_distance_m(speed_m_s, near, 1.0), rel=1e-3
+    )
+
+
 @pytest.mark.parametrize(
     ("a", "j", "stop_m"),
     [

@@ -239,7 +239,9 @@ class TrackingLag(Value):
         flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
         whole = quotient(ordered.duration_s, flown_s, 1.0)
         built = drag + (built - drag) * np.exp(-constants)
-        return whole, self._off_m(self.drag_per_s * ends - built, ends, time_s / scale, parts.gap)[_LAST]
+        return whole, self._off_m(self.drag_per_s * ends - built, ends, time_s / scale, parts.gap)[
+            _LAST
+        ]
 
 
 class _Parts(Value, eq=False):

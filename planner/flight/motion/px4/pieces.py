@@ -377,7 +377,9 @@ class Ordered(Value, eq=False):
         piece = np.repeat(np.arange(len(counts)), counts)
         number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
         begin_s = np.append(0.0, at_s)[number]
-        end_s = np.where(number + 1 < counts[piece], np.append(at_s, 0.0)[number], self.duration_s[piece])
+        end_s = np.where(
+            number + 1 < counts[piece], np.append(at_s, 0.0)[number], self.duration_s[piece]
+        )
         law, row = self.law[piece], np.empty(len(piece), dtype=np.intp)
         laws: list[Any] = []
         for index, one in enumerate(self.laws):

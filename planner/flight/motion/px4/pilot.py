@@ -24,12 +24,7 @@ from planner.flight.motion.px4.landing import (
     add_takeoffs,
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import (
-    LEAST_REACH,
-    fly_legs,
-    waits_unknown,
-    yaw_waits_s,
-)
+from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs, waits_unknown, yaw_waits_s
 from planner.flight.motion.px4.moves import Moves, moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -257,7 +252,7 @@ def _fly(
     landings = int(legs.planned.is_landing.sum())
     aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
     motion = Motion(
-        segments=_segments(ordered, legs, parameters),
+        segments=_segments(ordered, legs, parameters, tracking.drag_per_s),
         laws=ordered.laws,
         piece_segment=ordered.segment,
         piece_law=ordered.law,
@@ -292,7 +287,9 @@ def _flown(
     return legs, in_flown_order(pieces)
 
 
-def _segments(ordered: Ordered, legs: Px4Legs, parameters: Px4Parameters) -> SegmentColumns:
+def _segments(
+    ordered: Ordered, legs: Px4Legs, parameters: Px4Parameters, drag_per_s: float | None
+) -> SegmentColumns:
     """Return the segments of flown moves as columns."""
     planned, straights = legs.planned, legs.straights
     move, slot = ordered.segment_move, ordered.segment_slot
@@ -334,7 +331,10 @@ def _segments(ordered: Ordered, legs: Px4Legs, parameters: Px4Parameters) -> Seg
         speed_m_s=np.where((slot == HOLD) | (slot == PAUSE), 0.0, top[move]),
         stopping_distance_m=np.select(
             [slot == CRUISE, (slot == BRAKE) & stops[move]],
-            [stopping_distance_m(top[move], parameters), ordered.segment_distance_m + beyond],
+            [
+                stopping_distance_m(top[move], parameters, drag_per_s),
+                ordered.segment_distance_m + beyond,
+            ],
             np.nan,
         ),
     )

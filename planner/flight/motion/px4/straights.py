@@ -238,7 +238,9 @@ class Followed(Onsets, eq=False):
         # What asks for more than the vehicle can brake ends the same way faster.
         softest = np.maximum(near_law.half_b_m_s, _softest_m_s(limits, near_law, crossing))
         softer = softest > near_law.half_b_m_s
-        square = (crossing + softest) ** 2 - 2.0 * near_law.acceleration_m_s2 * (nears - final - tail)
+        square = (crossing + softest) ** 2 - 2.0 * near_law.acceleration_m_s2 * (
+            nears - final - tail
+        )
         end = np.where(softer, np.sqrt(np.maximum(square, softest**2)) - softest, end)
         both = np.column_stack((far_law.half_b_m_s, softest))
         both_beyond = near_law._replace(half_b_m_s=softest).way_m(crossing) - nears
