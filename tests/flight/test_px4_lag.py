@@ -70,9 +70,10 @@ def test_a_vehicle_beside_its_trajectory_is_waited_for_by_turns() -> None:
 
 
 def test_a_vehicle_beside_its_trajectory_arrives_later() -> None:
-    # Recorded: 3.32 to 3.43 s, 3.39 in the mean, a leg of 7 m at right angles to the one before.  Without the
-    # part of the acceptance radius that the error across takes they are 3.1 % short; the controller stepped at
-    # 100 Hz takes 3.48 s where a vehicle leans at once, 3.41 s where it takes 0.2 s to: leaning is not counted.
+    # Recorded: 3.32 to 3.43 s, 3.39 in the mean, a leg of 7 m at right angles to the one before.  Without
+    # the part of the acceptance radius that the error across takes they are 3.1 % short.  The controller
+    # stepped at 100 Hz takes 3.48 s where a vehicle leans at once, 3.41 s where it takes 0.2 s to: leaning is
+    # not counted.
     places = [(20.0 + 5.0 * k, 5.0 * (k % 2)) for k in range(12)]
     found = legs_s(fly((*places, (0.0, 0.0)), 1.0, 5.0), 11)
     assert sum(found[5:]) / 5.0 == pytest.approx(3.39, rel=0.03)

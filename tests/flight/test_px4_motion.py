@@ -162,7 +162,8 @@ def test_a_stop_in_mid_leg_takes_the_way_of_a_hold(speed_m_s: float) -> None:
 
 @pytest.mark.parametrize(("speed_m_s", "flown_m"), [(5.0, 8.35), (8.0, 17.23)])
 def test_drag_carries_a_stop_past_its_trajectory(speed_m_s: float, flown_m: float) -> None:
-    # Flown by PX4 with a drag of 1/s: HOLD after 150 and 250 m.  The trajectories stopped after 7.28 and 15.19 m.
+    # Flown by PX4 with a drag of 1/s: HOLD after 150 and 250 m.  The trajectories stopped after 7.28 and
+    # 15.19 m.
     assert stopping_distance_m(speed_m_s, PX4, 1.0) == pytest.approx(flown_m, rel=0.05)
     assert stopping_distance_m(speed_m_s, PX4, 1.0) > flown_m
     # A vehicle whose integral takes up its drag as fast as it brakes passes by little; none by none.
@@ -173,6 +174,12 @@ def test_drag_carries_a_stop_past_its_trajectory(speed_m_s: float, flown_m: floa
     assert stopping_distance_m(speed_m_s, same, 1.0) == pytest.approx(
         stopping_distance_m(speed_m_s, near, 1.0), rel=1e-3
     )
+
+
+def test_at_the_limit_of_the_tilt_the_trajectory_may_be_as_fast_as_it_is_let() -> None:
+    # Flown at 1/s, asked for 12 m/s: 9.81 m/s², 9.83 m/s, and 31.2 and 31.8 m for two holds.
+    assert 31.8 < stopping_distance_m(9.83, PX4, 1.0) < 1.1 * 31.8
+    assert stopping_distance_m(9.0, PX4, 1.0) < 23.0
 
 
 @pytest.mark.parametrize(

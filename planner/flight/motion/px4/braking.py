@@ -5,11 +5,13 @@ Lengths in m, speeds in m/s; a is an acceleration, j a jerk, and b/2 = 2 a²/j. 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import quotient
+from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -210,15 +212,24 @@ def stopping_distance_m(
     ``computeBrakingDistanceFromVelocity``); 31.2 m from 12 m/s, about 30 m measured.  A return turns
     round at limited jerk, in v/2 (v/a + a/j): 28.5 m, 28 m measured.  The longer counts; nothing stops
     in less than the second.  A vehicle with drag comes past that (``passed_m``): at 1/s 17.2 m from 8 m/s
-    and 8.4 m from 5 m/s measured, 17.9 and 8.6 m by this.
+    and 8.4 m from 5 m/s measured, 17.9 and 8.6 m by this.  Held back by its greatest tilt it is slower than
+    its trajectory, which may be as fast as MPC_XY_VEL_MAX.
     """
     speed = np.asarray(speed_m_s, dtype=np.float64)
+    passed = 0.0 * speed
+    if drag_per_s:
+        braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
+        passed = passed_m(speed, braking_s, parameters, drag_per_s)
+        tilted_m_s2 = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
+        is_tilted = drag_per_s * speed >= _AT_LIMIT * tilted_m_s2
+        speed = np.where(is_tilted, np.maximum(speed, parameters.speed_max_m_s), speed)
     hold = speed * (0.5 * speed / parameters.acceleration_m_s2 + HOLD_DELAY_S)
     reversing_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
-    way = np.maximum(hold, 0.5 * speed * reversing_s)
-    return way + passed_m(speed, reversing_s, parameters, drag_per_s or 0.0)
+    return np.maximum(hold, 0.5 * speed * reversing_s) + passed
 
 
+_AT_LIMIT = 0.98
+"""Part of the greatest horizontal acceleration at which it is held back. [-]"""
 _APART = 1e-6
 """Least difference of two rates, by the greater: of two that are the same a quotient has no value. [-]"""
 

@@ -412,11 +412,11 @@ class Ordered(Value, eq=False):
             own[self.row[pieces]] = coefficients[pieces]
             laws.append(_displaced(law, own))
         flown = replace(self, laws=tuple(laws))
-        longer = flown._lengths_m() - self._lengths_m()
+        longer = flown.lengths_m() - self.lengths_m()
         distance = np.bincount(self.segment, longer) + self.segment_distance_m
         return replace(flown, segment_distance_m=np.maximum(distance, 0.0))
 
-    def _lengths_m(self) -> FloatArray:
+    def lengths_m(self) -> FloatArray:
         """Return the ways of pieces on the map, by quadrature. (p,) [m]"""
         east, north, _ = self.velocities_m_s(_LENGTH_NODES)
         return np.asarray(np.hypot(east, north) @ _LENGTH_WEIGHTS * self.duration_s)
