@@ -165,10 +165,11 @@ class TrackingLag(Value):
         waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
         waited_m = along * (1.0 / still - 1.0 / (still + waiting))
         heading = velocity_m_s / np.maximum(speed, _STILL_M_S)
-        settled = waited_m * heading - force_m_s2 / still
+        last = waited_m * heading - force_m_s2 / still
         constants = time_s * (still + waiting) / p.velocity_gain_per_s
-        begun = _smoothed(settled, constants, gap)
-        return np.asarray(settled + (begun - settled) * np.exp(-constants))
+        settled = -np.expm1(-constants)
+        begun = _smoothed(last, constants, settled, gap)
+        return np.asarray(begun + (last - begun) * settled)
 
     def _error_m(
         self,
@@ -220,7 +221,7 @@ class TrackingLag(Value):
         comes_back = np.repeat(_comes_back(moves)[ordered.segment_move[ordered.segment]], _PARTS)
         along = quotient(1.0, speed, above=_STILL_M_S) * velocity
         waiting = self._waiting_per_s2(speed)
-        scale, constants, built = tilted, time_s, drag
+        scale, built, settled = tilted, drag, time_s
         for _ in range(rounds):
             flown_s = time_s / scale
             constants = flown_s / settling_s
@@ -238,10 +239,8 @@ class TrackingLag(Value):
             scale = np.minimum(slowed, tilted)
         flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
         whole = quotient(ordered.duration_s, flown_s, 1.0)
-        built = drag + (built - drag) * np.exp(-constants)
-        return whole, self._off_m(self.drag_per_s * ends - built, ends, time_s / scale, parts.gap)[
-            _LAST
-        ]
+        force = self.drag_per_s * ends - built - (drag - built) * settled
+        return whole, self._off_m(force, ends, time_s / scale, parts.gap)[_LAST]
 
 
 class _Parts(Value, eq=False):
