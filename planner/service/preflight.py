@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from planner import catalogue, quantity
+from planner.arrays import keep_freed_memory
 from planner.autopilot import Autopilot, Target
 from planner.errors import (
     CheckFailedError,
@@ -227,6 +228,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     UsageError
         If the model cannot be flown as asked, or a value is out of its range.
     """
+    keep_freed_memory()
     prepared = steps.prepare(mission, setup)
     route, setup = prepared.route, prepared.setup
     assessment = steps.assess(prepared) if route.stages else None
