@@ -376,6 +376,7 @@ def assemble_model(
         description=settings.description or made_description(records, reference),
         mass_kg=mass_kg,
         mass_max_kg=None if base is None else base.mass_max_kg,
+        ceiling_amsl_m=None if base is None else base.ceiling_amsl_m,
         wind_max_m_s=None if base is None else base.wind_max_m_s,
         thrust_max_n=None if base is None else base.thrust_max_n,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,

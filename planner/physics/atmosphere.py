@@ -59,3 +59,13 @@ def air_density_kg_m3(
     pressure_pa = sea_level_pressure_pa * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
     temperature_k = home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
     return np.asarray(pressure_pa / (GAS_CONSTANT_J_KG_K * np.maximum(temperature_k, _COLDEST_K)))
+
+
+def standard_density_kg_m3(altitude_amsl_m: float) -> float:
+    """Return the density of standard air at an altitude. [kg m⁻³]"""
+    temperature_c = standard_temperature_c(altitude_amsl_m)
+    return float(
+        air_density_kg_m3(
+            altitude_amsl_m, home_amsl_m=altitude_amsl_m, home_temperature_c=temperature_c
+        )
+    )

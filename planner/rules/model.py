@@ -17,7 +17,7 @@ from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.flight.slow_landing import SlowLanding
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
-from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
 from planner.rules.lift import measured_thrust
@@ -477,6 +477,38 @@ def _heaviest(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
             f"{quantity.mass(most_kg)} at most",
             fix="carry less",
         )
+
+
+ABOVE_CEILING = Rule(
+    "E133 above-ceiling",
+    Severity.WARNING,
+    summary="The vehicle takes off from higher than its maker allows.",
+    why="In thin air rotors and battery give less than it takes to hold the vehicle up and against the "
+    "wind; its maker says up to where it tried that.",
+    how="Home above ceiling_amsl_m of the model (mavjoule vehicle new --ceiling).  An error where the air at "
+    "home is more than 2 % thinner than standard air at that altitude, and neither thrust_max_n nor a "
+    "measured hover throttle tells the thrust, by which E116 judges.",
+    fix="take off from lower, or state the thrust of its motors (thrust_max_n in the model)",
+    instead="a take-off below the ceiling, or thrust_max_n in the model",
+)
+
+
+@judges(ABOVE_CEILING, needs=(POWER,))
+def _above_ceiling(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
+    ceiling_m, home_m = a.vehicle.ceiling_amsl_m, a.route.home_amsl_m
+    if ceiling_m is None or not a.route.knows_home_amsl or home_m <= ceiling_m:
+        return
+    allowed_kg_m3, here_kg_m3 = (
+        standard_density_kg_m3(ceiling_m),
+        float(power.air_density_kg_m3(0.0)),
+    )
+    is_too_thin = here_kg_m3 * _AIR_SLACK < allowed_kg_m3 and measured_thrust(a) is None
+    yield a.finding(
+        ABOVE_CEILING,
+        f"take-off at {quantity.beside(home_m, ceiling_m, quantity.height)} AMSL; its maker allows it up to "
+        f"{quantity.height(ceiling_m)}",
+        severity=Severity.ERROR if is_too_thin else None,
+    )
 
 
 @judges(LIFT_UNKNOWN, CONDITION_NOT_MODELLED, needs=(EXTREMES, POWER))

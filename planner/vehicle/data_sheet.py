@@ -15,11 +15,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.physics.atmosphere import (
-    SEA_LEVEL_DENSITY_KG_M3,
-    air_density_kg_m3,
-    standard_temperature_c,
-)
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
 from planner.physics.rotor import Rotor, hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value, field, replace
@@ -608,6 +604,7 @@ class _Sheet:
             or f"{facts}: nobody logged a flight, energies may be off by {off}.",
             mass_kg=self.mass_kg,
             mass_max_kg=sheet.mass_max_kg,
+            ceiling_amsl_m=sheet.ceiling_amsl_m,
             wind_max_m_s=sheet.wind_max_m_s,
             thrust_max_n=self.thrust_max_n,
             position_noise_m=noise_m,
@@ -657,14 +654,7 @@ class _Sheet:
                 f"highest take-off mass not stated: {heaviest_kg:g} kg, of the {thrust}"
             )
         if self.sheet.ceiling_amsl_m is not None:
-            ceiling_m = self.sheet.ceiling_amsl_m
-            thinnest_kg_m3 = float(
-                air_density_kg_m3(
-                    ceiling_m,
-                    home_amsl_m=ceiling_m,
-                    home_temperature_c=standard_temperature_c(ceiling_m),
-                )
-            )
+            thinnest_kg_m3 = standard_density_kg_m3(self.sheet.ceiling_amsl_m)
         return ValidFor(
             speed_m_s=Interval(low=0.0, high=round(min(leaning_m_s, _FASTEST_M_S), 1)),
             height_above_home_m=_HEIGHT_RANGE,

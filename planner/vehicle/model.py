@@ -462,6 +462,10 @@ class VehicleModel(Part):
     mass_max_kg: Annotated[
         float | None, Key("highest take-off mass its maker allows, payload in it", "kg", POSITIVE)
     ] = None
+    ceiling_amsl_m: Annotated[
+        float | None,
+        Key("altitude up to which its maker lets it take off with mass_kg", "m", POSITIVE),
+    ] = None
     wind_max_m_s: Annotated[
         float | None,
         Key("highest wind its maker allows, also to take off and land in", "m/s", POSITIVE),

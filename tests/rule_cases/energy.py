@@ -221,6 +221,16 @@ def lifting(times: float) -> tuple[Finding, ...]:
     )
 
 
+def from_altitude(home_m: float) -> tuple[Finding, ...]:
+    """Return what is reported of a take-off of a vehicle whose maker allows it up to 1,000 m."""
+    return found(
+        PLAIN,
+        ARDUPILOT,
+        vehicle=replace(vehicle_of(ARDUPILOT), ceiling_amsl_m=1000.0),
+        home_amsl_m=home_m,
+    )
+
+
 def with_share_of_voltage(share: float) -> tuple[Finding, ...]:
     """Return what is reported of a battery with such a share of the voltage of the vehicle's own."""
     own = vehicle_of(ARDUPILOT).battery
@@ -348,6 +358,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: lifting(1.34),
         boundary=lambda: lifting(1.33 - 1e-9),
         silent=lambda: lifting(1.0),
+    ),
+    "E133": RuleCases(
+        fires=lambda: from_altitude(1001.0),
+        boundary=lambda: from_altitude(1000.0),
+        silent=lambda: from_altitude(400.0),
     ),
     "E121": RuleCases(
         fires=lambda: with_share_of_voltage(0.849),

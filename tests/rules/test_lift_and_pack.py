@@ -166,6 +166,39 @@ def test_no_vehicle_lifts_more_than_its_maker_allows() -> None:
 
 
 @pytest.mark.parametrize(
+    ("vehicle", "home_m", "severity"),
+    [
+        # ISO 2533: 1.1117 kg/m³ at 1,000 m; 2 % less, 1.0899 kg/m³, at 1,201 m.
+        (UNTOLD, 1000.0, None),
+        (UNTOLD, 1001.0, Severity.WARNING),
+        (UNTOLD, 1198.0, Severity.WARNING),
+        (UNTOLD, 1204.0, Severity.ERROR),
+        (QUAD, 1204.0, Severity.WARNING),  # its hover throttle tells what it has left: E116
+    ],
+)
+def test_a_take_off_above_the_makers_ceiling_is_told_and_in_thin_air_no_go(
+    vehicle: VehicleModel, home_m: float, severity: Severity | None
+) -> None:
+    limited = replace(vehicle, ceiling_amsl_m=1000.0)
+    found = [one for one, _ in reported("E133", limited, home_amsl_m=home_m)]
+    assert found == ([] if severity is None else [severity])
+
+
+def test_the_ceiling_of_a_data_sheet_stands_in_its_model() -> None:
+    sheet = DataSheet(
+        name="mine",
+        mass_kg=1.6,
+        battery=read_battery("4S5200"),
+        rotors=4,
+        propeller_m=0.254,
+        ceiling_amsl_m=2500.0,
+    )
+    made = vehicle_from_data_sheet(sheet)
+    found = reported("E133", made, battery=made.battery, home_amsl_m=3000.0)
+    assert [severity for severity, _ in found] == [Severity.ERROR]
+
+
+@pytest.mark.parametrize(
     ("motor", "payload_kg", "severity"),
     [
         # four motors of 800 g: 1.6 kg take half of 3.2 kg, 2.2 kg 69 %, 2.4 kg 75 %, 2.6 kg 81 %;
