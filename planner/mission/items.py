@@ -39,6 +39,7 @@ class VehicleKind(StrEnum):
     """What kind of vehicle a mission was written for."""
 
     MULTICOPTER = "multicopter"
+    HELICOPTER = "helicopter"
     FIXED_WING = "fixed-wing"
     VTOL = "VTOL"
     ROVER = "rover"

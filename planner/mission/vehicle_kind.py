@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 _TYPES: Mapping[int, tuple[VehicleKind, str]] = {
     1: (VehicleKind.FIXED_WING, "fixed wing"),
     2: (VehicleKind.MULTICOPTER, "quadrotor"),
-    3: (VehicleKind.MULTICOPTER, "coaxial"),
-    # Both autopilots fly a helicopter's mission as they fly a multicopter's.
-    4: (VehicleKind.MULTICOPTER, "helicopter"),
+    # Both autopilots fly a helicopter's mission as they fly a multicopter's; its power is another.
+    3: (VehicleKind.HELICOPTER, "coaxial"),
+    4: (VehicleKind.HELICOPTER, "helicopter"),
     10: (VehicleKind.ROVER, "ground rover"),
     11: (VehicleKind.BOAT, "surface boat"),
     12: (VehicleKind.SUBMARINE, "submarine"),
@@ -82,7 +82,10 @@ def vehicle_evidence(
     if vehicle_type is not None and vehicle_type != _GENERIC:
         kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, "another kind"))
         reason = f"the file has vehicleType {vehicle_type} ({name})"
-        return VehicleEvidence(kind=kind, is_certain=True, reason=reason)
+        may_be_flown = kind is VehicleKind.HELICOPTER
+        return VehicleEvidence(
+            kind=kind, is_certain=not may_be_flown, reason=reason, is_weak=may_be_flown
+        )
     for commands, kind in (
         (_VTOL_ONLY, VehicleKind.VTOL),
         (_FIXED_WING_ONLY, VehicleKind.FIXED_WING),

@@ -11,10 +11,12 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command
+from planner.mission.route.route import OTHER_VEHICLE
 from planner.mission.route.stage import StageKind
 from planner.rules.arming_checks import (
     ALWAYS,
     ANY,
+    ROTORS_WITH_FLAPS,
     ArduPilotGiven,
     refused_by_ardupilot,
     refused_by_px4,
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
 _ALL = 1
 _WITHOUT_THROTTLE = 2
+_FLIES_BLIND = (4, 7)
+"""The version from which on ArduPilot arms without a source of the height; tried in its simulation."""
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
 
 
@@ -49,7 +53,8 @@ WOULD_NOT_ARM = Rule(
     "CAL_ACCn_ID, CAL_GYROn_ID or, with SYS_HAS_MAG, CAL_MAGn_ID all 0; EKF2_EN 0 without LPE_EN (no "
     "position in PX4's simulation); a receiver (COM_RC_IN_MODE not 1 or 4) with RCn_TRIM not between "
     "RCn_MIN and RCn_MAX, or that above 2500.  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they "
-    "are.  Always: FRAME_CLASS of no multicopter, FRAME_TYPE that FRAME_CLASS 1 to 4, 12 or 14 has not "
+    "are.  Always: EK3_SRC1_POSZ 0 (from 4.7 on ArduPilot arms, and measures no height), FRAME_CLASS of no "
+    "multicopter, FRAME_TYPE that FRAME_CLASS 1 to 4, 12 or 14 has not "
     "(each tried in ArduPilot's simulation), MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3, "
     "AHRS_EKF_TYPE 0, or 2 or 3 with EK2_ENABLE or EK3_ENABLE 0, EK3_SRCn_ of a sensor that is not there "
     "(GPS1_TYPE, FLOW_TYPE, VISO_TYPE, BCN_TYPE, WENC_TYPE 0, no rangefinder that looks down), "
@@ -79,6 +84,26 @@ def _would_not_arm(a: Assessment, parameters: ArduPilotParameters) -> Iterator[F
     for check, said in refused_by_ardupilot(given):
         if is_checked(a, check):
             yield a.finding(WOULD_NOT_ARM, f"ArduPilot does not arm: {said}")
+    if given.has_no_height:
+        is_refused = a.target is not None and a.target.version and a.target.version < _FLIES_BLIND
+        does = (
+            "does not arm"
+            if is_refused
+            else "before 4.7 does not arm, later ones measure no height"
+        )
+        yield a.finding(WOULD_NOT_ARM, f"EK3_SRC1_POSZ is 0: ArduCopter {does}")
+
+
+@judges(OTHER_VEHICLE, needs=(ARDUPILOT,))
+def _other_vehicle(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+    frame = int(numbers(a).get("FRAME_CLASS", 1))
+    if (other := ROTORS_WITH_FLAPS.get(frame)) is not None:
+        yield a.finding(
+            OTHER_VEHICLE,
+            f"FRAME_CLASS is {frame}, {other}: its outputs are not checked, nor that the model is one of it",
+            severity=Severity.WARNING,
+            fix="use a model of this vehicle, and check its outputs by hand",
+        )
 
 
 @judges(WOULD_NOT_ARM, needs=(PX4,))

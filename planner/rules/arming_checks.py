@@ -72,6 +72,12 @@ _INTERLOCK, _STOPS = 32, frozenset({31, 165})
 """RCx_OPTION of the motor interlock and of the emergency stops."""
 _MULTICOPTERS = frozenset({1, 2, 3, 4, 5, 7, 8, 9, 10, 12, 14, 15, 16, 17})
 """FRAME_CLASS that Copter flies: 6, 11 and 13 are helicopters, 0 none (``AP_Motors::motor_frame_class``)."""
+ROTORS_WITH_FLAPS: Mapping[int, str] = {
+    8: "one rotor above flaps",
+    9: "two rotors, one above the other, over flaps",
+    10: "two rotors that tilt",
+}
+"""FRAME_CLASS of what Copter flies that is steered otherwise than by the speed of its rotors."""
 _FRAME_TYPES: Mapping[int, frozenset[int]] = {
     1: frozenset({0, 1, 2, 3, 4, 5, 6, 12, 13, 14, 18, 19}),
     2: frozenset({0, 1, 3, 13, 14}),
@@ -162,6 +168,12 @@ class ArduPilotGiven(Value, kw_only=False, eq=False):
     def value(self, *names: str, default: float) -> float:
         """Return the first of some names that the file holds, in its own unit."""
         return next((self.values[name] for name in names if name in self.values), default)
+
+    @property
+    def has_no_height(self) -> bool:
+        """Whether the estimator is told to use no source of the height."""
+        is_used = self.value("AHRS_EKF_TYPE", default=_EKF3) == _EKF3
+        return is_used and self.value("EK3_SRC1_POSZ", default=1) == 0
 
     @property
     def has_fence(self) -> bool:

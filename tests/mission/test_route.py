@@ -222,7 +222,7 @@ WAIT = item(93, frame=2, params=(5.0, -1.0, -1.0, -1.0))
         (Autopilot.PX4, item(31, north(90), 20.0), Severity.ERROR),
         (Autopilot.PX4, item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0)), Severity.INFO),
         (Autopilot.PX4, rtl(), Severity.WARNING),
-        (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.WARNING),
+        (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.ERROR),
         (Autopilot.ARDUPILOT, takeoff(20), Severity.ERROR),
     ],
 )
@@ -280,7 +280,7 @@ def test_ardupilot_takes_off_again_after_a_return(
     [
         # It disarms 90 m away, though file and MIS_OPTIONS 4 say that it comes home.
         (True, (item(16, north(0), 20.0), rtl()), Severity.ERROR),
-        (False, (item(16, north(0), 20.0), rtl()), Severity.WARNING),
+        (False, (item(16, north(0), 20.0), rtl()), Severity.ERROR),
         (True, (rtl(),), Severity.ERROR),
         (False, (item(177, frame=2, params=(1.0, 1.0, 0.0, 0.0)), rtl()), Severity.ERROR),
         (True, (item(206, frame=2),), Severity.INFO),  # no place to go to

@@ -1,9 +1,13 @@
 from __future__ import annotations
 
 import pytest
+from made_missions import mission, rtl, takeoff, waypoint
 
+from planner.findings import Severity
 from planner.mission.items import MissionItem, VehicleEvidence, VehicleKind
+from planner.mission.route.route import make_route
 from planner.mission.vehicle_kind import vehicle_evidence
+from planner.values import replace
 
 
 def make_item(
@@ -43,7 +47,6 @@ LAND_START = make_item(189)
     [
         (1, VehicleKind.FIXED_WING),
         (2, VehicleKind.MULTICOPTER),
-        (4, VehicleKind.MULTICOPTER),
         (10, VehicleKind.ROVER),
         (11, VehicleKind.BOAT),
         (12, VehicleKind.SUBMARINE),
@@ -60,6 +63,15 @@ def test_the_plans_own_word_is_certain(vehicle_type: int, kind: VehicleKind) -> 
     assert evidence is not None
     assert (evidence.kind, evidence.is_certain) == (kind, True)
     assert f"vehicleType {vehicle_type}" in evidence.reason
+
+
+@pytest.mark.parametrize("vehicle_type", [3, 4])
+def test_a_helicopter_is_flown_with_a_warning(vehicle_type: int) -> None:
+    # MAV_TYPE 3 and 4: the autopilots fly its missions alike, the power is another.
+    plan = replace(mission(takeoff(20), waypoint(100, 20), rtl()), vehicle=None)
+    evidence = vehicle_evidence(plan.items, vehicle_type=vehicle_type)
+    found = make_route(replace(plan, vehicle=evidence)).findings
+    assert [f.severity for f in found if f.code == "M111"] == [Severity.WARNING]
 
 
 def test_a_generic_vehicle_type_says_nothing() -> None:

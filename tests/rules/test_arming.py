@@ -37,6 +37,16 @@ def outputs(frame_class: float, *functions: int) -> str:
     return f"FRAME_CLASS,{frame_class:g}\n{rows}"
 
 
+@pytest.mark.parametrize(("frame", "is_told"), [(7, False), (8, True), (10, True), (12, False)])
+def test_rotors_with_flaps_or_tilt_are_told(frame: int, *, is_told: bool) -> None:
+    told = [
+        one.severity
+        for one in found(PLAIN, ARDUPILOT, f"FRAME_CLASS,{frame}\n")
+        if one.code == "M111"
+    ]
+    assert told == [Severity.WARNING] * is_told
+
+
 # Each condition as the source has it: one value that it refuses, the nearest that it takes.
 @pytest.mark.parametrize(
     ("refused", "taken"),
@@ -50,7 +60,8 @@ def outputs(frame_class: float, *functions: int) -> str:
         # From here to RC2_MAX tried in ArduPilot's simulation, with the sentences of the source.
         ("AHRS_EKF_TYPE,0\n", "AHRS_EKF_TYPE,3\n"),
         ("EK3_SRC1_VELZ,1\n", "EK3_SRC1_VELZ,0\n"),
-        ("EK3_SRC1_POSZ,5\n", "EK3_SRC1_POSZ,0\n"),
+        ("EK3_SRC1_POSZ,5\n", "EK3_SRC1_POSZ,1\n"),
+        ("EK3_SRC1_POSZ,0\n", "EK3_SRC1_POSZ,0\nAHRS_EKF_TYPE,11\n"),
         ("EK3_SRC1_POSZ,2\n", "EK3_SRC1_POSZ,2\nRNGFND2_TYPE,8\n"),
         ("EK3_SRC2_VELXY,5\n", "EK3_SRC2_VELXY,5\nFLOW_TYPE,1\n"),
         ("EK3_SRC3_POSXY,6\n", "EK3_SRC3_POSXY,6\nVISO_TYPE,1\n"),

@@ -168,6 +168,7 @@ _FIRMWARE_TYPES: dict[Autopilot | None, int] = {
 _GENERIC_FIRMWARE = 0
 _VEHICLE_TYPES = {
     VehicleKind.MULTICOPTER: 2,
+    VehicleKind.HELICOPTER: 4,
     VehicleKind.FIXED_WING: 1,
     VehicleKind.VTOL: 20,
     VehicleKind.ROVER: 10,

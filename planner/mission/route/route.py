@@ -388,7 +388,8 @@ OTHER_VEHICLE = Rule(
     "patterns, which are for such vehicles, are not repeated.  All 22 public text files that this "
     "fires on are of aircraft.  A warning where a take-off pitch is all there is: multicopters take off "
     "without it, and fly the rest as predicted; so where the parameters of --params are of ArduCopter, "
-    "which knows DO_LAND_START.",
+    "which knows DO_LAND_START, and where the file names a helicopter, or FRAME_CLASS (8 to 10) one or two "
+    "rotors with flaps or tilt: flown as predicted, if the model is one of it.",
     fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle",
     instead="a plan, which names its vehicle, or ArduCopter's parameters with --params",
 )
@@ -433,8 +434,8 @@ ITEMS_NOT_FLOWN = Rule(
     "after a LAND where --params has bit 2 of MIS_OPTIONS set (4, continue after land).  PX4 after a LAND: "
     "it stays armed (Commander::handleAutoDisarm) and the next place is within 2 m of where it stands.  An "
     "error where a take-off is among those left out: a vehicle that is started again flies what is not "
-    "counted; where MIS_OPTIONS 4 is set, a landing more than 50 m from home is the end, and no take-off "
-    "follows but other places or a return, a warning without that setting: it stays where it landed; and on "
+    "counted; on ArduPilot a landing more than 50 m from home is the end, and other places or a return "
+    "follow: it stays where it landed (a warning where the autopilot is not known); and on "
     "PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
     "without climbing first (MissionBase::checkClimbRequired; tried).",
     fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF at "
@@ -483,7 +484,8 @@ def _left_out(
         said += ": the vehicle stays where it landed, away from home"
         is_asked = goes_on and state.dialect is Autopilot.ARDUPILOT
         said += "; MIS_OPTIONS 4 continues only to a take-off" * is_asked
-        severity = Severity.ERROR if is_flown or is_asked else Severity.WARNING
+        is_left = state.dialect is Autopilot.ARDUPILOT  # another may fly on
+        severity = Severity.ERROR if is_flown or is_left else Severity.WARNING
     return [
         ITEMS_NOT_FLOWN.finding(
             said, severity=severity, item=missed[0], place=mission.items[missed[0] - 1].place
