@@ -25,6 +25,7 @@ from planner.rules.wind import known_text, shown_airspeed_text
 from planner.units import wh_from_j
 from planner.values import Value
 from planner.vehicle.law_factors import is_narrowable
+from planner.vehicle.model import NO_LEAN_THRUST
 from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
@@ -54,10 +55,12 @@ _DENSITY_SLACK = 0.02
 """A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
 _AIR_SLACK = 1.02
 """Thrust a little beyond what a data sheet stands for is taken: 2 % of density. [-]"""
-_MOST_LIFT = 1.33
-"""More thrust, in times of that of the model's flights, is not taken for granted: vehicles are built to
-hover at half of what they have or somewhat more, and three quarters are then left.  As much as vehicles of
-data sheets are taken to lift. [-]"""
+_MOST_HOVER = 0.6
+"""Fraction of its thrust that a vehicle hovers with as a rule, at most, as the prior thrust_ratio has it:
+ArduPilot's guide finds MOT_THST_HOVER between 0.2 and 0.6 (copter/source/docs/ac_throttlemid.rst). [-]"""
+_MOST_LIFT = NO_LEAN_THRUST / _MOST_HOVER
+"""More thrust, in times of that of the model's flights, is not taken for granted: a vehicle that flew them
+with the most that is usual has no lean left beyond it.  As much as those of data sheets may. [-]"""
 _THINNER = 1.1
 """Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover. [-]"""
 _LOW_M = 10.0
@@ -453,9 +456,11 @@ LIFT_UNKNOWN = Rule(
     why="A model's power keeps growing where the vehicle no longer leaves the ground: it has no limit "
     "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
     how="Mass over air density, at the highest point of the flight with payload, over that of a flight the "
-    "model knows: more than 1.33 (thrust falls with air density as weight grows).  Of the ranges of "
-    "[valid_for] nobody knows which of both were flown together: it flew the heaviest in its densest air, "
-    "1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a range the model's "
+    "model knows: more than 1.33 (thrust falls with air density as weight grows), for a hover with 0.6 of "
+    "the thrust, the most that is usual, then takes the 0.8 from which on ArduPilot has no lean left.  "
+    "Of the ranges of [valid_for] nobody knows which of both were flown together: it flew the heaviest in "
+    "its densest air, 1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a "
+    "range the model's "
     "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
     "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
     "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n, or of a "
