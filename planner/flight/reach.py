@@ -9,16 +9,19 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState, SlowedLegs
-    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.flight.motion.kinematics import KinematicState
+    from planner.flight.prediction import Flight
+    from planner.flight.returns.path import FlownReturns, ReturnPoints, Returns
     from planner.physics.wind import Wind
 
 GUST_SDS = 2.0
@@ -96,39 +99,56 @@ class SlowedSituations(Columns, eq=False):
 
 def slowed_situations(returns: Returns) -> SlowedSituations | None:
     """Return where a flight and the returns from it are slower than commanded; ``None``: nowhere."""
-    motion, sample = returns.flight.motion, returns.sample
-    parts: list[tuple[SlowedLegs | None, IntArray | None, SituationKind]]
-    parts = [(motion.slowed, None, SituationKind.MISSION)]
-    if sample is not None:
-        item = motion.segments.item[sample.points.segment]
-        parts.append((sample.flight.motion.slowed, item, SituationKind.RETURN))
     several = [
         SlowedSituations(
-            item=slowed.item if of_point is None else of_point[slowed.item],
-            kind=np.full(len(slowed.item), kind),
+            item=part.items(slowed.item),
+            kind=np.full(len(slowed.item), part.kind),
             commanded_m_s=slowed.commanded_m_s,
             held_m_s=slowed.held_m_s,
         )
-        for slowed, of_point, kind in parts
-        if slowed is not None
+        for part in _parts(returns)
+        if (slowed := part.flight.motion.slowed) is not None
     ]
     return SlowedSituations.joined(several) if several else None
 
 
 def situations(returns: Returns) -> Situations:
     """Return the situations of a flight, of holds at its points and of the returns from there."""
-    flight = returns.flight
-    columns = flight.motion.segments
-    own = flight.node_state
-    parts = [_of_state(own, columns.item[flight.motion.piece_segment], SituationKind.MISSION)]
+    mission, *back = (
+        _of_state(
+            part.flight.node_state,
+            part.items(part.flight.motion.segments.item[part.flight.motion.piece_segment]),
+            part.kind,
+        )
+        for part in _parts(returns)
+    )
     sample = returns.sample
-    if sample is not None:
-        item = columns.item[sample.points.segment]
-        parts += [
-            _holds(sample.points, item),
-            _of_state(sample.flight.node_state, item[sample.piece_point], SituationKind.RETURN),
-        ]
-    return Situations.joined(parts)
+    holds = [] if sample is None else [_holds(sample.points, _items_of_points(returns, sample))]
+    return Situations.joined([mission, *holds, *back])
+
+
+class _Part(NamedTuple):
+    """The flight of the mission, or the returns from its points."""
+
+    flight: Flight
+    kind: SituationKind
+    items_of_points: IntArray | None = None
+    """Of returns, which fly for the numbers of their points, the item each interrupts."""
+
+    def items(self, flown_for: IntArray) -> IntArray:
+        """Return mission items from what the motion flies for."""
+        return flown_for if self.items_of_points is None else self.items_of_points[flown_for]
+
+
+def _parts(returns: Returns) -> Iterator[_Part]:
+    yield _Part(returns.flight, SituationKind.MISSION)
+    if (sample := returns.sample) is not None:
+        yield _Part(sample.flight, SituationKind.RETURN, _items_of_points(returns, sample))
+
+
+def _items_of_points(returns: Returns, sample: FlownReturns) -> IntArray:
+    """Return the mission item that a return from each point interrupts. (n,)"""
+    return returns.flight.motion.segments.item[sample.points.segment]
 
 
 def _of_state(state: KinematicState, item: IntArray, kind: SituationKind) -> Situations:

@@ -437,8 +437,9 @@ RALLY_FAR = Rule(
     summary="A rally point is farther from the whole mission than ArduPilot looks, and home is nearer.",
     why="ArduPilot returns home instead of to a rally point beyond RALLY_LIMIT_KM, 300 m on Copter: "
     "the point is never used (ArduPilot #4701, #30575).",
-    how="Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM where that "
-    "is not 0, and no end of a leg is nearer to it than to home (AP_Rally::find_nearest_rally_point).",
+    how="Distance from each rally point to the path that is flown, circles and splines as they curve, above "
+    "RALLY_LIMIT_KM where that is not 0, and nowhere on it is it nearer than home "
+    "(AP_Rally::find_nearest_rally_point).",
     fix="move the rally point, or raise RALLY_LIMIT_KM",
 )
 
@@ -447,12 +448,15 @@ RALLY_FAR = Rule(
 def _rally_far(a: Assessment, _target: Target) -> Iterator[Finding]:
     """``AP_Rally::find_nearest_rally_point``: beyond the limit home is taken where it is nearer.
 
-    Where it is not, one end of a leg is nearer to the rally point than to home.
+    Where it is not, one end of a straight piece is nearer to the rally point than to home.
     """
     rally, limit_m = a.mission.rally, _rally_limit_m(a)
-    if not rally:
+    if not rally or not a.route.stages:
         return
-    path_m = np.array([(0.0, 0.0), *((s.east_m, s.north_m) for s in a.route.stages)])
+    from planner.flight.path import flown_path
+
+    path = flown_path(a.flight.motion)
+    path_m = np.column_stack((path.east_m, path.north_m))
     remarks = Remarks()
     for number, (point, point_m) in enumerate(zip(rally, _rally_m(a), strict=True), start=1):
         away_m = _distance_to_path_m(point_m, path_m)
@@ -484,7 +488,7 @@ def _rally_m(a: Assessment) -> npt.NDArray[np.float64]:
 
 
 def _distance_to_path_m(point_m: npt.NDArray[np.float64], path_m: npt.NDArray[np.float64]) -> float:
-    """Return the distance of a point (2,) from straight legs through points (n, 2). [m]"""
+    """Return the distance of a point (2,) from straight pieces through points (n, 2). [m]"""
     start, way = path_m[:-1], np.diff(path_m, axis=0)
     length2 = (way**2).sum(axis=1)
     fraction = ((point_m - start) * way).sum(axis=1) / np.where(length2 > 0.0, length2, 1.0)

@@ -246,6 +246,21 @@ def test_a_rally_point_beyond_the_limit_that_is_nearer_than_home_is_used(
     assert len(of("M118", made, Autopilot.ARDUPILOT)) == fires
 
 
+@pytest.mark.parametrize(("radius_m", "fires"), [(30.0, True), (240.0, False)])
+def test_a_rally_point_is_looked_for_from_the_far_side_of_a_circle(
+    radius_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    """500 m north, beyond the limit of 300 m from the centre at 100 m, which is nearer to home.
+
+    The far side of the wide circle is 160 m from it and 340 m from home.
+    """
+    point = RallyPoint(latitude_deg=north(500), longitude_deg=8.0, height_above_home_m=20.0)
+    circle = item(18, north(100), 20.0, params=(1.0, 0.0, radius_m, 0.0))
+    made = replace(mission(takeoff(20), circle, rtl()), rally=(point,))
+    assert len(of("M118", made, Autopilot.ARDUPILOT)) == fires
+
+
 @pytest.mark.parametrize(("commanded", "fires"), [(12.0, False), (12.1, True)])
 def test_a_speed_that_px4_does_not_fly_is_warned_of(
     commanded: float,
