@@ -58,7 +58,7 @@ def looped(draw: st.DrawFn) -> tuple[MissionItem, ...]:
     other = st.sampled_from((CAMERA, DELAY, TAG))
     items = [draw(st.one_of(places, places, speeds, fences, other)) for _ in range(count)]
     for _ in range(draw(st.integers(1, 3))):
-        at, repeats = draw(st.integers(1, count - 1)), draw(st.integers(0, 3))
+        at, repeats = draw(st.integers(1, count - 1)), draw(st.integers(-1, 3))
         target = draw(st.sampled_from([n for n in range(2, count + 3) if n != at + 2]))
         items[at] = (
             jump(target, repeats) if draw(st.booleans()) or TAG not in items else jump_tag(repeats)
@@ -73,14 +73,15 @@ def rows(items: tuple[MissionItem, ...]) -> list[Row]:
     ]
 
 
-def flown_by_ardupilot(items: tuple[MissionItem, ...], *, keeps_counts: bool) -> list[Told] | None:
+def flown_by_ardupilot(
+    items: tuple[MissionItem, ...], most: int, *, keeps_counts: bool
+) -> list[Told] | None:
     """Return each place with what is in force on the way to it; ``None``: now this, now that."""
     told: list[Told] = []
     speed_m_s: float | None = None
     fence_state: float | None = None
-    for number, carried_out, again in MissionQueue(rows(items), starts_anew=not keeps_counts).flown(
-        10_000
-    ):
+    queue = MissionQueue(rows(items), starts_anew=not keeps_counts)
+    for number, carried_out, again in queue.flown(most):
         circling = [items[one - 1] for one in again]
         speeds = {one.param2 for one in circling if one.command == 178}
         states = {one.param1 for one in circling if one.command == 207}
@@ -123,6 +124,9 @@ def test_places_speeds_and_fences_follow_each_other_as_ardupilot_carries_them_ou
     keeps_counts: bool,  # noqa: FBT001
 ) -> None:
     route = make_route(mission(*items), dialect=Autopilot.ARDUPILOT, keeps_counts=keeps_counts)
-    if any(f.severity is Severity.ERROR for f in route.findings):
+    if any(f.severity is Severity.ERROR and f.code != "T101" for f in route.findings):
         return
-    assert planned(route, items) == flown_by_ardupilot(items, keeps_counts=keeps_counts)
+    told = planned(route, items)
+    # An endless loop is planned once round and once more, of any other mission all.
+    most = 10_000 if route.lap is None else len(told)
+    assert told == flown_by_ardupilot(items, most, keeps_counts=keeps_counts)
