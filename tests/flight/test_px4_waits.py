@@ -376,6 +376,17 @@ def test_a_change_of_height_is_left_by_the_tangent_where_that_is_asked_for(
         assert legs_s[1] > legs_s[0] + 4.0
 
 
+def test_a_vehicle_at_rest_leaves_a_change_of_height_straight() -> None:
+    """Flown by a build of PX4: 16.6 s from (40, 60), where it is at rest after 20 m up, to the place asked.
+
+    A radius of 10 m is left within 0.2 m/s.  By the tangent it takes 2.7 s more.
+    """
+    change = replace(stage(StageKind.CHANGE_HEIGHT, 40.0, 60.0, 40.0), radius_m=10.0)
+    leaving = replace(change, leaves_on_tangent=True)
+    took = took_s(takeoff(20.0), go(0.0, 60.0, 20.0), leaving, go(0.0, 0.0, 40.0))
+    assert took[3] == pytest.approx(16.6, abs=0.4)
+
+
 def test_a_tangent_is_flown_to_from_where_the_vehicle_is() -> None:
     """Within 82 m of the place already: 50.2 s from there to the next place, flown by a build of PX4.
 

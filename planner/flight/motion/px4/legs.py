@@ -23,10 +23,9 @@ from planner.flight.motion.px4.landing import (
     slowing_at_ends_m_s2,
     takeoff_band_m,
 )
-from planner.flight.motion.px4.moves import Moves, directions
+from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, Moves, directions
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
 from planner.flight.motion.px4.turns import (
-    SLOWEST_TURN_M_S,
     cut_short,
     eased_turns,
     joined_turns,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.px4.braking import allowed_speed_m_s
 from planner.flight.motion.px4.landing import CLIMB_LATE_S
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import replace
@@ -113,6 +114,8 @@ def return_looks_home(
 
 SHORTEST_L1_M = 5.0
 """Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
+SLOWEST_TURN_M_S = 0.2
+"""Speed below which nothing is turned (``PositionSmoothing::_isTurning``). [m s⁻¹]"""
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this means NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
 _HOMEWARD, _DOWN, _LANDING = 1, 2, 3
@@ -389,7 +392,7 @@ class _Navigator:
         """
         radius = abs(stage.radius_m) or self.parameters.loiter_radius_m
         reach = radius + self.parameters.acceptance_radius_m
-        east, north, rise = self.east_m, self.north_m, abs(stage.height_m - self.height_m)
+        east, north, rise = self.east_m, self.north_m, stage.height_m - self.height_m
         self.east_m, self.north_m = stage.east_m, stage.north_m
         level = self._go(index, stage, is_stop=True, hold_s=0.0)
         yield level._replace(reach_m=reach)
@@ -398,14 +401,31 @@ class _Navigator:
         yield changing._replace(reach_m=reach, goes_on=True)
         # A return from there begins where the vehicle is by then.
         way = math.hypot(stage.east_m - east, stage.north_m - north)
-        left = min(way, reach) * min(self.parameters.altitude_acceptance_m / (rise or 1e-9), 1.0)
+        left = min(way, reach) * min(
+            self.parameters.altitude_acceptance_m / (abs(rise) or 1e-9), 1.0
+        )
         if left > self.parameters.acceptance_radius_m:
             self.east_m += (east - stage.east_m) * left / way
             self.north_m += (north - stage.north_m) * left / way
 
-        if stage.leaves_on_tangent:
+        if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, level.speed_m_s):
             left = math.copysign(radius, stage.radius_m)
             self._circle = (stage.east_m, stage.north_m, left)
+
+    def _is_underway(self, way_m: float, rise_m: float, speed_m_s: float) -> bool:
+        """Return whether a vehicle still moves on the map as a change of height ends.
+
+        A way and a height are left together in proportion, once its speed has fallen to what the height
+        allows.  At rest it turns nowhere (``PositionSmoothing::_isTurning``): it flies straight on.
+        """
+        p = self.parameters
+        a, j, band = p.acceleration_m_s2, p.jerk_m_s3, np.array(p.altitude_acceptance_m)
+        if abs(rise_m) <= band:
+            return True
+        left_m = max(way_m - 0.5 * speed_m_s * (speed_m_s / a + a / j), 0.0)
+        vertical = p.acceleration_up_m_s2 if rise_m > 0.0 else p.acceleration_down_m_s2
+        last_m_s = float(allowed_speed_m_s(band, 0.0, vertical, j))
+        return last_m_s * left_m / abs(rise_m) > SLOWEST_TURN_M_S
 
     def _leave_circle(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the flight to the leg to a stage's place, where that leg is the tangent of a circle.

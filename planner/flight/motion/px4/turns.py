@@ -16,7 +16,7 @@ from planner.flight.motion.px4.braking import (
     turning_back,
     vertical_limits,
 )
-from planner.flight.motion.px4.moves import SHORTEST_L1_M, directions
+from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S, directions
 from planner.flight.motion.px4.straights import fly_straights, limits_along
 from planner.values import Value, replace
 
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 ALIGNED_COS = 0.98
 """Cosine of the angle to the target from which a turn counts as done (``PositionSmoothing::_isTurning``)."""
-SLOWEST_TURN_M_S = 0.2
-"""Speed below which nothing is turned (``PositionSmoothing::_isTurning``). [m s⁻¹]"""
 PEAK_OVER_MEAN = 1.5
 """Highest over mean speed of a cubic from rest to rest. [-]"""
 
