@@ -37,6 +37,8 @@ _PX4 = {
     "COM_ARM_AUTH_MET": 0,
     "COM_ARM_AUTH_TO": 5,
 }
+LOW_M = 0.5
+"""As good as on the ground, whatever its own height has drifted by. [m]"""
 _STABILIZE, _AUTO, _MAIN_AUTO, _SUB_LOITER, _SUB_MISSION = 0, 3, 4, 3, 4
 _PX4_LOITER = _MAIN_AUTO << 16 | _SUB_LOITER << 24
 _PX4_MISSION = _MAIN_AUTO << 16 | _SUB_MISSION << 24
@@ -64,6 +66,8 @@ class Build:
     armed_s: float | None = None
     """When it armed, by the first sign of it; ``None`` since it was asked. [s]"""
     disarmed_s: float | None = None
+    down_s: float | None = None
+    """When it last came lower than LOW_M. [s]"""
     texts: list[str] = field(default_factory=list)
     results: dict[int, int] = field(default_factory=dict)
     """By command, the latest MAV_RESULT."""
@@ -105,6 +109,10 @@ class Build:
             match one.get_type():
                 case "GLOBAL_POSITION_INT":
                     self.boot_s = one.time_boot_ms / 1e3
+                    if one.relative_alt > 1e3 * LOW_M:
+                        self.down_s = None
+                    elif self.down_s is None:
+                        self.down_s = self.boot_s
                 case "HEARTBEAT":
                     self.is_armed = bool(one.base_mode & 128)
                     self.mode = one.custom_mode
