@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 from collections import deque
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 Job = TypeVar("Job")
 Done = TypeVar("Done")
 
+_SEARCHED_AFTER = 50_000
+"""Values that are made between two searches for what only refers to itself."""
 _THREADS = "OPENBLAS_NUM_THREADS"
 _AHEAD = 4
 """Jobs a process has waiting, so that it never waits for this one; the others are not asked for yet."""
@@ -102,6 +105,11 @@ def _in_order(
         yield done
 
 
+def search_seldom() -> None:
+    """Have what only refers to itself searched for seldom: it is little, and costs a fifteenth of a check."""
+    gc.set_threshold(_SEARCHED_AFTER)
+
+
 def end_if_stopped() -> None:
     """End the job of a worker as by Ctrl-C where nobody waits for it any more."""
     if _stopped is not None and _stopped.is_set():
@@ -112,6 +120,7 @@ def _obey(stop: Event, start: Callable[[], None] | None) -> None:
     """Note what ends this process: the one that made it, which may be killed."""
     global _stopped  # noqa: PLW0603 - what a process is given at its start
     _stopped = stop
+    search_seldom()
     Thread(target=_end_with_parent, daemon=True).start()
     if start is not None:
         start()

@@ -23,6 +23,7 @@ from planner.errors import (
     missing_library,
     nearest_hint,
 )
+from planner.workers import search_seldom
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -148,8 +149,7 @@ def _reported(error: Exception) -> ExitCode:
 
 
 def _search_seldom() -> None:
-    # A search for what only refers to itself finds little, and costs a fifteenth of a short check.
-    gc.set_threshold(50_000)
+    search_seldom()
     atexit.register(gc.freeze)
 
 
