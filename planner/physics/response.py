@@ -24,7 +24,7 @@ import numpy as np
 from planner.values import Value, force_setattr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     import numpy.typing as npt
 
@@ -169,14 +169,14 @@ class TransferFunction(Value):
 
 
 class _Terms(Value, kw_only=False, eq=False):
-    """What I_k of a system, or of a stack of shape B, is made of."""
+    """What I_k of o orders k of a system, or of a stack of shape B, are made of."""
 
     weights: tuple[tuple[FloatArray, FloatArray], ...]
-    """Re and Im of :math:`r_i p_i^{-(z+k)}`, a pair for each partial fraction, each of shape B."""
-    steady: FloatArray
-    """Coefficients of its polynomial in t, ascending.  (z + k, …)"""
+    """Re and Im of :math:`r_i p_i^{-(z+k)}`, a pair for each partial fraction, each of shape (o, …)."""
+    steady: tuple[FloatArray, ...]
+    """Coefficients of their polynomials in t, ascending.  (z + k, …) each"""
     series: FloatArray
-    """Taylor coefficients about t = 0, ascending, of I_k / t^k where k is above 0.  (…, terms)"""
+    """Taylor coefficients about t = 0, ascending, of I_k / t^k where k is above 0.  (…, terms, o)"""
 
 
 class Modes(Value, eq=False, dict=True):
@@ -232,28 +232,25 @@ class Modes(Value, eq=False, dict=True):
         t = np.asarray(t_s, dtype=np.float64)
         before = t < 0.0
         if t.ndim and not self.feedthrough.ndim and before.any():
-            result = np.zeros((len(orders), *t.shape))
-            result[:, ~before] = self._after_impulse(t[~before], orders)
+            after, result = ~before, np.zeros((len(orders), *t.shape))
+            for own, found in zip(result, self._after_impulse(t[after], orders), strict=True):
+                own[after] = found
             return result
         return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), orders))
 
-    def _after_impulse(self, t: FloatArray, orders: Sequence[int]) -> FloatArray:
+    def _after_impulse(self, t: FloatArray, orders: tuple[int, ...]) -> FloatArray:
         if self.feedthrough.ndim:
             t = np.broadcast_to(t, np.broadcast_shapes(t.shape, self.feedthrough.shape))
-        totals = np.zeros((len(orders), *t.shape))
-        terms = [self._terms(k) for k in orders]
-        for index, (rate, turning, _) in enumerate(self.fractions):
-            turns = turning.any()
-            decay = np.exp(rate * t)
-            cosine, sine = (np.cos(turning * t), np.sin(turning * t)) if turns else (1.0, 0.0)
-            for row, own_terms in enumerate(terms):
-                real, imaginary = own_terms.weights[index]
-                totals[row] += decay * (real * cosine - imaginary * sine if turns else real)
+        terms = self._terms(orders)
+        totals = self._by_fractions(t, terms.weights, len(orders))
         early = t * self.fastest_rad_s < 1.0
         some_early = early.any()
+        if some_early:
+            soon = t[early]
+            first = _polynomial(_series_at(early, terms.series), soon)
         slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
-        for row, (k, own_terms) in enumerate(zip(orders, terms, strict=True)):
-            own, steady, series = totals[row, ...], own_terms.steady, own_terms.series
+        for row, (k, steady) in enumerate(zip(orders, terms.steady, strict=True)):
+            own = totals[row, ...]
             if len(steady):
                 own += _polynomial(steady, t)
             close = self.is_close | slow if len(steady) else self.is_close
@@ -261,30 +258,48 @@ class Modes(Value, eq=False, dict=True):
                 mask = close & ~early
                 own[mask] = self._by_differences(t[mask], mask, k)
             if some_early:
-                terms_first = _at(early, series, trailing=1).T  # of one system, or of a row of them
-                some = _polynomial(terms_first, t[early])
-                own[early] = t[early] ** max(k, 0) * some
+                own[early] = soon ** max(k, 0) * first[row]
             if k > 0 and self.feedthrough.any():
                 own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
         return totals
 
-    def _terms(self, k: int) -> _Terms:
-        """Return what :math:`I_k` is made of; worked out once, as short flights ask for it often."""
-        terms = self._known_terms.get(k)
+    def _by_fractions(
+        self, t: FloatArray, weights: tuple[tuple[FloatArray, FloatArray], ...], count: int
+    ) -> FloatArray:
+        """Return the sums over partial fractions, of so many orders. (count, …)"""
+        totals = np.zeros((count, *t.shape))
+        lifted = (count, *(1,) * (t.ndim - self.feedthrough.ndim), *self.feedthrough.shape)
+        for (rate, turning, _), (real, imaginary) in zip(self.fractions, weights, strict=True):
+            own = real.reshape(lifted)
+            if turning.any():
+                sine = imaginary.reshape(lifted) * np.sin(turning * t)
+                own = own * np.cos(turning * t) - sine
+            totals += np.exp(rate * t) * own
+        return totals
+
+    def _terms(self, orders: tuple[int, ...]) -> _Terms:
+        """Return what the :math:`I_k` are made of; worked out once, as short flights ask for it often."""
+        terms = self._known_terms.get(orders)
         if terms is None:
-            powers = self.integrators + k
-            weights = [one / (rate + 1j * turn) ** powers for rate, turn, one in self.fractions]
-            series = _over_factorials(self.markov[max(-k, 0) :], max(k, 0))
+            powers = [self.integrators + k for k in orders]
+            weights = [
+                np.stack([one / (rate + 1j * turn) ** power for power in powers])
+                for rate, turn, one in self.fractions
+            ]
+            series = [_over_factorials(self.markov[max(-k, 0) :], max(k, 0)) for k in orders]
+            least = min(map(len, series))
             terms = _Terms(
                 tuple((one.real, one.imag) for one in weights),
-                _over_factorials(self.steady_series[: max(powers, 0)][::-1]),
-                np.moveaxis(series, 0, -1),
+                tuple(
+                    _over_factorials(self.steady_series[: max(power, 0)][::-1]) for power in powers
+                ),
+                np.moveaxis(np.stack([one[:least] for one in series]), (1, 0), (-2, -1)),
             )
-            self._known_terms[k] = terms
+            self._known_terms[orders] = terms
         return terms
 
     @cached_property
-    def _known_terms(self) -> dict[int, _Terms]:
+    def _known_terms(self) -> dict[tuple[int, ...], _Terms]:
         return {}
 
     def _by_differences(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
@@ -423,6 +438,12 @@ def _polynomial(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     for term in reversed(lower):
         total = total * t + term
     return np.asarray(total)
+
+
+def _series_at(mask: BoolArray, series: FloatArray) -> FloatArray:
+    """Return series (…, terms, o) where the mask holds, or that of one system. (terms, o, …)"""
+    some = _at(mask, series, trailing=2)
+    return some[..., None] if some.ndim == 2 else np.moveaxis(some, 0, -1)
 
 
 def _at(mask: BoolArray, column: npt.NDArray[Any], trailing: int = 0) -> npt.NDArray[Any]:
