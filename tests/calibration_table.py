@@ -98,6 +98,7 @@ def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
         landing_s=parts[-1] if parts[-1][1] > 0.0 and parts[-1][0] > _AT_ONCE_S else None,
         flown_energy_j={kind: whole * energy_j for kind, energy_j in predicted_j.items()},
         predicted_energy_j=predicted_j,
+        wind_speed_m_s=wind["speed_m_s"],
     )
 
 
@@ -172,7 +173,7 @@ def main(folder: str) -> None:
         spread = vehicle.spread
         assert spread is not None
         noise_m = 0.0 if folders[0].name.endswith("_quiet") else None
-        own = calibrate(made, spread=spread_at_noise(spread, vehicle, noise_m))
+        own = calibrate(made, spreads=[spread_at_noise(spread, vehicle, noise_m)] * len(made))
         others = calibrate(made, known=REPEATABILITY[vehicle.reference])
         lines.append(_row(label, own, others))
         if vehicle.reference is Autopilot.PX4:

@@ -6,12 +6,13 @@ Sampled are the conditions (wind, payload, temperature, charge) and the errors o
 .. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad
           t = (1 + \tau)\, t_0 + \sum_{legs} \lambda + \sum_{landings} \delta,
 
-ε common to a flight, η to all its states of one kind (climbing, level, descending), τ to its time, λ of
-each leg with its turn or stop, δ of each landing until the motors stop.  All but λ come from n flights, so
-each is its standard deviation times a sample of Student's t with n degrees of freedom: with few flights
-the standard deviation is itself little known (Student, Biometrika 6 (1908) 1).  Legs are many: λ is
-normal.  Where PX4's position is noisy its time waits for the vehicle, and what a flight takes is spread
-in proportion to that noise, down to what flights without noise show.
+ε common to a flight, with a part that grows in proportion to the wind, η to all its states of one kind
+(climbing, level, descending), τ to its time, λ of each leg with its turn or stop, δ of each landing until the
+motors stop.  All but λ come from n flights, so each is its standard deviation times a sample of Student's t
+with n degrees of freedom: with few flights the standard deviation is itself little known (Student, Biometrika
+6 (1908) 1).  Legs are many: λ is normal.  Where PX4's position is noisy its time waits for the vehicle, and
+what a flight takes is spread in proportion to that noise, down to what flights without noise show; the noise
+itself is drawn where it is the model's, its logarithm normal.
 
 Approximations:
 
@@ -111,6 +112,8 @@ class ModelErrors(Value, eq=False):
     """Fraction of landings that are sooner found over."""
     heading_rank: FloatArray
     """Fraction of headings that are nearer to the one asked for."""
+    noise: FloatArray
+    """Relative, of the noise of the position. [-]"""
 
     def times_s(self, time_s: float, *, legs: int, landings: int) -> FloatArray:
         """Return what flights of a predicted time take, without what the autopilot adds. [s]"""
@@ -153,7 +156,7 @@ class ModelErrors(Value, eq=False):
 @lru_cache(maxsize=2)
 def sample_errors(spread: ModelSpread) -> ModelErrors:
     """Return samples of the errors of a model, always the same ones."""
-    normal, student, landing_rank, heading_rank = _standard_samples(spread.n_flights)
+    normal, student, landing_rank, heading_rank, noise = _standard_samples(spread.n_flights)
     of_states = dict(spread.energy_state_fraction)
     landing_s = spread.landing_time_s
     return ModelErrors(
@@ -165,6 +168,7 @@ def sample_errors(spread: ModelSpread) -> ModelErrors:
         stopping=(spread.stopping_distance_fraction or 0.0) * student[2],
         landing_rank=landing_rank,
         heading_rank=heading_rank,
+        noise=np.expm1((spread.position_noise_fraction or 0.0) * noise),
     )
 
 
@@ -193,6 +197,14 @@ def spread_at_noise(
             if (noisy := getattr(spread, name)) is not None
         },
     )
+
+
+def spread_in_wind(spread: ModelSpread, speed_m_s: float) -> ModelSpread:
+    """Return the spread of energies in a wind: what it adds goes into what all states share."""
+    if spread.energy_fraction is None or not spread.energy_fraction_s_m:
+        return spread
+    fraction = math.hypot(spread.energy_fraction, spread.energy_fraction_s_m * speed_m_s)
+    return replace(spread, energy_fraction=fraction, energy_fraction_s_m=None)
 
 
 class UnknownSamples(Value, eq=False):
@@ -227,7 +239,7 @@ def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> Un
         wind_north_m_s=_of_all(-speed_m_s * np.cos(from_rad)),
         load_kg=_of_all(np.maximum(payload_kg, 0.0) + setup.flown_pack.added_kg),
         temperature_c=_of_all(about(power.home_temperature_c, sd_of(setup.temperature_c), 3)),
-        errors=sample_errors(spread),
+        errors=sample_errors(spread_in_wind(spread, math.hypot(wind.speed_m_s, wind.speed_sd_m_s))),
     )
 
 
@@ -238,7 +250,7 @@ def _of_all(sampled: FloatArray) -> FloatArray:
 
 def sample_charge(spread: ModelSpread, setup: Setup) -> FloatArray:
     """Return samples of the state of charge at the start, not below none and not above all. (samples,) [-]"""
-    normal, _, _, _ = _standard_samples(spread.n_flights)
+    normal, *_ = _standard_samples(spread.n_flights)
     return np.asarray(np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0))
 
 
@@ -247,15 +259,16 @@ _LEG = 5
 
 
 @lru_cache(maxsize=2)
-def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return samples of the normal, of Student's and twice of the uniform distribution, made once."""
+def _standard_samples(n_flights: int) -> tuple[FloatArray, ...]:
+    """Return samples: normal, Student's, twice uniform, and normal again, made once."""
     random = np.random.default_rng(_SEED)
     normal = random.standard_normal((6, SAMPLES))
     student = random.standard_t(n_flights, (4 + len(STATES), SAMPLES))
     first, second = random.random((2, SAMPLES))
-    for samples in (normal, student, first, second):
+    found = (normal, student, first, second, random.standard_normal(SAMPLES))
+    for samples in found:
         samples.setflags(write=False)
-    return normal, student, first, second
+    return found
 
 
 class Weather:
@@ -450,6 +463,8 @@ def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios
         legs, landings = motion.leg_count, motion.landing_count
         time_s = errors.times_s(flight.time_s, legs=legs, landings=landings)
         time_s += errors.heading_delay_s(motion.heading_spread_s)
+        if setup.position_noise_m in {None, flight.power.vehicle.position_noise_m}:  # not measured
+            time_s += errors.noise * motion.noise_delay_s
         if errors.landing_s is None:
             time_s += errors.landing_delay_s(*motion.landing_spread_s)
         time_s = np.maximum(time_s, 0.0)
@@ -477,7 +492,6 @@ def sample_flights(
     """
     power = returns.flight.power
     timed = timed or sample_times(returns.flight, setup, spread)
-    spread = spread_at_noise(spread, power.vehicle, setup.position_noise_m)
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
     samples = sample_unknowns(spread, setup, power)

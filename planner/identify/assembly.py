@@ -24,7 +24,12 @@ from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.refinement import widened_box
 from planner.identify.segments import FitStatus
-from planner.identify.spread import left_out_spread, ramp_spread, squared_time_errors
+from planner.identify.spread import (
+    left_out_spread,
+    noise_fraction,
+    ramp_spread,
+    squared_time_errors,
+)
 from planner.identify.uncertainty import rounded
 from planner.physics.rotor import Rotor
 from planner.presented import Shown
@@ -361,13 +366,8 @@ def assemble_model(
         *pack.readings,
         *_air_readings(records, settings, parts),
     ]
-    noise_m = settings.position_noise_m
-    if noise_m is None:
-        measured_m = [flown_position_noise_m(record) for record in records]
-        shown_m = [one for one in measured_m if one > 0.0]
-        noise_m = round(float(np.median(shown_m)), 3) if shown_m else 0.0
-        if shown_m:
-            readings.append(f"position_noise_m is {noise_m:g} m, as measured hovering and climbing")
+    noise_m, noise_off, noise_readings = _position_noise(records, settings)
+    readings += noise_readings
     model = VehicleModel(
         name=settings.name,
         source=f"{settings.name}.toml",
@@ -406,6 +406,8 @@ def assemble_model(
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
         spread = ramp_spread(records, settings)
+    if spread is not None:
+        spread = replace(spread, position_noise_fraction=noise_off)
     model = replace(model, spread=_with_law(spread, model, parts.power.steady_map))
     if parts.narrowed is not None and base is not None:
         findings += parts.narrowed.findings
@@ -424,6 +426,20 @@ def assemble_model(
         ),
         remarks=made_remarks(records, settings, outcomes),
     )
+
+
+def _position_noise(
+    records: Sequence[FlightRecord], settings: IdentificationSettings
+) -> tuple[float, float | None, list[str]]:
+    """Return the noise of the position, how far that of a flight is from it, and where it is from."""
+    if settings.position_noise_m is not None:
+        return settings.position_noise_m, None, []
+    shown_m = [one for record in records if (one := flown_position_noise_m(record)) > 0.0]
+    if not shown_m:
+        return 0.0, None, []
+    noise_m = round(float(np.median(shown_m)), 3)
+    reading = f"position_noise_m is {noise_m:g} m, as measured hovering and climbing"
+    return noise_m, noise_fraction(shown_m), [reading]
 
 
 def _with_law(
@@ -455,6 +471,7 @@ def _with_law(
 
 _OF_POWER = (
     "energy_fraction",
+    "energy_fraction_s_m",
     "energy_state_fraction",
     "law_fraction",
     "law_correlation",

@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.errors import UsageError
 from planner.flight.motion.kinematics import STATE_INDEX, STATES
-from planner.flight.uncertainty import HIGH, LOW, sample_errors
+from planner.flight.uncertainty import HIGH, LOW, sample_errors, spread_in_wind
 from planner.identify.spread import fit_spread
 from planner.values import Value
 
@@ -98,7 +98,7 @@ class Calibration(Value):
 def calibrate(
     flights: Sequence[FlownAndPredicted],
     *,
-    spread: ModelSpread | None = None,
+    spreads: Sequence[ModelSpread] | None = None,
     known: Repeatability | None = None,
 ) -> tuple[Calibration, ...]:
     """Return how often flights, and their parts, lie in the intervals predicted for them.
@@ -106,8 +106,8 @@ def calibrate(
     Parameters
     ----------
     flights : sequence of FlownAndPredicted
-    spread : ModelSpread, optional
-        What the intervals come from; by default each flight's come from the others.
+    spreads : sequence of ModelSpread, optional
+        What the interval of each flight comes from; by default the others.
     known : Repeatability, optional
         What is known of all flights beforehand, in fitting to the others.
 
@@ -121,14 +121,14 @@ def calibrate(
     UsageError
         If there is no other flight to take the intervals from.
     """
-    if spread is None and len(flights) < 2:
+    if spreads is None and len(flights) < 2:
         msg = "intervals of one flight come from others: give two logs or more"
         raise UsageError(msg)
     found: list[FlightInterval] = []
     for number, flight in enumerate(flights):
         others = [*flights[:number], *flights[number + 1 :]]
-        own = spread or fit_spread(others, source="the others", known=known)
-        found += _intervals(number, flight, own)
+        own = spreads[number] if spreads else fit_spread(others, source="the others", known=known)
+        found += _intervals(number, flight, spread_in_wind(own, flight.wind_speed_m_s))
     groups = {name: [one for one in found if one.of == name] for name in (*OF_FLIGHTS, *OF_PARTS)}
     return tuple(Calibration(of=name, intervals=tuple(own)) for name, own in groups.items() if own)
 

@@ -61,7 +61,7 @@ def flown_mission(record: FlightRecord) -> Mission:
     return Mission(
         source=record.source,
         file_format=MissionFormat.PLAN,
-        items=tuple(_item(logged.get(number, _NOTHING)) for number in numbers),
+        items=tuple(_item(logged.get(number, _NOTHING), number) for number in numbers),
         home=flown_home(record),
         autopilot=record.autopilot,
         vehicle=VehicleEvidence(
@@ -83,10 +83,11 @@ def flown_home(record: FlightRecord) -> Home | None:
     )
 
 
-def _item(item: LoggedItem) -> MissionItem:
+def _item(item: LoggedItem, number: int) -> MissionItem:
     values = field_values(item)
     del values["item"]
-    return MissionItem(**{**values, "frame": _RELATIVE_FRAME if item.frame is None else item.frame})
+    frame = _RELATIVE_FRAME if item.frame is None else item.frame
+    return MissionItem(**{**values, "frame": frame, "jump_id": number})
 
 
 MISSION_INCOMPLETE = Rule(

@@ -278,7 +278,10 @@ class ResponseFit(Value, eq=False):
         names = self.structure.coefficient_names
         value = dict(zip(names, self.coefficients.tolist(), strict=True))
         a0, b0 = value["a0"], value["b0"]
-        rows = [("steady_gain", b0 / a0, {"b0": 1.0 / a0, "a0": -b0 / a0**2})]
+        of_gain = {"b0": 1.0 / a0, "a0": -b0 / a0**2}
+        if self.structure.steady_gain is not None:
+            of_gain = {}  # given, without an error: propagated, what rounding leaves of one
+        rows = [("steady_gain", b0 / a0, of_gain)]
         if self.structure.denominator_degree == 2:
             frequency, a1 = math.sqrt(a0), value["a1"]
             of_damping = {"a1": 0.5 / frequency, "a0": -0.25 * a1 / frequency**3}

@@ -11,21 +11,24 @@ said to be done is up to the log: of what one leg loses to the next nothing is l
 
 Energies.  With the relative error of the energy of all states of one kind k (climbing, level, descending)
 
-.. math:: r_{fk} = \varepsilon_f + \eta_{fk},
+.. math:: r_{fk} = \varepsilon_f + w_f \beta_f + \eta_{fk},
 
-the part common to a flight and that of each kind are separated by moments: the deviation of a kind from its
-whole flight holds no common part.  Flights are cut where both the flown and the predicted one begin an item
-of the mission, and the energy of an item is divided as the prediction divides it: where a flight is
-cut otherwise, what one state loses another gains.
+the part common to a flight, that which grows with the wind w it was predicted in, and that of each kind are
+told apart.  The deviation of a kind from its whole flight holds no common part.  Flights are cut where both
+the flown and the predicted one begin an item of the mission, and the energy of an item is divided as the
+prediction divides it: where a flight is cut otherwise, what one state loses another gains.
 
 Errors count from zero, so that a bias is part of the spread: the next flight meets it as well.  They are
 those of the whole model, fitted to the same flights, and are raised as residuals of p parameters are:
 the next flight is off by :math:`\sqrt{(1 + p/n) \sum e^2 / (n - p)}`; p, the sum of the leverages, follows
 from how much larger the errors become when each flight is left out: :math:`e_{(f)} = e_f / (1 - h_f)`.
-What is known of all flights beforehand counts as one more (`planner.vehicle.repeatability`).
 
-Variances are those of all flights where these are few; of nine or more they are such that the interval of
-80 % reaches to the error of that rank.
+Variances are the likeliest of normal errors and of what is known of all flights beforehand
+(`planner.vehicle.repeatability`).  A scale is known by its ratio: its logarithm is taken to be Cauchy
+distributed about the one known, as widely as one error would tell it, so that what is known counts as one
+error more at most, and hardly where flights say something very different (A. O'Hagan, J. R. Stat. Soc. B 41
+(1979) 358).  Of nine flights or more all variances are scaled such that the interval of 80 % reaches to the
+error of that rank.
 """
 
 from __future__ import annotations
@@ -33,8 +36,8 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import defaultdict
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, overload
+from itertools import compress, pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -62,7 +65,8 @@ from planner.physics.rotor import Acceleration
 from planner.values import Value, field, replace
 from planner.vehicle.model import ModelSpread
 from planner.vehicle.power import WholeLaw, whole_power_w
-from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY
+from planner.vehicle.priors import multicopter_priors
+from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY, WIND_ENERGY_FRACTION_S_M
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -92,6 +96,8 @@ class FlownAndPredicted(Value):
     flown_stops_m: Sequence[float] = ()
     """Stopping distances, one by one. [m]"""
     predicted_stops_m: Sequence[float] = ()
+    wind_speed_m_s: float = 0.0
+    """Of the wind it was predicted in. [m s⁻¹]"""
 
     @property
     def time_s(self) -> tuple[float, float] | None:
@@ -150,15 +156,11 @@ def fit_spread(
     if not flights or any(f.time_error is None and f.energy_error is None for f in flights):
         msg = "the spread of a model needs flights and their predictions"
         raise IdentificationError(msg)
-    common, states = _energy_fractions(
-        powered, energy_parameters, None if known is None else ENERGY_FRACTION
-    )
     return ModelSpread(
         n_flights=len(flights),
         source=source,
         **_times(timed, time_parameters, known),
-        energy_fraction=common,
-        energy_state_fraction=states,
+        **_energies(powered, energy_parameters, known),
         stopping_distance_fraction=_root_mean_square(
             flown / predicted - 1.0
             for flight in flights
@@ -181,67 +183,114 @@ def _times(
             fraction = _weighted_median(flown / predicted - 1.0, predicted)
             of_legs.append(flown - predicted - fraction * predicted)
     legs = _without_outliers(np.concatenate([np.zeros(0), *of_legs]))
-    free = len(legs) - len(of_legs)
-    leg_square = float(legs @ legs) / free if free else 0.0
+    leg_square = _variances(
+        np.square(legs),
+        np.ones((legs.size, 1)),
+        known=[None if known is None else known.leg_s],
+        weight=1.0 - len(of_legs) / max(legs.size, 1),
+    )
     error = np.array([flight.time_error or 0.0 for flight in flights])
     whole_s = np.array([flight.time_s[1] for flight in flights if flight.time_s is not None])
-    of_legs_square = leg_square * np.array([len(f.legs_s) for f in flights]) / np.square(whole_s)
-    # of whole flights only what landings add cannot be told apart
-    ends = np.array([f.landing_s is not None and bool(of_legs) for f in flights])
-    landings = np.array([f.landing_s for f, lands in zip(flights, ends, strict=True) if lands])
-    flown, predicted = landings.reshape(-1, 2).T
-    common, landing_square = _of_flights_and_landings(
-        np.square(_without_outliers(error)) - of_legs_square,
-        ends / np.square(whole_s),
-        np.square(_without_outliers(flown - predicted) / whole_s[ends]),
-        np.square(predicted / whole_s[ends]),
+    lands = np.array([flight.landing_s is not None for flight in flights])
+    # few flights in one piece do not tell what landings add from what flights do
+    ends = lands & (bool(of_legs) or error.size >= _LEAST_RANKED)
+    factors = np.stack([np.ones(error.size), ends / np.square(whole_s)], axis=1)
+    besides = np.nan_to_num(leg_square) * [len(f.legs_s) for f in flights] / np.square(whole_s)
+    free = _free(error.size, parameters)
+    apart = lands & bool(of_legs)
+    parts = [f.landing_s for f, is_apart in zip(flights, apart, strict=True) if is_apart]
+    landing, predicted = np.array(parts).reshape(-1, 2).T
+    of_landings = _without_outliers(landing - predicted) / whole_s[apart]
+    square = _variances(
+        np.square(np.concatenate([_without_outliers(error), of_landings])),
+        np.concatenate(
+            [factors, np.stack([np.square(predicted / whole_s[apart]), factors[apart, 1]], axis=1)]
+        ),
+        known=[None, None]
+        if known is None
+        else [known.time_fraction, known.landing_s if ends.any() else None],
+        besides=np.concatenate([besides, np.zeros(of_landings.size)]),
+        weight=free,
     )
-    variance = common + landing_square * ends / np.square(whole_s)
-    ranked = _ranked(error, variance, besides=of_legs_square)
-    return {
-        "time_fraction": _rounded_up(
-            _of_next_flight(
-                ranked * common * len(flights),
-                len(flights),
-                parameters,
-                None if known is None else known.time_fraction,
-            )
-        ),
-        "leg_time_s": _rounded_up(
-            _pooled(leg_square * free, free, None if known is None else known.leg_s)
-        ),
-        "landing_time_s": _rounded_up(
-            _pooled(
-                ranked * landing_square * ends.sum(),
-                float(ends.sum()),
-                None if known is None else known.landing_s,
-            )
-            if ends.any()
-            else None
-        ),
-    }
+    square *= _ranked(error, free * (factors @ np.nan_to_num(square)), besides)
+    square[0] *= _on_the_next(error.size, parameters)
+    names = ("time_fraction", "landing_time_s", "leg_time_s")
+    return dict(zip(names, map(_rounded_up, np.sqrt([*square, *leg_square])), strict=True))
 
 
-def _of_flights_and_landings(
-    whole: FloatArray, per_landing: FloatArray, landing: FloatArray, per_flight: FloatArray
-) -> tuple[float, float]:
-    r"""Return the variances τ² and δ² that whole flights and their landings show by their squares.
+def _variances(
+    squares: FloatArray,
+    factors: FloatArray,
+    *,
+    known: Sequence[float | None],
+    besides: FloatArray | float = 0.0,
+    weight: float = 1.0,
+) -> FloatArray:
+    r"""Return the likeliest variances that errors add up from, NaN of those that nothing tells.
 
-    Those of whole flights, :math:`e^2 = \tau^2 + \delta^2 / p^2`, and of landings, which take p_l,
-    :math:`(p_l / p)^2 \tau^2 + \delta^2 / p^2`.
+    The squares of normal errors are expected to be ``besides`` and ``factors`` times the variances.
+
+    Parameters
+    ----------
+    squares : (n,) array
+    factors : (n, k) array
+    known : k numbers
+        Standard deviations known beforehand, as well as one error shows them.
+    besides : (n,) array, optional
+        Variances there are besides.
+    weight : float
+        Of the errors as evidence: less than one where the model was fitted to them.
     """
-    from scipy.optimize import nnls
+    from scipy.optimize import minimize
 
-    lands = per_landing > 0.0
-    factors = np.block(
+    shows = factors.any(axis=0) & (weight > 0.0)
+    is_known = np.array([one is not None for one in known])
+    found = np.where(shows, 0.0, np.nan)
+    sought = is_known | (shows & squares.any())
+    if not sought.any():
+        return found
+    factors, is_known = factors[:, sought], is_known[sought]
+    start = np.array(
         [
-            [np.ones((whole.size, 1)), per_landing[:, None]],
-            [per_flight[:, None], per_landing[lands, None]],
+            float(squares.mean() / column.mean()) if deviation is None else deviation**2
+            for deviation, column in zip(compress(known, sought), factors.T, strict=True)
         ]
     )
-    scale = float(per_landing.max(initial=0.0)) or 1.0  # of seconds against fractions
-    (common, landing_square), _ = nnls(factors / [1.0, scale], np.concatenate([whole, landing]))
-    return float(common), float(landing_square / scale)
+    prior = np.log(start)
+
+    def unlikelihood(logarithms: FloatArray) -> tuple[float, FloatArray]:
+        own = np.exp(logarithms)
+        variances = besides + factors @ own
+        ratios = squares / variances
+        off = np.where(is_known, logarithms - prior, 0.0)
+        beside = 1.0 + 0.25 * np.square(
+            off
+        )  # 2 is the deviation that one error's information gives
+        value = 0.5 * (weight * np.log(variances) + ratios).sum() + np.log(beside).sum()
+        slope = 0.5 * ((weight - ratios) / variances) @ factors * own + 0.5 * off / beside
+        return float(value), slope
+
+    best = minimize(
+        unlikelihood,
+        prior,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[
+            (at - (_LEAST if is_told else _WIDEST), at + _WIDEST)
+            for at, is_told in zip(prior, is_known, strict=True)
+        ],
+        options={"ftol": 0.0, "gtol": 1e-9},
+    )
+    found[sought] = np.exp(best.x)
+    return found
+
+
+_WIDEST = 30.0
+"""Logarithms of variances are within that of where they are begun to be sought. [-]"""
+_LEAST = 2.0 * math.log(10.0)
+"""No few flights are believed to repeat ten times better than what is known of all. [-]"""
+_LEAST_RANKED = 9
+"""Of fewer flights the rank that leaves 80 % inside is that of the largest error, or none."""
 
 
 def _ranked(errors: FloatArray, variances: FloatArray, besides: FloatArray | float = 0.0) -> float:
@@ -250,31 +299,25 @@ def _ranked(errors: FloatArray, variances: FloatArray, besides: FloatArray | flo
     Of n errors in units of their deviations the next one, which may be any of n + 1, is below that of
     rank 0.8 (n + 1) in 80 % of all cases, whatever they are distributed by (V. Vovk, A. Gammerman,
     G. Shafer, Algorithmic Learning in a Random World, 2005): a flight far out makes no interval wide.
-    Fewer than nine, of which that rank is the largest or none, leave what they show by their squares.
+    Between ranks it is taken in proportion.  Few flights leave what they show by their squares.
     ``besides`` are variances that stay as they are.
     """
     from scipy.special import stdtrit
 
-    rank = math.ceil((HIGH - LOW) * (errors.size + 1) - 1e-9)
-    if rank >= errors.size or not (variances > 0.0).all():
+    if errors.size < _LEAST_RANKED or not (variances > 0.0).all():
         return 1.0
     needed = (np.square(errors / stdtrit(errors.size, HIGH)) - besides) / variances
-    return max(float(np.sort(needed)[rank - 1]), 0.0)
+    return max(float(np.quantile(needed, HIGH - LOW, method="weibull")), 0.0)
 
 
-def _of_next_flight(
-    sum_of_squares: float, count: int, parameters: float, known: float | None
-) -> float | None:
-    """Return the standard deviation of a flight that the model was not fitted to."""
-    weight = count - min(parameters, count)
-    found = _pooled(max(sum_of_squares, 0.0), weight, known)
-    return None if found is None else found * math.sqrt(1.0 + min(parameters / count, 1.0))
+def _free(count: int, parameters: float) -> float:
+    """Return the part of errors that a model of so many parameters fitted to them leaves free."""
+    return max(1.0 - parameters / count, 0.0)
 
 
-def _raised(count: int, parameters: float) -> float:
-    """Return by how much variances of errors are larger in a flight the model was not fitted to."""
-    used = min(parameters, count)
-    return (1.0 + used / count) * count / max(count - used, 1.0)
+def _on_the_next(count: int, parameters: float) -> float:
+    """Return by how much variances are larger for what the parameters make of the next flight."""
+    return 1.0 + min(parameters / count, 1.0)
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
@@ -302,24 +345,14 @@ _DEVIATION_OF_MEDIAN = 1.4826
 """Standard deviation of a normal distribution over the median of its errors. [-]"""
 
 
-def _pooled(sum_of_squares: float, count: float, known: float | None) -> float | None:
-    """Return the standard deviation of some errors with what is known of them, as one more.
-
-    ``None`` where neither says anything.
-    """
-    total = sum_of_squares + (known or 0.0) ** 2
-    weight = count + (known is not None)
-    return None if weight <= 0.0 else math.sqrt(total / weight)
-
-
-def _energy_fractions(
-    flights: Sequence[FlownAndPredicted], parameters: float, known: float | None
-) -> tuple[float | None, tuple[tuple[str, float], ...]]:
-    """Return the deviation common to the states of a flight, and that of each state by itself."""
+def _energies(
+    flights: Sequence[FlownAndPredicted], parameters: float, known: Repeatability | None
+) -> dict[str, Any]:
+    """Return the spread of energies: common to the states of a flight, with the wind, and of each state."""
     from scipy.optimize import nnls
 
     if not flights:
-        return None, ()
+        return {"energy_fraction": None}
     predicted = _by_kind(flight.predicted_energy_j for flight in flights)
     flown = _by_kind(flight.flown_energy_j for flight in flights)
     fraction = predicted / predicted.sum(axis=1, keepdims=True)
@@ -331,19 +364,34 @@ def _energy_fractions(
     coefficients[np.arange(kind.size), kind] = np.square(1.0 - fraction[flight, kind])
     # a kind of little energy is little known and matters little: weighed by what it is of a flight
     weight = fraction[flight, kind]
-    variances, _ = nnls(weight[:, None] * coefficients, weight * np.square(deviation))
-    of_kinds = np.square(fraction) @ variances
-    shown = max(float(whole @ whole - of_kinds.sum()), 0.0)
-    ranked = _ranked(whole, shown / len(flights) + of_kinds)
-    common = _of_next_flight(ranked * shown, len(flights), parameters, known)
-    raised = ranked * _raised(len(flights), parameters)
-    deviations = dict(zip(_KINDS, np.sqrt(raised * variances), strict=True))
-    seen = dict(zip(_KINDS, fraction.any(axis=0), strict=True))
-    return _rounded_up(common), tuple(
-        (state.value, _rounded_up(deviations[kind_of(state)]))
-        for state in STATES
-        if seen[kind_of(state)]
+    of_kinds, _ = nnls(weight[:, None] * coefficients, weight * np.square(deviation))
+    free = _free(whole.size, parameters)
+    besides = np.square(fraction) @ of_kinds
+    winds = np.square([flight.wind_speed_m_s for flight in flights])
+    factors = np.stack([np.ones(whole.size), winds], axis=1)
+    square = _variances(
+        np.square(whole),
+        factors,
+        known=[None, None] if known is None else [ENERGY_FRACTION, WIND_ENERGY_FRACTION_S_M],
+        besides=besides,
+        weight=free,
     )
+    ranked = _ranked(whole, free * (factors @ np.nan_to_num(square)) + besides)
+    raised = ranked * _on_the_next(whole.size, parameters)
+    common, of_wind = map(_rounded_up, np.sqrt(square * [raised, ranked]))
+    # fitted to all flights, a kind is off by more on the next, of as many as are free
+    of_kinds = np.sqrt(raised * of_kinds / max(free, 1.0 / whole.size))
+    deviations = dict(zip(_KINDS, of_kinds, strict=True))
+    seen = dict(zip(_KINDS, fraction.any(axis=0), strict=True))
+    return {
+        "energy_fraction": common,
+        "energy_fraction_s_m": of_wind,
+        "energy_state_fraction": tuple(
+            (state.value, _rounded_up(deviations[kind_of(state)]))
+            for state in STATES
+            if seen[kind_of(state)]
+        ),
+    }
 
 
 def _by_kind(energies_j: Iterable[Mapping[FlightState, float]]) -> FloatArray:
@@ -355,12 +403,9 @@ def _root_mean_square(fractions: Iterable[float]) -> float | None:
     return _rounded_up(float(np.sqrt(np.mean(np.square(values))))) if values.size else None
 
 
-@overload
-def _rounded_up(deviation: float) -> float: ...
-@overload
-def _rounded_up(deviation: float | None) -> float | None: ...
-def _rounded_up(deviation: float | None) -> float | None:
-    return None if deviation is None else float(np.ceil(1e4 * deviation - 1e-6) / 1e4)
+def _rounded_up(deviation: float) -> float | None:
+    """Return a standard deviation with four decimals; ``None`` of NaN."""
+    return None if math.isnan(deviation) else math.ceil(1e4 * deviation - 1e-3) / 1e4
 
 
 def fitted_parameters(errors: Sequence[float], left_out: Sequence[float | None]) -> float:
@@ -417,6 +462,21 @@ def left_out_spread(
     )
 
 
+def noise_fraction(measured_m: Sequence[float]) -> float | None:
+    """Return how far the position noise of a flight is from the median: standard deviation of its logarithm.
+
+    Of one flight what is known of multicopters.  [-]
+    """
+    off = np.log(measured_m) - math.log(float(np.median(measured_m)))
+    (square,) = _variances(
+        np.square(off),
+        np.ones((off.size, 1)),
+        known=[multicopter_priors()["position_noise"].fraction],
+        weight=_free(off.size, 1.0),
+    )
+    return _rounded_up(math.sqrt(square))
+
+
 def squared_time_errors(
     model: VehicleModel, records: Sequence[FlightRecord], settings: IdentificationSettings
 ) -> float:
@@ -455,7 +515,7 @@ def _compare(
     known = KnownConditions(
         payload_kg=own.payload_kg or 0.0,
         temperature_c=own.temperature_c,
-        position_noise_m=model.position_noise_m,  # whoever plans a flight knows no other
+        position_noise_m=settings.position_noise_m,  # that of the flight is drawn by itself
     )
     if record.mission_items:
         # what cannot be predicted shows nothing of predictions
@@ -498,6 +558,7 @@ def compared_flight(one: Verification) -> FlownAndPredicted | None:
         predicted_energy_j=predicted_j,
         flown_stops_m=tuple(measured_m for measured_m, _ in stops),
         predicted_stops_m=tuple(predicted_m for _, predicted_m in stops),
+        wind_speed_m_s=one.setup.wind.speed_m_s,
     )
 
 
@@ -610,9 +671,12 @@ def ramp_spread(
             compared, [one for one in without if one.energy_error is not None]
         ),
     )
-    # A manoeuvre holds several states: what they share is all that is known.  Where a stop was commanded
-    # these logs do not hold, so that no stopping distance can be compared.
-    return replace(found, energy_state_fraction=(), stopping_distance_fraction=None)
+    # A manoeuvre holds several states: what they share is all that is known.  Predicted by the airspeed
+    # measured on board, they do not tell what a wind adds; where a stop was commanded these logs do not hold,
+    # so that no stopping distance can be compared.
+    return replace(
+        found, energy_fraction_s_m=None, energy_state_fraction=(), stopping_distance_fraction=None
+    )
 
 
 def _compared(

@@ -32,6 +32,7 @@ def calibrate_verified(
 
     Raises UsageError if there are fewer than two flights to compare.
     """
+    from planner.flight.uncertainty import spread_at_noise
     from planner.identify.calibration import calibrate
     from planner.identify.spread import compared_flight
     from planner.vehicle.repeatability import REPEATABILITY
@@ -44,7 +45,10 @@ def calibrate_verified(
     kept = [flight for flight in flights if flight is not None]
     sources = {OTHER_FLIGHTS: calibrate(kept, known=REPEATABILITY[vehicle.reference])}
     if vehicle.spread is not None:
-        sources = {OWN_SPREAD: calibrate(kept, spread=vehicle.spread), **sources}
+        spreads = [
+            spread_at_noise(vehicle.spread, vehicle, one.setup.position_noise_m) for one in done
+        ]
+        sources = {OWN_SPREAD: calibrate(kept, spreads=spreads), **sources}
     return sources
 
 

@@ -566,10 +566,14 @@ class _Sheet:
         )
         cost = hover_cost()
         time = "time" if self.sheet.moves_like is None else "moves_like"
+        waits = self.autopilot is Autopilot.PX4
         return ModelSpread(
             time_fraction=round(self.priors[time].fraction, 4),
             energy_fraction=round(math.hypot(energy.shared, DAY_FRACTION), 4),
             energy_state_fraction=energy.of_states(),
+            position_noise_fraction=round(self.priors["position_noise"].fraction, 4)
+            if waits
+            else None,
             law_fraction=(*known.items(), *self._resistance_fraction()),
             n_flights=cost.sizes,
             source="no flight: how far the data sheet and what is assumed beside it may be off, by "

@@ -320,8 +320,19 @@ class ModelSpread(Part):
     energy_fraction: Annotated[
         float | None, Key("of its energy, what all states of one flight share", range=_FRACTION)
     ] = None
+    energy_fraction_s_m: Annotated[
+        float | None,
+        Key("of its energy besides, for each m/s of wind: 0 where not given", "s/m", _FRACTION),
+    ] = None
     stopping_distance_fraction: Annotated[
         float | None, Key("of stopping distances", range=_FRACTION)
+    ] = None
+    position_noise_fraction: Annotated[
+        float | None,
+        Key(
+            "of position_noise_m, as standard deviation of its logarithm: what slows PX4 down in a flight",
+            range=_FRACTION,
+        ),
     ] = None
     n_flights: Annotated[int, Key("flights compared", range=Range(1))]
     source: Annotated[str, Key("which flights, and how they were compared")]

@@ -260,6 +260,16 @@ def test_errors_of_states_of_one_kind_are_the_same_and_of_three_kinds_independen
     )
 
 
+def test_a_wind_adds_to_the_spread_of_energies_in_proportion_to_it() -> None:
+    """A fourth of a percent for each m/s, in 4 m/s of it known exactly: √(1 + 1) %."""
+    spread = replace(EXACT, n_flights=MANY, energy_fraction=0.01, energy_fraction_s_m=0.0025)
+    for wind, sd in ((Wind(), 0.01), (Wind(speed_m_s=4.0, from_deg=270.0), 0.01 * math.sqrt(2.0))):
+        totals = checked(SURVEYOR, wind=wind, spread=spread).totals
+        sd_wh = sd * totals.energy_wh
+        expected_wh = totals.energy_wh + NORMAL_P90 * sd_wh
+        assert totals.energy_wh_p90 == pytest.approx(expected_wh, abs=0.07 * sd_wh)
+
+
 def test_legs_and_landings_add_their_own_times() -> None:
     """13 legs of 0.5 s each, and one landing of 2 s: one standard deviation is √(13 · 0.25 + 4) s."""
     spread = ModelSpread(
@@ -291,6 +301,30 @@ def test_times_are_spread_as_the_noise_of_the_position_that_a_px4_waits_for() ->
     assert spread_at_noise(none, vehicle, 0.0).landing_time_s is None
     # nobody else's time waits
     assert spread_at_noise(spread, SURVEYOR, 0.8) == spread
+
+
+def test_the_noise_of_the_position_is_drawn_where_nobody_measured_it() -> None:
+    """Its logarithm is normal: one flight of ten meets exp(0.5 · 1.28) times as much of it, or more."""
+    vehicle = load_vehicle("px4-sih-quad")
+    spread = ModelSpread(
+        n_flights=MANY,
+        source="made",
+        time_fraction=1e-9,
+        landing_time_s=0.0,
+        position_noise_fraction=0.5,
+    )
+    vehicle = replace(vehicle, spread=spread, position_noise_m=0.2)
+    for noise_m in (None, 0.2):
+        totals = check(ROWS, vehicle, position_noise_m=noise_m, heading_deg=0.0).totals
+        still = check(ROWS, vehicle, position_noise_m=0.0, heading_deg=0.0).totals
+        waits_s = totals.time_s - still.time_s
+        assert waits_s > 0.01 * totals.time_s
+        most_s = totals.time_s + waits_s * math.expm1(0.5 * NORMAL_P90)
+        # 10 000 samples show the 90th percentile to 0.017 standard deviations; time lost in proportion to
+        # 1 / (1 - noise) is up to 5 % more than in proportion to the noise
+        assert totals.time_s_p90 == pytest.approx(most_s, abs=0.05 * waits_s)
+    measured = check(ROWS, vehicle, position_noise_m=0.25, heading_deg=0.0).totals
+    assert measured.time_s_p90 == pytest.approx(measured.time_s, rel=1e-6)
 
 
 def test_few_flights_make_a_wider_spread_by_students_t() -> None:

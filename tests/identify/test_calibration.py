@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -10,6 +12,7 @@ from planner.errors import UsageError
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.calibration import calibrate
 from planner.identify.spread import FlownAndPredicted
+from planner.values import replace
 from planner.vehicle.model import ModelSpread
 
 COUNT = 200
@@ -43,7 +46,10 @@ def made_flights() -> list[FlownAndPredicted]:
 def test_flights_of_a_known_spread_lie_in_their_intervals_as_often_as_promised(
     spread: ModelSpread | None,
 ) -> None:
-    found = {one.of: one for one in calibrate(made_flights(), spread=spread)}
+    found = {
+        one.of: one
+        for one in calibrate(made_flights(), spreads=None if spread is None else [spread] * COUNT)
+    }
     assert set(found) == {"time", "energy", "leg", "landing"}
     for one in found.values():
         assert one.count == (3 * COUNT if one.of == "leg" else COUNT)
@@ -58,7 +64,7 @@ def test_an_interval_is_where_the_errors_of_the_model_put_it() -> None:
     flight = FlownAndPredicted(
         flown_energy_j={FlightState.CRUISE: 110.0}, predicted_energy_j={FlightState.CRUISE: 100.0}
     )
-    (energy,) = calibrate([flight], spread=TRUE)
+    (energy,) = calibrate([flight], spreads=[TRUE])
     (interval,) = energy.intervals
     assert interval.error == pytest.approx(0.1, rel=1e-12)
     # 10 000 samples show the 90th percentile to 0.017 standard deviations
@@ -66,6 +72,21 @@ def test_an_interval_is_where_the_errors_of_the_model_put_it() -> None:
     assert interval.low == pytest.approx(-1.2816 * 0.02, abs=4 * 0.017 * 0.02)
     assert not interval.is_inside
     assert energy.coverage == 0.0
+
+
+def test_an_interval_of_energy_is_wider_in_a_wind() -> None:
+    """By 0.6 % for each m/s beside 2 %: √(2² + 3²) % in 5 m/s."""
+    spread = replace(TRUE, energy_fraction_s_m=0.006)
+    widths = []
+    for speed_m_s in (0.0, 5.0):
+        flight = FlownAndPredicted(
+            flown_energy_j={FlightState.CRUISE: 100.0},
+            predicted_energy_j={FlightState.CRUISE: 100.0},
+            wind_speed_m_s=speed_m_s,
+        )
+        (energy,) = calibrate([flight], spreads=[spread])
+        widths.append(energy.half_width)
+    assert widths[1] / widths[0] == pytest.approx(math.hypot(2.0, 3.0) / 2.0, rel=1e-9)
 
 
 def test_one_flight_has_no_others_to_take_intervals_from() -> None:

@@ -11,8 +11,13 @@ from scipy.stats import t as student_t
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.spread import FlownAndPredicted, fit_spread, fitted_parameters
-from planner.vehicle.repeatability import ENERGY_FRACTION, REPEATABILITY
+from planner.identify.spread import FlownAndPredicted, fit_spread, fitted_parameters, noise_fraction
+from planner.vehicle.repeatability import (
+    ENERGY_FRACTION,
+    REPEATABILITY,
+    WIND_ENERGY_FRACTION_S_M,
+    Repeatability,
+)
 
 PREDICTED_J = {FlightState.CLIMB: 20e3, FlightState.CRUISE: 60e3, FlightState.DESCEND: 20e3}
 LEGS_S = (20.0, 40.0, 60.0, 30.0, 50.0)
@@ -48,6 +53,14 @@ def flights(
             )
         )
     return found
+
+
+def one_flight(error: float, wind_speed_m_s: float = 0.0) -> FlownAndPredicted:
+    return FlownAndPredicted(
+        flown_energy_j={FlightState.CRUISE: 1e4 * (1.0 + error)},
+        predicted_energy_j={FlightState.CRUISE: 1e4},
+        wind_speed_m_s=wind_speed_m_s,
+    )
 
 
 def test_what_flights_share_and_what_each_kind_of_state_has_are_separated() -> None:
@@ -100,10 +113,14 @@ def test_the_interval_of_80_percent_ends_at_the_error_of_its_rank(count: int) ->
         for error in errors
     ]
     spread = fit_spread(made, source="made")
-    for deviation in (spread.time_fraction, spread.energy_fraction):
-        assert deviation is not None
+    assert spread.time_fraction is not None
+    assert spread.landing_time_s is not None
+    assert spread.energy_fraction is not None
+    # flights that last equally long do not tell what of it their landings are
+    whole = math.hypot(spread.time_fraction, spread.landing_time_s / 100.0)
+    for deviation in (whole, spread.energy_fraction):
         half_width = deviation * student_t.ppf(0.9, count)
-        assert np.sum(np.abs(errors) <= half_width) == math.ceil(0.8 * (count + 1))
+        assert np.sum(np.abs(errors) <= half_width) == round(0.8 * (count + 1))
 
 
 def test_what_one_leg_loses_to_the_next_makes_no_flight_uncertain() -> None:
@@ -117,17 +134,48 @@ def test_what_one_leg_loses_to_the_next_makes_no_flight_uncertain() -> None:
     assert spread.time_fraction < 0.1 * math.sqrt(5.0) / 240.0  # what the legs make of a flight
 
 
-def test_few_flights_that_agree_by_chance_leave_what_is_known_of_all() -> None:
-    """One observation more: of three flights without any error the prior stays with a weight of 1/4."""
-    known = REPEATABILITY[Autopilot.ARDUPILOT]
+def test_few_flights_that_agree_by_chance_leave_a_tenth_of_what_is_known_of_all() -> None:
+    known = Repeatability(time_fraction=0.5, leg_s=10.0, landing_s=40.0)
     spread = fit_spread(flights(3), source="made", known=known)
-    assert known.landing_s is not None
-    assert known.leg_s is not None
-    assert spread.time_fraction == pytest.approx(known.time_fraction / 2.0, abs=1e-4)
-    assert spread.landing_time_s == pytest.approx(known.landing_s / 2.0, abs=2e-3)
-    # fifteen legs less a slope for each flight, and one more
-    assert spread.leg_time_s == pytest.approx(known.leg_s / math.sqrt(13.0), abs=1e-4)
-    assert spread.energy_fraction == pytest.approx(ENERGY_FRACTION / 2.0, abs=1e-4)
+    assert spread.time_fraction == pytest.approx(0.05, abs=1e-4)
+    assert spread.leg_time_s == pytest.approx(1.0, abs=1e-4)
+    assert spread.landing_time_s == pytest.approx(4.0, abs=1e-4)
+    assert spread.energy_fraction == pytest.approx(0.1 * ENERGY_FRACTION, abs=1e-4)
+
+
+@pytest.mark.parametrize("error", [0.001, 0.006, 0.02, 0.2])
+def test_what_is_known_counts_as_one_error_more_at_most(error: float) -> None:
+    """Of n errors: S / u = n + x / (1 + x² / 4), x the logarithm of u over the one known; 1 where x is 2."""
+    made = [one_flight(sign * error) for sign in (1.0, -1.0, 1.0, 1.0, -1.0)]
+    found = fit_spread(made, source="made", known=REPEATABILITY[Autopilot.STEP]).energy_fraction
+    assert found is not None
+
+    def lacks(deviation: float) -> float:
+        x = 2.0 * math.log(deviation / ENERGY_FRACTION)
+        return 5.0 * (error / deviation) ** 2 - 5.0 - x / (1.0 + 0.25 * x * x)
+
+    # rounded up to four decimals
+    assert lacks(found - 1e-4) > 0.0 > lacks(found + 1e-6)
+    assert math.sqrt(5.0 / 6.0) * error <= found <= math.sqrt(5.0 / 4.0) * error + 1e-4
+
+
+def test_what_a_wind_adds_makes_no_calm_flight_uncertain() -> None:
+    random = np.random.default_rng(11)
+    winds = random.uniform(0.0, 8.0, 2000)
+    errors = 0.02 * random.standard_normal(2000) + 0.008 * winds * random.standard_normal(2000)
+    made = [one_flight(error, wind) for error, wind in zip(errors.tolist(), winds, strict=True)]
+    spread = fit_spread(made, source="made")
+    # as above: four times 1.6 %, and twice it for the parts
+    assert spread.energy_fraction == pytest.approx(0.02, rel=0.13)
+    assert spread.energy_fraction_s_m == pytest.approx(0.008, rel=0.13)
+
+
+def test_calm_flights_leave_what_is_known_of_all_winds() -> None:
+    made = [one_flight(0.001), one_flight(-0.001)]
+    known = REPEATABILITY[Autopilot.ARDUPILOT]
+    assert fit_spread(made, source="made").energy_fraction_s_m is None
+    found = fit_spread(made, source="made", known=known).energy_fraction_s_m
+    assert found == pytest.approx(WIND_ENERGY_FRACTION_S_M, abs=1e-4)
 
 
 def test_a_model_fitted_to_the_same_flights_is_off_by_more_on_others() -> None:
@@ -164,6 +212,16 @@ def test_a_bias_is_part_of_the_spread() -> None:
     assert spread.energy_fraction == pytest.approx(0.05, abs=1e-9)
     assert dict(spread.energy_state_fraction)["cruise"] == 0.0
     assert spread.stopping_distance_fraction == pytest.approx(0.1, abs=1e-9)
+
+
+def test_the_noise_of_one_flight_is_as_uncertain_as_that_of_any_multicopter() -> None:
+    # 0.05 to 0.2 m hold eight of ten: ln 4 over twice 1.2816
+    known = math.log(4.0) / (2.0 * 1.2815515655)
+    assert noise_fraction([0.1]) == pytest.approx(known, abs=1e-4)
+    # many that scatter by 0.2 tell their own
+    random = np.random.default_rng(7)
+    many = 0.1 * np.exp(0.2 * random.standard_normal(400))
+    assert noise_fraction(many.tolist()) == pytest.approx(0.2, rel=4.0 / math.sqrt(800.0))
 
 
 def test_what_was_not_recorded_is_absent() -> None:

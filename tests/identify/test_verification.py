@@ -262,6 +262,35 @@ def test_firmware_before_the_one_that_is_predicted_is_named(flown: FlightRecord)
     assert is_named == [True, False]
 
 
+def test_loops_are_flown_as_the_firmware_in_the_log_counts_them(flown: FlightRecord) -> None:
+    """An inner loop of twice 111 m is flown again in the second lap from ArduCopter 4.7 on, not before."""
+    back = replace(_item(0, 177, 0.0, 0.0), param1=2.0, param2=1.0, frame=2)
+    places = (
+        _item(number, 16, north_deg, 20.0)
+        for number, north_deg in ((2, 0.001), (3, 0.002), (5, 0.0))
+    )
+    first, second, last = (replace(place, param1=0.0) for place in places)
+    items = (
+        *(_item(1, 22, 0.0, 20.0), first, second, replace(back, item=4)),
+        *(last, replace(back, item=6), _item(7, 21, 0.0, 0.0)),
+    )
+    record = replace(
+        flown, autopilot=Autopilot.ARDUPILOT, mission_items=items, parameters={"WPNAV_SPEED": 500.0}
+    )
+    ways_m = [
+        verify_flight(
+            replace(record, firmware=f"ArduCopter V{version}.0 (8264a9b4)"),
+            load_vehicle("arducopter-sitl-quad"),
+            CALM,
+        ).predicted.distance_m
+        for version in ("4.6", "4.7")
+    ]
+    # out and back twice, 2 · 2 · 222 m, with the inner loop in the first lap or in both; each of up to eight
+    # turns cuts its corner by some 3 m
+    inner_m = 2 * 111.2
+    assert ways_m == pytest.approx([4 * 222.4 + inner_m, 4 * 222.4 + 2 * inner_m], abs=8 * 4.0)
+
+
 def test_an_item_that_is_not_logged_is_reported_and_keeps_the_numbers(flown: FlightRecord) -> None:
     gappy = replace(flown, mission_items=(MISSION[0], *MISSION[2:]))
     verified = verify_flight(gappy, ARTICLE, CALM)

@@ -216,6 +216,8 @@ class Motion(Value, eq=False, dict=True):
     """Rate of descending along ground that is followed, which saves no power; ``None``: none does. (p,)"""
     wander_m: float = 0.0
     """Way beyond that of the segments: wandered about them, past their stops, wide of their bends. [m]"""
+    noise_delay_s: float = 0.0
+    """How much longer it takes for the noise of the position, in proportion to that. [s]"""
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
     heading_spread_s: FloatArray | None = None

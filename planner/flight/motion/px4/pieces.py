@@ -275,6 +275,8 @@ class Px4Pieces:
     """Pieces while they are collected."""
 
     parts: list[_Collected] = field(default_factory=list)
+    delay_s: float = 0.0
+    """Waited already in the durations of parts: what their time scales would say. [s]"""
 
     def add_lines(
         self,
@@ -292,6 +294,7 @@ class Px4Pieces:
             along = np.reshape(part * scale**power / math.factorial(power), (-1, 1))
             cubics[..., power] = direction * along
         flown = places._replace(duration_s=places.duration_s / scale, time_scale=1.0)
+        self.delay_s += float((flown.duration_s - places.duration_s).sum())
         self.add_cubics(flown, cubics, is_grounded=is_grounded)
 
     def add_cubics(
@@ -356,6 +359,8 @@ class Ordered(Value, eq=False):
     segment_s: FloatArray
     segment_distance_m: FloatArray
     segment_climb_m: FloatArray
+    noise_delay_s: float
+    """How much longer all of it takes for the noise of the position. [s]"""
 
     def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
         """Return east, north and upward velocities at fractions of the time of each piece. (3, p, k)"""
@@ -509,6 +514,7 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         segment_s=segment_s,
         segment_distance_m=distance,
         segment_climb_m=climb,
+        noise_delay_s=pieces.delay_s + float((duration - planned_s[flown]).sum()),
     )
 
 

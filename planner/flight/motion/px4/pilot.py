@@ -263,6 +263,7 @@ def _fly(
         done_segment=done,
         piece_is_grounded=ordered.is_grounded,
         wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
+        noise_delay_s=ordered.noise_delay_s,
         landing_spread_s=(landings * LANDED_SOONER_S, landings * LANDED_LATER_S),
         slowed=slowed,
     )
