@@ -333,21 +333,19 @@ class Transients(Value, eq=False):
 
     def total_power_w(self, time_s: FloatArray) -> FloatArray:
         """Return the sum of all windows at times since the start of the flight. [W]"""
-        total = np.zeros(np.shape(time_s))
         if not len(self.start_s):
-            return total
-        newest = np.searchsorted(self.start_s, time_s, side="right") - 1
-        end_s = self.end_s()
-        # How far back a window can reach: the row whose end lies beyond the latest start.
-        oldest = np.searchsorted(np.maximum.accumulate(end_s), self.start_s, side="right")
-        depth = int((np.arange(len(end_s)) - oldest).max()) + 1
-        for back in range(depth + 1):
-            row = newest - back
-            open_yet = (row >= 0) & (time_s <= end_s[np.maximum(row, 0)])
-            if open_yet.any():
-                chosen = row[open_yet]
-                total[open_yet] += self.power_w(chosen, time_s[open_yet] - self.start_s[chosen])
-        return total
+            return np.zeros(np.shape(time_s))
+        times = np.ravel(time_s)
+        order = np.argsort(times, kind="stable")
+        first = np.searchsorted(times, self.start_s, sorter=order)
+        last = np.searchsorted(times, self.end_s(), side="right", sorter=order)
+        # the times of one window after those of the one before
+        count = last - first
+        row = np.repeat(np.arange(len(count)), count)
+        at = order[np.arange(len(row)) - np.repeat(np.cumsum(count) - count - first, count)]
+        power = self.power_w(row, times[at] - self.start_s[row])
+        total = np.bincount(at, power, len(times)).astype(np.float64)
+        return total.reshape(np.shape(time_s))
 
 
 _NONE = np.zeros(0)

@@ -473,12 +473,8 @@ class _Navigator:
             stage.item,
             hold_s=stage.hold_s if hold_s is None else hold_s,
             is_stop=is_stop or stage.hold_s > 0.0,
-        )._replace(
-            speed_m_s=self.speed_m_s
-            if speed is None
-            else min(speed, self.parameters.speed_max_m_s),
+            speed_m_s=None if speed is None else min(speed, self.parameters.speed_max_m_s),
             radius_m=radius,
-            reach_m=radius,
             yaw_rad=math.nan if yaw is None else math.radians(yaw),
         )
 
@@ -487,18 +483,29 @@ class _Navigator:
         return self.east_m, self.north_m, self.height_m
 
     def _move(
-        self, index: int, item: int, *, hold_s: float = 0.0, is_stop: bool = False, **flags: bool
+        self,
+        index: int,
+        item: int,
+        *,
+        hold_s: float = 0.0,
+        is_stop: bool = False,
+        speed_m_s: float | None = None,
+        radius_m: float | None = None,
+        yaw_rad: float = math.nan,
+        **flags: bool,
     ) -> Move:
+        """Return a move to where the vehicle is now meant to be; speed and radius by default its own."""
+        radius = self.parameters.acceptance_radius_m if radius_m is None else radius_m
         return Move(
             stage=index,
             item=item,
             target_m=self._place_m,
             seen_height_m=self.height_m,
-            speed_m_s=self.speed_m_s,
-            radius_m=self.parameters.acceptance_radius_m,
-            reach_m=self.parameters.acceptance_radius_m,
+            speed_m_s=self.speed_m_s if speed_m_s is None else speed_m_s,
+            radius_m=radius,
+            reach_m=radius,
             hold_s=hold_s,
-            yaw_rad=math.nan,
+            yaw_rad=yaw_rad,
             is_stop=is_stop,
             **flags,
         )
