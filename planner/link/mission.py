@@ -415,11 +415,12 @@ class MissionUpload(Transfer):
     def _answer(self, seq: int, now_s: float) -> tuple[Message, ...]:
         if not 0 <= seq < len(self._sent):
             return ()  # it is asking for another ground station's list
-        self._answers += 1
+        # A busy computer answers late, and PX4 asks four times a second: a loop brings no new item.
+        self._answers = 0 if seq not in self._asked else self._answers + 1
         if self._answers > self._most_answers:
             msg = (
-                f"the vehicle asks for the items of the {self._kind.label} without end, now "
-                f"{self._answers} times for {len(self._sent)}; is another ground station sending one?"
+                f"the vehicle asks for the items of the {self._kind.label} without end: {self._answers} "
+                f"times for some of {len(self._sent)} that it has; is another ground station sending one?"
             )
             raise LinkError(msg)
         if seq not in self._asked:

@@ -387,7 +387,7 @@ class Tour:
             assert self.build.armed_s is not None
             came_s = self.build.down_s - self.build.armed_s
             disarm_s = Px4Parameters().disarm_delay_s if items[-1].command == RTL.command else 0.0
-            last_s = LOW_M / Px4Parameters().land_speed_m_s
+            last_s = LOW_M / Px4Parameters().land_crawl_speed_m_s
             error = (predicted_s - LANDED_AFTER_S - disarm_s - last_s) / came_s - 1.0
             found += f", down after {came_s:.1f} s ({100.0 * error:+.1f} %)"
         assert abs(error) <= TOLERANCE, found
