@@ -47,6 +47,7 @@ def read_vehicle(path: str | Path) -> VehicleModel:
     return vehicle_from_toml(data, name=Path(path).stem, source=str(path))
 
 
+@lru_cache(maxsize=16)  # many missions are checked with one
 def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
     """Return the model that TOML in UTF-8 describes.
 

@@ -36,6 +36,25 @@ def test_a_path_is_read_as_a_file(tmp_path: Path) -> None:
         assert load_vehicle(given).source == str(path)
 
 
+def test_a_model_is_read_again_where_its_file_has_changed_or_is_another(tmp_path: Path) -> None:
+    text = (models_root() / f"{DEFAULT_MODEL}.toml").read_text(encoding="utf-8")
+    path, other = (tmp_path / folder / f"{DEFAULT_MODEL}.toml" for folder in ("own", "other"))
+    for one in (path, other):
+        one.parent.mkdir()
+        one.write_text(text, encoding="utf-8")
+    before = load_vehicle(path)
+    assert load_vehicle(path) is before
+    assert load_vehicle(other).source == str(other)
+    path.write_text(
+        text.replace("description = ", 'description = "changed"  # ', 1), encoding="utf-8"
+    )
+    assert load_vehicle(path).description == "changed"
+    path.write_text("schema = 1", encoding="utf-8")
+    for _ in range(2):
+        with pytest.raises(VehicleFileError):
+            load_vehicle(path)
+
+
 @pytest.mark.parametrize(
     ("name", "nearest"),
     [
