@@ -197,7 +197,7 @@ def _times(
     factors = np.stack([np.ones(error.size), ends / np.square(whole_s)], axis=1)
     besides = np.nan_to_num(leg_square) * [len(f.legs_s) for f in flights] / np.square(whole_s)
     free = _free(error.size, parameters)
-    apart = lands & bool(of_legs)
+    apart = np.array([flight.landing_s is not None and bool(flight.legs_s) for flight in flights])
     parts = [f.landing_s for f, is_apart in zip(flights, apart, strict=True) if is_apart]
     landing, predicted = np.array(parts).reshape(-1, 2).T
     of_landings = _without_outliers(landing - predicted) / whole_s[apart]
