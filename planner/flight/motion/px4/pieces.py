@@ -417,14 +417,10 @@ class Ordered(Value, eq=False):
             own[self.row[pieces]] = coefficients[pieces]
             laws.append(_displaced(law, own))
         flown = replace(self, laws=tuple(laws))
-        longer = flown.lengths_m() - self.lengths_m()
-        distance = np.bincount(self.segment, longer) + self.segment_distance_m
-        return replace(flown, segment_distance_m=np.maximum(distance, 0.0))
-
-    def lengths_m(self) -> FloatArray:
-        """Return the ways of pieces on the map, by quadrature. (p,) [m]"""
-        east, north, _ = self.velocities_m_s(_LENGTH_NODES)
-        return np.asarray(np.hypot(east, north) @ _LENGTH_WEIGHTS * self.duration_s)
+        east, north, _ = flown.velocities_m_s(_LENGTH_NODES)
+        way = np.hypot(east, north) @ _LENGTH_WEIGHTS * self.duration_s
+        distance = np.bincount(self.segment, way).astype(np.float64)
+        return replace(flown, segment_distance_m=distance)
 
     def slowed(self, scale: FloatArray) -> Ordered:
         """Return the pieces flown in more time, each at its share of the speed. (p,)"""
