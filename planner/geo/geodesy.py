@@ -277,6 +277,8 @@ class LocalFrame(Value):
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return the coordinates of points in this frame."""
+        if not np.size(latitude_deg):  # most missions have no rally points and move no home
+            return np.zeros(np.shape(latitude_deg)), np.zeros(np.shape(latitude_deg))
         distance, azimuth_deg = distance_m_and_azimuth_deg(
             self.latitude_deg, self.longitude_deg, latitude_deg, longitude_deg
         )
