@@ -124,7 +124,9 @@ def _steady(record: FlightRecord) -> Iterator[_Lean]:
 
 def _lean_angle_max_rad(record: FlightRecord) -> float | None:
     """Return the greatest lean angle of a flight by its parameters."""
-    for spelling in parameter_table(ArduPilotParameters)["lean_angle_max_rad"].spellings:
-        if spelling.name in record.parameters:
-            return spelling.si(record.parameters[spelling.name])
+    table = parameter_table(ArduPilotParameters)
+    for row in (table["lean_angle_max_rad"], table["attitude_lean_max_rad"]):
+        for spelling in row.spellings:
+            if record.parameters.get(spelling.name, 0.0) > 0.0:
+                return spelling.si(record.parameters[spelling.name])
     return None

@@ -381,7 +381,9 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
     (
         PARAMETERS,
         "ANGLE_MAX is below 10° or above 80°",
-        lambda p: not (_LEAST_LEAN_RAD - 1e-6 <= p.own.lean_angle_max_rad <= _MOST_LEAN_RAD + 1e-6),
+        lambda p: (
+            not (_LEAST_LEAN_RAD - 1e-6 <= p.own.attitude_lean_max_rad <= _MOST_LEAN_RAD + 1e-6)
+        ),
     ),
     (
         INS,

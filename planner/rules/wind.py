@@ -175,7 +175,7 @@ AIRSPEED_LIMIT = Rule(
     how="Along each leg of the mission, and of the returns from anywhere on it, the ground speed is at most "
     "w_along + sqrt(v_max² − w_across²), v_max being the airspeed at the greatest lean angle; fires where "
     "that is below what is commanded.",
-    fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
+    fix="command less speed, or allow more lean (ATC_ANGLE_MAX, PSC_ANGLE_MAX)",
 )
 
 
@@ -209,7 +209,8 @@ CIRCLE_LEAN = Rule(
     "turns are counted.",
     how="At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
     "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U.  The time of the circle stays.",
-    fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX)",
+    fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX, "
+    "PSC_ANGLE_MAX)",
 )
 
 

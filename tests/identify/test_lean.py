@@ -70,6 +70,13 @@ def test_without_the_parameter_nobody_knows_the_limit() -> None:
     assert identified_lean([flight((10.0, 30.0, 12.0), limit_cdeg=None)]).limit_lean_deg is None
 
 
+def test_the_limit_is_that_of_the_position_controller_where_it_has_one() -> None:
+    for psc_deg, limit_deg in ((20.0, 20.0), (0.0, 30.0)):
+        one = flight((10.0, limit_deg, 12.0))
+        one = replace(one, parameters=one.parameters | {"PSC_ANGLE_MAX": psc_deg})
+        assert identified_lean([one]).limit_lean_deg == pytest.approx(limit_deg)
+
+
 def test_of_flights_with_and_against_an_unknown_wind_the_slower_counts() -> None:
     found = identified_lean([flight((12.0, 30.0, 14.0), (8.0, 30.0, 14.0))])
     assert found.airspeed_limit_m_s == 8.0

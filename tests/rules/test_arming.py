@@ -107,6 +107,7 @@ def test_rotors_with_flaps_or_tilt_are_told(frame: int, *, is_told: bool) -> Non
             "INS_ACC2_ID,0\nINS_ACC2OFFS_X,0\nINS_ACC2OFFS_Y,0\nINS_ACC2OFFS_Z,0\n",
         ),
         ("ANGLE_MAX,999\n", "ANGLE_MAX,1000\n"),
+        ("ANGLE_MAX,999\nPSC_ANGLE_MAX,20\n", "PSC_ANGLE_MAX,9\n"),
         ("ANGLE_MAX,8001\n", "ANGLE_MAX,8000\n"),
         (
             "CHUTE_ENABLED,1\nRELAY1_FUNCTION,1\n",

@@ -238,6 +238,12 @@ def test_no_wind_is_a_go_beyond_every_speed_the_model_was_identified_at(
         (ARDUPILOT, "ATC_ANGLE_MAX,10\n", 3.8, True),
         (ARDUPILOT, "ANGLE_MAX,3000\n", 11.8, False),
         (ARDUPILOT, "ANGLE_MAX,4500\n", 12.1, True),
+        # ``AC_PosControl::get_lean_angle_max_rad``: PSC_ANGLE_MAX where it is above 0, whichever is less.
+        (ARDUPILOT, "PSC_ANGLE_MAX,10\n", 3.8, True),
+        (ARDUPILOT, "PSC_ANGLE_MAX,10\n", 3.5, False),
+        (ARDUPILOT, "ANGLE_MAX,3000\nPSC_ANGLE_MAX,10\n", 3.8, True),
+        (ARDUPILOT, "ANGLE_MAX,1000\nPSC_ANGLE_MAX,30\n", 11.8, False),
+        (ARDUPILOT, "ANGLE_MAX,1000\nPSC_ANGLE_MAX,0\n", 3.8, True),
         # PX4's default is 45°: tan 20° / tan 45° = 0.364 of 12 m/s are 4.37 m/s.
         (PX4, "MPC_TILTMAX_AIR,20\n", 4.5, True),
         (PX4, "MPC_TILTMAX_AIR,20\n", 4.2, False),

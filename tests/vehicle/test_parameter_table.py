@@ -30,7 +30,7 @@ RENAMED_IN_4_7 = [
     ("WPNAV_JERK", 3, "WP_JERK", 3, "jerk_m_s3", 3.0),
     ("WPNAV_TER_MARGIN", 5, "WP_TER_MARGIN", 5, "terrain_margin_m", 5.0),
     ("ATC_SLEW_YAW", 9000, "ATC_RATE_WPY_MAX", 90, "yaw_rate_rad_s", math.pi / 2),
-    ("ANGLE_MAX", 4500, "ATC_ANGLE_MAX", 45, "lean_angle_max_rad", math.pi / 4),
+    ("ANGLE_MAX", 4500, "ATC_ANGLE_MAX", 45, "attitude_lean_max_rad", math.pi / 4),
     ("CIRCLE_RADIUS", 2000, "CIRCLE_RADIUS_M", 20, "circle_radius_m", 20.0),
     ("LAND_SPEED", 30, "LAND_SPD_MS", 0.3, "land_speed_m_s", 0.3),
     ("LAND_SPEED_HIGH", 200, "LAND_SPD_HIGH_MS", 2, "land_high_speed_m_s", 2.0),
@@ -109,7 +109,8 @@ ARDUPILOT_DEFAULTS = {
     "return_loiter_s": 5.0,
     "return_cone_slope": 3.0,
     "return_altitude_type": 0,
-    "lean_angle_max_rad": math.pi / 6,
+    "attitude_lean_max_rad": math.pi / 6,
+    "lean_angle_max_rad": math.pi / 6,  # 0 stands for that of the attitude
     "circle_radius_m": 10.0,
     "circle_rate_rad_s": math.pi / 9,
     "yaw_rate_rad_s": math.pi / 3,
@@ -236,6 +237,27 @@ def test_a_zero_stands_for_another_parameter_of_the_same_vehicle() -> None:
     assert parameters.corner_acceleration_m_s2 == 2.0
     assert parameters.land_high_speed_m_s == 2.0
     assert parameters.return_speed_m_s == 6.0
+
+
+# A lean of 10° accelerates by g tan 10° = 1.7292 m/s²; one of 30° by 5.66, more than the 5.0 of corners.
+@pytest.mark.parametrize(
+    ("text", "lean_deg", "straight_m_s2", "corner_m_s2"),
+    [
+        ("PSC_ANGLE_MAX,10\n", 10.0, 1.72918, 1.72918),
+        ("ANGLE_MAX,1000\n", 10.0, 1.72918, 1.72918),
+        ("ANGLE_MAX,1000\nPSC_ANGLE_MAX,30\n", 30.0, 2.5, 5.0),
+        ("PSC_ANGLE_MAX,20\n", 20.0, 2.5, 3.56933),
+        ("PSC_ANGLE_MAX,10\nWPNAV_ACCEL,100\n", 10.0, 1.0, 1.72918),
+    ],
+)
+def test_ardupilot_accelerates_no_more_than_its_position_controller_leans(
+    text: str, lean_deg: float, straight_m_s2: float, corner_m_s2: float
+) -> None:
+    values = flown(text, Autopilot.ARDUPILOT)
+    assert isinstance(values, ArduPilotParameters)
+    assert math.degrees(values.lean_angle_max_rad) == pytest.approx(lean_deg)
+    assert values.acceleration_m_s2 == pytest.approx(straight_m_s2, rel=1e-5)
+    assert values.corner_acceleration_m_s2 == pytest.approx(corner_m_s2, rel=1e-5)
 
 
 def test_px4_speeds_are_overwritten_by_the_common_ones() -> None:

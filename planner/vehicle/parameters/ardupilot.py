@@ -6,8 +6,10 @@ Version 4.7 renamed and rescaled most of them, from centimetres to metres (ArduP
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+from planner.units import GRAVITY_M_S2
 from planner.vehicle.declared import NOT_NEGATIVE, POSITIVE, Range
 from planner.vehicle.parameters.table import AutopilotParameters, parameter
 
@@ -63,8 +65,12 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     yaw_rate_rad_s: float = _renamed(
         "ATC_RATE_WPY_MAX deg/s", "ATC_SLEW_YAW cdeg/s", 60.0, Range(0.0, 20.0, excludes_low=True)
     )
-    lean_angle_max_rad: float = _renamed(
+    # of the attitude; of the position controller, which flies missions (0: the same)
+    attitude_lean_max_rad: float = _renamed(
         "ATC_ANGLE_MAX deg", "ANGLE_MAX cdeg", 30.0, Range(0.1, 1.5)
+    )
+    lean_angle_max_rad: float = parameter(
+        "PSC_ANGLE_MAX deg", 0.0, Range(0.0, 1.5), zero_means=("attitude_lean_max_rad", 1.0)
     )
     # time constant of the attitude; jerk rises within twice of it
     attitude_time_constant_s: float = parameter("ATC_INPUT_TC s", 0.15, Range(0.0, 1.0))
@@ -168,6 +174,16 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0)
     fence_radius_m: float = parameter("FENCE_RADIUS m", 300.0, POSITIVE)
     fence_margin_m: float = parameter("FENCE_MARGIN m", 2.0, NOT_NEGATIVE)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # ``AC_PosControl`` leans no further, whatever acceleration is asked for.
+        most_m_s2 = GRAVITY_M_S2 * math.tan(self.lean_angle_max_rad)
+        is_own = self.lean_angle_max_rad != self.attitude_lean_max_rad
+        limit = "lean_angle_max_rad" if is_own else "attitude_lean_max_rad"
+        for quantity in ("acceleration_m_s2", "corner_acceleration_m_s2"):
+            if getattr(self, quantity) > most_m_s2:
+                self.overwrite(limit, quantity, most_m_s2)
 
     @property
     def measures_current(self) -> bool:

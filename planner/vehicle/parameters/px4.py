@@ -7,7 +7,6 @@ others, by those files of the two.
 
 from __future__ import annotations
 
-from planner.values import force_setattr
 from planner.vehicle.declared import NOT_NEGATIVE, POSITIVE, Range
 from planner.vehicle.parameters.table import AutopilotParameters, parameter
 
@@ -165,10 +164,10 @@ class Px4Parameters(AutopilotParameters, eq=False):
                 ("acceleration_down_m_s2", 0.8, 15.0),
                 ("jerk_m_s3", 1.0, 25.0),
             ):
-                self._overwrite("responsiveness", quantity, low + fraction * (high - low))
+                self.overwrite("responsiveness", quantity, low + fraction * (high - low))
         if self.speed_all_m_s >= 0.0:
-            self._overwrite("speed_all_m_s", "cruise_speed_m_s", self.speed_all_m_s)
-            self._overwrite("speed_all_m_s", "speed_max_m_s", self.speed_all_m_s)
+            self.overwrite("speed_all_m_s", "cruise_speed_m_s", self.speed_all_m_s)
+            self.overwrite("speed_all_m_s", "speed_max_m_s", self.speed_all_m_s)
         if self.climb_speed_all_m_s >= 0.0:
             for quantity, factor in (
                 ("climb_speed_m_s", 1.0),
@@ -178,7 +177,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
                 ("takeoff_speed_m_s", 0.6),
                 ("land_speed_m_s", 0.5),
             ):
-                self._overwrite("climb_speed_all_m_s", quantity, factor * self.climb_speed_all_m_s)
+                self.overwrite("climb_speed_all_m_s", quantity, factor * self.climb_speed_all_m_s)
         for limit, quantity in (
             ("speed_max_m_s", "cruise_speed_m_s"),
             ("climb_speed_max_m_s", "climb_speed_m_s"),
@@ -187,12 +186,4 @@ class Px4Parameters(AutopilotParameters, eq=False):
             ("descent_speed_max_m_s", "land_speed_m_s"),
         ):
             if getattr(self, quantity) > getattr(self, limit):
-                self._overwrite(limit, quantity, getattr(self, limit))
-
-    def _overwrite(self, by: str, quantity: str, value: float) -> None:
-        """Set a quantity while the value is being made, with the origin of what governs it."""
-        force_setattr(self, quantity, value)
-        origins = {name: origin for name, origin in self.origins.items() if name != quantity}
-        if by in self.origins:
-            origins[quantity] = self.origins[by]
-        force_setattr(self, "origins", origins)
+                self.overwrite(limit, quantity, getattr(self, limit))

@@ -175,6 +175,14 @@ class AutopilotParameters(Value, eq=False):
                 other, factor = row.zero_means
                 force_setattr(self, quantity, factor * getattr(self, other))
 
+    def overwrite(self, by: str, quantity: str, value: float) -> None:
+        """Set a quantity while the value is being made, with the origin of what governs it."""
+        force_setattr(self, quantity, value)
+        origins = {name: origin for name, origin in self.origins.items() if name != quantity}
+        if by in self.origins:
+            origins[quantity] = self.origins[by]
+        force_setattr(self, "origins", origins)
+
     def __eq__(self, other: object) -> bool:
         """Return whether the same values are flown, wherever they come from."""
         return type(other) is type(self) and all(
