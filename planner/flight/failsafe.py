@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,8 @@ _ESTIMATE_STEP_S = 2.0
 _MOST_ESTIMATES = 20_000
 _COUNTS_ITSELF = 1
 """BAT1_SOURCE: an external battery, which reports its own charge (``module.yaml`` of lib/battery)."""
+_OVER_VOLTAGE = 1.05
+"""Of BAT1_V_CHARGED a cell: above it PX4 takes the battery for faulty (``Battery::determineFaults``). [-]"""
 WARNS, RETURNS, LANDS, TERMINATES = "warns", "returns", "lands where it is", "cuts its motors"
 _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
 """COM_FLTT_LOW_ACT (PX4, ``commander_params.c``: 0 none, 1 warning, 3 return)."""
@@ -155,7 +158,19 @@ def px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Paramet
 def px4_charge_assumed(
     profile: BatteryProfile, battery: Battery, parameters: Px4Parameters
 ) -> FloatArray | None:
-    """Return what PX4 sees by the voltage of a battery whose curve or resistance has to be assumed.
+    """Return the charge PX4 sees by a voltage that has to be assumed, if any has. (s + 1,) [-]"""
+    voltage_v = px4_voltage_assumed(profile, battery, parameters)
+    if voltage_v is None:
+        return None
+    cells = parameters.battery_cells or battery.cells_in_series
+    assert cells  # else no voltage is assumed
+    return np.minimum(profile.fraction, _by_voltage(voltage_v / cells, parameters))
+
+
+def px4_voltage_assumed(
+    profile: BatteryProfile, battery: Battery, parameters: Px4Parameters
+) -> FloatArray | None:
+    """Return the open-circuit voltage of a battery whose curve or resistance has to be assumed. (s + 1,) [V]
 
     That is the curve of its kind of cell, not scaled to what its label says, or a curve of its own; ``None``
     where nothing has to be assumed, or PX4 does not go by the voltage: it does not know the cells, or the
@@ -167,17 +182,24 @@ def px4_charge_assumed(
     if is_known or not cells or parameters.battery_source == _COUNTS_ITSELF:
         return None
     if profile.rest_v is not None:
-        cell_v = profile.rest_v / cells
-    else:
-        kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)
-        own = battery.cells_in_series or (battery.voltage_v or LIPO_CELL_V * cells) / LIPO_CELL_V
-        cell_v = np.interp(profile.fraction, kind.ocv_soc, kind.cell_ocv_v) * (own / cells)
-    return np.minimum(profile.fraction, _by_voltage(cell_v, parameters))
+        return profile.rest_v
+    kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)
+    own = battery.cells_in_series or (battery.voltage_v or LIPO_CELL_V * cells) / LIPO_CELL_V
+    return np.interp(profile.fraction, kind.ocv_soc, kind.cell_ocv_v) * own
+
+
+def px4_highest_v(parameters: Px4Parameters) -> float:
+    """Return the voltage above which PX4 takes a battery for faulty, where it counts cells. [V]"""
+    if not parameters.battery_cells or parameters.battery_source == _COUNTS_ITSELF:
+        return math.inf
+    return _OVER_VOLTAGE * parameters.battery_cells * parameters.battery_full_cell_v
 
 
 def _by_voltage(cell_v: FloatArray, parameters: Px4Parameters) -> FloatArray:
-    """Return the charge that the open-circuit voltage of a cell means to PX4. [-]"""
+    """Return the charge that the open-circuit voltage of a cell means to PX4: its ``interpolate``. [-]"""
     empty_v, full_v = parameters.battery_empty_cell_v, parameters.battery_full_cell_v
+    if full_v <= empty_v:
+        return np.where(cell_v <= empty_v, 0.0, 1.0)
     return np.clip((cell_v - empty_v) / (full_v - empty_v), 0.0, 1.0)
 
 

@@ -16,6 +16,8 @@ from planner.flight.failsafe import (
     px4_charge_assumed,
     px4_charge_events,
     px4_events,
+    px4_highest_v,
+    px4_voltage_assumed,
 )
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
@@ -42,6 +44,8 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
+_ARMS_BY_ITS_OWN = (1, 16)
+"""The version from which COM_ARM_BAT_MIN is in place of BAT_CRIT_THR."""
 _MOST_RALLY_PLACES = 200
 _REFUSES = -1
 """Stands for what arming does: a refusal is no warning."""
@@ -138,7 +142,14 @@ def _unwatched_by_px4(
     seen = px4_charge_assumed(profile, pack, parameters)
     if seen is None or not parameters.measures_battery:
         return
-    refused, name = _least_to_arm(parameters)
+    voltage_v = px4_voltage_assumed(profile, pack, parameters)
+    if voltage_v is not None and voltage_v[0] > px4_highest_v(parameters):
+        yield NotEvaluated(
+            rule=ARMING_REFUSED,
+            asked_by=f"BAT1_N_CELLS of {parameters.battery_cells}",
+            needs=_VOLTAGE_NEEDED,
+        )
+    refused, name = _least_to_arm(a, parameters)
     acting = [
         event.parameter
         for event in px4_charge_events(seen, parameters)
@@ -158,11 +169,21 @@ def _unwatched_by_px4(
         )
 
 
-def _least_to_arm(parameters: Px4Parameters) -> tuple[float, str]:
-    """Return the charge PX4 arms with at least, and what says so. [-]"""
-    if parameters.arm_battery_min_fraction < 0.0:
-        return parameters.battery_critical_fraction, "BAT_CRIT_THR"
-    return parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
+def _least_to_arm(a: Assessment, parameters: Px4Parameters) -> tuple[float, str]:
+    """Return the charge PX4 arms with at least, and what says so. [-]
+
+    ``BatteryChecks::checkAndReport``: below what is critical or an emergency it does not; COM_ARM_BAT_MIN
+    is in place of that where it is not negative, before 1.16 beside it.
+    """
+    set_to = (parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN")
+    critical = max(
+        (parameters.battery_critical_fraction, "BAT_CRIT_THR"),
+        (parameters.battery_emergency_fraction, "BAT_EMERGEN_THR"),
+    )
+    version = None if a.target is None else a.target.version
+    if set_to[0] >= 0.0 and version is not None and version >= _ARMS_BY_ITS_OWN:
+        return set_to
+    return max(critical, set_to)
 
 
 def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
@@ -250,10 +271,12 @@ ARMING_REFUSED = Rule(
     Severity.ERROR,
     summary="The vehicle would not arm with this battery.",
     why="A vehicle that refuses to arm on the field costs the day.",
-    how="Charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR where that is negative (PX4); "
+    how="PX4: charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR and BAT_EMERGEN_THR where that is "
+    "negative (both before 1.16, and where the version is not known), or a voltage above 1.05 BAT1_V_CHARGED "
+    "for each of BAT1_N_CELLS.  ArduPilot: "
     "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_LOW_VOLT or BATT_CRT_VOLT, BATT_CAPACITY "
-    "below BATT_ARM_MAH, BATT_LOW_MAH or BATT_CRT_MAH, whatever the action (ArduPilot, where ARMING_CHECK "
-    "and ARMING_SKIPCHK leave the check of the battery on).",
+    "below BATT_ARM_MAH, BATT_LOW_MAH or BATT_CRT_MAH, whatever the action, where ARMING_CHECK "
+    "and ARMING_SKIPCHK leave the check of the battery on.",
     fix="charge the battery, or correct the parameter",
     instead="--charge, or the parameters of --params",
 )
@@ -268,7 +291,15 @@ def _arming_refused(
         return
     profile = _profile(a)
     if isinstance(parameters, Px4Parameters):
-        least, name = _least_to_arm(parameters)
+        highest_v = px4_highest_v(parameters)
+        seen_v = profile.rest_v
+        if seen_v is not None and not profile.is_curve_assumed and seen_v[0] > highest_v:
+            yield a.finding(
+                ARMING_REFUSED,
+                f"PX4 does not arm at {quantity.decimals(float(seen_v[0]), 1)} V: with BAT1_N_CELLS "
+                f"{parameters.battery_cells} that is over voltage",
+            )
+        least, name = _least_to_arm(a, parameters)
         charge = float(px4_charge(profile, pack, parameters)[0])
         if charge < least:
             yield a.finding(

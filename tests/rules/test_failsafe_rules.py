@@ -311,10 +311,10 @@ def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
 def test_a_battery_too_empty_to_arm_is_refused() -> None:
     assert told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.51), "E114")
     assert not told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.5), "E114")
-    # -1: the critical one; the default since 1.16, before it 0: no check.
-    for version, refused in ((None, True), ((1, 16), True), ((1, 15), False)):
+    # -1: the critical one; the default since 1.16, before it 0: that one alone.
+    for version in (None, (1, 16), (1, 15)):
         result = checked(autopilot=Autopilot.PX4, charge=0.05, version=version, BAT_CRIT_THR=0.07)
-        assert bool(told(result, "E114")) is refused
+        assert told(result, "E114")
     assert told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3001), "E114")
     assert not told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3000), "E114")
     # AP_BattMonitor_Backend::arming_checks asks for the failsafes' thresholds whatever they do.
@@ -570,7 +570,7 @@ def test_a_further_battery_of_px4s_counts_or_is_not_checked() -> None:
 
 # A lithium-polymer cell without a resistance: 4.19 V full, 3.63 V at a quarter (models/chemistries).  PX4
 # takes it for (V - 3.6)/0.45: 7 % are 3.6315 V, a little above that quarter.  Six cells taken for nine are
-# 2.8 V each, below empty: it does not arm; 5 cells for 6 are 5.0 V, full.
+# 2.8 V each, below empty: it does not arm.
 @pytest.mark.parametrize(
     ("values", "charge", "codes"),
     [
@@ -584,7 +584,6 @@ def test_a_further_battery_of_px4s_counts_or_is_not_checked() -> None:
         ({"COM_LOW_BAT_ACT": 3, "BAT1_V_EMPTY": 3.3}, 0.30, set()),
         ({"BAT1_N_CELLS": 9}, 1.0, {"X904"}),
         ({"BAT1_N_CELLS": 9, "BAT1_SOURCE": 1}, 1.0, set()),
-        ({"BAT1_N_CELLS": 5, "COM_LOW_BAT_ACT": 3}, 1.0, set()),
     ],
 )
 def test_a_charge_that_px4_estimates_by_an_assumed_voltage_is_not_checked_where_it_acts(
@@ -604,6 +603,75 @@ def test_cells_that_px4_counts_wrong_keep_it_from_arming_with_a_known_curve() ->
     result = checked(autopilot=Autopilot.PX4, battery=OWN, BAT1_N_CELLS=cells)
     [finding] = told(result, "E114")
     assert "0 % charge" in finding.message
+
+
+# Half a charge of a data sheet's four cells is 3.71 V each.  ``interpolate`` gives what is at BAT1_V_EMPTY or
+# below it for 0 %, also where BAT1_V_CHARGED is less: 3.71 V are none of the charge with 4.1 V and 4.05 V, as
+# they are with 3.8 V and 4.05 V.  Before 1.16 COM_ARM_BAT_MIN 0 leaves the check of what is critical on;
+# since then it is that check.  BAT_EMERGEN_THR above BAT_CRIT_THR is critical too: 24 % are left.
+@pytest.mark.parametrize(
+    ("values", "target", "codes"),
+    [
+        ({"BAT1_V_EMPTY": 3.8}, None, {"X904"}),
+        ({"BAT1_V_EMPTY": 4.1}, None, {"X904"}),
+        ({"BAT1_V_EMPTY": 3.6}, None, set()),
+        ({"BAT1_N_CELLS": 12}, "px4-1.15", {"X904"}),
+        ({"BAT1_N_CELLS": 12}, "px4-1.16", {"X904"}),
+        ({"BAT1_N_CELLS": 12, "COM_ARM_BAT_MIN": 0.0}, "px4-1.15", {"X904"}),
+        ({"BAT1_N_CELLS": 12, "COM_ARM_BAT_MIN": 0.0}, None, {"X904"}),
+        ({"BAT1_N_CELLS": 12, "COM_ARM_BAT_MIN": 0.0}, "px4-1.16", set()),
+        ({"BAT_EMERGEN_THR": 0.25}, None, {"X904"}),
+        ({"BAT_EMERGEN_THR": 0.23}, None, set()),
+    ],
+)
+def test_px4_does_not_arm_with_a_critical_battery(
+    values: dict[str, float], target: str | None, codes: set[str]
+) -> None:
+    given = ParameterSet(
+        source="made.params",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=Autopilot.PX4,
+    )
+    near = mission(takeoff(20), waypoint(50, 20), rtl())
+    model = load_vehicle("holybro-x500-v2")
+    result = check(near, model, charge=0.5, reserve=0.0, parameters=given, target=target)
+    errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert errors & {"E103", "E114", "X904"} == codes
+
+
+# Above 1.05 BAT1_V_CHARGED a cell PX4 takes the battery for faulty: four full cells of 4.19 V are 16.76 V, of
+# three it allows 12.76 V.  3.98 V a cell allow 16.72 V, 4.0 V 16.80 V.
+@pytest.mark.parametrize(
+    ("values", "fires"),
+    [
+        ({"BAT1_N_CELLS": 3}, True),
+        ({"BAT1_N_CELLS": 3, "BAT1_SOURCE": 1}, False),
+        ({"BAT1_N_CELLS": 4}, False),
+        ({"BAT1_N_CELLS": 4, "BAT1_V_CHARGED": 3.98}, True),
+        ({"BAT1_N_CELLS": 4, "BAT1_V_CHARGED": 4.0}, False),
+    ],
+)
+def test_px4_does_not_arm_with_more_voltage_than_its_cells_have(
+    values: dict[str, float],
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    given = ParameterSet(
+        source="made.params",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=Autopilot.PX4,
+    )
+    near = mission(takeoff(20), waypoint(50, 20), rtl())
+    result = check(near, load_vehicle("holybro-x500-v2"), reserve=0.0, parameters=given)
+    assert any("BAT1_N_CELLS" in one.message for one in told(result, "X904")) is fires
+
+
+def test_px4_does_not_arm_with_more_voltage_than_its_cells_have_by_a_known_curve() -> None:
+    assert OWN is not None
+    assert OWN.cells_in_series
+    result = checked(autopilot=Autopilot.PX4, battery=OWN, BAT1_N_CELLS=OWN.cells_in_series - 1)
+    assert "over voltage" in told(result, "E114")[0].message
+    result = checked(autopilot=Autopilot.PX4, battery=OWN, BAT1_N_CELLS=OWN.cells_in_series)
+    assert not told(result, "E114")
 
 
 # The same cells in a data sheet's battery, whose curve is scaled to what its label holds: a voltmeter sees
