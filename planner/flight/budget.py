@@ -441,9 +441,10 @@ def stay_above(returns: FlownReturns, discharge: Discharge, voltage_v: float) ->
     """
     circuit = discharge.packs.circuits[discharge.pack]
     highest_w, taken_j = returns.demand
-    sag = circuit.resistance_ohm * highest_w / voltage_v**2
-    if sag > _MOST_SAG:
+    drop_v2, least_v2 = circuit.resistance_ohm * highest_w, voltage_v**2
+    if drop_v2 > _MOST_SAG * least_v2 or not least_v2:
         return False
+    sag = drop_v2 / least_v2
     charge_c = circuit.capacity_ah * SECONDS_PER_HOUR
     used = taken_j * (1.0 + sag) / (voltage_v * charge_c)
     left = discharge.packs.charge_at(returns.points, discharge.pack) - used

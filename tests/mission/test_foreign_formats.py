@@ -168,6 +168,7 @@ def test_the_one_line_of_a_kml_is_flown(mode: str, frame: Frame) -> None:
         (LITCHI + "97,8,30,0,0,0,0,0,-1,0,-1,0,0,5\n", "x:2:1: point 1: 97, 8 is no place"),
         ('{"type": "LineString", "coordinates": [[8, 47], [8.1, 47]]}', "point 1 of the line has no alt"),
         ('{"type": "MultiLineString", "coordinates": [[], []]}', "GeoJSON with 2 lines"),
+        ('{"type": "MultiLineString", "coordinates": true}', "GeoJSON with no lines"),
         ('{"type": "LineString", "coordinates": [[8, 47, "up"]]}', "no list of positions"),
         ('{"type": "FeatureCollection", "features": 7}', "GeoJSON with no lines"),
         ('{"type": "Feature", "geometry": {"type": {}}}', "GeoJSON with no lines"),

@@ -150,9 +150,10 @@ def _note_shown(transects: JsonFields, sequence: ItemSequence) -> None:
         for item in sequence.items
         if item.latitude_deg is not None and item.longitude_deg is not None
     ]
+    points = transects.value.get("VisualTransectPoints")
     drawn = [
         (float(point[0]), float(point[1]))
-        for point in transects.value.get("VisualTransectPoints") or ()
+        for point in (points if isinstance(points, list) else ())
         if isinstance(point, list) and len(point) == 2 and all(map(_is_angle, point))
     ]
     title = transects.title

@@ -39,9 +39,10 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
     lines = [shape for shape in shapes if shape["type"] == "LineString"]
     if len(lines) != 1 or any(shape["type"] == "MultiLineString" for shape in shapes):
         count = len(lines) + sum(
-            len(shape.get("coordinates") or ())
+            len(parts)
             for shape in shapes
             if shape["type"] == "MultiLineString"
+            and isinstance(parts := shape.get("coordinates"), list)
         )
         msg = f"GeoJSON with {count or 'no'} lines: one line is flown, keep only that in the file"
         raise MissionFileError(msg, source=source)
