@@ -361,10 +361,11 @@ BATTERY_VOLTAGE_DIFFERS = Rule(
     "controllers; usually the battery of another vehicle was typed.  A vehicle on the line that measures "
     "another voltage has another battery than the check counts with, or an empty one.",
     how="Nominal voltage of the battery over that of the model's own: less than 0.85 or more than "
-    "1.18, so that one cell of six fewer is outside and another chemistry of as many cells is not.  "
-    "Likewise the voltage that a vehicle on the line measures, with the drop over the battery's "
-    "resistance, over the open-circuit voltage at the charge it reports (the nominal voltage where the "
-    "battery has no curve).",
+    "1.18, so that one cell of six fewer is outside and another chemistry of as many cells is not; and more "
+    "than 3.9 V for each of its cells, which no label has: one cell more, or the voltage when full typed for "
+    "the nominal one.  Likewise the voltage that a vehicle on the line measures, with the drop over the "
+    "battery's resistance, over the open-circuit voltage at the charge it reports (the nominal voltage where "
+    "the battery has no curve), and above 4.4 V a cell.",
     fix="give the battery that flies with --battery, or the model of the vehicle it is made for",
     instead="--battery",
 )

@@ -60,7 +60,6 @@ if TYPE_CHECKING:
     from planner.rules.ledger import LedgerEntry
     from planner.selection import Selection
     from planner.vehicle.model import ModelSpread
-    from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.resolve import FlightParameters
 
 Verdict = Literal["go", "no-go"]
@@ -393,7 +392,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             return with_own_returns(own, places)
 
         route = route_with_queue(mission, laid_home, make_pilot(setup, own_parameters))
-    is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup.parameters)
+    is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup)
     found += [
         replace(one, severity=Severity.WARNING)
         if is_copter and one.code == OTHER_VEHICLE.code and one.severity is Severity.ERROR
@@ -419,16 +418,20 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
     )
 
 
+_FRAME = "FRAME_CLASS"
+"""Of copters and rovers; planes have Q_FRAME_CLASS."""
 _STANDS = "every item is where the vehicle stands: it never moves"
 
 
-def _is_of_copter(given: ParameterSet | None) -> bool:
-    """Return whether a parameter file holds what only ArduCopter has: it says what vehicle flies."""
-    if given is None:
+def _is_of_copter(setup: Setup) -> bool:
+    """Return whether ArduCopter is asked for, or parameters are given that no plane has."""
+    if setup.target is not None and setup.target.autopilot is Autopilot.ARDUPILOT:
+        return True
+    if setup.parameters is None:
         return False
     from planner.vehicle.parameters.resolve import COPTER_ONLY
 
-    return not COPTER_ONLY.isdisjoint(given.values)
+    return not (COPTER_ONLY | {_FRAME}).isdisjoint(setup.parameters.values)
 
 
 def assess(prepared: Preparation) -> Assessment | None:

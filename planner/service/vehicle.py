@@ -21,7 +21,7 @@ from planner.quantity import mean_of
 from planner.rules.energy import BATTERY_VOLTAGE_DIFFERS
 from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
-from planner.vehicle.pack import voltage_fits
+from planner.vehicle.pack import measured_voltage_fits
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -261,7 +261,7 @@ def check_voltage(snapshot: VehicleSnapshot, setup: Setup) -> tuple[Finding, ...
     expected_v = pack.open_circuit_v(charge)
     # On the ground next to nothing flows; in the air the drop is a part of what is measured.
     drop_v = (measured.current_a or 0.0) * (pack.new_resistance_ohm or 0.0)
-    if expected_v is None or voltage_fits(measured.voltage_v + drop_v, expected_v):
+    if expected_v is None or measured_voltage_fits(measured.voltage_v + drop_v, expected_v, pack):
         return ()
     message = (
         f"{snapshot.identity.label} measures {quantity.decimals(measured.voltage_v, 1)} V; the battery "

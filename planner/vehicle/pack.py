@@ -34,8 +34,10 @@ FULL_LIPO_CELL_V = 4.2
 """Of such a cell when it is charged. [V]"""
 _LABELLED_WITHIN_V = 0.05
 """Voltages are labelled to a tenth. [V]"""
-LEAST_VOLTAGE, MOST_VOLTAGE = 0.85, 1.18
-"""Of the vehicle's own battery: one cell of six fewer, or more, is outside. [-]"""
+_LEAST_VOLTAGE, _MOST_VOLTAGE = 0.85, 1.18
+"""Of the vehicle's own battery: one cell of six fewer is outside, another chemistry of as many is not. [-]"""
+_FULLEST_CELL_V = 4.4
+"""The most a charged cell has: 4.35 V of a high-voltage one, and what voltmeters are off by. [V]"""
 CELL_V, _OWN_CELL_V = (3.55, 3.9), (3.0, 3.9)
 """Nominal voltage of one cell as labels have it: 3.6 to 3.85 V of lithium with cobalt, manganese or
 nickel, 3.2 V of iron phosphate; the second where the number of cells is known already. [V]"""
@@ -160,12 +162,29 @@ def flown_pack(given: Battery | None, own: Battery | None) -> FlownPack:
 def fits_voltage(given: Battery, own: Battery) -> bool:
     """Return whether a battery may have as many cells as the model's own, as far as is known."""
     given_v, own_v = given.voltage_v, own.voltage_v
-    return given_v is None or own_v is None or voltage_fits(given_v, own_v)
+    if given_v is None or own_v is None:
+        return True
+    as_labelled_v = own_v * (1.0 + _SAME_LABEL)
+    return _voltage_fits(given_v, own_v, own, CELL_V[1], at_least_v=as_labelled_v)
 
 
-def voltage_fits(voltage_v: float, own_v: float) -> bool:
-    """Return whether as many cells in series may have a voltage as have the other one."""
-    return LEAST_VOLTAGE <= voltage_v / own_v <= MOST_VOLTAGE
+def measured_voltage_fits(measured_v: float, expected_v: float, pack: Battery) -> bool:
+    """Return whether a battery, which has another open-circuit voltage now, may show what was measured."""
+    return _voltage_fits(measured_v, expected_v, pack, _FULLEST_CELL_V)
+
+
+def _voltage_fits(
+    voltage_v: float, other_v: float, pack: Battery, most_cell_v: float, *, at_least_v: float = 0.0
+) -> bool:
+    """Return whether as many cells in series may have a voltage as have the other one.
+
+    However many those of a battery are: no cell has more than it can.
+    """
+    cells = pack.cells_in_series or cells_of_voltage(pack.voltage_v)
+    most_v = _MOST_VOLTAGE * other_v
+    if cells is not None:
+        most_v = min(most_v, max(cells * most_cell_v, at_least_v))
+    return _LEAST_VOLTAGE * other_v <= voltage_v <= most_v
 
 
 def _added_kg(given: Battery, own: Battery) -> float:

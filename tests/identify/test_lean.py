@@ -73,7 +73,7 @@ def test_without_the_parameter_nobody_knows_the_limit() -> None:
 def test_the_limit_is_that_of_the_position_controller_where_it_has_one() -> None:
     for psc_deg, limit_deg in ((20.0, 20.0), (0.0, 30.0)):
         one = flight((10.0, limit_deg, 12.0))
-        one = replace(one, parameters=one.parameters | {"PSC_ANGLE_MAX": psc_deg})
+        one = replace(one, parameters={**one.parameters, "PSC_ANGLE_MAX": psc_deg})
         assert identified_lean([one]).limit_lean_deg == pytest.approx(limit_deg)
 
 

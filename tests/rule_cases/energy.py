@@ -236,7 +236,12 @@ def with_share_of_voltage(share: float) -> tuple[Finding, ...]:
     own = vehicle_of(ARDUPILOT).battery
     assert own is not None
     assert own.voltage_v is not None
-    battery = Battery(capacity_ah=100.0, nominal_voltage_v=share * own.voltage_v)
+    return of_voltage(share * own.voltage_v)
+
+
+def of_voltage(voltage_v: float) -> tuple[Finding, ...]:
+    """Return what is reported of a battery with a voltage; the vehicle's own has six cells."""
+    battery = Battery(capacity_ah=100.0, nominal_voltage_v=voltage_v)
     return found(PLAIN, ARDUPILOT, battery=battery)
 
 

@@ -12,7 +12,7 @@ from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, ta
 from rule_cases.case import PLAIN
 from rule_cases.case import found as findings_of
 
-from planner.autopilot import Autopilot
+from planner.autopilot import TARGETS, Autopilot
 from planner.findings import Severity
 from planner.flight.failsafe import (
     _mean_current_a,
@@ -634,7 +634,9 @@ def test_px4_does_not_arm_with_a_critical_battery(
     )
     near = mission(takeoff(20), waypoint(50, 20), rtl())
     model = load_vehicle("holybro-x500-v2")
-    result = check(near, model, charge=0.5, reserve=0.0, parameters=given, target=target)
+    result = check(
+        near, model, charge=0.5, reserve=0.0, parameters=given, target=TARGETS.get(target or "")
+    )
     errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
     assert errors & {"E103", "E114", "X904"} == codes
 

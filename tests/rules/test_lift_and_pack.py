@@ -272,7 +272,10 @@ def test_thin_air_that_a_model_does_not_count_is_told(
         (19.2, False),  # six of iron phosphate
         (22.2, False),
         (22.8, False),  # six of high voltage
-        (25.9, False),  # seven full at 3.7: 1.16 times
+        (23.1, False),  # six of 3.85 V
+        (23.5, True),  # 3.92 V a cell: no label has that
+        (25.2, True),  # six full ones
+        (25.9, True),  # seven
         (29.6, True),  # eight
     ],
 )

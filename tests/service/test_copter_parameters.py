@@ -13,18 +13,24 @@ from planner.values import replace
 
 
 @pytest.mark.parametrize(
-    ("parameters", "severity"),
+    ("parameters", "target", "severity"),
     [
-        ("", Severity.ERROR),
-        ("BATT_MONITOR,4\n", Severity.ERROR),
-        ("WPNAV_SPEED,800\n", Severity.WARNING),
+        ("", None, Severity.ERROR),
+        ("BATT_MONITOR,4\n", None, Severity.ERROR),
+        ("WPNAV_SPEED,800\n", None, Severity.WARNING),
+        ("FRAME_CLASS,1\n", None, Severity.WARNING),
+        ("Q_FRAME_CLASS,1\n", None, Severity.ERROR),
+        ("", "arducopter-4.6", Severity.WARNING),
+        ("BATT_MONITOR,4\n", "arducopter-4.6", Severity.WARNING),
     ],
 )
-def test_a_landing_approach_is_a_copters_where_its_parameters_are(
-    parameters: str, severity: Severity
+def test_a_landing_approach_is_a_copters_where_its_parameters_or_the_target_are(
+    parameters: str, target: str | None, severity: Severity
 ) -> None:
     start = item(189, frame=2, params=(0.0, 0.0, 0.0, 0.0))
     one = mission(takeoff(20), waypoint(300, 20), start, waypoint(100, 20), item(21, north(0), 0.0))
     text = replace(one, file_format=MissionFormat.WPL, vehicle=vehicle_evidence(one.items))
-    told = [f.severity for f in found(text, ARDUPILOT, parameters) if f.code == "M111"]
+    told = [
+        f.severity for f in found(text, ARDUPILOT, parameters, target=target) if f.code == "M111"
+    ]
     assert told == [severity]

@@ -60,13 +60,14 @@ def found(battery: BatteryState | None, pack: Battery | None = SIX_CELLS) -> lis
     [
         (12.6, 1.0, True),  # three cells, full
         (21.0, 1.0, True),  # five, full: 0.833
-        (29.4, 1.0, False),  # seven, full: 1.167, within 1.18
+        (29.4, 1.0, True),  # seven, full: 1.167 times, and 4.9 V for each of six
         (25.2, 1.0, False),
         (21.5, 1.0, False),  # 0.853: six cells of a battery that is not as full as reported
         (22.5, 0.5, False),
         (19.0, 0.5, True),  # 0.844 of 22.5 V
-        (26.6, 0.5, True),  # 1.182
-        (26.5, 0.5, False),  # 1.178
+        (26.6, 0.5, True),  # 1.182, and 4.43 V a cell
+        (26.5, 0.5, True),  # 1.178, and 4.42 V
+        (26.1, 1.0, False),  # six of high voltage
         (25.2, None, False),  # not reported: full is assumed
         (12.6, None, True),
         (None, 1.0, False),

@@ -387,11 +387,11 @@ OTHER_VEHICLE = Rule(
     "landing approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
     "patterns, which are for such vehicles, are not repeated.  All 22 public text files that this "
     "fires on are of aircraft.  A warning where a take-off pitch is all there is: multicopters take off "
-    "without it, and fly the rest as predicted; so where the parameters of --params are of ArduCopter, "
-    "which knows DO_LAND_START, and where the file names a helicopter, or FRAME_CLASS (8 to 10) one or two "
-    "rotors with flaps or tilt: flown as predicted, if the model is one of it.",
+    "without it, and fly the rest as predicted; so where --target is ArduCopter, which knows DO_LAND_START, "
+    "or the parameters of --params are its own, and where the file names a helicopter, or FRAME_CLASS (8 to "
+    "10) one or two rotors with flaps or tilt: flown as predicted, if the model is one of it.",
     fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle",
-    instead="a plan, which names its vehicle, or ArduCopter's parameters with --params",
+    instead="a plan, which names its vehicle, ArduCopter's parameters with --params, or --target",
 )
 
 VEHICLE_ASSUMED = Rule(
