@@ -578,6 +578,11 @@ class Fleet(Value):
     """SHA-256 of the file."""
 
     @property
+    def group_setup(self) -> Setup:
+        """What holds for the whole group, such as ``fail_on``: the setup of each vehicle has it."""
+        return next(iter(self.vehicles.values())).setup
+
+    @property
     def swap_s(self) -> float:
         """From landed to ready with another pack. [s]"""
         return 0.0 if self.swap is None else self.swap.time_s

@@ -49,6 +49,7 @@ _OF_AGENT = (
     "energy_by_state_wh",
     "has_landed",
     "turned_back_s",
+    "charge_left",
 )
 _OF_BATTERY = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
 _OF_FAULT = ("kind", "vehicle", "at_s", "lasts_s")
@@ -95,7 +96,7 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
         lines += finding_lines(finding, file=result.file, medium=medium)
     for finding in notes:
         lines += note_lines(finding, medium=medium)
-    lines += ["", closing_line(result.findings, suppressed=())]
+    lines += ["", closing_line(result.findings, suppressed=result.suppressed)]
     return "\n".join(lines) + "\n"
 
 
@@ -160,13 +161,12 @@ def goal_text(result: SwarmResult) -> str:
 
 def _row(result: SwarmResult, one: SwarmAgent) -> tuple[str, ...]:
     near = result.closest(one.name)
-    left = None if one.battery is None else 1.0 - one.battery.used_fraction
     return (
         one.name,
         quantity.duration(one.time_s),
         quantity.distance(one.distance_m),
         quantity.energy(one.energy_wh),
-        quantity.percent(left),
+        quantity.percent(one.charge_left),
         str(one.stops),
         quantity.duration(one.waited_s),
         quantity.ABSENT if near is None else quantity.distance(near.distance_m),
@@ -235,6 +235,9 @@ def swarm_document(result: SwarmResult, timeline: FleetTimeline, *, version: str
         ],
         "faults": None if result.faults is None else _fault_document(result.faults),
         "findings": [finding_document(one) for one in result.findings],
+        "suppressed": [
+            finding_document(one) | {"suppression": one.suppression} for one in result.suppressed
+        ],
     }
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fleet.charging import Charge
     from planner.fleet.fleet import Charger, Pack, Sortie
+    from planner.flight.budget import BatteryBudget
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.rules.ledger import LedgerEntry
@@ -161,8 +162,7 @@ class FleetResult(Presented):
         """The verdict as it is printed."""
         if not self.is_readable:
             return "NOT CHECKED"
-        fail_on = next(iter(self.fleet.vehicles.values())).setup.fail_on
-        return verdict_text(self.verdict, self.all_findings, fail_on)
+        return verdict_text(self.verdict, self.all_findings, self.fleet.group_setup.fail_on)
 
 
 def check_fleet(
@@ -214,7 +214,7 @@ def check_fleet(
     if kinds:
         contingencies = judge_contingencies(fleet, checks, flown, apart, kinds)
         found += contingency_findings(fleet, contingencies)
-    setup = next(iter(fleet.vehicles.values())).setup
+    setup = fleet.group_setup
     reported, suppressed = setup.selection.divide([one.finding for one in found], file=fleet.source)
     result = FleetResult(
         file=fleet.source,
@@ -345,7 +345,12 @@ class SortieChecks:
             )
         result = self._checked[key]
         return FlownSortie(
-            sortie=sortie, result=result, charge=charge, charge_left=_charge_left(result, charge)
+            sortie=sortie,
+            result=result,
+            charge=charge,
+            charge_left=charge_left(
+                result.battery if isinstance(result, CheckResult) else None, charge
+            ),
         )
 
     def setup(self, sortie: Sortie, charge: float | None) -> Setup:
@@ -426,9 +431,8 @@ def setup_with(setup: Setup, pack: Pack | None, charge: float | None, payload_kg
     return replace(setup, battery=pack.battery, **given)
 
 
-def _charge_left(result: CheckResult | UnreadableMission, charge: float | None) -> float | None:
-    """Return the state of charge at the end of a flight; ``None``: not known. [-]"""
-    budget = result.battery if isinstance(result, CheckResult) else None
+def charge_left(budget: BatteryBudget | None, charge: float | None) -> float | None:
+    """Return the state of charge at the end of a flight begun with one; ``None``: not known. [-]"""
     if budget is None or charge is None:
         return None
     left = budget.charge_left_fraction

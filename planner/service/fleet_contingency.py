@@ -205,7 +205,7 @@ class _Judge:
         self._checks = checks
         self._flown = flown
         self._apart = apart
-        self._setup = next(iter(fleet.vehicles.values())).setup
+        self._setup = fleet.group_setup
         self._encounters = Encounters()
         self._jobs = [*job_findings(fleet, flown)]
         self._planned = {_about(one) for one in self._errors(fleet, apart=apart)}

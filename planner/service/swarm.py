@@ -31,7 +31,8 @@ from planner.mission.route.stage import Route, Stage, StageKind
 from planner.physics.response import StepResponse, TransferFunction
 from planner.presented import Presented
 from planner.quantity import mean_of
-from planner.service.fleet import initial_charge, setup_with
+from planner.service.fleet import charge_left, initial_charge, setup_with
+from planner.service.preflight import verdict
 from planner.service.swarm_dynamics import agent_dynamics
 from planner.service.swarm_faults import (
     drop_of,
@@ -81,6 +82,11 @@ _LEAVES_TRACKS = (
     "missions are flown along their tracks, which orca-stop leaves: choose the policy stop or none"
 )
 
+_HELD_APART = (
+    "put their pads and places farther apart, or have one start later: the policy gives way already"
+)
+_HEIGHTS_UNKNOWN = "give amsl_m of both pads, or missions with the altitude of their homes"
+
 SWARM_SEPARATION = Rule(
     "S128 swarm-separation",
     Severity.ERROR,
@@ -101,6 +107,7 @@ SWARM_DEADLOCK = Rule(
     how="For four minutes nobody has come nearer to its goal or landed, though they took turns and the "
     "others cleared the way of one after the other.  Missions as filed stay on their tracks: nobody gets on.",
     fix="give the agents other goals or other tracks; of missions as filed, other starts",
+    instead="other goals, tracks or starts",
 )
 
 SWARM_UNFINISHED = Rule(
@@ -110,6 +117,7 @@ SWARM_UNFINISHED = Rule(
     why="What it takes to come home is not counted.",
     how="The simulation ended by --until, or by a deadlock, before all had landed.",
     fix="simulate longer with --until, or give the swarm less to do",
+    instead="a longer --until",
 )
 
 SWARM_ENERGY = Rule(
@@ -194,6 +202,8 @@ class SwarmAgent(Value, eq=False):
     """``None``: not known. [Wh]"""
     energy_by_state_wh: Mapping[str, float]
     battery: BatteryBudget | None = None
+    charge: float = 1.0
+    """State of charge of its pack at the take-off. [-]"""
     empty_s: float | None = None
     """When a battery that drops is empty before the landing. [s]"""
     gusts_wh: float | None = None
@@ -209,6 +219,11 @@ class SwarmAgent(Value, eq=False):
         return 0.0 if self.flight is None else self.flight.time_s
 
     @property
+    def charge_left(self) -> float | None:
+        """State of charge of its pack at the end; ``None``: not known. [-]"""
+        return charge_left(self.battery, self.charge)
+
+    @property
     def distance_m(self) -> float:
         """Horizontal distance flown. [m]"""
         return 0.0 if self.flight is None else float(self.flight.motion.segments.distance_m.sum())
@@ -222,8 +237,6 @@ class SwarmResult(Presented, eq=False):
     algorithm: str
     policy: str
     seed: int
-    is_clear: bool
-    """Whether all came home, apart and above their reserves; no verdict on flying it."""
     agents: tuple[SwarmAgent, ...]
     separation_m: float
     """Distance kept, the errors of both places included. [m]"""
@@ -232,12 +245,18 @@ class SwarmResult(Presented, eq=False):
     frame: LocalFrame
     """In which places are given."""
     findings: tuple[Finding, ...]
+    suppressed: tuple[Finding, ...] = ()
     coverage: Coverage | None = None
     """What of the area was seen when; ``None``: there is no area, or nobody knows how far its agents see."""
     faults: SwarmFaultReport | None = None
     """What faults led to; ``None``: there is none."""
     is_cut_short: bool = False
     """Whether the simulation was interrupted."""
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether all came home, apart and above their reserves; no verdict on flying it."""
+        return verdict(self.findings, self.fleet.group_setup.fail_on) == "go"
 
     @property
     def energy_wh(self) -> float | None:
@@ -408,24 +427,31 @@ def simulate_fleet(
         errors_m=[one.error_m for one in agents],
         too_near=too_near,
     )
-    findings = (
-        *_findings(flown, [(allowed_m, one) for one in too_near], swarm.deadlock, report),
+    found = (
+        *_findings(
+            flown,
+            [(allowed_m, one) for one in too_near],
+            swarm.deadlock,
+            report,
+            keeps_apart=kept.keeps_apart,
+        ),
         *_unseen(coverage, task),
         *_late(flown, fleet.operation.latest_s),
     )
+    findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     return SwarmResult(
         file=fleet.source,
         fleet=fleet,
         algorithm=str(task.algorithm) if algorithm is None else type(algorithm).__name__,
         policy=policy if isinstance(policy, str) else type(policy).__name__,
         seed=seed,
-        is_clear=all(one.severity < Severity.ERROR for one in findings),
         agents=flown,
         separation_m=allowed_m,
         distances=distances,
         record=record,
         frame=frame,
         findings=findings,
+        suppressed=suppressed,
         coverage=coverage,
         faults=report,
         is_cut_short=is_cut_short,
@@ -476,10 +502,15 @@ def _simulate_missions(
         errors_m=[fleet.vehicles[one].setup.position_error_m for one in vehicles],
         too_near=[near for _, near in filed.approaches],
     )
-    findings = _findings(agents, filed.approaches, filed.deadlock, report)
-    findings += [SWARM_SEPARATION.finding(message) for message in filed.incomparable]
-    findings += [SWARM_ENERGY.finding(message) for message in filed.uncharged]
-    findings += _late(agents, fleet.operation.latest_s)
+    found = _findings(
+        agents, filed.approaches, filed.deadlock, report, keeps_apart=policy != "none"
+    )
+    found += [
+        SWARM_SEPARATION.finding(message, fix=_HEIGHTS_UNKNOWN) for message in filed.incomparable
+    ]
+    found += [SWARM_ENERGY.finding(message) for message in filed.uncharged]
+    found += _late(agents, fleet.operation.latest_s)
+    findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
     return SwarmResult(
@@ -488,13 +519,13 @@ def _simulate_missions(
         algorithm=str(SwarmAlgorithm.MISSIONS),
         policy=str(policy),
         seed=seed,
-        is_clear=all(one.severity < Severity.ERROR for one in findings),
         agents=agents,
         separation_m=separation_m + 2.0 * max(errors_m),
         distances=filed.distances,
         record=filed.record,
         frame=filed.frame,
-        findings=tuple(findings),
+        findings=findings,
+        suppressed=suppressed,
         faults=report,
         is_cut_short=filed.is_cut_short,
     )
@@ -519,6 +550,7 @@ def _sortie_flown(filed: FiledFlights, row: int) -> SwarmAgent:
         if has_started
         else {},
         battery=assessment.battery,
+        charge=mean_of(assessment.setup.charge),
     )
 
 
@@ -875,6 +907,7 @@ def _flown(record: Record, row: int, body: _Body, turns_back_s: float) -> SwarmA
         energy_wh=energy_wh,
         energy_by_state_wh=by_state,
         battery=budget,
+        charge=mean_of(body.setup.charge),
         turned_back_s=turns_back_s if math.isfinite(turns_back_s) else None,
     )
 
@@ -884,6 +917,8 @@ def _findings(
     too_near: Sequence[tuple[float, Approach]],
     deadlock: Sequence[str],
     faults: SwarmFaultReport | None,
+    *,
+    keeps_apart: bool,
 ) -> list[Finding]:
     """Return what is found of agents and of every two that come nearer than is required."""
     text_of = {near: _too_near_text(near, required_m) for required_m, near in too_near}
@@ -892,7 +927,7 @@ def _findings(
     lost = {name for one in outcomes for name in one.lost}
     return [
         *(
-            SWARM_SEPARATION.finding(text)
+            SWARM_SEPARATION.finding(text, fix=_HELD_APART if keeps_apart else None)
             for near, text in text_of.items()
             if near not in by_faults
         ),
@@ -931,7 +966,17 @@ def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
                 "it is done"
             )
         if one.battery is None:
-            yield SWARM_ENERGY.finding(f"{one.name}: its power or its battery is not known")
+            if one.flight is None:  # it never took off
+                continue
+            if _vehicle_of(one).is_power_known:
+                message = f"{one.name}: no battery is known: neither a pack nor one in its model"
+                fix = "give it a [pack.NAME] with its battery, or a model that has one"
+            else:
+                message = (
+                    f"{one.name}: no power in its model {one.vehicle}: what it takes is not known"
+                )
+                fix = "give it a model with its power (mavjoule identify, mavjoule vehicle new)"
+            yield SWARM_ENERGY.finding(message, fix=fix)
         elif one.battery.margin_wh < 0.0:
             yield SWARM_ENERGY.finding(
                 f"{one.name} takes {quantity.energy(one.energy_wh)} and lands "

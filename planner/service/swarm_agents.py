@@ -33,6 +33,7 @@ SWARM_NUMBERS = Rule(
     how="A number does where every run is clear (all home, apart, above their reserves, the area searched "
     "seen), and nine of ten end by latest_s of [operation] or --deadline and reach --goal, where given.",
     fix="simulate other numbers with --agents, another policy, larger packs or a later deadline",
+    instead="other numbers",
 )
 
 

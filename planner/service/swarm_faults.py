@@ -33,6 +33,7 @@ SWARM_FAULT_HITS = Rule(
     how="Least distance of two in the air, one of which has a fault by then, against horizontal_m of "
     "[separation] and the position errors of both; places are where the agents are, not where they say.",
     fix="keep a larger horizontal_m, or fly so that nobody crosses the way of another",
+    instead="--faults without it",
 )
 
 SWARM_FAULT_LOST = Rule(
@@ -43,6 +44,7 @@ SWARM_FAULT_LOST = Rule(
     how="It has not landed by the end, its battery is empty before it lands, or it lands farther off its "
     "pad than its position error.",
     fix="give it a failsafe that brings it home, a larger reserve or a second source of its position",
+    instead="--faults without it",
 )
 
 SWARM_FAULT_UNTRIED = Rule(
@@ -53,6 +55,7 @@ SWARM_FAULT_UNTRIED = Rule(
     how="at_s of the fault against the landing of every agent it befalls, and against the end of the "
     "simulation.",
     fix="let the fault begin sooner",
+    instead="--faults without it",
 )
 
 

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import pytest
-from made_swarm import formation
+from made_swarm import formation, search
 
 from planner.cli.main import main
 
@@ -159,3 +159,67 @@ def test_faults_of_the_file_are_chosen_by_name(
     assert "Faults:" not in capsys.readouterr().out
     assert main([*call, "--faults", "gpd"]) == 2
     assert "has no [fault.gpd]" in capsys.readouterr().err
+
+
+def test_findings_are_selected_and_weighed_as_in_a_check(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "fleet.toml"
+    narrow = search(agents=1, more="sensor_radius_m = 2\n")  # lanes of 20 m leave most unseen
+    file.write_text("schema = 1\n" + narrow, encoding="utf-8")
+    page = tmp_path / "page.html"
+    call = ["fleet", "simulate", str(file), "--policy", "none"]
+    assert main(call) == 0
+    assert "S137" in capsys.readouterr().out
+    assert main([*call, "--fail-on", "warning"]) == 1
+    assert capsys.readouterr().out.startswith("NOT CLEAR")
+    assert main([*call, "--fail-on", "warning", "--ignore", "S137", "--report", str(page)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("CLEAR")
+    assert "S137" not in told
+    assert "Not reported, as asked: 1 warning." in told
+    assert "ignored as S137" in page.read_text(encoding="utf-8")
+    assert main([*call, "--select", "S133", "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [one["code"] for one in document["findings"]] == ["S133"]
+    assert [one["suppression"] for one in document["suppressed"]] == [
+        "not among the selected codes S133"
+    ]
+    assert main([*call, "--select", "S133", "--extend-select", "S137", "--fail-on", "warning"]) == 1
+    capsys.readouterr()
+    assert main([*call, "--agents", "1", "--workers", "1"]) == 1
+    assert main([*call, "--agents", "1", "--workers", "1", "--ignore", "S137"]) == 0
+
+    settings = 'schema = 1\n[conditions]\nfail_on = "warning"\n'
+    file.write_text(settings + narrow, encoding="utf-8")
+    assert main(call) == 1
+    file.write_text(settings + 'ignore = ["S137"]\n' + narrow, encoding="utf-8")
+    assert main(call) == 0
+
+
+@pytest.mark.parametrize("code", ["S128", "S129", "S130", "S131", "S139"])
+def test_what_makes_a_simulation_unclear_is_not_ignored(
+    fleet: Path, capsys: pytest.CaptureFixture[str], code: str
+) -> None:
+    assert main(["fleet", "simulate", str(fleet), "--ignore", code]) == 2
+    assert code in capsys.readouterr().err
+
+
+def test_what_is_left_of_a_pack_that_is_not_full_is_less(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    used = []
+    for charge in (1.0, 0.5):
+        packs = f"charge = {charge}\n"
+        file = tmp_path / "fleet.toml"
+        table = f'[swap]\ntime_s = 60\n[pack.P]\nbattery = "77Wh"\ncount = 2\n{packs}'
+        file.write_text("schema = 1\n" + formation(20.0, table), encoding="utf-8")
+        call = ["fleet", "simulate", str(file), "--policy", "none"]
+        assert main([*call, "--format", "json"]) == 0
+        agents = json.loads(capsys.readouterr().out)["agents"]
+        # without the curve of a battery the charge is that of the energy: 77 Wh when full
+        used += [one["energy_wh"] / 77.0 + one["charge_left"] for one in agents]
+    assert used == pytest.approx([1.0, 1.0, 0.5, 0.5], abs=1e-12)
+    assert main(call) == 0
+    left = 0.5 - agents[0]["energy_wh"] / 77.0
+    assert f" {100.0 * left:.0f} % " in capsys.readouterr().out

@@ -124,7 +124,7 @@ def _other_keys(found: Any, listed: Any, where: str = "") -> Iterator[str]:  # n
             yield f"{where}.{key}"
         for key in listed.keys() & found.keys():
             yield from _other_keys(found[key], listed[key], f"{where}.{key}")
-    elif isinstance(listed, list):
+    elif isinstance(listed, list) and listed:  # nothing is listed of an empty one
         yield from _other_keys(found[0], listed[0], where)
 
 

@@ -112,7 +112,7 @@ def swarm_html(result: SwarmResult, *, version: str, made_at: datetime) -> str:
     verdict = "CLEAR" if result.is_clear else "NOT CLEAR"
     cut = "; cut short" if result.is_cut_short else ""
     section = template("swarm.html.j2").module.swarm(
-        _found(result.findings, at_s)
+        _found(result.findings, at_s, result.suppressed)
         | {
             "is_clear": result.is_clear,
             "verdict": verdict,
@@ -221,13 +221,19 @@ def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> s
     )
 
 
-def _found(findings: Sequence[Finding], at_s: dict[int, float]) -> dict[str, Any]:
+def _found(
+    findings: Sequence[Finding], at_s: dict[int, float], suppressed: Sequence[Finding] = ()
+) -> dict[str, Any]:
     """Return what a page shows of findings, and when each is."""
     problems, _ = by_weight(findings)
     return {
-        "closing": closing_line(findings, suppressed=()),
+        "closing": closing_line(findings, suppressed=suppressed),
         "problems": [
             (view, at_s.get(id(one))) for view, one in zip(_views(problems), problems, strict=True)
+        ],
+        "suppressed": [
+            (finding_view(one, -1, has_place=False), printable(one.suppression))
+            for one in suppressed
         ],
         "clock": quantity.clock,
         "rules": rule_views(findings),

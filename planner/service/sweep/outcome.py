@@ -124,7 +124,7 @@ def _check_fleet(
     flown = replace(fleet, vehicles=vehicles)
     result = check_fleet(flown, checks=SortieChecks(flown, missions))
     findings = result.all_findings
-    fail_on = next(iter(vehicles.values())).setup.fail_on
+    fail_on = flown.group_setup.fail_on
     sorties = [outcome_of(one.result) for one in result.sorties]
 
     def least(name: str) -> float | None:

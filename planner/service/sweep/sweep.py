@@ -238,7 +238,7 @@ def make_plan(
     )
     if fleet is not None:
         _refuse_of_vehicles(axes)
-        setup = next(iter(fleet.vehicles.values())).setup
+        setup = fleet.group_setup
     if setup is None:
         msg = "setup must be planner.Setup(vehicle=…): which vehicle flies the mission?"
         raise UsageError(msg)
