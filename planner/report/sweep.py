@@ -137,6 +137,8 @@ def _limit_text(limit: Limit) -> str:
         if value == limit.last:
             return "at every value"
         side = "up to" if limit.is_upper else "down to"
+        if value == limit.first:  # "up to −5 °C" reads as if all that is colder had been checked
+            side = "only at"
         number = quantity.exact(value)
         if len(number) > LONGEST:
             number = quantity.decimals(value, 2)

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import active_children
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -344,6 +345,22 @@ def test_a_sweep_that_is_killed_ends_as_if_it_was_not(tmp_path: Path) -> None:
     for name in ("a.csv", "b.csv"):
         assert main([*arguments, "-o", str(tmp_path / name)]) == ExitCode.GO
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_workers_that_are_killed_change_no_row(mission: Mission, setup: Setup) -> None:
+    """SIGKILL of one of two processes, twice, while the other works."""
+    vary = (*VARY, "charge=100%:50%:10%", "risk=1%:10%:1%")
+    whole = sweep(mission, setup, vary=vary, engine=CoresEngine(1))
+    kills = iter(range(2))
+
+    def kill(_: SweepProgress) -> None:
+        if next(kills, None) is not None:
+            active_children()[-1].kill()
+
+    killed = sweep(mission, setup, vary=vary, engine=CoresEngine(2), on_progress=kill)
+    assert next(kills, None) is None, "both were killed"
+    assert list(killed.rows()) == list(whole.rows())
+    assert killed.tally.go_share == whole.tally.go_share
 
 
 def test_a_wind_without_a_direction_is_refused(

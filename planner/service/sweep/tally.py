@@ -66,6 +66,8 @@ class Limit(Value):
     """The last value, up or down, with every case a go; ``None``: not even the first."""
     best: float | None
     """The last with any case a go."""
+    first: float | None
+    """The first of the axis; ``None``: values are in classes."""
     last: float
     """The last of the axis: the vehicle may go farther."""
     is_upper: bool
@@ -242,6 +244,7 @@ class Tally:
             within=within,
             every=reached(go >= every),
             best=reached(go > 0),
+            first=None if scale.is_classed else numbers[ordered[0]],
             last=numbers[ordered[-1]],
             is_upper=is_upper,
         )
