@@ -441,6 +441,9 @@ def stay_above(returns: FlownReturns, discharge: Discharge, voltage_v: float) ->
     """
     circuit = discharge.packs.circuits[discharge.pack]
     highest_w, taken_j = returns.demand
+    empty = circuit.empty_state_of_charge(highest_w, voltage_v)
+    if empty <= 0.0:  # the curve does not fall so far
+        return True
     drop_v2, least_v2 = circuit.resistance_ohm * highest_w, voltage_v**2
     if drop_v2 > _MOST_SAG * least_v2 or not least_v2:
         return False
@@ -448,7 +451,7 @@ def stay_above(returns: FlownReturns, discharge: Discharge, voltage_v: float) ->
     charge_c = circuit.capacity_ah * SECONDS_PER_HOUR
     used = taken_j * (1.0 + sag) / (voltage_v * charge_c)
     left = discharge.packs.charge_at(returns.points, discharge.pack) - used
-    return bool(left.min() > circuit.empty_state_of_charge(highest_w, voltage_v) + _ROUNDING)
+    return bool(left.min() > empty + _ROUNDING)
 
 
 def predict_return_discharge(returns: FlownReturns, discharge: Discharge) -> ReturnDischarge:

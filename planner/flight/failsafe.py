@@ -87,8 +87,9 @@ def battery_profile(
 ) -> BatteryProfile:
     """Return the battery along a flight: by its curve where that is known, else by its energy."""
     rest_v = loaded_v = None
-    fraction = charge - returns.used_wh / battery.energy_wh
-    if discharge is not None:
+    if discharge is None:
+        fraction = charge - returns.used_wh / battery.energy_wh
+    else:
         fraction = np.concatenate(([charge], discharge.state_of_charge))
     curve = rest_curve(battery)
     if curve is not None:

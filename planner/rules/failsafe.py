@@ -60,6 +60,8 @@ _VOLTAGE_NEEDED = (
     "the battery's open-circuit voltage and resistance, in the vehicle model: PX4 estimates the charge by "
     "voltage"
 )
+_ENDS = {*RETURN_STAGES, StageKind.LAND, StageKind.RETURN}
+"""What the vehicle does as it comes down, or flies there."""
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -245,6 +247,8 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
     number = int(a.returns.segment_stage[event.segment])
     kind = a.route.stages[number].kind
+    if kind not in _ENDS:
+        return False
     last = next(
         (last for first, last in return_spans(a.route.stages) if first <= number <= last), number
     )

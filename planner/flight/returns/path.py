@@ -266,6 +266,16 @@ class Returns(Value, eq=False, dict=True):
         return judged_segments(self)
 
     @cached_property
+    def judged_sums(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Times of segments from which returns are judged, and time and energy of these up to each. (s,)
+
+        The others take none. [s], [s], [Wh]
+        """
+        judged, _ = self.judged
+        own_s = np.where(judged, self.flight.motion.segments.duration_s, 0.0)
+        return own_s, np.cumsum(own_s), np.cumsum(np.where(judged, np.diff(self.used_wh), 0.0))
+
+    @cached_property
     def line_ends(self) -> BoolArray:
         """At which segments a line that is flown ends. (s,)"""
         return line_ends(self)

@@ -51,9 +51,7 @@ def spread_up_to(returns: Returns, *limits_wh: float) -> tuple[IntArray, FloatAr
     those of one battery at several charges, have the same points.
     """
     judged, _ = returns.judged
-    own_s = np.where(judged, returns.flight.motion.segments.duration_s, 0.0)
-    used_wh = np.cumsum(np.where(judged, np.diff(returns.used_wh), 0.0))
-    time_s = np.cumsum(own_s)
+    own_s, time_s, used_wh = returns.judged_sums
     whole_s = float(time_s[-1])
     within_s = {_halved(float(np.interp(one, used_wh, time_s)), whole_s) for one in limits_wh}
     spread = [_evenly(returns, judged, own_s, one) for one in sorted(within_s - {whole_s})]

@@ -120,14 +120,10 @@ class _StepMemory(Generic[Made]):
                 (value, getattr(setup, name)) for name, value in one.seen.items()
             ):
                 self._known.insert(0, self._known.pop(at))
-                _read.names.update(one.seen)
                 return one.made, False
-        outer, _read.names = _read.names, set()
-        try:
-            made = make(_Watched(**field_values(setup)))
-            seen = {name: getattr(setup, name) for name in _read.names}
-        finally:  # a step that is made inside another looks at what that one looks at
-            _read.names |= outer
+        _read.names.clear()
+        made = make(_Watched(**field_values(setup)))
+        seen = {name: getattr(setup, name) for name in _read.names}
         self._known.insert(0, _Remembered(subject=subject, seen=seen, made=made))
         del self._known[_KEPT:]
         return made, True
