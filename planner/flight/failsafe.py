@@ -11,7 +11,7 @@ import numpy as np
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
 from planner.values import Value
-from planner.vehicle.pack import ASSUMED_CHEMISTRY, LIPO_CELL_V, rest_curve
+from planner.vehicle.pack import ASSUMED_CHEMISTRY, LIPO_CELL_V, is_of_another_kind, rest_curve
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.reader import load_chemistry
 
@@ -184,6 +184,10 @@ def px4_voltage_assumed(
         return None
     if profile.rest_v is not None:
         return profile.rest_v
+    if is_of_another_kind(battery):
+        return np.full_like(
+            profile.fraction, battery.voltage_v
+        )  # as flat as the curve of such cells
     kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)
     own = battery.cells_in_series or (battery.voltage_v or LIPO_CELL_V * cells) / LIPO_CELL_V
     return np.interp(profile.fraction, kind.ocv_soc, kind.cell_ocv_v) * own

@@ -187,6 +187,15 @@ def _voltage_fits(
     return _LEAST_VOLTAGE * other_v <= voltage_v <= most_v
 
 
+def is_of_another_kind(battery: Battery) -> bool:
+    """Return whether cells have less than lithium-polymer and lithium-ion ones are labelled with.
+
+    Iron phosphate has 3.2 V: nothing of its curve is known here.
+    """
+    cells, voltage_v = battery.cells_in_series, battery.voltage_v
+    return cells is not None and voltage_v is not None and voltage_v / cells < CELL_V[0]
+
+
 def _added_kg(given: Battery, own: Battery) -> float:
     typical_wh_kg = chemistry_of(own).typical_wh_kg
     assert typical_wh_kg is not None  # a chemistry that is judged by has it
@@ -205,6 +214,14 @@ def _like(given: Battery, own: Battery) -> FlownPack:
     rows = charge_ah / own_ah
     cell_v = None if own.cells_in_series is None else volts * (own_v or 0.0) / own.cells_in_series
     cells = own.cells_in_series
+    others = replace(given, cells_in_series=cells)
+    if is_of_another_kind(others) and not is_of_another_kind(own):
+        many = quantity.count(cells or 0, "cell")
+        assumed = (
+            f"{many} of another kind than those of the model's own, as "
+            f"{quantity.decimals(given.voltage_v or 0.0, 1)} V mean: their voltages are unknown"
+        )
+        return FlownPack(battery=others, assumed=assumed)
     if cell_v is not None and not _OWN_CELL_V[0] <= cell_v <= _OWN_CELL_V[1]:
         cells = cells_of_voltage(given.voltage_v)
     resistance_ohm = own.new_resistance_ohm

@@ -221,7 +221,6 @@ WAIT = item(93, frame=2, params=(5.0, -1.0, -1.0, -1.0))
         (Autopilot.PX4, takeoff(20), Severity.ERROR),
         (Autopilot.PX4, item(31, north(90), 20.0), Severity.ERROR),
         (Autopilot.PX4, item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0)), Severity.INFO),
-        (Autopilot.PX4, rtl(), Severity.WARNING),
         (Autopilot.ARDUPILOT, waypoint(400, 20), Severity.ERROR),
         (Autopilot.ARDUPILOT, takeoff(20), Severity.ERROR),
     ],
@@ -296,6 +295,22 @@ def test_a_landing_that_goes_on_to_no_take_off_leaves_the_vehicle_there(
         dialect=Autopilot.ARDUPILOT,
         continues_after=frozenset({StageKind.LAND} if goes_on else ()),
     )
+    assert [f.severity for f in made.findings if f.code == "T104"] == [severity]
+
+
+# A landed vehicle of PX4's does not begin a return (PX4 #20044).  49 m from home somebody waits beside it.
+@pytest.mark.parametrize(
+    ("away_m", "dialect", "severity"),
+    [
+        (90, Autopilot.PX4, Severity.ERROR),
+        (49, Autopilot.PX4, Severity.INFO),
+        (90, None, Severity.WARNING),
+    ],
+)
+def test_a_return_behind_a_landing_elsewhere_is_flown_by_neither_autopilot(
+    away_m: float, dialect: Autopilot | None, severity: Severity
+) -> None:
+    made = make_route(mission(takeoff(20), item(21, north(away_m), 0.0), rtl()), dialect=dialect)
     assert [f.severity for f in made.findings if f.code == "T104"] == [severity]
 
 

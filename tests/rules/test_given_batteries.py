@@ -104,6 +104,29 @@ def test_without_an_own_battery_the_voltage_means_the_cells(
     assert bool(pack.assumed) is (cells is not None)
 
 
+# Six cells of iron phosphate, 3.2 V each, are none of lithium-polymer with 0.86 times the voltage: of theirs
+# nothing is known, so a threshold in volts that acts is not checked.  PX4 takes 3.2 V a cell for empty.
+@pytest.mark.parametrize(
+    ("autopilot", "parameters", "volts", "is_open"),
+    [
+        (Autopilot.ARDUPILOT, "BATT_LOW_VOLT,20.4\nBATT_FS_LOW_ACT,2\n", 19.2, True),
+        (Autopilot.ARDUPILOT, "BATT_ARM_VOLT,21\n", 19.2, True),
+        (Autopilot.ARDUPILOT, "BATT_LOW_VOLT,20.4\nBATT_FS_LOW_ACT,2\n", 21.6, False),
+        (Autopilot.ARDUPILOT, "WPNAV_SPEED,1000\n", 19.2, False),
+        (Autopilot.PX4, "BAT1_N_CELLS,6\n", 19.2, True),
+        (Autopilot.PX4, "BAT1_N_CELLS,6\nBAT1_V_EMPTY,2.9\nBAT1_V_CHARGED,3.4\n", 19.2, False),
+    ],
+)
+def test_voltages_of_cells_of_another_kind_are_not_those_of_the_models_own(
+    autopilot: Autopilot,
+    parameters: str,
+    volts: float,
+    is_open: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    result = flown(f"8Ah@{volts}V", parameters, by=autopilot)
+    assert ("X904" in error_codes(result)) is is_open
+
+
 @pytest.mark.parametrize(
     ("label", "kind"),
     [

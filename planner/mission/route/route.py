@@ -434,10 +434,10 @@ ITEMS_NOT_FLOWN = Rule(
     "after a LAND where --params has bit 2 of MIS_OPTIONS set (4, continue after land).  PX4 after a LAND: "
     "it stays armed (Commander::handleAutoDisarm) and the next place is within 2 m of where it stands.  An "
     "error where a take-off is among those left out: a vehicle that is started again flies what is not "
-    "counted; on ArduPilot a landing more than 50 m from home is the end, and other places or a return "
-    "follow: it stays where it landed (a warning where the autopilot is not known); and on "
-    "PX4 where the next place is elsewhere: it flies there at a slant from the ground, "
-    "without climbing first (MissionBase::checkClimbRequired; tried).",
+    "counted; a landing more than 50 m from home is the end, and other places or a return follow: it stays "
+    "where it landed (PX4 #20044; a warning where the autopilot is not known); and on PX4 where the next "
+    "place is elsewhere: it flies there at a slant from the ground, without climbing first "
+    "(MissionBase::checkClimbRequired; tried).",
     fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF at "
     "the place of the landing follow it, with MIS_OPTIONS 4 on ArduPilot",
     instead="a mission that ends with its landing",
@@ -484,7 +484,7 @@ def _left_out(
         said += ": the vehicle stays where it landed, away from home"
         is_asked = goes_on and state.dialect is Autopilot.ARDUPILOT
         said += "; MIS_OPTIONS 4 continues only to a take-off" * is_asked
-        is_left = state.dialect is Autopilot.ARDUPILOT  # another may fly on
+        is_left = state.dialect in {Autopilot.ARDUPILOT, Autopilot.PX4}  # another may fly on
         severity = Severity.ERROR if is_flown or is_left else Severity.WARNING
     return [
         ITEMS_NOT_FLOWN.finding(
