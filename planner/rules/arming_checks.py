@@ -464,11 +464,23 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
     ),
     (
         ANY,
-        "FENCE_MARGIN is above FENCE_RADIUS",
+        "FENCE_MARGIN_XY, or FENCE_MARGIN where that is 0, is above FENCE_RADIUS",
         lambda p: (
             p.has_fence
             and bool(p.own.fence_type & CIRCLE)
-            and p.own.fence_radius_m < p.own.fence_margin_m
+            and p.own.fence_radius_m < p.own.fence_level_margin_m
+        ),
+    ),
+    (
+        ANY,
+        "FENCE_MARGIN_XY, or FENCE_MARGIN where that is 0, is above the radius of an inclusion circle",
+        lambda p: (
+            p.has_fence
+            and bool(p.own.fence_type & AREAS)
+            and any(
+                circle.inclusion and circle.radius_m < p.own.fence_level_margin_m
+                for circle in (p.mission.fence.circles if p.mission.fence else ())
+            )
         ),
     ),
     (

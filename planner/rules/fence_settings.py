@@ -135,8 +135,8 @@ def inclusions_unite(parameters: FlightParameters | None) -> bool:
 
 
 def fence_margin_m(parameters: FlightParameters | None) -> float:
-    """Return the distance the autopilot itself keeps from its fence. [m]"""
-    return parameters.fence_margin_m if isinstance(parameters, ArduPilotParameters) else 0.0
+    """Return the level distance the autopilot itself keeps from its fence. [m]"""
+    return parameters.fence_level_margin_m if isinstance(parameters, ArduPilotParameters) else 0.0
 
 
 def why_not_enforced(

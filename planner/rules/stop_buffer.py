@@ -34,14 +34,14 @@ STOP_BUFFER = Rule(
     why="Fences act after they are passed: PX4 removed its predictive fence as dangerous and its "
     "maintainers ask for a buffer in which the vehicle can stop (PX4 #27465); braking at 14 m/s over a "
     "fence ended in a crash (ArduPilot #1971).",
-    how="At every place of the flight, straight on in the direction of motion: speed × reaction time "
-    "+ the model's stopping distance from that speed + reaction time × tailwind; and within the "
-    "position error (or ArduPilot's FENCE_MARGIN) of all of that.  An error where the path itself is "
-    "within the position error of the fence, or a stop begun at once ends beyond it; a warning where "
-    "only the rest is not free.  --reaction-time is 1 s by default (an "
-    "autopilot's own check takes some tenths of it, a hand on the switch all of it), --position-error "
-    "2.5 m (half of the fixes of a common single-frequency receiver are nearer).  Places where the "
-    "vehicle is braking already count at the beginning and the end of the braking.",
+    how="At every place of the flight, straight on in the direction of motion: speed × reaction time + the "
+    "model's stopping distance from that speed + reaction time × tailwind; and within the position error (or "
+    "ArduPilot's FENCE_MARGIN_XY, or FENCE_MARGIN where that is 0) of all of that.  An error where the path "
+    "itself is within the position error of the fence, or a stop begun at once ends beyond it; a warning "
+    "where only the rest is not free.  --reaction-time is 1 s by default (an autopilot's own check takes "
+    "some tenths of it, a hand on the switch all of it), --position-error 2.5 m (half of the fixes of a "
+    "common single-frequency receiver are nearer).  Places where the vehicle is braking already count at the "
+    "beginning and the end of the braking.",
     fix="fly slower there, or turn earlier",
     instead="--position-error or --reaction-time, or a mission farther from its fence",
 )

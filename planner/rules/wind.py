@@ -11,7 +11,8 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
 from planner.flight.pilot import RATED_WIND, airspeed_limit_m_s
-from planner.flight.reach import SituationKind
+from planner.flight.reach import GUST_SDS, SituationKind
+from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PX4, NotEvaluated, judges
 from planner.setup import ASSUMED_POSITION_ERROR_M
 
@@ -250,6 +251,42 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fin
         f"{circles.speed_m_s[worst]:.1f} m/s over ground in {strength_m_s[worst]:.1f} m/s of wind needs the "
         f"lean of {needed_m_s[worst]:.1f} m/s of airspeed; the limit is {limit_m_s:.1f} m/s",
         item=first,
+    )
+
+
+_NEAR_GROUND_LEAN_RAD = math.radians(7.0)
+"""The most that ``Mode::land_run_horizontal_control`` leans below WP_NAVALT_MIN."""
+LEAN_NEAR_GROUND = Rule(
+    "W106 lean-near-ground",
+    Severity.WARNING,
+    summary="Near the ground ArduPilot may not lean enough for this wind.",
+    why="Below WP_NAVALT_MIN a landing leans 7° at most, so that nothing tips over after the touch-down: in "
+    "the wind the vehicle is carried off until it is down, and touches down moving.",
+    how="The wind at WP_NAVALT_MIN, its mean and two standard deviations, above what 7° leave of the highest "
+    "airspeed (of W101 and W103) for certain, by the ratio of the tangents of both leans; an error where it "
+    "is above the most they leave, by the root of that ratio, as drag has it that grows with the square.",
+    fix="wait for less wind, or set WP_NAVALT_MIN to 0",
+    instead="--wind, or the parameters of --params",
+)
+
+
+@judges(LEAN_NEAR_GROUND, needs=(ARDUPILOT,))
+def _lean_near_ground(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    height_m = numbers(a).get("WP_NAVALT_MIN", 0.0)
+    highest_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    if not height_m > 0.0 or highest_m_s is None:
+        return
+    wind = a.setup.wind
+    gust_m_s = (wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s) * float(wind.speed_factor(height_m))
+    left = min(math.tan(_NEAR_GROUND_LEAN_RAD) / math.tan(parameters.lean_angle_max_rad), 1.0)
+    if gust_m_s <= (1.0 + _ROUNDING) * left * highest_m_s:
+        return
+    certain, most = (quantity.speed(one * highest_m_s) for one in (left, math.sqrt(left)))
+    yield a.finding(
+        LEAN_NEAR_GROUND,
+        f"landing in {quantity.speed(gust_m_s)} of wind: below {quantity.height(height_m)}, WP_NAVALT_MIN, "
+        f"it leans 7° at most, which holds {certain} for certain and {most} at most",
+        severity=Severity.ERROR if gust_m_s > math.sqrt(left) * highest_m_s else None,
     )
 
 

@@ -47,6 +47,20 @@ def circling(wind_m_s: float) -> tuple[Finding, ...]:
     )
 
 
+def landing_in(wind_m_s: float) -> tuple[Finding, ...]:
+    """Return what is reported of a flight in wind that leans 7° below 2 m."""
+    return found(
+        PLAIN,
+        ARDUPILOT,
+        "WP_NAVALT_MIN,2\n",
+        vehicle=replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=15.0),
+        wind=Wind(speed_m_s=wind_m_s),
+    )
+
+
+# 15 m/s at 30° of lean; 7° leave 3.19 m/s by the tangents, 6.92 m/s by their root.
+NEAR_GROUND_M_S = 15.0 * math.tan(math.radians(7.0)) / math.tan(math.radians(30.0))
+
 # sqrt(0.5 · 2.5 · 20) = 5 m/s, 1.25 m/s² across; at 30° of lean drag is 5.66/15 per second.
 CIRCLE_WIND_M_S = 15.0 - math.hypot(5.0, 1.25 * 15.0 / (9.80665 * math.tan(math.radians(30.0))))
 
@@ -71,6 +85,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: circling(CIRCLE_WIND_M_S + 0.1),
         boundary=lambda: circling(CIRCLE_WIND_M_S),
         silent=lambda: circling(CIRCLE_WIND_M_S - 0.1),
+    ),
+    "W106": RuleCases(
+        fires=lambda: landing_in(3.3),
+        boundary=lambda: landing_in(NEAR_GROUND_M_S),
+        silent=lambda: landing_in(3.1),
     ),
     "T114": RuleCases(
         fires=lambda: found(PLAIN, PX4, "COM_POS_LOW_EPH,2.4\n"),

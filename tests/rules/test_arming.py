@@ -192,6 +192,8 @@ def test_rotors_with_flaps_or_tilt_are_told(frame: int, *, is_told: bool) -> Non
             f"{FENCE}FENCE_MARGIN,31\nFENCE_RADIUS,30\n",
             f"{FENCE}FENCE_MARGIN,30\nFENCE_RADIUS,30\n",
         ),
+        (f"{FENCE}FENCE_MARGIN_XY,1001\n", f"{FENCE}FENCE_MARGIN_XY,1000\n"),
+        (f"{FENCE}FENCE_MARGIN_XY,1001\n", f"{FENCE}FENCE_MARGIN_XY,50\nFENCE_MARGIN,55\n"),
         ("FENCE_ENABLE,1\nFENCE_TYPE,0\n", "FENCE_ENABLE,0\nFENCE_TYPE,0\n"),
         # A fence of areas alone, and a plan that brings none: tried in ArduPilot's simulation.
         ("FENCE_ENABLE,1\nFENCE_TYPE,4\n", "FENCE_ENABLE,1\nFENCE_TYPE,5\nFENCE_ALT_MAX,120\n"),

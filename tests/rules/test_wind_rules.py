@@ -391,3 +391,27 @@ def test_returns_slower_than_they_should_be_are_told_where_the_mission_is_not(
     assert " leg" not in finding.message
     # A little less wind than 12 − 10 m/s holds them all.
     assert not of("W102", away, LIMITED, autopilot, wind=Wind(speed_m_s=1.9, from_deg=180.0))
+
+
+# WP_NAVALT_MIN 2: a landing leans 7° at most below 2 m.  tan 7° / tan 30° = 0.2127 of 15 m/s: 3.19 m/s, its
+# root 6.92 m/s; of a lean of 10°, which leaves 4.58 m/s, 0.6963 and its root: 3.19 and 3.82 m/s.
+@pytest.mark.parametrize(
+    ("parameters", "wind_m_s", "severity"),
+    [
+        ("WP_NAVALT_MIN,2\n", 3.1, None),
+        ("WP_NAVALT_MIN,2\n", 3.3, Severity.WARNING),
+        ("WP_NAVALT_MIN,2\n", 6.8, Severity.WARNING),
+        ("WP_NAVALT_MIN,2\n", 7.0, Severity.ERROR),
+        ("WP_NAVALT_MIN,0\n", 7.0, None),
+        ("WP_NAVALT_MIN,2\nPSC_ANGLE_MAX,10\n", 3.1, None),
+        ("WP_NAVALT_MIN,2\nPSC_ANGLE_MAX,10\n", 3.9, Severity.ERROR),
+        ("WP_NAVALT_MIN,2\nPSC_ANGLE_MAX,6\n", 2.0, None),
+    ],
+)
+def test_near_the_ground_a_landing_leans_little(
+    parameters: str, wind_m_s: float, severity: Severity | None
+) -> None:
+    limited = replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=15.0)
+    wind = Wind(speed_m_s=wind_m_s, from_deg=0.0)
+    told = found(HOVER, ARDUPILOT, parameters, vehicle=limited, wind=wind)
+    assert [one.severity for one in told if one.code == "W106"] == [severity] * bool(severity)

@@ -174,6 +174,10 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     fence_height_min_m: float = parameter("FENCE_ALT_MIN m", -10.0)
     fence_radius_m: float = parameter("FENCE_RADIUS m", 300.0, POSITIVE)
     fence_margin_m: float = parameter("FENCE_MARGIN m", 2.0, NOT_NEGATIVE)
+    # level; 0: the same
+    fence_level_margin_m: float = parameter(
+        "FENCE_MARGIN_XY m", 0.0, NOT_NEGATIVE, zero_means=("fence_margin_m", 1.0)
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
