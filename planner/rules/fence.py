@@ -14,12 +14,13 @@ from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.route.stage import RETURN_STAGES, FenceAction, StageKind
 from planner.rules.assessment import numbers
-from planner.rules.declaration import FENCE, NotEvaluated, judges
+from planner.rules.declaration import ARDUPILOT, FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
 from planner.rules.fence_settings import (
     fence_schedule,
     inclusions_unite,
     is_from_file,
+    limits_in_use,
     why_not_enforced,
 )
 from planner.rules.fenced_flight import make_fenced_flight, straight_legs
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.rules.fence_settings import FenceLimits
     from planner.rules.fenced_flight import FencedFlight
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _ONE_PLACE_M = 1e-3
@@ -64,6 +66,8 @@ _LINES_COMPARED = 100
 _OA_MARGIN_M = 5.0
 """Default of OA_MARGIN_MAX. [m]"""
 
+_HOME_FRAMES = frozenset({1.0, 2.0})
+"""FENCE_ALT_MAX_TP and FENCE_ALT_MIN_TP of heights above home, and above the origin, which is there."""
 FENCE_HEIGHT = Rule(
     "F110 fence-height",
     Severity.ERROR,
@@ -76,7 +80,8 @@ FENCE_HEIGHT = Rule(
     "where RTL_ALT_TYPE has them follow it); the lowest place between "
     "take-off and landing against FENCE_ALT_MIN (bit 8).  An error from 0.5 m below a ceiling on, the "
     "vertical accuracy that makers state, a warning from 2 m on, the default of ArduPilot's FENCE_MARGIN: "
-    "PX4 was recorded up to 1.6 m above commanded heights.",
+    "PX4 was recorded up to 1.6 m above commanded heights.  Not checked (X904) where FENCE_ALT_MAX_TP or "
+    "FENCE_ALT_MIN_TP has a limit that is used count from sea level (0) or the ground (3).",
     fix="fly lower, or raise the limit",
     instead="a mission within the heights of the fence",
 )
@@ -133,6 +138,22 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
             item=stages[flown.stage[first]].item,
             fix="fly higher, or lower the limit",
         )
+
+
+@judges(FENCE_HEIGHT, needs=(ARDUPILOT,))
+def _fence_height_not_over_home(
+    a: Assessment, parameters: ArduPilotParameters
+) -> Iterator[NotEvaluated]:
+    """Yield the limits of heights that count from sea level or the ground: since 4.7 ArduCopter has them."""
+    limits = limits_in_use(a.route, parameters)
+    for name, limit_m in (("FENCE_ALT_MAX", limits.ceiling_m), ("FENCE_ALT_MIN", limits.floor_m)):
+        counts_from = numbers(a).get(f"{name}_TP", 1.0)
+        if limit_m is not None and counts_from not in _HOME_FRAMES:
+            yield NotEvaluated(
+                rule=FENCE_HEIGHT,
+                asked_by=f"{name} with {name}_TP {counts_from:g}",
+                needs=f"a height above home: {name}_TP 1",
+            )
 
 
 def _height_severity(left_m: float) -> Severity | None:

@@ -82,6 +82,28 @@ def test_a_ceiling_holds_for_the_flight(
         assert (found["F110"].severity, found["F110"].item) == (Severity.ERROR, 2)
 
 
+# ``Location::AltFrame``: 0 above sea level, 1 above home, 2 above the origin, 3 above terrain.
+@pytest.mark.parametrize(
+    ("given", "is_open"),
+    [
+        ("FENCE_TYPE,1\nFENCE_ALT_MAX_TP,0\n", True),
+        ("FENCE_TYPE,1\nFENCE_ALT_MAX_TP,1\n", False),
+        ("FENCE_TYPE,1\nFENCE_ALT_MAX_TP,2\n", False),
+        ("FENCE_TYPE,1\nFENCE_ALT_MAX_TP,3\n", True),
+        ("FENCE_TYPE,2\nFENCE_ALT_MAX_TP,0\n", False),  # no ceiling
+        ("FENCE_TYPE,8\nFENCE_ALT_MIN_TP,3\n", True),
+        ("FENCE_TYPE,1\nFENCE_ALT_MIN_TP,3\n", False),  # no floor
+        ("FENCE_ENABLE,0\nFENCE_TYPE,1\nFENCE_ALT_MAX_TP,0\n", False),
+    ],
+)
+def test_a_height_that_does_not_count_from_home_is_not_checked(
+    given: str,
+    is_open: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    told = found(mission(*SHORT), ARDUPILOT, f"{ARDUPILOT_ON}{given}")
+    assert ("X904" in {one.code for one in told}) is is_open
+
+
 def test_a_return_above_the_ceiling_is_told() -> None:
     landing = (takeoff(20), at(0, 100), at(0, 100, 0.0, command=21))
     parameters = "GF_MAX_VER_DIST,60\nRTL_RETURN_ALT,{}\n"
