@@ -9,12 +9,14 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.flight.pilot import airspeed_limit_m_s
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.rules.assessment import numbers
 from planner.rules.declaration import EXTREMES, PX4, Need, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 from planner.vehicle.model import NO_LEAN_THRUST
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 from planner.vehicle.power import MomentumLaw
 
@@ -33,6 +35,8 @@ _SINKING_THRUST = math.cos(math.radians(30.0))
 defaults, sinks. [-]"""
 _LEAST_SPIN_MAX, _USUAL_SPIN_MAX = 0.9, 0.95
 """MOT_SPIN_MAX: the least of its documented values, and its default. [-]"""
+_LEAST_LEAN_RAD = math.radians(10.0)
+"""What ArduPilot leaves of the lean however much a hover takes: its AC_ATTITUDE_CONTROL_ANGLE_LIMIT_MIN."""
 _SAME_NUMBER = 1e-6
 """Numbers this near are one: files write them in single precision. [-]"""
 
@@ -73,16 +77,17 @@ HOVER_THROTTLE_HIGH = Rule(
     "it leans by 30°.",
     how="MOT_THST_HOVER, or MPC_THR_HOVER over MPC_THR_MAX, where the parameter file or the model gives it, "
     "times the mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
-    "over the air at the highest point of the flight, if that is thinner; late in the flight also "
-    "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of "
-    "a return, where the battery's curve is known.  Or, where it is more, the weight with payload over "
-    "thrust_max_n of the model, in the air at the highest point.  With neither it is not checked.  A "
-    "warning above 0.7; an error from 0.8 on with a full battery, from 0.87 on late in the flight.  The "
-    "autopilot's own default (0.35, 0.5), which a file saved whole has of a vehicle nobody hovered, says "
-    "nothing of how the thrust falls with the voltage; "
-    "with a lower MPC_THR_MAX it is not checked (X904).  Nor with a MOT_SPIN_MAX below 0.9, the least "
-    "of its documented values, where the thrust that it leaves of that with 0.95 does not cover the hover: "
-    "nobody knows which of the two the hover was measured with; not above MOT_SPIN_MIN is an error.",
+    "over the air at the highest point of the flight, if that is thinner; late in the flight also times "
+    "(V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of a return, "
+    "where the battery's curve is known.  Or, where it is more, the weight with payload over thrust_max_n of "
+    "the model, in the air at the highest point.  With neither it is not checked.  A warning above 0.7; an "
+    "error from 0.8 on with a full battery, from 0.87 on late in the flight, and on ArduPilot where "
+    "acos(thrust / 0.8), the lean a full battery leaves, does not hold the wind, its mean and two standard "
+    "deviations, by the tangents of that and of the greatest lean.  The autopilot's own default (0.35, 0.5), "
+    "which a file saved whole has of a vehicle nobody hovered, says nothing of how the thrust falls with the "
+    "voltage; with a lower MPC_THR_MAX it is not checked (X904).  Nor with a MOT_SPIN_MAX below 0.9, the "
+    "least of its documented values, where the thrust that it leaves of that with 0.95 does not cover the "
+    "hover: nobody knows which of the two the hover was measured with; not above MOT_SPIN_MIN is an error.",
     fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
@@ -184,13 +189,39 @@ def _hover_throttle_high(a: Assessment, _extremes: Extremes) -> Iterator[Finding
         voltage = f"at {quantity.decimals(voltage_v, 1)} V, {quantity.percent(full)} when full"
     if max(full, late) > _MOST_HOVER_THRUST:
         cannot = full >= NO_LEAN_THRUST or late >= _SINKING_THRUST
+        carried_off = "" if cannot else _carried_off(a, full)
         yield a.finding(
             HOVER_THROTTLE_HIGH,
             f"hovering takes {quantity.percent(late)} of the thrust {voltage}"
-            + (": it cannot hold its height and place" if cannot else ""),
-            severity=Severity.ERROR if cannot else None,
+            + (": it cannot hold its height and place" if cannot else carried_off),
+            severity=Severity.ERROR if cannot or carried_off else None,
             item=lowest,
         )
+
+
+def _carried_off(a: Assessment, hover: float) -> str:
+    """Return that ArduPilot keeps too little lean for the wind, with a hover of this much thrust; or nothing.
+
+    Notes
+    -----
+    ``AC_AttitudeControl_Multi::update_althold_lean_angle_max``: acos(hover / 0.8), of which
+    ``get_althold_lean_angle_max`` leaves 10° in any case.
+    """
+    parameters = a.own_parameters
+    if not isinstance(parameters, ArduPilotParameters):
+        return ""
+    lean_rad = max(math.acos(min(hover / NO_LEAN_THRUST, 1.0)), _LEAST_LEAN_RAD)
+    airspeed_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    if airspeed_m_s is None or lean_rad >= parameters.lean_angle_max_rad:
+        return ""
+    left_m_s = airspeed_m_s * math.tan(lean_rad) / math.tan(parameters.lean_angle_max_rad)
+    gust_m_s = float(a.reach.gust_m_s(a.setup.wind).max())
+    if gust_m_s <= left_m_s:
+        return ""
+    return (
+        f": that leaves {quantity.decimals(math.degrees(lean_rad), 0)}° of lean, for "
+        f"{quantity.speed(left_m_s)} of airspeed, in {quantity.speed(gust_m_s)} of wind"
+    )
 
 
 def _thrust_left(values: Mapping[str, float]) -> float:

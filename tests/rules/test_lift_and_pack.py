@@ -9,6 +9,7 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.physics.wind import Wind
 from planner.rules.ledger import Outcome
 from planner.service.preflight import check
 from planner.setup import read_battery
@@ -39,6 +40,41 @@ def reported(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[S
     options = {"battery": PLENTY, **given}
     result = check(OUT_AND_BACK, vehicle, **options)  # type: ignore[arg-type]  # a table of options
     return [(one.severity, one.message) for one in result.findings if one.code == code]
+
+
+# A hover of 75 % of the thrust leaves acos(0.75 / 0.8) = 20.4° of lean, 0.6429 by the tangent of the 30° with
+# which 15 m/s are held: 9.64 m/s; one of 79 % leaves 9.1°, and ArduPilot 10° in any case: 4.58 m/s.
+@pytest.mark.parametrize(
+    ("throttle", "wind_m_s", "severity"),
+    [
+        (0.75, 9.6, Severity.WARNING),
+        (0.75, 9.7, Severity.ERROR),
+        (0.79, 4.5, Severity.WARNING),
+        (0.79, 4.7, Severity.ERROR),
+        (0.69, 9.7, None),
+    ],
+)
+def test_a_hover_that_leaves_too_little_lean_for_the_wind_is_an_error(
+    throttle: float, wind_m_s: float, severity: Severity | None
+) -> None:
+    parameters = ParameterSet(
+        source="p.param",
+        values={"MOT_THST_HOVER": ParameterValue(throttle)},
+        stack=Autopilot.ARDUPILOT,
+    )
+    told = reported(
+        "E116",
+        replace(
+            QUAD,
+            airspeed_limit_m_s=15.0,
+            battery=None,
+            valid_for=replace(QUAD.valid_for, air_density_kg_m3=None),
+        ),
+        parameters=parameters,
+        wind=Wind(speed_m_s=wind_m_s),
+        temperature_c=-20.0,  # air as dense as at sea level
+    )
+    assert [one for one, _ in told] == [severity] * bool(severity)
 
 
 @pytest.mark.parametrize(
