@@ -78,6 +78,8 @@ class BatteryProfile(Value, eq=False):
     """Open-circuit voltage as a voltmeter sees it; ``None``: the curve is not known. (s + 1,) [V]"""
     loaded_v: FloatArray | None
     """Under load; ``None`` where the resistance is not known. (s + 1,) [V]"""
+    resistance_ohm: float
+    """That the drop under load comes of; 0 where it is not known. [Ω]"""
     is_curve_assumed: bool
     """Whether the voltages are those of a kind of cell, not of this battery."""
 
@@ -87,6 +89,7 @@ def battery_profile(
 ) -> BatteryProfile:
     """Return the battery along a flight: by its curve where that is known, else by its energy."""
     rest_v = loaded_v = None
+    resistance_ohm = 0.0
     if discharge is None:
         fraction = charge - returns.used_wh / battery.energy_wh
     else:
@@ -98,6 +101,7 @@ def battery_profile(
             of_label_v = np.interp(fraction, battery.ocv_soc, battery.ocv_v)
             loaded_v = rest_v.copy()
             loaded_v[1:] += discharge.voltage_v - of_label_v[1:]
+            resistance_ohm = float(np.max(discharge.packs.circuits[discharge.pack].resistance_ohm))
     full_ah = battery.charge_ah
     return BatteryProfile(
         time_s=np.append(returns.start_s, returns.flight.time_s),
@@ -105,6 +109,7 @@ def battery_profile(
         fraction=fraction,
         rest_v=rest_v,
         loaded_v=loaded_v,
+        resistance_ohm=resistance_ohm,
         is_curve_assumed=curve is not None and curve.is_assumed,
     )
 
@@ -153,7 +158,9 @@ def px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Paramet
     cells = parameters.battery_cells or battery.cells_in_series
     if profile.rest_v is None or profile.loaded_v is None or profile.is_curve_assumed or not cells:
         return seen  # a curve that is assumed says little of what PX4 sees
-    return np.minimum(seen, _by_voltage(profile.rest_v / cells, parameters))
+    return np.minimum(
+        seen, _by_voltage(_uncovered_v(profile, cells, parameters) / cells, parameters)
+    )
 
 
 def px4_charge_assumed(
@@ -183,7 +190,7 @@ def px4_voltage_assumed(
     if is_known or not cells or parameters.battery_source == _COUNTS_ITSELF:
         return None
     if profile.rest_v is not None:
-        return profile.rest_v
+        return _uncovered_v(profile, cells, parameters)
     if is_of_another_kind(battery):
         return np.full_like(
             profile.fraction, battery.voltage_v
@@ -191,6 +198,20 @@ def px4_voltage_assumed(
     kind = load_chemistry(battery.chemistry or ASSUMED_CHEMISTRY)
     own = battery.cells_in_series or (battery.voltage_v or LIPO_CELL_V * cells) / LIPO_CELL_V
     return np.interp(profile.fraction, kind.ocv_soc, kind.cell_ocv_v) * own
+
+
+def _uncovered_v(profile: BatteryProfile, cells: int, parameters: Px4Parameters) -> FloatArray:
+    """Return the open-circuit voltage as PX4 works it out from the one under load. (s + 1,) [V]
+
+    ``Battery::calculateStateOfChargeVoltageBased`` adds the drop over BAT1_R_INTERNAL, of a cell, where that
+    is not negative; else it estimates the resistance, and is taken to find it.
+    """
+    assert profile.rest_v is not None
+    own_ohm = parameters.battery_cell_resistance_ohm
+    if own_ohm < 0.0 or profile.loaded_v is None or not profile.resistance_ohm:
+        return profile.rest_v
+    current_a = (profile.rest_v - profile.loaded_v) / profile.resistance_ohm
+    return profile.loaded_v + own_ohm * cells * current_a
 
 
 def px4_highest_v(parameters: Px4Parameters) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.rules.assessment import numbers
-from planner.rules.declaration import PARAMETERS, PX4, NotEvaluated, judges
+from planner.rules.declaration import ARDUPILOT, EXTREMES, PARAMETERS, PX4, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
+    from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _FULL_OVER_HALF = (4.19 / 3.71) ** 2
@@ -143,6 +145,44 @@ def _no_control(a: Assessment, parameters: FlightParameters) -> Iterator[Finding
             wind = quantity.speed(a.setup.wind.speed_m_s)
             said = f"MPC_XY_VEL_I_ACC is 0: PX4 does not correct for the wind of {wind}"
             yield a.finding(NO_CONTROL, f"{said}, stands off its places and may never reach them")
+
+
+PARACHUTE_RELEASED = Rule(
+    "M132 parachute-released",
+    Severity.ERROR,
+    summary="The vehicle descends so fast that it releases its parachute.",
+    why="ArduPilot releases it, and stops its motors, where it has sunk faster than CHUTE_CRT_SINK for more "
+    "than a second; a descent or a landing that is meant is no exception.",
+    how="CHUTE_ENABLED 1 and CHUTE_CRT_SINK above 0: the fastest descent of the flight, and of returns and "
+    "their landings from its greatest height (WP_SPD_DN, LAND_SPD_HIGH_MS above LAND_ALT_LOW_M, "
+    "LAND_SPD_MS): an error from CHUTE_CRT_SINK on, a warning from 0.8 of it, for a vehicle overshoots.",
+    fix="raise CHUTE_CRT_SINK above the descents, or set it to 0",
+    instead="the parameters of --params",
+)
+_NEAR_RELEASE = 0.8
+
+
+@judges(PARACHUTE_RELEASED, needs=(ARDUPILOT, EXTREMES))
+def _parachute_released(
+    a: Assessment, parameters: ArduPilotParameters, extremes: Extremes
+) -> Iterator[Finding]:
+    values = numbers(a)
+    limit_m_s = values.get("CHUTE_CRT_SINK", 0.0)
+    if not (values.get("CHUTE_ENABLED", 0.0) > 0.0 and limit_m_s > 0.0):
+        return
+    own_m_s = parameters.land_speed_m_s
+    if max(extremes.highest_m, parameters.return_altitude_m) > parameters.land_slow_height_m:
+        own_m_s = max(own_m_s, parameters.land_high_speed_m_s)
+    sinks_m_s = max(own_m_s, -extremes.descent_m_s.value)
+    if sinks_m_s < _NEAR_RELEASE * limit_m_s:
+        return
+    is_released = sinks_m_s >= limit_m_s * (1.0 - _SAME_NUMBER)
+    yield a.finding(
+        PARACHUTE_RELEASED,
+        f"descends at up to {quantity.speed(sinks_m_s)}; at CHUTE_CRT_SINK, {quantity.speed(limit_m_s)}, "
+        f"ArduPilot {'releases its parachute and stops its motors' if is_released else 'would release it'}",
+        severity=None if is_released else Severity.WARNING,
+    )
 
 
 def _terminated(values: Mapping[str, float], acceleration_m_s2: float) -> Iterator[str]:

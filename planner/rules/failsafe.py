@@ -78,18 +78,19 @@ FAILSAFE_BEFORE_END = Rule(
     why="A failsafe is decided on board, by thresholds no ground station compares with the plan: "
     "returns that come far too early are reported again and again (PX4 #17007: at 32 % while set to 15 "
     "%), and one set to land sets the vehicle down wherever it is (ArduPilot #7333).",
-    how="The charge, voltage and time of the predicted flight against the parameters.  PX4: charge "
-    "below BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR with COM_LOW_BAT_ACT, counted from BAT1_CAPACITY "
-    "and estimated from the open-circuit voltage between BAT1_V_EMPTY and BAT1_V_CHARGED, whichever is "
-    "less; where the curve or the resistance has to be assumed and PX4 "
-    "would act by that voltage, it is not checked (X904); RTL_TIME_FACTOR × time to return + RTL_TIME_MARGIN "
-    "against charge over mean current (50 s, from BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own "
-    "estimate: no wind, no braking (before 1.17 it returns by default: a warning where neither the action "
-    "nor the version is known); COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below "
-    "BATT_LOW_MAH and BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below "
-    "BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and "
-    "BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it only warns; not "
-    "checked in the last landing, nor where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1).",
+    how="The charge, voltage and time of the predicted flight against the parameters.  PX4: charge below "
+    "BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR with COM_LOW_BAT_ACT, counted from BAT1_CAPACITY and "
+    "estimated from the open-circuit voltage between BAT1_V_EMPTY and BAT1_V_CHARGED (the one under load and "
+    "the drop over BAT1_R_INTERNAL, where that is not negative), whichever is less; where the curve or the "
+    "resistance has to be assumed and PX4 would act by that voltage, it is not checked (X904); "
+    "RTL_TIME_FACTOR × time to return + RTL_TIME_MARGIN against charge over mean current (50 s, from "
+    "BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own estimate: no wind, no braking (before 1.17 it "
+    "returns by default: a warning where neither the action nor the version is known); COM_FLT_TIME_MAX.  "
+    "ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and BATT_CRT_MAH, voltage under load "
+    "(at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with "
+    "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
+    "only warns; not checked in the last landing, nor where nothing measures the battery (BATT_MONITOR 0, "
+    "BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -441,6 +442,7 @@ def _further_batteries(
             battery_cells=int(values.get(f"{name}_N_CELLS", 0.0)),
             battery_empty_cell_v=values.get(f"{name}_V_EMPTY", 3.6),
             battery_full_cell_v=values.get(f"{name}_V_CHARGED", 4.05),
+            battery_cell_resistance_ohm=values.get(f"{name}_R_INTERNAL", -1.0),
         )
         yield from _first_reported(a, list(px4_events(a.returns, _profile(a), pack, own)))
 

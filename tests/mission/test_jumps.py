@@ -178,6 +178,21 @@ def test_a_count_of_65535_is_minus_one_in_16_bits_and_endless() -> None:
         assert flown_order(items, dialect).lap_item == 3
 
 
+# ``jump.num_times`` is an int16_t, and AP_MISSION_JUMP_REPEAT_FOREVER -1: -2 is less than the 0 times it was
+# taken, and 40,000 is kept as -25,536.
+@pytest.mark.parametrize(
+    ("count", "visits"),
+    [(-2, (1, 2, 3, 4)), (0, (1, 2, 3, 4)), (40_000, (1, 2, 3, 4)), (1, (1, 2, 3, 2, 3, 4))],
+)
+def test_ardupilot_takes_no_jump_of_a_count_below_minus_one(
+    count: int, visits: tuple[int, ...]
+) -> None:
+    items = mission(takeoff(10), waypoint(5, 10), jump(2, count), waypoint(9, 10)).items
+    found = flown_order(items, Autopilot.ARDUPILOT, keeps_counts=True)
+    assert found.visits == visits
+    assert found.lap_item is None
+
+
 @pytest.mark.parametrize(
     ("jumps", "problem"), [(jump(9, 1), "no item 9"), (jump(3, 1), "jumps to itself")]
 )

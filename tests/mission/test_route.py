@@ -708,9 +708,23 @@ def test_an_unknown_altitude_of_home_is_taken_from_the_terrain() -> None:
     assert codes(found) == []
 
 
+@pytest.mark.parametrize("dialect", [PX4, ARDUPILOT])
+@pytest.mark.parametrize(("command", "is_told"), [(16, True), (21, True), (19, True), (22, False)])
+def test_what_is_no_place_is_here_to_neither_autopilot(
+    dialect: Autopilot,
+    command: int,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    odd = item(command, None, 20.0)
+    items = (odd, rtl()) if command == 22 else (takeoff(20), waypoint(50, 20), odd, rtl())
+    found = [f.severity for f in route(*items, dialect=dialect).findings if f.code == "M110"]
+    assert found == [Severity.ERROR] * is_told
+
+
 def test_a_waypoint_without_position_is_said_and_taken_as_here() -> None:
     found = route(takeoff(20), item(16, None, 20.0), rtl())
     assert codes(found) == ["M110"]
+    assert found.findings[0].severity is Severity.WARNING
     assert found.stages[1].north_m == pytest.approx(0.0, abs=1e-9)
 
 

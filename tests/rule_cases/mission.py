@@ -159,6 +159,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: found(PLAIN, PX4, "MPC_XY_VEL_P_ACC,0.001\n"),
         silent=lambda: found(PLAIN, PX4, "MPC_XY_VEL_I_ACC,0.1\n"),
     ),
+    "M132": RuleCases(
+        fires=lambda: found(PLAIN, ARDUPILOT, "CHUTE_ENABLED,1\nCHUTE_CRT_SINK,1.4\n"),
+        boundary=lambda: found(PLAIN, ARDUPILOT, "CHUTE_ENABLED,1\nCHUTE_CRT_SINK,1.876\n"),
+        silent=lambda: found(PLAIN, ARDUPILOT, "CHUTE_ENABLED,1\nCHUTE_CRT_SINK,2\n"),
+    ),
     "M131": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "TKOFF_RPM_MIN,1000\nSERIAL1_PROTOCOL,2\n"),
         boundary=lambda: found(PLAIN, ARDUPILOT, "TKOFF_RPM_MIN,0\nSERIAL1_PROTOCOL,2\n"),

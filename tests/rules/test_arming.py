@@ -406,3 +406,26 @@ def test_a_gain_of_0_that_arming_lets_pass_is_an_error(
     told: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
     assert ("M130" in {one.code for one in found(PLAIN, autopilot, text)}) is told
+
+
+CHUTE = "CHUTE_ENABLED,1\nCHUTE_TYPE,10\nSERVO9_FUNCTION,27\n"
+
+
+# The plain flight comes down at 1.5 m/s to 10 m, then at 0.5 m/s.  ``AP_Parachute::check_sink_rate``.
+@pytest.mark.parametrize(
+    ("text", "severity"),
+    [
+        (f"{CHUTE}CHUTE_CRT_SINK,1\n", Severity.ERROR),
+        (f"{CHUTE}CHUTE_CRT_SINK,1.5\n", Severity.ERROR),
+        (f"{CHUTE}CHUTE_CRT_SINK,1.6\n", Severity.WARNING),
+        (f"{CHUTE}CHUTE_CRT_SINK,1.9\n", None),
+        (f"{CHUTE}CHUTE_CRT_SINK,4\nLAND_SPEED_HIGH,500\n", Severity.ERROR),
+        (f"{CHUTE}CHUTE_CRT_SINK,0\n", None),
+        ("CHUTE_ENABLED,0\nCHUTE_CRT_SINK,1\n", None),
+    ],
+)
+def test_a_descent_that_releases_the_parachute_is_an_error(
+    text: str, severity: Severity | None
+) -> None:
+    told = [one.severity for one in found(PLAIN, ARDUPILOT, text) if one.code == "M132"]
+    assert told == [severity] * bool(severity)

@@ -15,9 +15,11 @@ from rule_cases.case import found as findings_of
 from planner.autopilot import TARGETS, Autopilot
 from planner.findings import Severity
 from planner.flight.failsafe import (
+    BatteryProfile,
     _mean_current_a,
     ardupilot_events,
     battery_profile,
+    px4_charge,
     px4_events,
     px4_safe_return_s,
 )
@@ -223,6 +225,28 @@ def test_px4_returns_by_default_before_1_17(
     assert reckoned(0.27) == ([] if severity is None else [severity])
     assert not reckoned(0.35), "the charge lasts, as in the test above"
     assert not reckoned(0.27, {"COM_FLTT_LOW_ACT": 0})
+
+
+# 0.6 V over 30 milliohm are 20 A: four cells of 3.8 V show 3.65 V each, between 3.6 and 4.05 V 11 % of the
+# charge; 5 milliohm a cell add 0.1 V, 7.5 the whole drop of 0.15 V; -1 has it estimated.
+@pytest.mark.parametrize(
+    ("cell_ohm", "seen"), [(0.0, 0.1111), (0.005, 0.3333), (0.0075, 0.4444), (-1.0, 0.4444)]
+)
+def test_px4_takes_the_drop_over_its_own_resistance_out_of_the_voltage(
+    cell_ohm: float, seen: float
+) -> None:
+    profile = BatteryProfile(
+        time_s=np.array([0.0, 60.0]),
+        used_ah=None,
+        fraction=np.array([1.0, 0.9]),
+        rest_v=np.array([16.2, 15.2]),
+        loaded_v=np.array([16.2, 14.6]),
+        resistance_ohm=0.03,
+        is_curve_assumed=False,
+    )
+    pack = Battery(capacity_ah=5.0, nominal_voltage_v=14.8, cells_in_series=4)
+    parameters = Px4Parameters(battery_cell_resistance_ohm=cell_ohm)
+    assert px4_charge(profile, pack, parameters)[-1] == pytest.approx(seen, abs=1e-4)
 
 
 def test_px4_reckons_its_return_every_two_seconds() -> None:

@@ -175,6 +175,7 @@ RENAMED_IN_1_11 = [
     ("BAT_N_CELLS", "BAT1_N_CELLS", "battery_cells"),
     ("BAT_V_EMPTY", "BAT1_V_EMPTY", "battery_empty_cell_v"),
     ("BAT_V_CHARGED", "BAT1_V_CHARGED", "battery_full_cell_v"),
+    ("BAT_R_INTERNAL", "BAT1_R_INTERNAL", "battery_cell_resistance_ohm"),
 ]
 
 

@@ -255,7 +255,7 @@ class _Searches:
         target = self.targets.get(at)
         if target is None:  # leads nowhere: predicted without it
             return at + 1
-        repeats, taken = _repeats(self.items[at]), self.taken.get(at, 0)
+        repeats, taken = _kept_repeats(self.items[at]), self.taken.get(at, 0)
         if repeats in _ENDLESS:
             if counts and target <= at:
                 self.is_closed = self.closing == at
@@ -377,11 +377,20 @@ def _targets(
 
 
 def is_counted(item: MissionItem) -> bool:
-    """Return whether a jump is taken a number of times, not endlessly."""
-    return _repeats(item) not in _ENDLESS
+    """Return whether ArduPilot takes a jump a number of times, not endlessly."""
+    return _kept_repeats(item) != _FOREVER
+
+
+def _kept_repeats(item: MissionItem) -> int:
+    """Return how often ArduPilot takes a jump: it keeps 16 bits with a sign, and -1 alone is endless."""
+    repeats = 0.0 if item.param2 is None else item.param2
+    kept = (
+        int(max(min(repeats, _FOREVER_IN_16_BITS), -_FOREVER_IN_16_BITS)) + 2**15
+    ) % 2**16 - 2**15
+    return kept if kept == _FOREVER else max(kept, 0)
 
 
 def _repeats(item: MissionItem) -> int:
-    """Return how often a jump is taken; any negative count is endless."""
+    """Return how often another autopilot takes a jump; any negative count is endless."""
     repeats = 0.0 if item.param2 is None else item.param2
     return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))

@@ -95,6 +95,13 @@ _GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
 """Commands that make no sense without a place; others are often meant 'here'."""
 
 
+_WITHOUT_PLACE = {
+    Autopilot.PX4: "PX4 knows no 'here' and flies to whatever number is sent",
+    Autopilot.ARDUPILOT: "ArduPilot refuses what is no number, 'here' is 0°, 0°",
+}
+"""What an autopilot makes of an item whose place is no number (``AP_Mission``: ``check_lat``)."""
+
+
 def is_on_earth(latitude_deg: float, longitude_deg: float) -> bool:
     """Return whether a latitude and a longitude are a place."""
     return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
@@ -196,7 +203,9 @@ ZERO_POSITION = Rule(
     "means two flights.",
     how="Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both "
     "zero, or not given.  Where PX4 flies this is an error: what is predicted is not its flight (it makes a "
-    "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).",
+    "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).  On "
+    "ArduPilot it is one where no number is given: that is no latitude, and the upload is refused, or what "
+    "the program that sends it makes of it.",
     fix="give the item the place it should be flown to",
     instead="a mission whose items have their places",
 )
@@ -900,14 +909,12 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             self.latitude_deg = item.latitude_deg or 0.0
             self.longitude_deg = item.longitude_deg or 0.0
         elif item.latitude_deg is None or item.longitude_deg is None:
-            is_px4 = self.dialect is Autopilot.PX4
+            does = _WITHOUT_PLACE.get(self.dialect) if self.dialect is not None else None
             # A take-off goes up where it stands; what PX4 makes of its place then nobody has tried here.
-            if item.command in _GOING or (is_px4 and item.command not in TAKEOFFS):
-                does = (
-                    "PX4 knows no 'here' and flies to whatever number is sent; " if is_px4 else ""
-                )
-                message = f"{command_name(item.command)} has no position: {does}predicted as 'here'"
-                self.remark(ZERO_POSITION, message, severity=Severity.ERROR if is_px4 else None)
+            if item.command in _GOING or (does and item.command not in TAKEOFFS):
+                said = f"{does}; " if does else ""
+                message = f"{command_name(item.command)} has no position: {said}predicted as 'here'"
+                self.remark(ZERO_POSITION, message, severity=Severity.ERROR if does else None)
 
     def has_place(self, item: MissionItem) -> bool:
         """Return whether an item names a place; 0°, 0° means 'here', and is reported on PX4."""

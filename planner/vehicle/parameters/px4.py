@@ -120,6 +120,10 @@ class Px4Parameters(AutopilotParameters, eq=False):
     battery_full_cell_v: float = parameter(
         "BAT1_V_CHARGED V", 4.05, POSITIVE, formerly="BAT_V_CHARGED V"
     )
+    # of a cell, by which the drop under load is taken out of the voltage; negative: estimated
+    battery_cell_resistance_ohm: float = parameter(
+        "BAT1_R_INTERNAL ohm", -1.0, formerly="BAT_R_INTERNAL ohm"
+    )
     battery_mean_current_a: float = parameter("BAT_AVRG_CURRENT A", 15.0, POSITIVE)
     battery_low_fraction: float = parameter("BAT_LOW_THR", 0.15, _FRACTION)
     battery_critical_fraction: float = parameter("BAT_CRIT_THR", 0.07, _FRACTION)

@@ -41,6 +41,7 @@ SI_PER_UNIT: Mapping[str, float] = {
     "deg/s²": math.radians(1.0),
     "V": 1.0,
     "A": 1.0,
+    "ohm": 1.0,
     "mAh": 1e-3,
 }
 """SI per unit of a parameter; charge stays in ampere-hours, as on every battery."""
