@@ -12,7 +12,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, SwarmAlgorithm
+from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, Separation, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
@@ -32,7 +32,9 @@ from planner.physics.response import StepResponse, TransferFunction
 from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import charge_left, initial_charge, setup_with
+from planner.service.fleet_times import TIMES_UNKNOWN
 from planner.service.preflight import verdict
+from planner.service.separation import uncounted_wait
 from planner.service.swarm_dynamics import agent_dynamics
 from planner.service.swarm_faults import (
     drop_of,
@@ -42,6 +44,13 @@ from planner.service.swarm_faults import (
     with_gusts,
 )
 from planner.service.swarm_missions import fly_as_filed, fly_giving_way
+from planner.service.swarm_vehicles import (
+    PadStay,
+    VehicleCheck,
+    check_vehicle,
+    ground_findings,
+    vehicle_findings,
+)
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value
 
@@ -58,6 +67,7 @@ if TYPE_CHECKING:
     from planner.fleet.swarm.simulation import Step
     from planner.flight.budget import BatteryBudget
     from planner.flight.prediction import Flight
+    from planner.service.preflight import CheckResult
     from planner.service.swarm_faults import SwarmFaultReport
     from planner.service.swarm_missions import FiledFlights
     from planner.setup import Setup
@@ -67,6 +77,8 @@ GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 """Of the goal, whose times are reported. [-]"""
 _UNSEEN = 1e-3
 """Less of an area than this is not shown in percent with a digit after the point. [-]"""
+_LEAST_M = 1.0
+"""The plane is no lower above any pad. [m]"""
 _HOUR_S = 3600.0
 _BATTERY_S = 10.0
 """How often an agent asks whether its battery still brings it home. [s]"""
@@ -125,8 +137,9 @@ SWARM_ENERGY = Rule(
     Severity.ERROR,
     summary="An agent of a simulated swarm lands below its reserve, or nobody knows whether it does.",
     why="Waiting for others takes energy that no mission counts.",
-    how="Energy of what the agent flew, by its power model, against what is in its pack less the reserve.  "
-    "Fires too where the model has no power, or no battery is known.",
+    how="Energy of what the agent flew, by its power model, against what is in its pack less the reserve; "
+    "with what wind and air may take that the model does not count, as in a check.  Fires too where the "
+    "model has no power, or no battery is known.",
     fix="give it a larger pack, fewer neighbours or another policy, or a model with its power and battery",
     instead="a larger pack, or another policy",
 )
@@ -145,9 +158,10 @@ SWARM_UNSEEN = Rule(
 SWARM_LATE = Rule(
     "S138 swarm-late",
     Severity.ERROR,
-    summary="An agent of a simulated swarm lands after the end of the operation.",
+    summary="An agent of a simulated swarm lands after the end of the operation, its job or its vehicle.",
     why="Giving way takes time that no mission counts, and then the area is no longer the swarm's.",
-    how="Landing of each agent in the simulation against latest_s of [operation], where it is given.",
+    how="Landing of each agent in the simulation against latest_s of [operation] and of its job, and "
+    "available_until_s of its vehicle, where they are given.",
     fix="start sooner, fly more agents or fewer, or end the operation later",
 )
 
@@ -157,8 +171,8 @@ SWARM_GUSTS = Rule(
     summary="An agent of a simulated swarm flies against gusts that its model says nothing of.",
     why="What was not counted is not clear: an agent without a term of airspeed lands with the energy of "
     "calm air in any gusts.",
-    how="Gusts of [fault] that the agent flies against, in a model without an airspeed term, or at the "
-    "highest speed of its [valid_for] or above: whether it holds its place then nobody has seen.",
+    how="Gusts of [fault] that the agent flies against, in a model without an airspeed term, or, with the "
+    "wind, at the highest speed of its [valid_for] or above: whether it holds its place then nobody knows.",
     fix="give a model with an airspeed term, identified up to such speeds, or simulate less wind",
     instead="a model with an airspeed term",
 )
@@ -373,6 +387,7 @@ def simulate_fleet(
     policy = policy or "orca-stop"
     frame, bodies = _bodies(fleet, task)
     agents = [body.agent for body in bodies]
+    checks = _vehicle_checks(fleet, bodies)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     kept = _policy(policy)
     moving = tuple(one for one in fleet.faults.values() if one.kind is not FaultKind.BATTERY_DROPS)
@@ -433,10 +448,12 @@ def simulate_fleet(
             [(allowed_m, one) for one in too_near],
             swarm.deadlock,
             report,
+            checks,
             keeps_apart=kept.keeps_apart,
         ),
+        *ground_findings(fleet, _stays(fleet, bodies, flown, record)),
         *_unseen(coverage, task),
-        *_late(flown, fleet.operation.latest_s),
+        *_late(fleet, [(one, one.name, None) for one in flown]),
     )
     findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     return SwarmResult(
@@ -502,14 +519,26 @@ def _simulate_missions(
         errors_m=[fleet.vehicles[one].setup.position_error_m for one in vehicles],
         too_near=[near for _, near in filed.approaches],
     )
+    checks = [VehicleCheck(one.name, one.result, is_filed=True) for one in filed.sorties]
     found = _findings(
-        agents, filed.approaches, filed.deadlock, report, keeps_apart=policy != "none"
+        agents, filed.approaches, filed.deadlock, report, checks, keeps_apart=policy != "none"
     )
     found += [
         SWARM_SEPARATION.finding(message, fix=_HEIGHTS_UNKNOWN) for message in filed.incomparable
     ]
     found += [SWARM_ENERGY.finding(message) for message in filed.uncharged]
-    found += _late(agents, fleet.operation.latest_s)
+    found += [
+        TIMES_UNKNOWN.finding(f"{one.name}: {wait}: no time and no separation of it is known")
+        for one in filed.sorties
+        if (wait := uncounted_wait(one.result))
+    ]
+    found += _late(
+        fleet,
+        [
+            (agent, one.sortie.vehicle, one.sortie.job)
+            for agent, one in zip(agents, filed.sorties, strict=True)
+        ],
+    )
     findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
@@ -593,6 +622,13 @@ def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
         rise_m = 0.0
         if pads[0].amsl_m is not None and pad.amsl_m is not None:
             rise_m = pads[0].amsl_m - pad.amsl_m
+        if plane_m + rise_m < _LEAST_M:
+            msg = (
+                f"{fleet.source}: swarm.height_m: {quantity.height(plane_m)} above the first pad is "
+                f"{quantity.height(plane_m + rise_m)} above pad {pad.name}: give {quantity.height(_LEAST_M)} "
+                "or more above each"
+            )
+            raise UsageError(msg)
         bodies.append(
             _body(
                 vehicle,
@@ -717,22 +753,63 @@ def _unseen(coverage: Coverage | None, task: SwarmTask) -> list[Finding]:
     return [SWARM_UNSEEN.finding(message)]
 
 
-def _late(flown: Sequence[SwarmAgent], latest_s: float | None) -> list[Finding]:
-    """Return who is home too late; of who is not home there is another finding."""
-    if latest_s is None:
-        return []
-    late = [
-        (one.start_s + one.time_s, one.name)
-        for one in flown
-        if one.has_landed and one.start_s + one.time_s > latest_s
-    ]
-    return [
-        SWARM_LATE.finding(
-            f"{name} lands at {quantity.clock(end_s)}, the operation ends at {quantity.clock(latest_s)} "
-            f"({quantity.duration(end_s - latest_s)} late)"
-        )
-        for end_s, name in late
-    ]
+def _late(fleet: Fleet, flown: Sequence[tuple[SwarmAgent, str, str | None]]) -> list[Finding]:
+    """Return who is home too late, of agents with their vehicles and jobs.
+
+    Of who is not home there is another finding.
+    """
+    found = []
+    for one, vehicle, job in flown:
+        end_s = one.start_s + one.time_s
+        limits = [(fleet.operation.latest_s, "the operation ends at")]
+        if vehicle in fleet.vehicles:
+            until_s = fleet.vehicles[vehicle].available_until_s
+            limits.append((until_s, f"{vehicle} is available until"))
+        if job is not None:
+            limits.append((fleet.jobs[job].latest_s, f"{job} has to be done by"))
+        for limit_s, what in limits:
+            if one.has_landed and limit_s is not None and end_s > limit_s:
+                message = (
+                    f"{one.name} lands at {quantity.clock(end_s)}, {what} {quantity.clock(limit_s)} "
+                    f"({quantity.duration(end_s - limit_s)} late)"
+                )
+                found.append((end_s, message))
+    return [SWARM_LATE.finding(message) for _, message in sorted(found)]
+
+
+def _vehicle_checks(fleet: Fleet, bodies: Sequence[_Body]) -> list[VehicleCheck]:
+    """Return what a check finds of each agent; those that are alike are checked once."""
+    known: list[tuple[tuple[Setup, float, float | None], CheckResult]] = []
+    checks = []
+    for body in bodies:
+        name, speed_m_s = body.agent.name, body.agent.speed_m_s
+        pad = fleet.pads[fleet.vehicles[name].pad or ""]
+        what = body.setup, body.height_m, pad.amsl_m
+        result = next((made for of, made in known if of == what), None)
+        if result is None:
+            result = check_vehicle(body.setup, pad, height_m=body.height_m, speed_m_s=speed_m_s)
+            known.append((what, result))
+        checks.append(VehicleCheck(name, result))
+    return checks
+
+
+def _stays(
+    fleet: Fleet, bodies: Sequence[_Body], flown: Sequence[SwarmAgent], record: Record
+) -> list[PadStay]:
+    """Return when agents are on the ground, or so low that they count as on it."""
+    low_m = (fleet.separation or Separation(horizontal_m=1.0)).min_nav_alt_m
+    stays = []
+    for row, (body, one) in enumerate(zip(bodies, flown, strict=True)):
+        agent, part = body.agent, min(low_m / body.height_m, 1.0)
+        starts_s = math.inf if one.flight is None else one.start_s
+        pad = np.array([agent.east_m, agent.north_m])
+        up_s = starts_s + part * agent.climb_s
+        stays.append(PadStay(one.name, pad, -math.inf, up_s, starts_s, agent.error_m))
+        if one.has_landed:
+            down_s = one.start_s + one.time_s
+            low_s, place_m = down_s - part * agent.landing_s, record.place_m[-1, row]
+            stays.append(PadStay(one.name, place_m, low_s, math.inf, down_s, agent.error_m))
+    return stays
 
 
 class _Batteries:
@@ -917,6 +994,7 @@ def _findings(
     too_near: Sequence[tuple[float, Approach]],
     deadlock: Sequence[str],
     faults: SwarmFaultReport | None,
+    checks: Sequence[VehicleCheck],
     *,
     keeps_apart: bool,
 ) -> list[Finding]:
@@ -933,7 +1011,11 @@ def _findings(
         ),
         *fault_findings(faults, text_of.__getitem__),
         *_deadlock_findings(deadlock),
-        *_agent_findings([one for one in flown if one.name not in lost]),
+        *vehicle_findings(checks),
+        *_agent_findings(
+            [one for one in flown if one.name not in lost],
+            {one.name: one.uncounted for one in checks},
+        ),
         _unchecked(),
         *_gusts_beyond_models(flown),
     ]
@@ -953,8 +1035,13 @@ def _too_near_text(near: Approach, required_m: float) -> str:
     )
 
 
-def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
-    """Yield what is found of each agent by itself."""
+def _agent_findings(
+    flown: Sequence[SwarmAgent], uncounted: Mapping[str, float]
+) -> Iterator[Finding]:
+    """Yield what is found of each agent by itself.
+
+    ``uncounted`` is what each may take beyond its energy, as its model does not know. [-]
+    """
     up = [one.name for one in flown if not one.has_landed]
     if up:
         verb = "has" if len(up) == 1 else "have"
@@ -982,12 +1069,20 @@ def _agent_findings(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
                 f"{one.name} takes {quantity.energy(one.energy_wh)} and lands "
                 f"{quantity.energy(-one.battery.margin_wh)} below the reserve of its pack"
             )
+        elif one.energy_wh is not None and uncounted[one.name] > 0.0:
+            more_wh = uncounted[one.name] * one.energy_wh
+            if one.battery.margin_wh < more_wh < math.inf:  # of no headway at all S142 tells
+                yield SWARM_ENERGY.finding(
+                    f"{one.name} takes {quantity.energy(one.energy_wh)}, and up to "
+                    f"{quantity.energy(more_wh)} more that its model does not count: "
+                    f"{quantity.energy(one.battery.margin_wh)} are left above its reserve"
+                )
 
 
 def _unchecked() -> Finding:
     message = (
-        "fences, ground, wind limits, voltages, returns and the autopilot's failsafes were not "
-        "looked at"
+        "fences, terrain, voltages, returns, the autopilot's failsafes and how far the conditions may be off "
+        "were not looked at"
     )
     return SWARM_UNCHECKED.finding(message)
 
@@ -1002,10 +1097,13 @@ def _gusts_beyond_models(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
         )
     for one in blown:
         known = _vehicle_of(one).valid_for.speed_m_s
-        if known is not None and one.strongest_gust_m_s >= known.high:
+        assert one.flight is not None
+        wind_m_s = one.flight.power.wind.speed_m_s
+        if known is not None and one.strongest_gust_m_s + wind_m_s >= known.high:
             gust, most = quantity.speed(one.strongest_gust_m_s), quantity.speed(known.high)
+            wind = f" in a wind of {quantity.speed(wind_m_s)}" if wind_m_s > 0.0 else ""
             yield SWARM_GUSTS.finding(
-                f"{one.name} meets a gust of {gust}; its model was identified up to {most}"
+                f"{one.name} meets a gust of {gust}{wind}; its model was identified up to {most}"
             )
 
 

@@ -272,6 +272,11 @@ def turned(energy_wh: float) -> tuple[Finding, ...]:
     return simulated(formation(20.0, two_packs(energy_wh)), policy="none").findings
 
 
+def hurried(speed_m_s: float) -> tuple[Finding, ...]:
+    """Two of the article's vehicles, whose model was identified up to 10 m/s, at a speed."""
+    return simulated(f"[conditions]\nspeed_m_s = {speed_m_s!r}\n", formation(20.0)).findings
+
+
 def two_packs(energy_wh: float) -> str:
     """Two packs of so much energy each, of which a fifth stays."""
     return f'{SWAP}[pack.P]\nbattery = "{energy_wh!r}Wh"\ncount = 2\n'
@@ -422,6 +427,9 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S141": RuleCases(
         fires=lambda: turned(4.5), boundary=lambda: turned(5.5), silent=lambda: turned(20.0)
+    ),
+    "S142": RuleCases(
+        fires=lambda: hurried(10.1), boundary=lambda: hurried(10.0), silent=lambda: hurried(5.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

@@ -1,0 +1,179 @@
+"""What a check finds of the vehicles of a swarm, its weather and its pads: a simulation takes it as given."""
+
+from __future__ import annotations
+
+import re
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.flight.pilot import CONDITION_NOT_MODELLED
+from planner.geo.geodesy import latitude_longitude_deg
+from planner.mission.commands import Command, Frame
+from planner.mission.items import Home, Mission, MissionFormat, MissionItem, numbered_in_order
+from planner.rules.energy import (
+    BATTERY_COLD,
+    BATTERY_IMPOSSIBLE,
+    BATTERY_VOLTAGE_DIFFERS,
+    DISCHARGE_RATE_HIGH,
+)
+from planner.rules.failsafe import ARMING_REFUSED
+from planner.rules.lift import HOVER_THROTTLE_HIGH
+from planner.rules.model import ABOVE_CEILING, LIFT_UNKNOWN, MODEL_OUTSIDE_ENVELOPE, NO_VEHICLE
+from planner.rules.wind import NO_HEADWAY, WIND_BEYOND_MODEL, WIND_LIMIT
+from planner.service.fleet_separation import GROUND_SEPARATION
+from planner.service.preflight import CheckResult, check_mission
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from planner.arrays import FloatArray
+    from planner.findings import Finding
+    from planner.fleet.fleet import Fleet, Pad
+    from planner.service.preflight import UnreadableMission
+    from planner.setup import Setup
+
+_HEADINGS = 8
+"""Of a flight that stands for all an agent may do: into the wind, with it and across."""
+_LEG_S = 30.0
+"""Of such a flight: longer than speeding up and braking. [s]"""
+_TOUCH_M = 0.5
+"""Two vehicles whose middles are nearer than that touch, however well their places are known. [m]"""
+_MATTERS = frozenset(
+    rule.code
+    for rule in (
+        ABOVE_CEILING,
+        ARMING_REFUSED,
+        BATTERY_COLD,
+        BATTERY_IMPOSSIBLE,
+        BATTERY_VOLTAGE_DIFFERS,
+        CONDITION_NOT_MODELLED,
+        DISCHARGE_RATE_HIGH,
+        HOVER_THROTTLE_HIGH,
+        LIFT_UNKNOWN,
+        MODEL_OUTSIDE_ENVELOPE,
+        NO_HEADWAY,
+        NO_VEHICLE,
+        WIND_BEYOND_MODEL,
+        WIND_LIMIT,
+    )
+)
+"""Codes of rules about vehicle, battery and weather, whatever is flown."""
+
+SWARM_VEHICLE = Rule(
+    "S142 swarm-vehicle-unsuited",
+    Severity.ERROR,
+    summary="A vehicle of a simulated swarm is flown with what its model does not know, or cannot do.",
+    why="Agents move, stop and draw power by their models: beyond these nobody knows whether they keep apart "
+    "and come home.",
+    how="What a check finds of vehicle, battery and weather (lift, wind, range of the model) on a flight of "
+    "eight headings at the height and the speed of the swarm, or on the mission as filed, as severe as "
+    "there.",
+    fix="give a model that knows what is flown, or fly with less load, less wind or slower",
+    instead="a model that knows it, or what the model knows",
+)
+
+
+class VehicleCheck(NamedTuple):
+    """What a check comes to of one agent."""
+
+    name: str
+    result: CheckResult | UnreadableMission
+    is_filed: bool = False
+    """Whether it flies that mission itself, not one that stands for what it does."""
+
+    @property
+    def uncounted(self) -> float:
+        """What flights may take beyond their energy, as its model does not know. [-]"""
+        if not isinstance(self.result, CheckResult) or self.result.assessment is None:
+            return 0.0
+        assessment = self.result.assessment
+        energy_wh = assessment.totals.energy_wh
+        return assessment.uncounted.energies_wh(None)[0] / energy_wh if energy_wh > 0.0 else 0.0
+
+
+def check_vehicle(setup: Setup, pad: Pad, *, height_m: float, speed_m_s: float) -> CheckResult:
+    """Check a vehicle on a flight that stands for all an agent may do: eight legs all round."""
+    home = Home(pad.latitude_deg, pad.longitude_deg, pad.amsl_m)
+    items = [_item(Command.NAV_TAKEOFF, home, height_m)]
+    place = (home.latitude_deg, home.longitude_deg)
+    for number in range(_HEADINGS):
+        angle_deg = 360.0 * number / _HEADINGS
+        latitude_deg, longitude_deg = latitude_longitude_deg(*place, _LEG_S * speed_m_s, angle_deg)
+        place = float(latitude_deg), float(longitude_deg)
+        items.append(_item(Command.NAV_WAYPOINT, home, height_m, place))
+    items.append(_item(Command.NAV_RETURN_TO_LAUNCH, home, 0.0, (0.0, 0.0)))
+    mission = Mission(
+        source="swarm", file_format=MissionFormat.PLAN, items=numbered_in_order(items), home=home
+    )
+    return check_mission(mission, replace(setup, terrain=None))
+
+
+def _item(
+    command: Command, home: Home, height_m: float, place: tuple[float, float] | None = None
+) -> MissionItem:
+    latitude_deg, longitude_deg = place or (home.latitude_deg, home.longitude_deg)
+    frame = Frame.GLOBAL_RELATIVE_ALT
+    return MissionItem(
+        int(command), int(frame), 0.0, 0.0, 0.0, None, latitude_deg, longitude_deg, height_m
+    )
+
+
+def vehicle_findings(checks: Iterable[VehicleCheck]) -> Iterator[Finding]:
+    """Yield what was found of agents, each finding once for all it is made of."""
+    found: dict[tuple[str, Severity], list[str]] = {}
+    for one in checks:
+        for message, severity in _found_of(one):
+            names = found.setdefault((message, severity), [])
+            if one.name not in names:
+                names.append(one.name)
+    for (message, severity), names in found.items():
+        yield SWARM_VEHICLE.finding(f"{', '.join(names)}: {message}", severity=severity)
+
+
+def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity]]:
+    if not isinstance(check.result, CheckResult):
+        yield check.result.findings[0].message, Severity.ERROR
+        return
+    for finding in check.result.findings:
+        if finding.code in _MATTERS and finding.severity >= Severity.WARNING:
+            message = finding.message
+            if not check.is_filed:  # places and energy are those of a flight that nobody flies
+                message = re.sub(r" at item \d+|; it may take [^;]+ more", "", message)
+            yield f"{message} ({finding.code})", finding.severity
+
+
+class PadStay(NamedTuple):
+    """One agent on the ground, from when until when."""
+
+    name: str
+    place_m: FloatArray
+    """East and north. (2,) [m]"""
+    begin_s: float
+    end_s: float
+    moves_s: float
+    """When it takes off, or lands. [s]"""
+    error_m: float
+    """How wrong its place may be. [m]"""
+
+
+def ground_findings(fleet: Fleet, stays: Sequence[PadStay]) -> Iterator[Finding]:
+    """Yield agents that take off or land beside others on the ground: S116, as of missions."""
+    separation = fleet.separation
+    ground_m = None if separation is None else separation.ground_m
+    for one, other in combinations(stays, 2):
+        begin_s, end_s = max(one.begin_s, other.begin_s), min(one.end_s, other.end_s)
+        moves_s = [stay.moves_s for stay in (one, other) if begin_s <= stay.moves_s <= end_s]
+        errors_m = one.error_m + other.error_m
+        required_m = max(errors_m if ground_m is None else ground_m, _TOUCH_M)
+        apart_m = float(np.hypot(*(one.place_m - other.place_m)))
+        if one.name == other.name or not moves_s or apart_m >= required_m:
+            continue
+        yield GROUND_SEPARATION.finding(
+            f"{one.name} and {other.name}: {quantity.beside(apart_m, required_m, quantity.distance)} "
+            f"apart on the ground at {quantity.clock(min(moves_s))}; {quantity.distance(required_m)} required"
+        )

@@ -1,0 +1,164 @@
+"""What a simulation says of its vehicles, its weather and its pads: nothing unknown is clear."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from made_fleet import OUT, pad, place, sortie, up, vehicles
+from made_missions import item, mission, rtl
+from made_swarm import MODEL, formation, search, simulated
+
+from planner.errors import UsageError
+from planner.findings import Severity
+
+if TYPE_CHECKING:
+    from planner.mission.items import Mission
+
+EXCHANGE = '[swarm]\nalgorithm = "exchange"\nheight_m = 20\n'
+PACKS = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = 3\n'
+
+
+def said(*tables: str, **missions: Mission) -> dict[str, list[str]]:
+    """Return the messages of a simulation by their codes, infos left out."""
+    found: dict[str, list[str]] = {}
+    for one in simulated(*tables, **missions).findings:
+        if one.severity > Severity.INFO:
+            found.setdefault(one.code, []).append(one.message)
+    return found
+
+
+def exchanging(*, more: str = "", apart_m: float = 60.0, separation: str = "") -> str:
+    """Two that change places; ``more`` is of the second."""
+    return (
+        f"[separation]\nhorizontal_m = 10\n{separation}"
+        + pad("a", 0, 0)
+        + pad("b", 0, apart_m)
+        + EXCHANGE
+        + PACKS
+        + vehicles("a", model=MODEL)
+        + vehicles("b", model=MODEL, more=more)
+    )
+
+
+def test_nobody_lands_on_a_pad_where_another_still_stands() -> None:
+    assert "S116" not in said(exchanging())
+    waiting = said(exchanging(more="available_from_s = 300"))
+    # position errors of 2.5 m each
+    [message] = waiting["S116"]
+    assert message.startswith("a and b: ")
+    assert "on the ground at " in message
+    assert message.endswith("5.0 m required")
+    # places that are known exactly are no less taken
+    exact = exchanging(
+        more="available_from_s = 300", separation="[conditions]\nposition_error_m = 0\n"
+    )
+    assert said(exact)["S116"]
+
+
+def test_pads_are_as_far_apart_as_the_ground_asks_for() -> None:
+    for ground, near_m, far_m in (("", 4.9, 5.1), ("ground_m = 11\n", 10.9, 11.1)):
+        for apart_m, is_near in ((near_m, True), (far_m, False)):
+            tables = formation(apart_m).replace(
+                "horizontal_m = 10\n", f"horizontal_m = 10\n{ground}"
+            )
+            assert ("S116" in said(tables)) is is_near, (ground, apart_m)
+
+
+def test_weather_and_loads_that_a_model_does_not_count_are_said_of_all_it_moves() -> None:
+    wind = said('[conditions]\nwind = "2@270"\n', search())["S142"]
+    assert "v0, v1: wind of 2.0 m/s not counted: this model has no airspeed term (E108)" in wind
+    blown = said('[conditions]\nwind = "20@270"\n', search())["S142"]
+    assert any("no headway" in one and "(W103)" in one for one in blown)
+    assert not simulated('[conditions]\nwind = "20@270"\n', search()).is_clear
+    loaded = simulated(search(more="").replace("[vehicle.v0]\n", "[vehicle.v0]\npayload_kg = 3\n"))
+    assert any("v0: payload of 3.00 kg" in one.message for one in loaded.findings)
+    assert not loaded.is_clear
+    assert "S142" not in said(search())
+
+
+def test_who_flies_faster_than_its_model_was_identified_is_not_clear() -> None:
+    """The article's model is identified up to 10 m/s."""
+    for speed_m_s, is_known in ((10.0, True), (10.1, False)):
+        tables = f"[conditions]\nspeed_m_s = {speed_m_s}\n"
+        assert (
+            any("(E105)" in one for one in said(tables, search()).get("S142", ())) is not is_known
+        )
+        assert simulated(tables, search()).is_clear is is_known
+
+
+def test_what_is_not_counted_costs_margin() -> None:
+    """Of air at -20 °C nothing is; of 5 m/s of wind the bound of a check, as part of what is flown."""
+    calm = simulated(search())
+    windy = simulated('[conditions]\nwind = "5@270"\n', search())
+    energies_wh = [one.energy_wh for one in windy.agents]
+    assert energies_wh == [one.energy_wh for one in calm.agents]
+    assert windy.is_clear
+    left_wh = [one.battery.margin_wh for one in windy.agents if one.battery is not None]
+    used_wh = max(one for one in energies_wh if one is not None)
+    # a pack that holds the flight and a twentieth of it more
+    assert min(left_wh) > 0.05 * used_wh
+    volts = 14.8
+    packs_wh = 5.2 * volts - (min(left_wh) - 0.05 * used_wh) / 0.8
+    packs = (
+        f'[swap]\ntime_s = 60\n[pack.P]\nbattery = "{packs_wh / volts:.3f}Ah@14.8V"\ncount = 2\n'
+    )
+    short = said('[conditions]\nwind = "5@270"\n', search(packs=packs))
+    assert any("that its model does not count" in one for one in short["S131"])
+    assert "S131" not in said(search(packs=packs))
+
+
+def test_the_plane_is_above_every_pad() -> None:
+    """20 m above the first pad, which is at 400 m."""
+    tables = exchanging()
+    at = tables.rindex("amsl_m = 400")
+
+    def with_pad_at(amsl_m: float) -> str:
+        return tables[:at] + f"amsl_m = {amsl_m}" + tables[at + len("amsl_m = 400") :]
+
+    with pytest.raises(UsageError, match=r"above pad b: give 1\.0 m or more above each"):
+        simulated(with_pad_at(419.5))
+    assert simulated(with_pad_at(418.5)).agents
+
+
+def test_hours_of_vehicles_and_jobs_are_kept() -> None:
+    landed_s = simulated(exchanging()).landed_s
+    late = said(exchanging(more=f"available_until_s = {landed_s - 5.0}"))
+    assert ["b is available until" in one for one in late["S138"]] == [True]
+    assert "S138" not in said(exchanging(more=f"available_until_s = {landed_s + 5.0}"))
+    tables = pad("a", 0, 0) + PACKS + vehicles("a", model=MODEL) + sortie("s", "a", 0.0)
+    ends_s = simulated(tables, out=OUT).landed_s
+    for more_s, is_late in ((1.0, False), (-1.0, True)):
+        job = f"latest_s = {ends_s + more_s}\n"
+        found = said(job + tables, out=OUT).get("S138", [])
+        assert any("out has to be done by" in one for one in found) is is_late
+
+
+def test_a_wait_until_a_time_of_day_is_not_clear() -> None:
+    waits = mission(
+        up(20), item(93, None, 0.0, params=(-1.0, 12.0, 0.0, 0.0)), place(100, 0, 20), rtl()
+    )
+    tables = (
+        pad("a", 0, 0) + PACKS + vehicles("a", model="arducopter-sitl-quad") + sortie("s", "a", 0.0)
+    )
+    flown = simulated(tables, out=waits)
+    [message] = [one.message for one in flown.findings if one.code == "S127"]
+    assert "12:00:00 UTC" in message
+    assert not flown.is_clear
+
+
+def test_gusts_count_with_the_wind_they_come_in() -> None:
+    """The survey quadrotor was identified up to some airspeed: gusts and wind together reach it."""
+    one = search(agents=1).replace(MODEL, "arducopter-sitl-quad")
+    fault = '[fault.f]\nkind = "gusts"\nwind_m_s = 9.0\n'
+    calm, windy = simulated(one, fault), simulated('[conditions]\nwind = "9@270"\n', one, fault)
+    [flown] = windy.agents
+    assert flown.flight is not None
+    known = flown.flight.power.vehicle.valid_for.speed_m_s
+    assert known is not None
+    beyond = flown.strongest_gust_m_s + 9.0 >= known.high
+    assert calm.agents[0].strongest_gust_m_s < known.high
+    assert ("S140" in {found.code for found in windy.findings}) is beyond
+    assert "S140" not in {found.code for found in calm.findings}
+    assert math.isfinite(windy.landed_s)
