@@ -94,6 +94,20 @@ def test_a_repeated_parameter_is_one_finding_with_both_lines() -> None:
     assert "1 more" in finding.message
 
 
+def test_parameters_of_two_vehicles_are_an_error_where_they_differ() -> None:
+    def rows(*columns: str) -> ParameterSet:
+        return read("".join(f"{one}\n" for one in columns))
+
+    [finding] = rows("1\t1\tFENCE_ENABLE\t1\t2", "2\t1\tFENCE_ENABLE\t0\t2").findings
+    assert (finding.code, finding.severity) == ("P104", Severity.ERROR)
+    assert "vehicles 1 and 2" in finding.message
+    assert rows("1\t1\tFENCE_ENABLE\t1\t2", "2\t1\tFENCE_ENABLE\t1\t2").findings == ()
+    [finding] = rows("1\t1\tFENCE_ENABLE\t1\t2", "1\t1\tFENCE_ENABLE\t0\t2").findings
+    assert finding.severity is Severity.WARNING
+    # Of another component, such as a gimbal, nothing is taken.
+    assert rows("1\t1\tFENCE_ENABLE\t1\t2", "1\t154\tFENCE_ENABLE\t0\t2").findings == ()
+
+
 def test_a_parameter_repeated_with_the_same_value_is_no_finding() -> None:
     assert read("RTL_ALT,1500\nRTL_ALT,1500.0\n").findings == ()
 

@@ -28,7 +28,7 @@ from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping
     from pathlib import Path
 
     from planner.findings import Finding
@@ -110,11 +110,13 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
     lines = [line.rstrip("\r") for line in text.split("\n")]
     values: dict[str, ParameterValue] = {}
     repeated: list[str] = []
+    vehicles: set[str] = set()
     for number, line in enumerate(lines, start=1):
         row = _parameter_row(line, Place(line=number, column=1), source=source)
         if row is None:
             continue
-        name, value = row
+        vehicle, name, value = row
+        vehicles.add(vehicle)
         before = values.get(name)
         if before is not None and before.value != value:
             repeated.append(
@@ -133,7 +135,7 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
         version=_header_version(header),
         is_development=any(_DEVELOPMENT.match(line) for line in header),
         fetched=next(filter(None, map(FetchMark.read_comment, header)), None),
-        findings=_repetitions(repeated, source=source),
+        findings=_repetitions(repeated, vehicles, source=source),
     )
 
 
@@ -149,8 +151,12 @@ def stack_of_names(names: Iterable[str]) -> Autopilot | None:
     return Autopilot.PX4 if px4 > ardupilot else Autopilot.ARDUPILOT
 
 
-def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, float | None] | None:
-    """Return name and value of a line; ``None`` for comments and other components."""
+def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, str, float | None] | None:
+    """Return vehicle, name and value of a line; ``None`` for comments and other components.
+
+    The vehicle is its MAVLink system, where the line names one.
+    """
+    vehicle = ""
     line = line.split("#", 1)[0]
     columns = line.replace(",", " ").split()
     if not columns:
@@ -158,7 +164,7 @@ def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, float 
     if len(columns) == 5 and columns[0].isdigit() and columns[1].isdigit():
         if columns[1] != _AUTOPILOT_COMPONENT:
             return None
-        columns = columns[2:4]
+        vehicle, columns = columns[0], columns[2:4]
     elif len(columns) == 3 and columns[2] == "@READONLY":
         columns = columns[:2]
     if len(columns) != 2 or not _NAME.fullmatch(columns[0]):
@@ -168,7 +174,7 @@ def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, float 
         shown = columns[1] if len(columns[1]) <= 40 else f"{columns[1][:37]}..."
         msg = f"the value of {columns[0]} must be a number, got {shown!r}"
         raise ParameterFileError(msg, source=source, place=place)
-    return columns[0], _number(columns[1])
+    return vehicle, columns[0], _number(columns[1])
 
 
 def _number(text: str) -> float | None:
@@ -185,17 +191,26 @@ PARAMETER_REPEATED = Rule(
     Severity.WARNING,
     summary="A parameter is in the file more than once, with different values.",
     why="The file does not show which of them is on the vehicle.",
-    how="Names are counted; the last value is used, as by the programs that load such files.",
+    how="Names are counted; the last value is used, as by the programs that load such files.  An error where "
+    "the lines are of several vehicles, by the first of QGroundControl's five columns: which flies is not "
+    "known.",
     fix="delete the value that is not on the vehicle",
+    instead="--params of one vehicle",
 )
 
 
-def _repetitions(repeated: list[str], *, source: str) -> tuple[Finding, ...]:
+def _repetitions(
+    repeated: list[str], vehicles: Collection[str], *, source: str
+) -> tuple[Finding, ...]:
     if not repeated:
         return ()
     others = quantity.count(len(repeated) - 1, "more parameter")
     more = f", and so {others}" if len(repeated) > 1 else ""
-    return (PARAMETER_REPEATED.finding(f"{source}: {repeated[0]}: the last value is used{more}"),)
+    message = f"{source}: {repeated[0]}: the last value is used{more}"
+    if len(vehicles) > 1:
+        message += f"; the file holds vehicles {' and '.join(sorted(vehicles))}"
+    severity = Severity.ERROR if len(vehicles) > 1 else None
+    return (PARAMETER_REPEATED.finding(message, severity=severity),)
 
 
 def _header_stack(header: list[str]) -> Autopilot | None:
