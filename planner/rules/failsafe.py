@@ -139,7 +139,11 @@ def _returned_by_older_px4(
 
 
 def _unwatched_by_px4(
-    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: Px4Parameters
+    a: Assessment,
+    profile: BatteryProfile,
+    pack: Battery,
+    parameters: Px4Parameters,
+    battery: str = "BAT1",
 ) -> Iterator[NotEvaluated]:
     """Yield the threshold that acts by a voltage which the battery says too little for."""
     seen = px4_charge_assumed(profile, pack, parameters)
@@ -149,7 +153,7 @@ def _unwatched_by_px4(
     if voltage_v is not None and voltage_v[0] > px4_highest_v(parameters):
         yield NotEvaluated(
             rule=ARMING_REFUSED,
-            asked_by=f"BAT1_N_CELLS of {parameters.battery_cells}",
+            asked_by=f"{battery}_N_CELLS of {parameters.battery_cells}",
             needs=_VOLTAGE_NEEDED,
         )
     refused, name = _least_to_arm(a, parameters)
@@ -296,24 +300,31 @@ def _arming_refused(
         return
     profile = _profile(a)
     if isinstance(parameters, Px4Parameters):
-        highest_v = px4_highest_v(parameters)
-        seen_v = profile.rest_v
-        if seen_v is not None and not profile.is_curve_assumed and seen_v[0] > highest_v:
-            yield a.finding(
-                ARMING_REFUSED,
-                f"PX4 does not arm at {quantity.decimals(float(seen_v[0]), 1)} V: with BAT1_N_CELLS "
-                f"{parameters.battery_cells} that is over voltage",
-            )
-        least, name = _least_to_arm(a, parameters)
-        charge = float(px4_charge(profile, pack, parameters)[0])
-        if charge < least:
-            yield a.finding(
-                ARMING_REFUSED,
-                f"PX4 does not arm at {quantity.beside(charge, least, quantity.percent)} charge: {name} is "
-                f"{quantity.percent(least)}",
-            )
+        yield from _not_armed_by_px4(a, profile, pack, parameters, "BAT1")
         return
     yield from _not_armed_with(a, profile, parameters, "BATT")
+
+
+def _not_armed_by_px4(
+    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: Px4Parameters, battery: str
+) -> Iterator[Finding]:
+    """Yield why PX4 does not arm, by one of its batteries."""
+    seen_v, highest_v = profile.rest_v, px4_highest_v(parameters)
+    if seen_v is not None and not profile.is_curve_assumed and seen_v[0] > highest_v:
+        yield a.finding(
+            ARMING_REFUSED,
+            f"PX4 does not arm at {quantity.decimals(float(seen_v[0]), 1)} V: with {battery}_N_CELLS "
+            f"{parameters.battery_cells} that is over voltage",
+        )
+    least, name = _least_to_arm(a, parameters)
+    charge = float(px4_charge(profile, pack, parameters)[0])
+    if charge < least:
+        by = "" if battery == "BAT1" else f" of {battery}"
+        yield a.finding(
+            ARMING_REFUSED,
+            f"PX4 does not arm at {quantity.beside(charge, least, quantity.percent)} charge{by}: {name} is "
+            f"{quantity.percent(least)}",
+        )
 
 
 def _not_armed_with(
@@ -415,7 +426,7 @@ def _of_monitor(
     return replace(parameters, **given, origins=origins)
 
 
-@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, needs=(PACK, PX4))
+@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, ARMING_REFUSED, needs=(PACK, PX4))
 def _further_batteries(
     a: Assessment, pack: Battery, parameters: Px4Parameters
 ) -> Iterator[Finding | NotEvaluated]:
@@ -426,14 +437,13 @@ def _further_batteries(
         yield a.finding(
             SECOND_BATTERY, f"{name}_SOURCE is {values[f'{name}_SOURCE']:g}: {name} counts too"
         )
-        if parameters.battery_action in {0, 1}:
-            continue
         if not _is_pack(pack, values.get(f"{name}_CAPACITY")):
-            yield NotEvaluated(
-                rule=FAILSAFE_BEFORE_END,
-                asked_by=f"COM_LOW_BAT_ACT of {parameters.battery_action} by a further battery",
-                needs=f"what it feeds; {name}_CAPACITY is not that of the battery that flies",
-            )
+            if parameters.battery_action not in {0, 1}:
+                yield NotEvaluated(
+                    rule=FAILSAFE_BEFORE_END,
+                    asked_by=f"COM_LOW_BAT_ACT of {parameters.battery_action} by a further battery",
+                    needs=f"what it feeds; {name}_CAPACITY is not that of the battery that flies",
+                )
             continue
         own = replace(
             parameters,
@@ -444,7 +454,11 @@ def _further_batteries(
             battery_full_cell_v=values.get(f"{name}_V_CHARGED", 4.05),
             battery_cell_resistance_ohm=values.get(f"{name}_R_INTERNAL", -1.0),
         )
-        yield from _first_reported(a, list(px4_events(a.returns, _profile(a), pack, own)))
+        profile = _profile(a)
+        if parameters.battery_action not in {0, 1}:
+            yield from _first_reported(a, list(px4_events(a.returns, profile, pack, own)))
+        yield from _not_armed_by_px4(a, profile, pack, own, name)
+        yield from _unwatched_by_px4(a, profile, pack, own, name)
 
 
 def _is_pack(pack: Battery, capacity_mah: float | None) -> bool:

@@ -592,6 +592,25 @@ def test_a_further_battery_of_px4s_counts_or_is_not_checked() -> None:
         assert told(result, "E128")
 
 
+@pytest.mark.parametrize(
+    ("cells", "codes"), [(6, set()), (5, {"E114"}), (12, {"E114"})]
+)  # of six, 25.1 V full: 5 allow 21.3 V, 12 of 2.1 V each are empty
+def test_a_further_battery_of_px4s_keeps_it_from_arming_as_the_first(
+    cells: int, codes: set[str]
+) -> None:
+    assert OWN is not None
+    assert OWN.charge_ah is not None
+    result = checked(
+        autopilot=Autopilot.PX4,
+        battery=OWN,
+        BAT2_SOURCE=0,
+        BAT2_CAPACITY=1000.0 * OWN.charge_ah,
+        BAT2_N_CELLS=cells,
+    )
+    errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert errors & {"E103", "E114", "X904"} == codes
+
+
 # A lithium-polymer cell without a resistance: 4.19 V full, 3.63 V at a quarter (models/chemistries).  PX4
 # takes it for (V - 3.6)/0.45: 7 % are 3.6315 V, a little above that quarter.  Six cells taken for nine are
 # 2.8 V each, below empty: it does not arm.
