@@ -3,6 +3,7 @@
 from planner.autopilot import Autopilot as Autopilot
 from planner.autopilot import Target as Target
 from planner.errors import MavjouleError as MavjouleError
+from planner.errors import UsageError as UsageError
 from planner.findings import Finding as Finding
 from planner.findings import Place as Place
 from planner.findings import Severity as Severity

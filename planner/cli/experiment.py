@@ -8,7 +8,7 @@ import click
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.cli.options import kind_option, path_option, setting_option
+from planner.cli.options import KindType, kind_option, path_option, setting_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.mission.items import Home
 from planner.setting import Bearing, Choice, Number
@@ -27,7 +27,7 @@ _AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
     "--home",
     metavar="LAT LON",
     nargs=2,
-    type=(click.FloatRange(-85.0, 85.0), click.FloatRange(-180.0, 180.0)),
+    type=(KindType(Number("°", -85.0, 85.0)), KindType(Number("°", -180.0, 180.0))),
     required=True,
     help="where the vehicle takes off and lands, in degrees",
 )

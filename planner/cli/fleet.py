@@ -33,7 +33,7 @@ from planner.cli.output import (
     write_data,
 )
 from planner.errors import ExitCode, FleetFileError, UsageError
-from planner.setting import Form, Group
+from planner.setting import Form, Group, Number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -55,6 +55,15 @@ _OF_VEHICLES = (
     "per_file_ignores",
 )
 """Settings that each vehicle, pad and job has of its own."""
+_SEEDS = 20
+"""Runs of each number of agents, where not given."""
+_OF_AGENTS = {
+    "--seeds": "seeds",
+    "--deadline": "deadline_s",
+    "--goal": "reach_percent",
+    "--workers": "workers",
+}
+"""Options that only count where numbers of agents are compared, by name."""
 _MOST_AGENTS = 1000
 """As many as a simulation is built for."""
 
@@ -115,13 +124,12 @@ def _export_options(command: Command) -> Command:
                 "when the operation begins, such as 2026-05-12T08:00:00Z [default: start in [operation]]",
                 metavar="DATE-TIME",
             ),
-            click.option(
+            kind_option(
                 "--geoid-height",
-                "geoid_height_m",
-                type=float,
-                metavar="M",
-                help="height of the geoid (sea level) above the WGS 84 ellipsoid, for .czml and volumes "
+                Number("m", -110.0, 90.0),
+                "height of the geoid (sea level) above the WGS 84 ellipsoid, for .czml and volumes "
                 "[default: geoid_height_m in [operation]]",
+                name="geoid_height_m",
             ),
         )
     ):
@@ -203,21 +211,18 @@ def check(
     show_default=True,
     help="what there should be least of; what is equal in it is told apart by the rest",
 )
-@click.option(
+@kind_option(
     "--effort",
-    "effort_s",
-    type=click.FloatRange(0.01, 86_400.0),
+    Number("s", 0.01, 86_400.0),
+    "seconds for each schedule, in the solver's own time: the same on every machine",
+    name="effort_s",
     default=1.0,
-    show_default=True,
-    metavar="S",
-    help="seconds for each schedule, in the solver's own time: the same on every machine",
 )
-@click.option(
+@kind_option(
     "--time-limit",
-    "time_limit_s",
-    type=click.FloatRange(0.1, 86_400.0),
-    metavar="S",
-    help="seconds of the clock after which the best plan so far is made whole; it then says so",
+    Number("s", 0.1, 86_400.0),
+    "seconds of the clock after which the best plan so far is made whole; it then says so",
+    name="time_limit_s",
 )
 @click.option("--force", is_flag=True, help="write over files that are there already")
 @setting_options(Group.FLIGHT, Group.JUDGEMENT, without=_OF_VEHICLES)
@@ -363,14 +368,12 @@ def interrupting(cut_short: Callable[[], object], rest: str) -> Iterator[None]:
     metavar="NAMES",
     help="faults of the file that happen, such as one,two, or none  [default: all]",
 )
-@click.option(
+@kind_option(
     "--until",
-    "until_s",
-    type=click.FloatRange(1.0, 86_400.0),
-    default=None,
-    metavar="S",
-    help="seconds after which the simulation ends at the latest  [default: 3600; of missions as filed the "
+    Number("s", 1.0, 86_400.0),
+    "seconds after which the simulation ends at the latest [default: 3600; of missions as filed the "
     "last landing]",
+    name="until_s",
 )
 @path_option(
     "--trace",
@@ -386,17 +389,14 @@ def interrupting(cut_short: Callable[[], object], rest: str) -> Iterator[None]:
 @click.option(
     "--seeds",
     type=click.IntRange(1, 10_000),
-    default=20,
-    show_default=True,
     metavar="N",
-    help="runs of each of the --agents, from --seed on; one where nothing is drawn",
+    help="runs of each of the --agents, from --seed on; one where nothing is drawn [default: 20]",
 )
-@click.option(
+@kind_option(
     "--deadline",
-    "deadline_s",
-    type=click.FloatRange(0.0),
-    metavar="S",
-    help="when all --agents are to have landed [default: latest_s in [operation]]",
+    Number("s", 0.0, 604_800.0),
+    "when all --agents are to have landed [default: latest_s in [operation]]",
+    name="deadline_s",
 )
 @click.option(
     "--goal",
@@ -451,8 +451,8 @@ def simulate(
     from planner.service.swarm import simulate_fleet
 
     _refuse_report(report, fleet, output)
-    refuse_overwriting(output, (fleet,))
-    _refuse_trace(trace, fleet)
+    _refuse_files(output, trace, fleet)
+    _refuse_without_agents(options)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
@@ -490,6 +490,16 @@ def simulate(
     return ExitCode.GO if result.is_clear else ExitCode.NO_GO
 
 
+def _refuse_without_agents(options: Mapping[str, Any]) -> None:
+    """Raise ``UsageError`` where an option is given that only counts beside ``--agents``."""
+    for option, key in _OF_AGENTS.items():
+        if options["agents"] is None and options[key] is not None:
+            msg = f"{option} counts where numbers of agents are compared: give --agents too, such as 1:12"
+            if key == "deadline_s":
+                msg += ", or latest_s in [operation] of the file"
+            raise UsageError(msg)
+
+
 def _until(asked: Event) -> Callable[[str], None]:
     """Return what shows steps, and ends a simulation after the step in which that is asked for."""
     show_step = narrate_seldom()
@@ -518,8 +528,9 @@ def _with_faults(fleet: Fleet, names: Any) -> Fleet:  # noqa: ANN401 -- of click
     return replace(fleet, faults={name: fleet.faults[name] for name in asked})
 
 
-def _refuse_trace(trace: Path | None, fleet: str) -> None:
-    """Raise ``UsageError`` where the trace cannot be written, before anything is simulated."""
+def _refuse_files(output: Path | None, trace: Path | None, fleet: str) -> None:
+    """Raise ``UsageError`` where report or trace cannot be written, before anything is simulated."""
+    refuse_overwriting(output, (fleet,))
     refuse_overwriting(trace, (fleet,))
     if trace is not None:
         refuse_columns(trace)
@@ -555,7 +566,7 @@ def _simulate_numbers(
     numbers = simulate_numbers(
         fleet,
         options["agents"],
-        seeds=range(seed, seed + options["seeds"]),
+        seeds=range(seed, seed + (options["seeds"] or _SEEDS)),
         policy=policy,
         limits=NumbersLimits(
             until_s=until_s,

@@ -20,7 +20,7 @@ _SILENCE_S = 2.0
 """What takes less needs no report."""
 One = TypeVar("One")
 
-_PARQUET = ".parquet"
+_CSV, _PARQUET = ".csv", ".parquet"
 STANDARD_OUTPUT = Path("-")
 """What stands for standard output among files."""
 _WIDEST = 100
@@ -42,8 +42,12 @@ def standard_medium(output: Path | None = None) -> Medium:
 
 
 def refuse_columns(path: Path) -> None:
-    """Raise ``UsageError`` where columns cannot be written to a file of this name: without pyarrow."""
-    if path.suffix.lower() == _PARQUET:
+    """Raise ``UsageError`` where a file of this name cannot hold columns: its suffix, or no pyarrow."""
+    suffix = path.suffix.lower()
+    if path != STANDARD_OUTPUT and suffix not in {_CSV, _PARQUET}:
+        msg = f"{path}: the suffix decides the format: give a name ending in {_CSV} or {_PARQUET}"
+        raise UsageError(msg)
+    if suffix == _PARQUET:
         from planner.report.columns import load_parquet
 
         load_parquet()

@@ -28,6 +28,8 @@ from planner.vehicle.declared import (
     together_problems,
 )
 
+_SEEN = Range(0.1)
+"""Nobody knows finer where a vehicle was: lanes and what a vehicle sees. [m]"""
 LATEST_S = 7 * 86_400.0
 """An operation takes a week at most. [s]"""
 MOST_PACKS = 1000
@@ -178,6 +180,9 @@ class SwarmTask(Part):
     shares lanes over the area out, ``random`` flies in directions drawn by a seed from edge to edge of it,
     ``exchange`` sends each vehicle to the pad half the fleet further on, ``formation`` leads all together to
     where the first one shall be, and back.
+
+    Each vehicle, in the order of the file, takes one of the packs left that fit it: the first of those that
+    fit the fewest.  A file without packs has each fly on a full battery of its model.
     """
 
     algorithm: Annotated[SwarmAlgorithm, Key("what the swarm does")]
@@ -195,7 +200,7 @@ class SwarmTask(Part):
         float | None,
         Key("edge of the area; of a formation where its first leads to", "°", Range(-180.0, 180.0)),
     ] = None
-    lane_m: Annotated[float | None, Key("from lane to lane of a search", "m", POSITIVE)] = None
+    lane_m: Annotated[float | None, Key("from lane to lane of a search", "m", _SEEN)] = None
     search_s: Annotated[
         float | None, Key("for so long a random search lasts before all fly home", "s", _TIME)
     ] = None
@@ -205,7 +210,7 @@ class SwarmTask(Part):
             "how far a vehicle sees about the place below it, for what of the area is seen; "
             "half of lane_m where not given",
             "m",
-            POSITIVE,
+            _SEEN,
         ),
     ] = None
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from planner.arrays import FloatArray
+    from planner.findings import Finding
     from planner.fleet.charging import Charge
     from planner.fleet.fleet import Fleet
     from planner.service.fleet import FlownSortie
@@ -144,9 +145,10 @@ NOTHING_PLANNED = Rule(
 PACK_ASSUMED = Rule(
     "S118 pack-assumed",
     Severity.INFO,
-    summary="A sortie has no pack: a full battery of the vehicle's model is assumed.",
+    summary="A sortie or an agent has no pack: a full battery of the vehicle's model is assumed.",
     why="Nobody has checked that there is a pack, or that it is charged in time.",
-    how="No pack in [sortie.NAME]; each such sortie is checked with the battery of its model, full.",
+    how="No pack in [sortie.NAME], or a [swarm] without any [pack.NAME]: each is checked with the battery of "
+    "its model, full.",
     fix="give the packs as [pack.NAME], and each sortie its pack",
 )
 
@@ -179,20 +181,17 @@ def time_findings(
     yield from _hours(fleet, flown)
     yield from _unknown_times(fleet, flown)
     without = [one for one in flown if one.sortie.pack is None and one.energy_wh is not None]
-    if without:
-        message = f"{_names(without)}: no pack is given, a full battery of the model is assumed"
-        yield FleetFinding(
-            finding=PACK_ASSUMED.finding(message), sorties=tuple(one.name for one in without)
-        )
+    names = tuple(one.name for one in without)
+    for finding in pack_assumed(names):
+        yield FleetFinding(finding=finding, sorties=names)
     unknown = [one for one in flown if one.energy_wh is None]
     if unknown:
+        names = tuple(one.name for one in unknown)
         message = (
-            f"energy of the group without {_names(unknown)}: "
+            f"energy of the group without {_names(names)}: "
             f"{quantity.count(len(flown) - len(unknown), 'sortie')} of {len(flown)} counted"
         )
-        yield FleetFinding(
-            finding=UNKNOWN_ENERGY.finding(message), sorties=tuple(one.name for one in unknown)
-        )
+        yield FleetFinding(finding=UNKNOWN_ENERGY.finding(message), sorties=names)
 
 
 def at(time_s: float) -> str:
@@ -200,9 +199,16 @@ def at(time_s: float) -> str:
     return f"at {quantity.clock(time_s)}"
 
 
-def _names(flown: Sequence[FlownSortie]) -> str:
-    more = f" and {len(flown) - 1} more" if len(flown) > 1 else ""
-    return f"{flown[0].name}{more}"
+def pack_assumed(names: Sequence[str]) -> Iterator[Finding]:
+    """Yield what is found of sorties or agents without a pack, if there are any."""
+    if names:
+        message = f"{_names(names)}: no pack is given, a full battery of the model is assumed"
+        yield PACK_ASSUMED.finding(message)
+
+
+def _names(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f"{names[0]}{more}"
 
 
 def _grouped(flown: Iterable[FlownSortie], key: str) -> Mapping[str, list[FlownSortie]]:

@@ -14,6 +14,7 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, Separation, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
+from planner.fleet.swarm.answers import refuse_without
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import predict_distances
 from planner.fleet.swarm.faults import SwarmFaults, gust_m_s
@@ -32,7 +33,7 @@ from planner.physics.response import StepResponse, TransferFunction
 from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import charge_left, initial_charge, setup_with
-from planner.service.fleet_times import TIMES_UNKNOWN
+from planner.service.fleet_times import TIMES_UNKNOWN, pack_assumed
 from planner.service.preflight import verdict
 from planner.service.separation import uncounted_wait
 from planner.service.swarm_dynamics import agent_dynamics
@@ -186,6 +187,17 @@ SWARM_TURNED_BACK = Rule(
     "landing, in the wind and the gusts it expects, and after those that land beside it.",
     fix="give it a larger pack or less to do, or fly more agents",
     instead="a larger pack, or more agents",
+)
+
+SWARM_NO_PACK = Rule(
+    "S143 swarm-no-pack",
+    Severity.ERROR,
+    summary="An agent of a simulated swarm has no pack: those of the file are with others, or do not fit.",
+    why="Who has no battery does not fly; that of its model says nothing of what is on the shelf.",
+    how="Each vehicle in the order of the file takes, of the packs left that fit it, the first of those that "
+    "fit the fewest vehicles.  Fires where none is left, and the file has any.",
+    fix="add a [pack.NAME] for it, raise count, or fly fewer vehicles",
+    instead="a pack for each vehicle",
 )
 
 SWARM_UNCHECKED = Rule(
@@ -378,14 +390,19 @@ def simulate_fleet(
     UsageError
         If the fleet has nothing to simulate, or a name is that of no policy.
     """
+    if until_s is not None and not (isinstance(until_s, int | float) and until_s > 0.0):
+        msg = f"until_s must be above 0 seconds, got {until_s!r}"
+        raise UsageError(msg)
     task = fleet.swarm
     if algorithm is None and (task is None or task.algorithm is SwarmAlgorithm.MISSIONS):
         return _simulate_missions(fleet, policy or "stop", seed, until_s, on_step)
     if task is None or task.height_m is None:
         msg = f"{fleet.source}: an algorithm of your own needs a table [swarm] with height_m"
         raise UsageError(msg)
+    if algorithm is not None:
+        refuse_without(algorithm, "algorithm", ("goals_m",))
     policy = policy or "orca-stop"
-    frame, bodies = _bodies(fleet, task)
+    frame, bodies, unpacked = _bodies(fleet, task)
     agents = [body.agent for body in bodies]
     checks = _vehicle_checks(fleet, bodies)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
@@ -400,6 +417,7 @@ def simulate_fleet(
             height_m=task.height_m,
             seed=seed,
         )
+    area = _search_area(task, frame)
     drops = [drop_of(fleet, one.name) for one in agents]
     gusts_m_s = [_gusts_of_m_s(moving, one.name, task.height_m) for one in agents]
     swarm = Swarm(
@@ -431,7 +449,6 @@ def simulate_fleet(
         for row, (body, drop) in enumerate(zip(bodies, drops, strict=True))
     )
     allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
-    area = _search_area(task, frame)
     coverage = None if area is None else predict_coverage(record, area)
     too_near = [one for one in distances.nearest if one.distance_m < allowed_m]
     report = judge_faults(
@@ -454,6 +471,7 @@ def simulate_fleet(
         *ground_findings(fleet, _stays(fleet, bodies, flown, record)),
         *_unseen(coverage, task),
         *_late(fleet, [(one, one.name, None) for one in flown]),
+        *_pack_findings(fleet, unpacked),
     )
     findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     return SwarmResult(
@@ -539,6 +557,12 @@ def _simulate_missions(
             for agent, one in zip(agents, filed.sorties, strict=True)
         ],
     )
+    without = [
+        one.name
+        for one, agent in zip(filed.sorties, agents, strict=True)
+        if one.sortie.pack is None and agent.battery is not None
+    ]
+    found += pack_assumed(without)
     findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
     errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
@@ -594,6 +618,7 @@ def _energy_by_state_wh(flight: Flight, setup: Setup) -> dict[str, float]:
 
 def _policy(policy: Policy | str) -> Policy:
     if not isinstance(policy, str):
+        refuse_without(policy, "policy", ("commands_m_s", "needs_ticks", "keeps_apart"))
         return policy
     if policy not in POLICIES:
         msg = f"policy must be one of {', '.join(POLICIES)}, got {policy!r}"
@@ -601,8 +626,8 @@ def _policy(policy: Policy | str) -> Policy:
     return POLICIES[policy]()
 
 
-def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
-    """Return the vehicles ready to fly, in the frame of the first pad."""
+def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body], list[str]]:
+    """Return the vehicles ready to fly, in the frame of the first pad, and who has no pack of the file."""
     without = [one.name for one in fleet.vehicles.values() if one.pad is None]
     if without:
         msg = (
@@ -614,9 +639,11 @@ def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
     plane_m = task.height_m
     assert plane_m is not None  # the table sees to it
     taken: set[str] = set()
-    bodies = []
+    bodies, unpacked = [], []
     for vehicle, pad in zip(fleet.vehicles.values(), pads, strict=True):
         pack = _free_pack(fleet, vehicle, taken)
+        if pack is None:
+            unpacked.append(vehicle.name)
         charge = 1.0 if pack is None else mean_of(initial_charge(pack))
         setup = setup_with(vehicle.setup, pack, None if pack is None else charge, 0.0)
         rise_m = 0.0
@@ -638,15 +665,38 @@ def _bodies(fleet: Fleet, task: SwarmTask) -> tuple[LocalFrame, list[_Body]]:
                 home_amsl_m=pad.amsl_m or 0.0,
             )
         )
-    return frame, bodies
+    return frame, bodies, unpacked
 
 
 def _free_pack(fleet: Fleet, vehicle: FleetVehicle, taken: set[str]) -> Pack | None:
-    for pack in fleet.packs.values():
-        if pack.name not in taken and (not pack.fits or vehicle.name in pack.fits):
-            taken.add(pack.name)
-            return pack
-    return None
+    """Return the pack a vehicle takes of those that are left: the first of those that fit the fewest."""
+    free = [
+        one
+        for one in fleet.packs.values()
+        if one.name not in taken and (not one.fits or vehicle.name in one.fits)
+    ]
+    if not free:
+        return None
+    pack = min(free, key=lambda one: len(one.fits) or math.inf)
+    taken.add(pack.name)
+    return pack
+
+
+def _pack_findings(fleet: Fleet, unpacked: Sequence[str]) -> Iterator[Finding]:
+    """Yield who flies on a pack that is not in the file."""
+    if not unpacked:
+        return
+    if not fleet.packs:
+        # of a model without a battery nothing is assumed: S131 says so
+        yield from pack_assumed(
+            [one for one in unpacked if fleet.vehicles[one].setup.vehicle.battery is not None]
+        )
+        return
+    have = quantity.count(len(fleet.packs), "pack")
+    for name in unpacked:
+        yield SWARM_NO_PACK.finding(
+            f"{name}: no pack is left that fits it: {have} for {len(fleet.vehicles)} vehicles"
+        )
 
 
 def _body(
@@ -736,9 +786,11 @@ def _search_area(task: SwarmTask, frame: LocalFrame) -> SearchArea | None:
     (west_m, south_m), (east_m, north_m) = (
         map(float, frame.east_north_m(*corner)) for corner in ((south, west), (north, east))
     )
-    return SearchArea(
+    area = SearchArea(
         west_m=west_m, south_m=south_m, east_m=east_m, north_m=north_m, radius_m=radius_m
     )
+    area.refuse_too_fine()
+    return area
 
 
 def _unseen(coverage: Coverage | None, task: SwarmTask) -> list[Finding]:

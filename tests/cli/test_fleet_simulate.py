@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import pytest
-from made_swarm import formation, search
+from made_swarm import MODEL, formation, search
 
 from planner.cli.main import main
 
@@ -223,3 +223,65 @@ def test_what_is_left_of_a_pack_that_is_not_full_is_less(
     assert main(call) == 0
     left = 0.5 - agents[0]["energy_wh"] / 77.0
     assert f" {100.0 * left:.0f} % " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "option", [("--deadline", "10"), ("--goal", "90"), ("--seeds", "3"), ("--workers", "1")]
+)
+def test_what_only_counts_for_numbers_of_agents_is_refused_without_them(
+    fleet: Path, capsys: pytest.CaptureFixture[str], option: tuple[str, str]
+) -> None:
+    assert main(["fleet", "simulate", str(fleet), *option]) == 2
+    said = capsys.readouterr().err
+    assert option[0] in said
+    assert "--agents" in said
+
+
+def test_a_trace_is_written_to_a_file_of_columns_alone(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trace = tmp_path / "foo.txt"
+    assert main(["fleet", "simulate", str(fleet), "--trace", str(trace)]) == 2
+    assert "give a name ending in .csv or .parquet" in capsys.readouterr().err
+    assert not trace.exists()
+
+
+def test_who_has_no_pack_of_the_file_is_told_and_not_clear(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "fleet.toml"
+    swap = "[swap]\ntime_s = 60\n"
+    call = ["fleet", "simulate", str(file), "--policy", "none"]
+    for packs, code, said in (
+        ("", 0, "S118 pack-assumed: a and 1 more: no pack is given"),
+        (f'{swap}[pack.P]\nbattery = "77Wh"\n', 1, "S143 swarm-no-pack [error] b: no pack is left"),
+        (
+            f'{swap}[pack.P]\nbattery = "77Wh"\ncount = 2\nfits = ["b"]\n',
+            1,
+            "S143 swarm-no-pack [error] a: no pack is left",
+        ),
+    ):
+        # the article's model has no battery, this one has
+        text = formation(20.0, packs).replace(MODEL, "px4-quad-2kg")
+        file.write_text("schema = 1\n" + text, encoding="utf-8")
+        assert main(call) == code
+        assert said in capsys.readouterr().out
+    # the first vehicle leaves the pack that fits all to the second
+    packs = f'{swap}[pack.P]\nbattery = "77Wh"\n[pack.Q]\nbattery = "99Wh"\nfits = ["a"]\n'
+    file.write_text("schema = 1\n" + formation(20.0, packs), encoding="utf-8")
+    assert main([*call, "--format", "json"]) == 0
+    agents = json.loads(capsys.readouterr().out)["agents"]
+    assert [one["battery"]["capacity_wh"] for one in agents] == [99.0, 77.0]
+
+
+@pytest.mark.parametrize("line", ["lane_m = 1e-9", "sensor_radius_m = 1e-6"])
+def test_lanes_and_sight_have_a_least(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str
+) -> None:
+    file = tmp_path / "fleet.toml"
+    text = search(more="" if line.startswith("lane") else f"{line}\n")
+    if line.startswith("lane"):
+        text = text.replace("lane_m = 20", line)
+    file.write_text("schema = 1\n" + text, encoding="utf-8")
+    assert main(["fleet", "simulate", str(file)]) == 2
+    assert "must not be below 0.1" in capsys.readouterr().err

@@ -15,6 +15,12 @@ from planner.cli.main import main
         ["identify", "flight.BIN", "--temperature"],
         ["fetch", "udpin:127.0.0.1:14550", "--heartbeat-timeout"],
         ["simulate", "survey.plan", "--arm-after"],
+        ["fleet", "simulate", "fleet.toml", "--until"],
+        ["fleet", "simulate", "fleet.toml", "--deadline"],
+        ["fleet", "check", "fleet.toml", "--geoid-height"],
+        ["fleet", "plan", "fleet.toml", "-o", "planned", "--effort"],
+        ["fleet", "plan", "fleet.toml", "-o", "planned", "--time-limit"],
+        ["experiment", "-o", "flights", "--home", "48.4"],
     ],
 )
 def test_a_number_that_is_not_finite_is_refused_by_name(
@@ -22,5 +28,6 @@ def test_a_number_that_is_not_finite_is_refused_by_name(
 ) -> None:
     assert main([*command, number]) == 2
     said = capsys.readouterr().err
-    assert f"'{command[-1]}'" in said
+    option = next(word for word in reversed(command) if word.startswith("--"))
+    assert f"'{option}'" in said
     assert "bug" not in said

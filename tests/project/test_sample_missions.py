@@ -56,3 +56,10 @@ def test_a_fleet_has_the_verdict_it_is_said_to_have(
     found = {f["code"] for f in checked["findings"] if f["severity"] == "error"}
     assert (code in found) if code else not found
     assert all(one["mission"]["verdict"] == "go" for one in checked["sorties"])
+
+
+def test_the_sample_of_a_swarm_is_clear(capsys: pytest.CaptureFixture[str]) -> None:
+    [sample] = (MISSIONS / "swarms").glob("*.toml")
+    assert f"missions/swarms/{sample.name}" in (MISSIONS / "README.md").read_text(encoding="utf-8")
+    assert main(["fleet", "simulate", str(sample), "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["goal"]["fraction"] == 1.0

@@ -277,6 +277,12 @@ def hurried(speed_m_s: float) -> tuple[Finding, ...]:
     return simulated(f"[conditions]\nspeed_m_s = {speed_m_s!r}\n", formation(20.0)).findings
 
 
+def with_packs(count: int) -> tuple[Finding, ...]:
+    """The same with so many packs in the file."""
+    packs = f'{SWAP}[pack.P]\nbattery = "77Wh"\ncount = {count}\n'
+    return simulated(formation(20.0, packs), policy="none").findings
+
+
 def two_packs(energy_wh: float) -> str:
     """Two packs of so much energy each, of which a fifth stays."""
     return f'{SWAP}[pack.P]\nbattery = "{energy_wh!r}Wh"\ncount = 2\n'
@@ -434,6 +440,9 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S142": RuleCases(
         fires=lambda: hurried(10.1), boundary=lambda: hurried(10.0), silent=lambda: hurried(5.0)
+    ),
+    "S143": RuleCases(
+        fires=lambda: with_packs(1), boundary=lambda: with_packs(2), silent=lambda: with_packs(3)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

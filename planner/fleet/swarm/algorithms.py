@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner import quantity
+from planner.errors import UsageError
 from planner.fleet.swarm.zones import differ
 
 if TYPE_CHECKING:
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from planner.fleet.swarm.situation import SwarmSituation
 
 
+_MOST_LANES = 10_000
 _LEAST_WAY = 0.01
 """Part of the diagonal of an area that a direction drawn leads through at least. [-]"""
 
@@ -130,8 +133,17 @@ def strips(
     """Return ways that cover a rectangle by lanes, as many next to each other for each agent. [m]
 
     Lanes run east and west, every second one back; the shares differ by one lane at most.
+
+    Raises UsageError if they are more than a simulation can hold.
     """
     count = max(int(np.ceil((high_m[1] - low_m[1]) / lane_m)), 1)
+    if count > _MOST_LANES:
+        least_m = float((high_m[1] - low_m[1]) / _MOST_LANES)
+        msg = (
+            f"lane_m: lanes of {quantity.distance(lane_m)} are {count:,} in this area, {_MOST_LANES:,} at "
+            f"most: give {quantity.distance(least_m)} or more, or a smaller area"
+        )
+        raise UsageError(msg)
     width = (high_m[1] - low_m[1]) / count
     shares = np.linspace(0, count, agents + 1).round().astype(int).tolist()
     ways = []

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import quantity
+from planner.errors import UsageError
 from planner.fleet.swarm.simulation import AgentPhase
 from planner.fleet.trajectory import thinned
 from planner.values import Value
@@ -32,6 +34,23 @@ class SearchArea(Value):
     east_m: float
     north_m: float
     radius_m: float
+
+    @property
+    def cell_m(self) -> float:
+        """Side of the cells it is counted in. [m]"""
+        size_m2 = (self.east_m - self.west_m) * (self.north_m - self.south_m)
+        return max(_CELL * self.radius_m, math.sqrt(size_m2 / _MOST_CELLS))
+
+    def refuse_too_fine(self) -> None:
+        """Raise ``UsageError`` where cells are larger than what a vehicle sees at once."""
+        least_m = 0.5 * self.cell_m
+        if self.radius_m < least_m:
+            msg = (
+                f"sensor_radius_m: {quantity.distance(self.radius_m)} is too little for this area, of which "
+                f"at most {_MOST_CELLS:,} cells are counted: give {quantity.distance(least_m)} or more (half "
+                "of lane_m counts where it is not given), or a smaller area"
+            )
+            raise UsageError(msg)
 
 
 class Coverage(Value, eq=False):
@@ -85,7 +104,7 @@ def predict_coverage(record: Record, area: SearchArea) -> Coverage:
     """Return when agents saw the cells of an area: those that fly in the plane, in a circle about them."""
     radius_m = area.radius_m
     width_m, height_m = area.east_m - area.west_m, area.north_m - area.south_m
-    side_m = max(_CELL * radius_m, math.sqrt(width_m * height_m / _MOST_CELLS))
+    side_m = area.cell_m
     columns, rows = (max(math.ceil(one / side_m - 1e-9), 1) for one in (width_m, height_m))
     east = area.west_m + (np.arange(columns) + 0.5) * (width_m / columns)
     north = area.south_m + (np.arange(rows) + 0.5) * (height_m / rows)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from planner.fleet.swarm.answers import commands_m_s, goals_m
 from planner.fleet.swarm.clearing import cleared_m_s, clearing, enters
 from planner.fleet.swarm.dynamics import Dynamics, DynamicsStack, Motions
 from planner.fleet.swarm.situation import SWING, SwarmSituation, zones_ahead
@@ -435,7 +436,7 @@ class Swarm:
         """Return what the policy commands, and those that clear the way of another."""
         leader = self._leader
         if leader is None:
-            return cleared_m_s(situation, self._policy.commands_m_s(situation))
+            return cleared_m_s(situation, commands_m_s(self._policy, situation))
         unit = self._goal_m[leader] - situation.place_m[leader]
         way_m = min(float(np.hypot(*unit)), _CLEARED_S * float(self._speed[leader]))
         unit = unit / max(float(np.hypot(*unit)), 1e-9)
@@ -445,7 +446,7 @@ class Swarm:
         rank, is_evading = situation.rank.copy(), situation.is_evading.copy()
         rank[leader], is_evading[leader] = -1, True
         situation = replace(situation, rank=rank, is_evading=is_evading)
-        command = self._policy.commands_m_s(situation)
+        command = commands_m_s(self._policy, situation)
         command[enters(situation, command, leader, way)] = 0.0
         return cleared_m_s(situation, command)
 
@@ -555,7 +556,7 @@ class Swarm:
         Who stands from a moment between two ticks on flies for the rest of the tick only: so much slower in
         all of it.
         """
-        goal = np.array(self._algorithm.goals_m(situation))
+        goal = goals_m(self._algorithm, situation)
         at_home = self._returns & ~differ(self._goal_m, self._home_m)
         goal[self._returns] = self._home_m[self._returns]
         goal[at_home & situation.has_arrived] = np.nan
