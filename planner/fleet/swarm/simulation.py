@@ -619,6 +619,8 @@ class Swarm:
         waits_below = ~is_up & (self._start_s <= self.time_s)
         ticks = float(_SKIPPED_WAITING if (waits | waits_below).any() else _MOST_SKIPPED)
         rises = (self._phase == _CLIMBS) | (self._phase == _LANDS)
+        # who was sent on before it stood sets out as it does
+        rises |= (self._phase == _FLIES) & ~self._has_reached & (self._ready_s > self.time_s)
         next_s = np.where(
             rises, self._ready_s, np.where(is_up | waits_below, np.inf, self._start_s)
         )
