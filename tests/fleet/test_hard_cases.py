@@ -193,7 +193,7 @@ def test_returns_that_differ_in_height_pass_over_who_is_in_the_way(
     """Over one that hovers at 20 m: 5 m and the errors of both heights, 5 m."""
     (tmp_path / "a.param").write_text(f"RTL_ALT,{altitude_cm}\n")
     round_it = mission(
-        up(20), place(0, 60, 20), place(200, 60, 20), place(200, 0, 20), item(21, None, 0.0)
+        up(20), place(0, 60, 20), place(200, 60, 20), place(200, 0, 20), item(21, north(200), 0.0)
     )
     hover = mission(up(20), place(100, 0, 20, 600.0), rtl())
     tables = SEPARATION + pad("a", 0, 0) + pad("b", 100, -60) + vehicles("b")
