@@ -13,7 +13,8 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.fleet.fleet import SwarmAlgorithm
 from planner.presented import Presented
-from planner.service.swarm import GOAL_FRACTIONS, SWARM_UNSEEN, simulate_fleet
+from planner.service.swarm import GOAL_FRACTIONS, simulate_fleet
+from planner.service.swarm_findings import SWARM_UNSEEN
 from planner.values import Value, field_names, replace
 from planner.workers import done_in_order, end_if_stopped
 

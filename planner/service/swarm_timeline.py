@@ -19,8 +19,8 @@ from planner.service.fleet_timeline import (
     group_energy,
     thinned_track,
 )
-from planner.service.swarm import SWARM_SEPARATION
 from planner.service.swarm_faults import SWARM_FAULT_HITS
+from planner.service.swarm_findings import SWARM_SEPARATION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
