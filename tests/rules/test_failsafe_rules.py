@@ -40,7 +40,6 @@ from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Any
 
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
@@ -648,6 +647,17 @@ def test_cells_that_px4_counts_wrong_keep_it_from_arming_with_a_known_curve() ->
     assert "0 % charge" in finding.message
 
 
+def near_by_px4(values: Mapping[str, float], **given: Any) -> CheckResult:  # noqa: ANN401 - as `check` takes it
+    """Return the check of a flight of 100 m by a quadrotor that PX4 flies with parameters."""
+    parameters = ParameterSet(
+        source="made.params",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=Autopilot.PX4,
+    )
+    near = mission(takeoff(20), waypoint(50, 20), rtl())
+    return check(near, load_vehicle("holybro-x500-v2"), reserve=0.0, parameters=parameters, **given)
+
+
 # Half a charge of a data sheet's four cells is 3.71 V each.  ``interpolate`` gives what is at BAT1_V_EMPTY or
 # below it for 0 %, also where BAT1_V_CHARGED is less: 3.71 V are none of the charge with 4.1 V and 4.05 V, as
 # they are with 3.8 V and 4.05 V.  Before 1.16 COM_ARM_BAT_MIN 0 leaves the check of what is critical on;
@@ -670,16 +680,7 @@ def test_cells_that_px4_counts_wrong_keep_it_from_arming_with_a_known_curve() ->
 def test_px4_does_not_arm_with_a_critical_battery(
     values: dict[str, float], target: str | None, codes: set[str]
 ) -> None:
-    given = ParameterSet(
-        source="made.params",
-        values={name: ParameterValue(value) for name, value in values.items()},
-        stack=Autopilot.PX4,
-    )
-    near = mission(takeoff(20), waypoint(50, 20), rtl())
-    model = load_vehicle("holybro-x500-v2")
-    result = check(
-        near, model, charge=0.5, reserve=0.0, parameters=given, target=TARGETS.get(target or "")
-    )
+    result = near_by_px4(values, charge=0.5, target=TARGETS.get(target or ""))
     errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
     assert errors & {"E103", "E114", "X904"} == codes
 
@@ -700,13 +701,7 @@ def test_px4_does_not_arm_with_more_voltage_than_its_cells_have(
     values: dict[str, float],
     fires: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
-    given = ParameterSet(
-        source="made.params",
-        values={name: ParameterValue(value) for name, value in values.items()},
-        stack=Autopilot.PX4,
-    )
-    near = mission(takeoff(20), waypoint(50, 20), rtl())
-    result = check(near, load_vehicle("holybro-x500-v2"), reserve=0.0, parameters=given)
+    result = near_by_px4(values)
     assert any("BAT1_N_CELLS" in one.message for one in told(result, "X904")) is fires
 
 
