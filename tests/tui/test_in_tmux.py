@@ -91,6 +91,7 @@ def test_a_new_user_finds_why_it_fails_and_what_makes_it_go(pane: Pane) -> None:
     assert "E101" in shown
     pane.keys("w")
     pane.wait_for("suggestions (Tab")
+    pane.wait_for("Take back all")  # the keyboard is in the form
     pane.keys("Up")  # from the first field around to the suggestions
     pane.keys("Enter")
     pane.wait_for("NO-GO → GO")
