@@ -8,6 +8,7 @@ or code.  IN_PROGRESS does not lengthen its wait.
 
 from __future__ import annotations
 
+import math
 import queue
 from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Any
@@ -123,6 +124,9 @@ UNREAD_SETTINGS = ArmingSettings(
 
 def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) -> ArmingSettings:
     """Return how a vehicle's parameters, by name, make it ask this program's system id."""
+    asked = (value for name, value in parameters.items() if name.startswith("COM_ARM_AUTH_"))
+    if any(value is not None and not math.isfinite(value) for value in asked):
+        return UNREAD_SETTINGS
     wanted, named = parameters.get("COM_ARM_AUTH_REQ"), parameters.get("COM_ARM_AUTH_ID")
     wait_s = parameters.get("COM_ARM_AUTH_TO") or _DEFAULT_WAIT_S
     number = round(parameters.get("COM_ARM_AUTH_MET") or 0.0)

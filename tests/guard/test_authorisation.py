@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 from typing import TYPE_CHECKING
@@ -74,6 +75,14 @@ def test_a_vehicle_that_will_not_ask_us_is_told_of_with_what_to_set(
     settings = arming_settings(parameters, authoriser=245)
     assert not settings.is_asking
     assert words in settings.advice
+
+
+@pytest.mark.parametrize("name", ["REQ", "ID", "MET", "TO"])
+def test_a_setting_that_is_no_number_is_unread(name: str) -> None:
+    parameters = {"COM_ARM_AUTH_REQ": 1.0, "COM_ARM_AUTH_ID": 245.0}
+    settings = arming_settings({**parameters, f"COM_ARM_AUTH_{name}": math.nan}, authoriser=245)
+    assert settings.is_asking is None
+    assert "unknown" in settings.advice
 
 
 class FakeConnection:

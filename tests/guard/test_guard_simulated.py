@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 from made_terrain import ground
-from simulated_vehicles import BATTERY, WIND, memory_line
+from simulated_vehicles import BATTERY, WIND, MemoryLine, memory_line, wire
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
@@ -20,7 +20,7 @@ from planner.link.mission import MissionKind, lists_of_mission
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import VehicleLink
 from planner.mission.commands import Frame
-from planner.report.vehicle import energy_text
+from planner.report.vehicle import energy_text, status_line
 from planner.service.guard import judge_vehicle
 from planner.setup import Setup
 from planner.simulator.arming import ArmingState
@@ -28,19 +28,31 @@ from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from simulated_vehicles import MemoryLine
+    from collections.abc import Callable, Hashable, Mapping
 
     from planner.simulator.vehicle import SimulatedVehicle
-    from planner.simulator.wire import PassedMessage
+    from planner.simulator.wire import PassedMessage, SimulatedWire
 
 CHECK = Setup(load_vehicle("arducopter-sitl-quad"), battery=BATTERY, wind=WIND)
 STRICT = replace(CHECK, reserve=0.95)
+PARAM_VALUE = b"\x16\0\0"
+"""Its number in a frame, from the seventh byte on."""
 
 
 class OverError(Exception):
     """The time of a test is up."""
+
+
+class _SievedLine(MemoryLine):
+    """Frames of the vehicle do not arrive that are lost at a time."""
+
+    def __init__(self, wire: SimulatedWire, is_lost: Callable[[bytes, float], bool]) -> None:
+        super().__init__(wire)
+        self._is_lost = is_lost
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        found = super().receive(timeout_s)
+        return [one for one in found if not self._is_lost(one[1], self.now_s())]
 
 
 @dataclass
@@ -69,10 +81,12 @@ def guard(
     own_system: int = 245,
     given: Mapping[str, float] | None = None,
     before: Callable[[SimulatedVehicle, float], None] = lambda *_: None,
+    is_lost: Callable[[bytes, float], bool] = lambda *_: False,
 ) -> Run:
     """Guard a simulated vehicle that tries to arm at times."""
     authoriser = own_system if autopilot is Autopilot.PX4 else None
-    line = memory_line(autopilot, faults, authoriser=authoriser, speed_up=speed_up, given=given)
+    made = wire(autopilot, faults, given, authoriser=authoriser, speed_up=speed_up)
+    line = _SievedLine(made, is_lost)
     vehicle = line._wire.vehicle
     run = Run(line, vehicle)
     line._wire.on_message = run.passed.append
@@ -129,6 +143,37 @@ def test_px4_that_is_armed_in_two_steps_flies_at_the_second() -> None:
     assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
     assert run.vehicle.is_flying
     assert "arm twice: the first time asks" in run.decided("arming")[0].text
+
+
+@pytest.mark.parametrize("lost", [b"", b"COM_ARM_AUTH_REQ"])
+def test_px4_whose_parameters_were_not_read_is_not_said_not_to_ask(lost: bytes) -> None:
+    """All of them are lost for two minutes, or that one alone that tells whether it asks."""
+
+    def is_lost(frame: bytes, now_s: float) -> bool:
+        return now_s < 120.0 and frame[7:10] == PARAM_VALUE and lost in frame
+
+    run = guard(Autopilot.PX4, until_s=200.0, arm_at_s=(100.0,), is_lost=is_lost)
+    unread, read = (one.text for one in run.decided("arming"))
+    assert unread.startswith("whether the vehicle asks before arming is unknown")
+    assert read.startswith("the vehicle asks before arming")
+    before = [one for one in run.statuses if one.arming and one.arming.is_asking is None]
+    assert len(before) > 30
+    assert all("asks perhaps" in status_line(one) for one in before)
+    assert {one.view.verdict for one in before} == {Verdict.UNKNOWN}
+    assert [one.details["result"] for one in run.decided("answer")] == ["temporarily_rejected"]
+    assert not any("not ask" in one.message["text"] for one in run.sent("STATUSTEXT"))
+    assert not run.vehicle.is_flying
+
+
+def test_what_was_read_of_arming_is_kept_where_it_cannot_be_read_again() -> None:
+    def is_lost(frame: bytes, now_s: float) -> bool:
+        return now_s > 30.0 and frame[7:10] == PARAM_VALUE
+
+    run = guard(Autopilot.PX4, until_s=200.0, arm_at_s=(190.0,), is_lost=is_lost)
+    (said,) = run.decided("arming")
+    assert said.text.startswith("the vehicle asks before arming")
+    assert run.statuses[-1].view.verdict is Verdict.UNKNOWN
+    assert [one.details["result"] for one in run.decided("answer")] == ["temporarily_rejected"]
 
 
 def test_px4_is_confirmed_by_the_numbers_of_its_lists_instead_of_their_items() -> None:
