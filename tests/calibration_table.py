@@ -3,10 +3,13 @@
 Run as ``make calibration FLIGHTS=folder``: writes the table in ``models/README.md``.  Each flight is
 predicted from its mission, parameters and wind alone.  Its intervals come once from the spread of the
 model as it stands, and once from the errors of the other flights of its family, each left out in turn.
+The flights of the Matrice are besides predicted from the legs in their logs, which those missions were
+inferred from.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import sys
@@ -16,14 +19,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from leg_kinds import KINDS_HEAD, kinds_row
 from readme_table import write_table
 
 import planner
 from planner.autopilot import Autopilot
 from planner.cli.main import main as command_line
+from planner.errors import IdentificationError, LogFileError
 from planner.flight.uncertainty import HIGH, LOW, kind_of, spread_at_noise
 from planner.identify.calibration import OF_FLIGHTS, Calibration, calibrate
+from planner.identify.ramps import durations_s, timed_flight
 from planner.identify.spread import FlownAndPredicted
+from planner.logs.files import read_log
 from planner.vehicle.parameters.files import read_parameters
 from planner.vehicle.repeatability import REPEATABILITY
 
@@ -32,7 +39,7 @@ if TYPE_CHECKING:
 
     from planner.flight.motion.kinematics import FlightState
     from planner.identify.calibration import FlightInterval
-    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.model import ModelSpread, VehicleModel
 
 NO_NOISE = "PX4, no noise"
 _AT_ONCE_S = 0.1
@@ -42,6 +49,7 @@ MIXED = ("px4-[A-FN]*", "px4-N_*")
 _ROUNDING = 1e-9
 HEADING_DEG = 0.0
 """Which PX4's simulator arms with, as the logs of its flights show.  [deg]"""
+LOGS_OF_LEGS = "real/matrice-100"
 _DRAG_LOGS = ("c1_rtl_alt60", "f1_vertical_fast", "g3_uturns", "h1_survey8")
 FAMILIES = (
     # what, folders, model or the logs it is identified from, and how
@@ -64,7 +72,11 @@ FAMILIES = (
 )
 
 
-def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
+StatesOfLegs = list[dict["FlightState", float]]
+"""How long each leg is predicted to be in each state. [s]"""
+
+
+def flight_of(folder: Path, vehicle: VehicleModel) -> tuple[FlownAndPredicted, StatesOfLegs]:
     """Return a recorded flight and its prediction, cut where its items were done."""
     flown = json.loads((folder / "flown.json").read_text(encoding="utf-8"))
     wind = flown["wind"]
@@ -92,7 +104,15 @@ def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
         for segment in result.segments:
             predicted_j[kind_of(segment.state)] += 3600.0 * segment.energy_wh
     whole = flown["energy_wh"] / result.totals.energy_wh if predicted_j else 1.0
-    return FlownAndPredicted(
+    states: StatesOfLegs = [defaultdict(float) for _ in parts[:-1]]
+    for of_leg, (begin, end) in zip(
+        states, pairwise(expected_s for _, expected_s in cuts), strict=False
+    ):
+        for segment in result.segments:
+            within_s = min(segment.start_s + segment.duration_s, end) - max(segment.start_s, begin)
+            if within_s > 0.0:
+                of_leg[segment.state] += within_s
+    flight = FlownAndPredicted(
         legs_s=parts[:-1],
         # what ends with its last item, done as it ends, has no part after it
         landing_s=parts[-1] if parts[-1][1] > 0.0 and parts[-1][0] > _AT_ONCE_S else None,
@@ -100,6 +120,23 @@ def flight_of(folder: Path, vehicle: VehicleModel) -> FlownAndPredicted:
         predicted_energy_j=predicted_j,
         wind_speed_m_s=wind["speed_m_s"],
     )
+    return flight, states
+
+
+def flights_of_legs(logs: Path, vehicle: VehicleModel) -> list[FlownAndPredicted]:
+    """Return the times of flights in logs and their predictions by ramps from the legs flown."""
+    assert vehicle.ramps is not None
+    found = []
+    for path in sorted(logs.glob("*.csv.gz")):
+        with contextlib.suppress(LogFileError, IdentificationError):
+            flight = timed_flight(read_log(path)[0])
+            predicted_s = durations_s(flight, vehicle.ramps)
+            takeoff, *legs, landing = zip(
+                (m.duration_s for m in flight.manoeuvres), predicted_s, strict=True
+            )
+            ends = (takeoff[0] + landing[0], takeoff[1] + landing[1])
+            found.append(FlownAndPredicted(legs_s=legs, landing_s=ends))
+    return found
 
 
 def vehicle_of(model: str | tuple[str, ...], how: tuple[str, ...], flights: Path) -> VehicleModel:
@@ -119,11 +156,17 @@ def cells(rows: Sequence[Calibration]) -> list[str]:
     of = {row.of: row for row in rows}
     return [
         f"{of[name].inside} of {of[name].count}, {_percent(of[name].half_width)} for "
-        f"{_percent(of[name].median_error)}"
+        f"{_percent(of[name].median_error)}: {of[name].sharpness:.1f}"
         if name in of
         else "—"
         for name in OF_FLIGHTS
     ]
+
+
+def by_chance(rows: Sequence[Calibration]) -> str:
+    """Return what right intervals of as many flights show in nine draws of ten."""
+    (least, most), (sharp, wide) = rows[0].inside_by_chance, rows[0].sharpness_by_chance
+    return f"{least} to {most}, {sharp:.1f} to {wide:.1f}"
 
 
 def narrowest(rows: Sequence[Calibration]) -> str:
@@ -151,15 +194,16 @@ def together(groups: Sequence[Sequence[Calibration]]) -> list[Calibration]:
 
 
 def main(folder: str) -> None:
-    """Write the table into the README of the models, and to standard output."""
+    """Write the tables into the README of the models, and to standard output."""
     flights = Path(folder)
     lines = [
         (
             "| family | time, its own spread | energy, its own spread | time, the others "
-            "| energy, the others | 80 % of the errors: time, energy |"
+            "| energy, the others | by chance | 80 % of the errors: time, energy |"
         ),
-        "|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|",
     ]
+    of_kinds = [*KINDS_HEAD]
     of_px4 = []
     for label, pattern, model, how in FAMILIES:
         vehicle = vehicle_of(model, how, flights)
@@ -169,23 +213,37 @@ def main(folder: str) -> None:
             for path in sorted(flights.glob(f"{pattern}/flown.json"))
             if pattern not in MIXED or path.parent.name.endswith("_quiet") is is_quiet
         ]
-        made = [flight_of(one, vehicle) for one in folders]
+        made, states = zip(*(flight_of(one, vehicle) for one in folders), strict=True)
         spread = vehicle.spread
         assert spread is not None
         noise_m = 0.0 if folders[0].name.endswith("_quiet") else None
-        own = calibrate(made, spreads=[spread_at_noise(spread, vehicle, noise_m)] * len(made))
-        others = calibrate(made, known=REPEATABILITY[vehicle.reference])
+        own, others = _both(made, spread_at_noise(spread, vehicle, noise_m), vehicle)
         lines.append(_row(label, own, others))
+        if vehicle.reference is Autopilot.STEP:  # its missions have no legs: they were not logged
+            legs = flights_of_legs(flights / LOGS_OF_LEGS, vehicle)
+            lines.append(_row(f"{label}, from the legs flown", *_both(legs, spread, vehicle)))
+        else:
+            of_kinds.append(kinds_row(label, made, states, REPEATABILITY[vehicle.reference]))
         if vehicle.reference is Autopilot.PX4:
             of_px4.append((own, others))
             last_of_px4 = len(lines)
     all_own, all_others = (together(groups) for groups in zip(*of_px4, strict=True))
     lines.insert(last_of_px4, _row("PX4, all", all_own, all_others))
     write_table("calibration", lines)
+    write_table("legs", of_kinds)
+
+
+def _both(
+    flights: Sequence[FlownAndPredicted], spread: ModelSpread, vehicle: VehicleModel
+) -> tuple[tuple[Calibration, ...], tuple[Calibration, ...]]:
+    """Return the calibration by the spread of the model, and by the other flights."""
+    own = calibrate(flights, spreads=[spread] * len(flights))
+    return own, calibrate(flights, known=REPEATABILITY[vehicle.reference])
 
 
 def _row(label: str, own: Sequence[Calibration], others: Sequence[Calibration]) -> str:
-    return f"| {' | '.join([label, *cells(own), *cells(others), narrowest(others)])} |"
+    columns = [label, *cells(own), *cells(others), by_chance(others), narrowest(others)]
+    return f"| {' | '.join(columns)} |"
 
 
 if __name__ == "__main__":

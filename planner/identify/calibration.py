@@ -3,7 +3,8 @@
 Of intervals from p10 to p90, 80 % of many flights lie inside: the coverage.  Any coverage can be had by
 wide intervals, so that their half width stands beside it, over the median error: the sharpness, 1.9
 for a normal distribution (1.2816 / 0.6745), more where an interval is wider than its errors ask for
-(T. Gneiting, F. Balabdaoui, A. E. Raftery, J. R. Stat. Soc. B 69 (2007) 243).
+(T. Gneiting, F. Balabdaoui, A. E. Raftery, J. R. Stat. Soc. B 69 (2007) 243).  Few flights show neither
+well, so what chance alone makes of as many stands beside both.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 TIME, ENERGY = "time", "energy"
 OF_FLIGHTS = (TIME, ENERGY)
 OF_PARTS = ("leg", "landing", "energy climbing", "energy level", "energy descending")
+_NINE_OF_TEN = (0.05, 0.95)
 _KIND_NAMES = {"climb": OF_PARTS[2], "cruise": OF_PARTS[3], "descend": OF_PARTS[4]}
 
 
@@ -75,6 +77,18 @@ class Calibration(Value):
         return sum(one.is_inside for one in self.intervals)
 
     @property
+    def inside_by_chance(self) -> tuple[int, int]:
+        """The fewest and the most that lie inside in nine draws of ten where 80 % of many do.
+
+        Of independent flights; the legs of one share its pace.
+        """
+        from scipy.special import bdtr
+
+        at_most = bdtr(np.arange(self.count + 1), self.count, HIGH - LOW)
+        low, high = np.searchsorted(at_most, _NINE_OF_TEN)
+        return int(low), int(high)
+
+    @property
     def coverage(self) -> float:
         """Fraction of them: 0.8 is right. [-]"""
         return self.inside / self.count
@@ -93,6 +107,20 @@ class Calibration(Value):
     def sharpness(self) -> float | None:
         """Half width over error, both in the median; ``None`` without any error. [-]"""
         return self.half_width / self.median_error if self.median_error else None
+
+    @property
+    def sharpness_by_chance(self) -> tuple[float, float]:
+        """Between what the sharpness lies in nine draws of ten, of normal errors whose spread is known.
+
+        The median of n numbers drawn evenly from 0 to 1 is Beta((n + 1)/2, (n + 1)/2) distributed; of an
+        even n, the mean of two, nearly as the one of the same variance n/4(n + 1)(n + 2).
+        """
+        from scipy.special import betaincinv, ndtri
+
+        of_even = 0.5 + 1.0 / self.count
+        half = 0.5 * (self.count + 1) + (0.0 if self.count % 2 else of_even)
+        least, most = ndtri(HIGH) / ndtri(0.5 + 0.5 * betaincinv(half, half, _NINE_OF_TEN[::-1]))
+        return float(least), float(most)
 
 
 def calibrate(

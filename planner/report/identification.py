@@ -326,29 +326,31 @@ def calibration_text(sources: Mapping[str, Sequence[Calibration]], *, medium: Me
     """Return how often flights lay in their intervals, a table for each source of these."""
     blocks = []
     for name, rows in sources.items():
-        table = [("", "inside", "of", "fraction", "half width", "error", "width / error")]
+        table = [("", "inside", "chance", "of", "half width", "error", "width / error", "chance")]
         table += [
             (
                 row.of,
                 f"{row.inside}",
+                "{} to {}".format(*row.inside_by_chance),
                 f"{row.count}",
-                quantity.percent(row.coverage),
                 quantity.percent(row.half_width),
                 quantity.percent(row.median_error),
                 quantity.ABSENT if row.sharpness is None else f"{row.sharpness:.1f}",
+                "{:.1f} to {:.1f}".format(*row.sharpness_by_chance),
             )
             for row in rows
         ]
         blocks.append(
             [
                 medium.paint(f"Intervals from {name}", "bold"),
-                *table_lines(table, alignment="<>>>>>>"),
+                *table_lines(table, alignment="<>>>>>>>"),
             ]
         )
     blocks.append(
         medium.wrapped(
             "80 % of many lie between p10 and p90.  Half width and error are medians; their ratio is "
-            "1.9 where errors are normal and known, more where an interval is wider than they ask for."
+            "1.9 where errors are normal and known, more where an interval is wider than they ask for.  "
+            "Chance: what right intervals show in nine draws of ten of as many independent, normal errors."
         )
     )
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"

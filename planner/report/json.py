@@ -400,7 +400,17 @@ def verification_json(verifications: Sequence[Verification], *, model: str, vers
     return json_text(envelope(version) | document, indent=2)
 
 
-_CALIBRATION_KEYS = ("of", "count", "inside", "coverage", "half_width", "median_error", "sharpness")
+_CALIBRATION_KEYS = (
+    "of",
+    "count",
+    "inside",
+    "inside_by_chance",
+    "coverage",
+    "half_width",
+    "median_error",
+    "sharpness",
+    "sharpness_by_chance",
+)
 _INTERVAL_KEYS = ("error", "low", "high", "is_inside")
 
 

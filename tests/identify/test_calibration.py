@@ -10,7 +10,7 @@ from scipy.stats import binom
 
 from planner.errors import UsageError
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.calibration import calibrate
+from planner.identify.calibration import Calibration, FlightInterval, calibrate
 from planner.identify.spread import FlownAndPredicted
 from planner.values import replace
 from planner.vehicle.model import ModelSpread
@@ -87,6 +87,25 @@ def test_an_interval_of_energy_is_wider_in_a_wind() -> None:
         (energy,) = calibrate([flight], spreads=[spread])
         widths.append(energy.half_width)
     assert widths[1] / widths[0] == pytest.approx(math.hypot(2.0, 3.0) / 2.0, rel=1e-9)
+
+
+def test_what_chance_makes_of_few_flights() -> None:
+    """Of six at 0.8: 1.7 % leave two or fewer inside, 9.9 % three or fewer, 26 % all six."""
+    six = Calibration(
+        of="time",
+        intervals=(FlightInterval(of="time", flight=0, error=0.0, low=-0.1, high=0.1),) * 6,
+    )
+    assert six.inside_by_chance == (3, 6)
+
+
+@pytest.mark.parametrize("count", [5, 6, 25, 87])
+def test_how_wide_right_intervals_look_by_chance(count: int) -> None:
+    """As drawn 20 000 times: the ends are good to 1 %, of the median of two in the middle to 2 %."""
+    drawn = np.abs(np.random.default_rng(4).standard_normal((20_000, count)))
+    expected = np.quantile(1.2816 / np.median(drawn, axis=1), (0.05, 0.95))
+    one = FlightInterval(of="time", flight=0, error=0.0, low=-0.1, high=0.1)
+    found = Calibration(of="time", intervals=(one,) * count).sharpness_by_chance
+    assert found == pytest.approx(expected, rel=0.03)
 
 
 def test_one_flight_has_no_others_to_take_intervals_from() -> None:
