@@ -588,6 +588,12 @@ class Fleet(Value):
         return next(iter(self.vehicles.values())).setup
 
     @property
+    def widest_separation_m(self) -> float:
+        """Most that any two keep beside each other, the errors of both places included. [m]"""
+        kept_m = 0.0 if self.separation is None else self.separation.horizontal_m
+        return kept_m + 2.0 * max(one.setup.position_error_m for one in self.vehicles.values())
+
+    @property
     def swap_s(self) -> float:
         """From landed to ready with another pack. [s]"""
         return 0.0 if self.swap is None else self.swap.time_s

@@ -67,6 +67,8 @@ if TYPE_CHECKING:
 GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 """Of the goal, whose times are reported. [-]"""
 _HOUR_S = 3600.0
+_ROUNDING_M = 1e-6
+"""By so much may places be rounded: agents that keep their separation exactly come no nearer. [m]"""
 
 _LEAVES_TRACKS = (
     "missions are flown along their tracks, which orca-stop leaves: choose the policy stop or none"
@@ -128,7 +130,7 @@ class SwarmResult(Presented, eq=False):
     seed: int
     agents: tuple[SwarmAgent, ...]
     separation_m: float
-    """Distance kept, the errors of both places included. [m]"""
+    """Most that any two keep, the errors of both places included. [m]"""
     distances: Distances
     record: Record
     frame: LocalFrame
@@ -294,28 +296,33 @@ def simulate_fleet(
             raise
         is_cut_short = True
     record = Record.of(steps, swarm)
-    distances = predict_distances(record, tuple(one.name for one in agents), separation_m)
+    errors_m = {one.name: one.error_m for one in agents}
+    distances = predict_distances(record, tuple(errors_m), fleet.widest_separation_m)
     flown = tuple(
         with_drop(
             with_gusts(_flown(record, row, body, float(swarm.turns_back_s[row])), record, row), drop
         )
         for row, (body, drop) in enumerate(zip(bodies, drops, strict=True))
     )
-    allowed_m = separation_m + 2.0 * max((one.error_m for one in agents), default=0.0)
     coverage = None if area is None else predict_coverage(record, area)
-    too_near = [one for one in distances.nearest if one.distance_m < allowed_m]
+    too_near = {
+        near: required_m
+        for near in distances.nearest
+        for required_m in [separation_m + errors_m[near.first] + errors_m[near.second]]
+        if near.distance_m < required_m - _ROUNDING_M
+    }
     report = judge_faults(
         fleet,
         flown,
         record,
         vehicles=[one.name for one in agents],
-        errors_m=[one.error_m for one in agents],
-        too_near=too_near,
+        errors_m=[*errors_m.values()],
+        too_near=[*too_near],
     )
     found = (
         *swarm_findings(
             flown,
-            [(allowed_m, one) for one in too_near],
+            [(required_m, near) for near, required_m in too_near.items()],
             swarm.deadlock,
             report,
             checks,
@@ -334,7 +341,7 @@ def simulate_fleet(
         policy=policy if isinstance(policy, str) else type(policy).__name__,
         seed=seed,
         agents=flown,
-        separation_m=allowed_m,
+        separation_m=fleet.widest_separation_m,
         distances=distances,
         record=record,
         frame=frame,
@@ -417,8 +424,6 @@ def _simulate_missions(
     ]
     found += pack_assumed(without)
     findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
-    separation_m = 0.0 if fleet.separation is None else fleet.separation.horizontal_m
-    errors_m = [one.setup.position_error_m for one in fleet.vehicles.values()]
     return SwarmResult(
         file=fleet.source,
         fleet=fleet,
@@ -426,7 +431,7 @@ def _simulate_missions(
         policy=str(policy),
         seed=seed,
         agents=agents,
-        separation_m=separation_m + 2.0 * max(errors_m),
+        separation_m=fleet.widest_separation_m,
         distances=filed.distances,
         record=filed.record,
         frame=filed.frame,

@@ -18,7 +18,7 @@ from planner.fleet.separation import (
     predict_approach,
     predict_conflicts,
 )
-from planner.fleet.swarm.distances import Approach, Distances
+from planner.fleet.swarm.distances import WITHIN, Approach, Distances
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.simulation import TICK_S, AgentPhase
 from planner.fleet.swarm.yielding import LateLink, Passage, Traveller, Wait, Yielding
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 _MOST_STEPS = 20_000
 """Steps of a record: half a second each in an operation of up to 2.8 hours. [-]"""
-_WITHIN = 5.0
-"""Pairs farther apart than this times the separation are in nobody's list, as in a swarm. [-]"""
 _ALONE_M = 10.0
 """Separation of a vehicle alone, which nothing depends on. [m]"""
 _STOOD_S = 60.0
@@ -251,6 +249,7 @@ def flown_together(
         if max(all_[one.first].start_s, all_[one.second].start_s) <= until_s
     }
     approaches = {pair: _approach_of(all_, pair, approach) for pair, approach in conflicts.items()}
+    within_m = WITHIN * fleet.widest_separation_m
     for pair in combinations(range(len(all_)), 2):
         one, two = (happened[row] for row in pair)
         has_started = max(one.start_s, two.start_s) <= until_s
@@ -261,7 +260,7 @@ def flown_together(
             two.trajectory,
             second_later_s=two.start_s - one.start_s,
             second_above_m=home_above_m(one, two),
-            within_m=_WITHIN * separation.horizontal_m,
+            within_m=within_m,
         )
         if near is not None:
             approaches[pair] = _approach_of(happened, pair, near)
@@ -290,7 +289,7 @@ def flown_together(
             nearest=tuple(
                 sorted(approaches.values(), key=lambda one: (one.distance_m, one.time_s))
             ),
-            least_m=_least_m(record, _WITHIN * separation.horizontal_m),
+            least_m=_least_m(record, within_m),
         ),
         record=record,
         frame=first.route.frame,

@@ -15,6 +15,7 @@ from planner.findings import Severity
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission
+    from planner.service.swarm import SwarmResult
 
 EXCHANGE = '[swarm]\nalgorithm = "exchange"\nheight_m = 20\n'
 PACKS = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = 3\n'
@@ -40,6 +41,45 @@ def exchanging(*, more: str = "", apart_m: float = 60.0, separation: str = "") -
         + vehicles("a", model=MODEL)
         + vehicles("b", model=MODEL, more=more)
     )
+
+
+def beside(kept_m: float, *, errors_m: tuple[float, float]) -> SwarmResult:
+    """Return what becomes of two that fly 15 m beside each other all the way, kept apart by nobody."""
+    conditions, table = "[conditions]\nposition_error_m = {!r}\n", "[vehicle.b]\n"
+    tables = formation(15.0).replace("horizontal_m = 10", f"horizontal_m = {kept_m!r}")
+    tables = tables.replace(table, f"{table}position_error_m = {errors_m[1]!r}\n")
+    return simulated(conditions.format(errors_m[0]), tables, policy="none")
+
+
+@pytest.mark.parametrize(
+    ("errors_m", "is_near"),
+    [
+        # 2 m and both errors: 22 m, more than five times 2 m
+        ((10.0, 10.0), True),
+        # each counts for itself: 14.5 and 15.5 m
+        ((0.0, 12.5), False),
+        ((0.0, 13.5), True),
+        ((13.5, 0.0), True),
+    ],
+)
+def test_agents_keep_apart_by_their_separation_and_the_errors_of_both(
+    *, errors_m: tuple[float, float], is_near: bool
+) -> None:
+    flown = beside(2.0, errors_m=errors_m)
+    assert ("S128" in {one.code for one in flown.findings}) is is_near
+    assert flown.separation_m == 2.0 + 2.0 * max(errors_m)
+    [near] = flown.distances.nearest
+    assert near.distance_m == pytest.approx(15.0, abs=0.05)  # the earth is no ball here
+
+
+def test_agents_that_keep_their_separation_exactly_come_no_nearer() -> None:
+    [near] = beside(10.0, errors_m=(0.0, 0.0)).distances.nearest
+    # places are rounded to far less than a micrometre
+    exact, wider = (
+        beside(near.distance_m + more_m, errors_m=(0.0, 0.0)) for more_m in (1e-9, 1e-5)
+    )
+    assert "S128" not in {one.code for one in exact.findings}
+    assert "S128" in {one.code for one in wider.findings}
 
 
 def test_nobody_lands_on_a_pad_where_another_still_stands() -> None:

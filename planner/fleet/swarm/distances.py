@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.fleet.swarm.flights import Record
 
-_WITHIN = 5.0
+WITHIN = 5.0
 """Pairs farther apart than this times the separation are in nobody's list. [-]"""
 
 
@@ -37,14 +37,17 @@ class Distances(Value, eq=False):
 
 
 def predict_distances(record: Record, names: tuple[str, ...], separation_m: float) -> Distances:
-    """Return how near agents come to each other, both in the air: along the chords of the steps."""
+    """Return how near agents come to each other, both in the air: along the chords of the steps.
+
+    ``separation_m`` is the greatest that any two have to keep, the errors of their places included. [m]
+    """
     flies = (record.phase != AgentPhase.WAITS) & (record.phase != AgentPhase.LANDED)
     found: dict[tuple[int, int], tuple[float, float]] = {}
     least = np.full(len(flies), np.nan)
     for step in range(len(flies)):
         begin, end = record.place_m[step], record.place_m[step + 1]
         tracks = Capsules.about(begin, end, np.zeros(len(begin)))
-        first, second = near_pairs(tracks, _WITHIN * separation_m, flies[step])
+        first, second = near_pairs(tracks, WITHIN * separation_m, flies[step])
         if not len(first):
             continue
         apart, part = closest_of_chords(begin[second] - begin[first], end[second] - end[first])
