@@ -31,6 +31,8 @@ _DIVISIONS = np.array([0.5, 1.0, 1.5, 2.0, 3.0])
 _LEAST_SCALE = 0.1
 """Of the trajectory's time. [-]"""
 _STILL_M_S = 1e-3
+_TINY = 1e-300
+"""Divides nothing into nothing. [-]"""
 _WINDOW = 600.0
 """Time constants summed up at once: e⁶⁰⁰ and its inverse are numbers. [-]"""
 _BETWEEN_FLIGHTS = 30.0
@@ -176,7 +178,7 @@ class TrackingLag(Value):
         force_m_s2: ComplexArray,
         along: ComplexArray,
         waiting: FloatArray,
-        comes_back: BoolArray,
+        comes_back: IntArray,
     ) -> FloatArray:
         """Return the errors that trajectories wait for. (n,) [m]
 
@@ -187,15 +189,15 @@ class TrackingLag(Value):
         With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
         behind where f < b y: waited for is f/b, in the mean.
         """
-        ahead, still = _dot(force_m_s2, along), self._still_per_s2
+        ahead, still = np.maximum(_dot(force_m_s2, along), 0.0), self._still_per_s2
         ahead_squared, squared = ahead * ahead, _dot(force_m_s2, force_m_s2)
         beside = np.maximum(squared - ahead_squared, 0.0) / still**2
         of_beside = waiting * waiting * beside
         root = np.sqrt(np.maximum(ahead_squared + still**2 * beside - of_beside, 0.0))
         behind = np.maximum(ahead_squared - of_beside, 0.0)
-        behind = quotient(behind, still * ahead + waiting * root)
-        error = np.where(behind > 0.0, np.sqrt(behind * behind + beside), quotient(ahead, waiting))
-        error = np.where(ahead > 0.0, error, 0.0)
+        behind /= np.maximum(still * ahead + waiting * root, _TINY)
+        waited = ahead / np.maximum(waiting, _TINY)
+        error = np.where(behind > 0.0, np.sqrt(behind * behind + beside), waited)
         error[comes_back] = np.sqrt(squared[comes_back]) / (still + waiting[comes_back])
         return error
 
@@ -218,7 +220,8 @@ class TrackingLag(Value):
         wound = np.maximum(most_m_s2 - 0.5 * p.velocity_gain_per_s * error_m_s, 0.0)
         share = np.where(is_tilted, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
         given_m_s2 = (ends - begins) / time_s
-        comes_back = np.repeat(_comes_back(moves)[ordered.segment_move[ordered.segment]], _PARTS)
+        is_back = _comes_back(moves)[ordered.segment_move[ordered.segment]]
+        comes_back = np.flatnonzero(np.repeat(is_back, _PARTS))
         along = quotient(1.0, speed, above=_STILL_M_S) * velocity
         waiting = self._waiting_per_s2(speed)
         scale, built, settled = tilted, drag, time_s
@@ -331,22 +334,18 @@ def _smoothed(
     With the fractions 1 − e^(−h), and a gap before it, in time constants, in which z dies away.
     """
     ends = np.cumsum(constants + gap)
-    added = settled * values
-    result = np.empty_like(values)
-    kept, first, start = values[0] * 0.0, 0, 0.0
-    while first < len(values):
-        last = max(int(np.searchsorted(ends, start + _WINDOW)), first + 1)
-        some = slice(first, last)
-        result[first] = kept
-        if last == first + 1:
-            left = np.exp(-min(gap[first] + constants[first], _WINDOW))
-            kept = kept * left + added[first]
-        else:
-            growth = np.exp(ends[some] - start)
-            total = kept + np.cumsum(added[some] * growth)
-            total *= 1.0 / growth
-            result[first + 1 : last], kept = total[:-1], total[-1]
-        first, start = last, float(ends[last - 1])
+    # Summed up as it grows from the beginning of each window on.
+    window = np.floor(ends / _WINDOW)
+    growth = np.exp(ends - _WINDOW * window)
+    total = settled * values * growth
+    firsts = np.flatnonzero(np.diff(window, prepend=-1.0))
+    kept = np.exp(-_WINDOW * np.diff(window[firsts], prepend=0.0)).tolist()
+    for first, last, left in zip(firsts, (*firsts[1:], len(total)), kept, strict=True):
+        if first:
+            total[first] += total[first - 1] * left
+        np.cumsum(total[first:last], out=total[first:last])
+    result = np.zeros_like(total)
+    result[1:] = (total * (1.0 / growth))[:-1]
     rests = np.flatnonzero(gap)
     result[rests] *= np.exp(-gap[rests])
     return result
