@@ -28,7 +28,7 @@ from planner.units import FASTEST_M_S
 from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from planner.findings import Finding
     from planner.geo.fence import Fence
@@ -329,15 +329,20 @@ def route_at_speed(route: Route, speed_m_s: float) -> Route:
 
     Climbs and descents keep theirs, and so does a return, whose speed is set in the vehicle.
     """
-    _refuse(speed_m_s)
+    return next(routes_at_speeds(route, (speed_m_s,)))
+
+
+def routes_at_speeds(route: Route, speeds_m_s: Iterable[float]) -> Iterator[Route]:
+    """Yield a route at each of several speeds, as `route_at_speed`."""
     level = set(_level_stages(route))
-    return replace(
-        route,
-        stages=tuple(
-            replace(stage, speed_m_s=speed_m_s) if number in level else stage
-            for number, stage in enumerate(route.stages)
-        ),
-    )
+    is_level = [number in level for number in range(len(route.stages))]
+    for speed_m_s in speeds_m_s:
+        _refuse(speed_m_s)
+        stages = (
+            replace(stage, speed_m_s=speed_m_s) if is_its else stage
+            for stage, is_its in zip(route.stages, is_level, strict=True)
+        )
+        yield replace(route, stages=tuple(stages))
 
 
 def level_speeds(route: Route) -> frozenset[float | None]:

@@ -400,13 +400,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         for one in (*mission.findings, *route.findings)
     ]
     if replaced:
-        from planner.mission.convert import SPEED_REPLACED
-
-        message = (
-            f"predicted at {quantity.speed(setup.speed_m_s)} on every level leg: the file commands "
-            "other speeds"
-        )
-        found.append(SPEED_REPLACED.finding(message))
+        found.append(_speed_replaced(setup))
     return Preparation(
         mission=mission,
         setup=setup,
@@ -415,6 +409,29 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         own_parameters=own_parameters,
         route=route,
         findings=tuple(found),
+    )
+
+
+def at_speed(prepared: Preparation, speed_m_s: float) -> Preparation:
+    """Return what `prepare` makes of a mission at one speed of every level leg from what it made at its own.
+
+    Of a route that holds nothing back: a condition may be met elsewhere at another speed.
+    """
+    from planner.mission.convert import route_at_speed
+
+    setup = replace(prepared.setup, speed_m_s=speed_m_s)
+    route, found = route_at_speed(prepared.route, speed_m_s), prepared.findings
+    if route.stages != prepared.route.stages:
+        found += (_speed_replaced(setup),)
+    return replace(prepared, setup=setup, route=route, findings=found)
+
+
+def _speed_replaced(setup: Setup) -> Finding:
+    from planner.mission.convert import SPEED_REPLACED
+
+    return SPEED_REPLACED.finding(
+        f"predicted at {quantity.speed(setup.speed_m_s)} on every level leg: the file commands other "
+        "speeds"
     )
 
 

@@ -13,9 +13,9 @@ from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.pilot import airspeed_limit_m_s
 from planner.flight.prediction import predict_costs
-from planner.mission.convert import level_speeds, route_at_speed
+from planner.mission.convert import level_speeds, routes_at_speeds
 from planner.presented import Presented
-from planner.service.preflight import WhatIfSteps, check_mission
+from planner.service.preflight import WhatIfSteps, at_speed, check_mission, prepare
 from planner.setting import is_finite_number
 from planner.setup import Setup
 from planner.units import wh_from_j
@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
+    from planner.flight.prediction import ItemArrival
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
-    from planner.service.preflight import CheckResult
+    from planner.service.preflight import CheckResult, Preparation
     from planner.vehicle.declared import Interval
     from planner.vehicle.model import VehicleModel
 
@@ -48,7 +49,23 @@ _PARTS = 5
 _SAME = 1e-9
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
-_WHAT_IF = WhatIfSteps()
+
+
+class _StepsAtSpeeds(WhatIfSteps):
+    """The steps of checks that differ in the speed of level legs alone: the mission is laid out once."""
+
+    def __init__(self, mission: Mission, setup: Setup) -> None:
+        self._own = prepare(mission, setup)
+
+    def prepare(self, mission: Mission, setup: Setup) -> Preparation:
+        """Return what the flight of the mission is predicted from."""
+        if setup.speed_m_s is None or self._own.route.held:
+            return prepare(mission, setup)
+        return at_speed(self._own, setup.speed_m_s)
+
+    def arrivals(self, assessment: Assessment) -> tuple[ItemArrival, ...]:  # noqa: ARG002 - as of `Steps`
+        """Return none: nobody asks at other speeds."""
+        return ()
 
 
 class FlownSpeed(Value):
@@ -259,6 +276,7 @@ class _Missions:
     def __init__(self, mission: Mission, setup: Setup) -> None:
         self._mission = mission
         self._setup = replace(setup, with_trace=False)
+        self._steps = _StepsAtSpeeds(mission, self._setup)
         self._known: dict[float, FlownSpeed] = {}
 
     def flown(self, speed_m_s: float) -> FlownSpeed:
@@ -266,7 +284,7 @@ class _Missions:
         speed_m_s = round(speed_m_s, 6)
         if speed_m_s not in self._known:
             result = check_mission(
-                self._mission, replace(self._setup, speed_m_s=speed_m_s), steps=_WHAT_IF
+                self._mission, replace(self._setup, speed_m_s=speed_m_s), steps=self._steps
             )
             self._known[speed_m_s] = _flown(result, speed_m_s)
         return self._known[speed_m_s]
@@ -393,7 +411,7 @@ class _Costs:
         new = [speed for speed in dict.fromkeys(speeds_m_s) if speed not in self._known]
         if new:
             a = self._assessment
-            routes = [route_at_speed(a.route, speed) for speed in new]
+            routes = [*routes_at_speeds(a.route, new)]
             energy_j, time_s = predict_costs(routes, a.setup, a.returns.pilot)
             both = zip(wh_from_j(energy_j).tolist(), time_s.tolist(), strict=True)
             self._known.update(zip(new, both, strict=True))

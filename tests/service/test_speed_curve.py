@@ -88,14 +88,30 @@ def test_of_speeds_that_no_leg_is_long_enough_for_the_slowest_counts() -> None:
     assert energy_wh(round(best.speed_m_s - 0.01, 2)) > energy_wh(15.0) * (1.0 + 1e-9)
 
 
-def test_a_point_of_the_curve_is_what_the_check_says() -> None:
+HELD = mission(
+    takeoff(50.0),
+    waypoint(200.0, 50.0),
+    item(114, frame=2, params=(300.0, 0.0, 0.0, 0.0)),
+    item(112, frame=2, params=(10.0, 0.0, 0.0, 0.0)),
+    speed(3.0),
+    waypoint(2000.0, 50.0),
+    waypoint(0.0, 50.0),
+    rtl(),
+)
+"""How far the vehicle is when its condition is met depends on its speed."""
+
+
+@pytest.mark.parametrize("flown_mission", [LONG, HELD], ids=["long", "held"])
+def test_a_point_of_the_curve_is_what_the_check_says(flown_mission: planner.Mission) -> None:
     wind = Wind(speed_m_s=4.0, from_deg=180.0)
     curve = predict_speed_curve(
-        LONG, SURVEYOR, from_m_s=5.0, to_m_s=9.0, step_m_s=2.0, wind=wind, reserve=0.3
+        flown_mission, SURVEYOR, from_m_s=5.0, to_m_s=9.0, step_m_s=2.0, wind=wind, reserve=0.3
     )
     assert curve.speed_m_s.tolist() == [5.0, 7.0, 9.0]
     for flown in curve.points:
-        result = planner.check(LONG, SURVEYOR, speed_m_s=flown.speed_m_s, wind=wind, reserve=0.3)
+        result = planner.check(
+            flown_mission, SURVEYOR, speed_m_s=flown.speed_m_s, wind=wind, reserve=0.3
+        )
         assert result.battery is not None
         assert (flown.energy_wh, flown.time_s) == (result.totals.energy_wh, result.totals.time_s)
         assert (flown.margin_wh, flown.verdict) == (result.battery.margin_wh, result.verdict)

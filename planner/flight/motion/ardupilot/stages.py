@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -144,6 +145,14 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
     return _AUTOPILOT_EARTH_RADIUS_M / transverse_m, _AUTOPILOT_EARTH_RADIUS_M / meridional_m
 
 
+_NUMBERS = (
+    *("east_m", "north_m", "height_m", "speed_m_s", "climb_speed_m_s", "descent_speed_m_s"),
+    *("hold_s", "turns", "radius_m", "above_ground_m", "lowered_m", "datum_m"),
+    *("is_speed_late", "is_next_unseen", "is_underway", "is_here"),
+)
+"""What is taken of stages as it is; what is absent is no number."""
+
+
 def stage_columns(
     stages: Sequence[Stage],
     parameters: ArduPilotParameters,
@@ -155,10 +164,11 @@ def stage_columns(
 
     ``drag`` is that of `TrackLag`.
     """
+    rows_of_numbers = np.array([*map(attrgetter(*_NUMBERS), stages)], dtype=np.float64)
+    numbers = dict(zip(_NUMBERS, rows_of_numbers.T.copy(), strict=True))
 
     def column(name: str, default: float = 0.0) -> FloatArray:
-        values = np.array([getattr(stage, name) for stage in stages], dtype=np.float64)
-        return np.where(np.isnan(values), default, values)
+        return np.where(np.isnan(numbers[name]), default, numbers[name])
 
     kind = np.array([KIND_INDEX[stage.kind] for stage in stages], dtype=np.intp)
     place = np.column_stack((column("east_m"), column("north_m"), column("height_m")))
@@ -168,11 +178,12 @@ def stage_columns(
     descent = column("descent_speed_m_s", parameters.descent_speed_m_s)
     home = is_kind(kind, *RETURN_STAGES)
     speed[home] = column("speed_m_s", parameters.return_speed_m_s)[home]
-    is_speed_late = np.array([stage.is_speed_late for stage in stages], np.bool_)
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
     radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
-    rise = np.array([_rise_m(stage) for stage in stages])
+    rise = np.zeros(len(stages))
+    for row in np.flatnonzero(is_kind(kind, *_LOWERS)).tolist():
+        rise[row] = _rise_m(stages[row])
     start, end, edge, circles = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed, drag=drag
     )
@@ -201,7 +212,7 @@ def stage_columns(
     # Splines ask for the place of the next command alone.
     elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & (place[:, :2] != start[:, :2]).any(axis=1)
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
-    unseen = np.array([stage.is_next_unseen for stage in stages], np.bool_)
+    unseen = numbers["is_next_unseen"] > 0.0
     return StageColumns(
         kind=kind,
         item=np.array([stage.item for stage in stages]),
@@ -218,9 +229,9 @@ def stage_columns(
         radius_m=radius,
         circles=circles,
         is_passed=through & ~unseen & np.concatenate((onward[1:], [False])),
-        is_speed_late=is_speed_late,
-        is_underway=np.array([stage.is_underway for stage in stages], np.bool_),
-        is_here=np.array([stage.is_here for stage in stages], np.bool_),
+        is_speed_late=numbers["is_speed_late"] > 0.0,
+        is_underway=numbers["is_underway"] > 0.0,
+        is_here=numbers["is_here"] > 0.0,
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
         above_ground_m=column("above_ground_m"),
@@ -230,12 +241,12 @@ def stage_columns(
     )
 
 
-_LOWERS = frozenset({StageKind.LAND, StageKind.SET_DOWN})
+_LOWERS = (StageKind.LAND, StageKind.SET_DOWN)
 
 
 def _rise_m(stage: Stage) -> float:
     ground_m = stage.followed_ground_m
-    return ground_m[-1] - ground_m[0] if stage.kind in _LOWERS and ground_m else 0.0
+    return ground_m[-1] - ground_m[0] if ground_m else 0.0
 
 
 def return_columns(

@@ -338,8 +338,9 @@ def _smoothed(
     window = np.floor(ends / _WINDOW)
     growth = np.exp(ends - _WINDOW * window)
     total = settled * values * growth
-    firsts = np.flatnonzero(np.diff(window, prepend=-1.0))
-    kept = np.exp(-_WINDOW * np.diff(window[firsts], prepend=0.0)).tolist()
+    begins: IntArray = np.flatnonzero(np.diff(window, prepend=-1.0))
+    kept = np.exp(-_WINDOW * np.diff(window[begins], prepend=0.0)).tolist()
+    firsts = begins.tolist()
     for first, last, left in zip(firsts, (*firsts[1:], len(total)), kept, strict=True):
         if first:
             total[first] += total[first - 1] * left
