@@ -340,7 +340,7 @@ def _smoothed(
     total = settled * values * growth
     begins: IntArray = np.flatnonzero(np.diff(window, prepend=-1.0))
     kept = np.exp(-_WINDOW * np.diff(window[begins], prepend=0.0)).tolist()
-    firsts = begins.tolist()
+    firsts: list[int] = begins.tolist()
     for first, last, left in zip(firsts, (*firsts[1:], len(total)), kept, strict=True):
         if first:
             total[first] += total[first - 1] * left
