@@ -451,7 +451,8 @@ def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Le
         velocity_m_s=np.where(follows, legs.end_m_s[part.before], 0.0),
         slowing_m_s2=np.where(part.before >= 0, slowing_at_ends_m_s2(legs)[part.before], 0.0),
     )
-    turns, slowed = slowed_turns(begun, leg_entries(begun, parameters), parameters)
+    turns, upright_m_s = slowed_turns(begun, leg_entries(begun, parameters), parameters)
+    slowed = upright_m_s > 0.0
     turns = joined_turns(begun, turns, slowed, parameters)
     turns = eased_turns(begun, turns, slowed, parameters)
     climbing = part.is_takeoff
@@ -459,12 +460,16 @@ def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Le
 
     ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
     ends[:, 2] = _end_heights_m(turns.end_m, ends, part, parameters)
+    way = part.target_m - begun.place_m
+    shallow = slowed & (np.abs(way[:, 2]) <= horizontal(way))
+    ends = np.where(shallow[:, None], _ends_straight_on_m(turns.end_m, ends, part), ends)
     turns, ends = cut_short(begun, turns, ends, parameters)
     limits = limits_along(turns.end_m, ends, part, parameters)
     held = climbing & ~part.takeoffs.is_free
     limits.cruise_m_s[held] = part.takeoffs.speed_m_s[held]
     start, acceleration = _starts(limits, turns, begun.velocity_m_s)
-    start = np.where(slowed, limits.cruise_m_s, start)
+    climbed_m_s = quotient(upright_m_s, np.abs(limits.direction[:, 2]), np.inf)
+    start = np.where(slowed, np.minimum(climbed_m_s, limits.cruise_m_s), start)
     start[climbing], acceleration[climbing] = part.takeoffs.speed_m_s[climbing], 0.0
     moving = np.flatnonzero(limits.length_m > STILL_M)
     straights = _unmoved(start)
@@ -505,10 +510,20 @@ def _end_heights_m(
     part = np.minimum(quotient(horizontal(left), horizontal(way)), 1.0)
     sloped = planned.is_leg & ~planned.is_takeoff & (planned.direction[:, 2] != 0.0)
     sloped &= np.abs(way[:, 2] * part) <= parameters.altitude_acceptance_m
-    sloped &= np.abs(way[:, 2]) <= horizontal(way)
+    sloped &= (np.abs(way[:, 2]) <= horizontal(way)) & (horizontal(left) > STILL_M)
     dying = np.minimum(part, np.exp(-0.5 * jerk / vertical * least_s))
     part = np.where(near, dying, part)
     return np.where(near | sloped, planned.target_m[:, 2] - way[:, 2] * part, ends_m[:, 2])
+
+
+def _ends_straight_on_m(
+    place_m: FloatArray, ends_m: FloatArray, planned: PlannedLegs
+) -> FloatArray:
+    """Return where heights count as reached on the way to targets straight from places. (n, 3) [m]"""
+    left = planned.target_m - place_m
+    part = quotient((planned.target_m - ends_m)[:, 2], left[:, 2])
+    is_ahead = (part > 0.0) & (part < 1.0)
+    return np.where(is_ahead[:, None], planned.target_m - left * part[:, None], ends_m)
 
 
 def _starts(

@@ -12,6 +12,7 @@ from planner.flight.motion.px4.braking import (
     CLAMPED_M_S,
     STILL_M,
     Px4Ramps,
+    allowed_speed_m_s,
     ramp_time_s,
     turning_back,
     vertical_limits,
@@ -346,6 +347,8 @@ _LEAST_FRACTION = 0.1
 """Of the speed, below which a leg is joined at once. [-]"""
 
 
+_HALVINGS = 10
+"""Of a range of speeds, to a thousandth of it."""
 _GROWTH_ROUNDS = 2
 """Each lets the time of a join and the speed reached in it agree more closely."""
 
@@ -374,44 +377,92 @@ def leg_entries(begun: LegStarts, parameters: Px4Parameters) -> Turns:
 
 def slowed_turns(
     begun: LegStarts, turns: Turns, parameters: Px4Parameters
-) -> tuple[Turns, BoolArray]:
-    """Return turns onto legs too steep for the speed they are begun with, and which legs these are.
+) -> tuple[Turns, FloatArray]:
+    """Return turns onto legs too steep for the speed they are begun with, and the vertical speeds reached.
 
     Without a turn, the horizontal speed falls to what the vertical limit leaves, or to that of the leg,
-    while the vertical one comes to what goes with it, both in the time of the slower.
+    while the vertical one comes to what goes with it, both in the time of the slower; or to less, where
+    the leg is too low for that (`_reached_m_s`).  So it does on legs that climb more than they are long,
+    or within the acceptance radius, where the height alone is waited for.  Of all other legs the vertical
+    speed is 0. [m s⁻¹]
     """
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     way = part.target_m - place
     level, height, upward = horizontal(way), np.abs(way[:, 2]), np.sign(way[:, 2])
     limit, vertical = vertical_limits(way[:, 2] > 0.0, parameters)
     left = quotient(limit * level, height, np.inf, above=STILL_M)
-    slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (left < turns.speed_m_s)
-    slows &= part.pause_s == 0.0
+    slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (part.pause_s == 0.0)
+    # Within the acceptance radius, as over the waypoint before.
+    near = (level < part.reach_m + STILL_M) | (horizontal(part.target_m - part.begins_m) < STILL_M)
+    near &= height > parameters.altitude_acceptance_m
+    steep = ((height > level) | near) & (horizontal(velocity) > SLOWEST_TURN_M_S)
+    slows &= (left < turns.speed_m_s) | steep
     if slows.any():
         sight = _Sight.of(begun, directions(way)[0], turns.speed_m_s, turns.speed_m_s, parameters)
-        slows &= ~sight.counts
-    if not slows.any():
-        return turns, slows
-    after = np.where(slows, np.minimum(left, part.speed_m_s), turns.speed_m_s)
-    reached = np.minimum(limit, quotient(after * height, level, limit, above=STILL_M))
-    climbing = np.minimum(upward * velocity[:, 2], limit)
-    jerk = parameters.jerk_m_s3
-    time = np.maximum(
-        ramp_time_s(turns.speed_m_s - after, parameters.acceleration_m_s2, jerk),
-        ramp_time_s(np.abs(reached - climbing), vertical, jerk),
+        slows &= ~sight.counts | near
+    upright_m_s = np.zeros_like(height)
+    rows = np.flatnonzero(slows)
+    if not len(rows):
+        return turns, upright_m_s
+    level, height, upward = level[rows], height[rows], upward[rows]
+    limit, vertical, velocity = limit[rows], vertical[rows], velocity[rows]
+    first_m_s, climbing = turns.speed_m_s[rows], np.minimum(upward * velocity[:, 2], limit)
+    after = np.minimum(left, part.speed_m_s)[rows]
+    whole = np.minimum(limit, quotient(after * height, level, limit, above=STILL_M))
+    reached = _reached_m_s(
+        height,
+        climbing,
+        whole,
+        part.final_upright_m_s[rows],
+        acceleration_m_s2=vertical,
+        jerk_m_s3=parameters.jerk_m_s3,
     )
-    slows &= height > limit * time
+    upright_m_s[rows] = reached
+    after = np.minimum(after * quotient(reached, whole), first_m_s)
+    time = np.maximum(
+        ramp_time_s(first_m_s - after, parameters.acceleration_m_s2, parameters.jerk_m_s3),
+        ramp_time_s(np.abs(reached - climbing), vertical, parameters.jerk_m_s3),
+    )
     speed = horizontal(velocity)
     along = velocity / np.where(speed > 0.0, speed, 1.0)[:, None]
-    end = place + along * (0.5 * (turns.speed_m_s + after) * time)[:, None]
-    end[:, 2] = place[:, 2] + upward * 0.5 * (climbing + reached) * time
-    slowed = Turns(
-        duration_s=np.where(slows, time, turns.duration_s),
-        end_m=np.where(slows[:, None], end, turns.end_m),
-        speed_m_s=np.where(slows, after, turns.speed_m_s),
-        acceleration_m_s2=np.where(slows, 0.0, turns.acceleration_m_s2),
+    end = place[rows] + along * (0.5 * (first_m_s + after) * time)[:, None]
+    end[:, 2] = place[rows, 2] + upward * 0.5 * (climbing + reached) * time
+    slowed = turns.select(np.arange(len(slows)))
+    slowed.put(
+        rows,
+        Turns(duration_s=time, end_m=end, speed_m_s=after, acceleration_m_s2=np.zeros_like(time)),
     )
-    return slowed, slows
+    return slowed, upright_m_s
+
+
+def _reached_m_s(
+    height_m: FloatArray,
+    begun_m_s: FloatArray,
+    limit_m_s: FloatArray,
+    final_m_s: FloatArray,
+    *,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: float,
+) -> FloatArray:
+    """Return the vertical speeds that climbs and descents of heights grow to. (n,) [m s⁻¹]
+
+    Their acceleration falls from where it would lead to more than the way left allows
+    (``VelocitySmoothing``): the speed it leads to is that allowed there, and more than allowed where it is
+    reached.
+    """
+    least, most = np.minimum(begun_m_s, limit_m_s), limit_m_s
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (least + most)
+        ramps = Px4Ramps.of(
+            np.maximum(middle - begun_m_s, 0.0), acceleration_m_s2, np.full_like(middle, jerk_m_s3)
+        )
+        growing_s = ramps.jerk_s + ramps.steady_s
+        way = begun_m_s * growing_s + ramps.gained(growing_s)[0]
+        left_m = np.maximum(height_m - way, 0.0)
+        allowed = allowed_speed_m_s(left_m, final_m_s, acceleration_m_s2, jerk_m_s3)
+        is_allowed = middle < allowed
+        least, most = np.where(is_allowed, middle, least), np.where(is_allowed, most, middle)
+    return np.asarray(most)
 
 
 def joined_turns(
