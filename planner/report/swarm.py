@@ -28,6 +28,7 @@ from planner.values import field_names
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from planner.fleet.swarm.distances import Approach
     from planner.report.json import Document
     from planner.report.text import Medium
     from planner.service.fleet_timeline import FleetTimeline
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 _SHOWN = 5
 """Closest approaches in the text. [-]"""
+_SHOWN_M = 0.05
+"""Less above each other is one height. [m]"""
 _OF_AGENT = (
     "name",
     "vehicle",
@@ -53,7 +56,7 @@ _OF_AGENT = (
 )
 _OF_BATTERY = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
 _OF_FAULT = ("kind", "vehicle", "at_s", "lasts_s")
-_OF_APPROACH = ("first", "second", "distance_m", "time_s")
+_OF_APPROACH = ("first", "second", "distance_m", "time_s", "above_m")
 _OF_GROUP = ("energy_wh", "makespan_s", "distance_m", "stops", "waited_s", "energy_by_state_wh")
 _FLIES = (AgentPhase.CLIMBS, AgentPhase.FLIES, AgentPhase.LANDS)
 
@@ -80,11 +83,7 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
     if nearest:
         lines += ["", f"Closest; {quantity.distance(result.separation_m)} required:"]
         rows = [
-            (
-                f"{one.first} and {one.second}",
-                quantity.distance(one.distance_m),
-                quantity.duration(one.time_s),
-            )
+            (f"{one.first} and {one.second}", _apart_text(one), quantity.duration(one.time_s))
             for one in nearest
         ]
         lines += table_lines(rows, alignment="<>>")
@@ -98,6 +97,12 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
         lines += note_lines(finding, medium=medium)
     lines += ["", closing_line(result.findings, suppressed=result.suppressed)]
     return "\n".join(lines) + "\n"
+
+
+def _apart_text(near: Approach) -> str:
+    if near.above_m < _SHOWN_M:
+        return quantity.distance(near.distance_m)
+    return f"{quantity.distance(near.beside_m)} beside, {quantity.height(near.above_m)} above"
 
 
 def swarm_headline(result: SwarmResult) -> str:

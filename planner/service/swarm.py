@@ -15,7 +15,7 @@ from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, Separation, SwarmAlg
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.answers import refuse_without
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
-from planner.fleet.swarm.distances import predict_distances
+from planner.fleet.swarm.distances import Kept, predict_distances
 from planner.fleet.swarm.faults import SwarmFaults, gust_m_s
 from planner.fleet.swarm.flights import Record, agent_flight
 from planner.fleet.swarm.policies import POLICIES
@@ -305,28 +305,23 @@ def simulate_fleet(
         for row, (body, drop) in enumerate(zip(bodies, drops, strict=True))
     )
     coverage = None if area is None else predict_coverage(record, area)
-    too_near = {
-        near: required_m
+    too_near = [
+        Kept(near, required_m)
         for near in distances.nearest
         for required_m in [separation_m + errors_m[near.first] + errors_m[near.second]]
         if near.distance_m < required_m - _ROUNDING_M
-    }
+    ]
     report = judge_faults(
         fleet,
         flown,
         record,
         vehicles=[one.name for one in agents],
         errors_m=[*errors_m.values()],
-        too_near=[*too_near],
+        too_near=[one.approach for one in too_near],
     )
     found = (
         *swarm_findings(
-            flown,
-            [(required_m, near) for near, required_m in too_near.items()],
-            swarm.deadlock,
-            report,
-            checks,
-            keeps_apart=kept.keeps_apart,
+            flown, too_near, swarm.deadlock, report, checks, keeps_apart=kept.keeps_apart
         ),
         *ground_findings(fleet, _stays(fleet, bodies, flown, record)),
         *unseen_findings(coverage, task),
@@ -395,11 +390,11 @@ def _simulate_missions(
         filed.record,
         vehicles=vehicles,
         errors_m=[fleet.vehicles[one].setup.position_error_m for one in vehicles],
-        too_near=[near for _, near in filed.approaches],
+        too_near=[one.approach for one in filed.too_near],
     )
     checks = [VehicleCheck(one.name, one.result, is_filed=True) for one in filed.sorties]
     found = swarm_findings(
-        agents, filed.approaches, filed.deadlock, report, checks, keeps_apart=policy != "none"
+        agents, filed.too_near, filed.deadlock, report, checks, keeps_apart=policy != "none"
     )
     found += [
         SWARM_SEPARATION.finding(message, fix=HEIGHTS_UNKNOWN) for message in filed.incomparable

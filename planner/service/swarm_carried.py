@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.fleet.fleet import FaultKind
 from planner.fleet.separation import home_above_m
-from planner.fleet.swarm.distances import Approach, closest_of_chords
+from planner.fleet.swarm.distances import Approach, Kept, closest_of_chords
 from planner.fleet.swarm.dynamics import DynamicsStack
 from planner.fleet.swarm.faults import SwarmFaults
 from planner.fleet.swarm.simulation import TICK_S
@@ -54,9 +54,8 @@ class Carried(Value, eq=False):
 class CarriedApproach(NamedTuple):
     """Where two come nearest as they are carried."""
 
-    approach: Approach
+    kept: Kept
     is_too_near: bool
-    required_m: float
 
 
 def _interpolated(at_s: FloatArray, time_s: FloatArray, columns: FloatArray) -> FloatArray:
@@ -169,5 +168,9 @@ def _approach(
         second=two.file,
         distance_m=float(size_m[least]),
         time_s=float(time_s[least] + part[least] * (time_s[least + 1] - time_s[least])),
+        above_m=abs(float(above_m[least])),
     )
-    return CarriedApproach(approach, bool(is_near.any()), float(required_m[least]))
+    over_m = zone.over_m if above_m[least] >= 0.0 else zone.under_m
+    return CarriedApproach(
+        Kept(approach, float(required_m[least]), float(over_m)), bool(is_near.any())
+    )

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fleet.fleet import SwarmTask
     from planner.fleet.swarm.coverage import Coverage
-    from planner.fleet.swarm.distances import Approach
+    from planner.fleet.swarm.distances import Kept
     from planner.service.swarm import SwarmAgent
     from planner.service.swarm_faults import SwarmFaultReport
     from planner.vehicle.model import VehicleModel
@@ -55,7 +55,7 @@ SWARM_DEADLOCK = Rule(
 SWARM_UNFINISHED = Rule(
     "S130 swarm-unfinished",
     Severity.ERROR,
-    summary="An agent of a simulated swarm is still in the air when the simulation ends.",
+    summary="An agent of a simulated swarm is in the air, or has not set out, when the simulation ends.",
     why="What it takes to come home is not counted.",
     how="The simulation ended by --until, or by a deadlock, before all had landed.",
     fix="simulate longer with --until, or give the swarm less to do",
@@ -134,7 +134,7 @@ SWARM_UNCHECKED = Rule(
 
 def swarm_findings(
     flown: Sequence[SwarmAgent],
-    too_near: Sequence[tuple[float, Approach]],
+    too_near: Sequence[Kept],
     deadlock: Sequence[str],
     faults: SwarmFaultReport | None,
     checks: Sequence[VehicleCheck],
@@ -142,10 +142,11 @@ def swarm_findings(
     keeps_apart: bool,
 ) -> list[Finding]:
     """Return what is found of agents and of every two that come nearer than is required."""
-    text_of = {near: _too_near_text(near, required_m) for required_m, near in too_near}
+    text_of = {one.approach: _too_near_text(one) for one in too_near}
     outcomes = () if faults is None else faults.outcomes
     by_faults = {near for one in outcomes for near in one.hits}
     lost = {name for one in outcomes for name in one.lost}
+    there = [one for one in flown if one.name not in lost]
     return [
         *(
             SWARM_SEPARATION.finding(text, fix=_HELD_APART if keeps_apart else None)
@@ -155,10 +156,8 @@ def swarm_findings(
         *fault_findings(faults, text_of.__getitem__),
         *_deadlock_findings(deadlock),
         *vehicle_findings(checks),
-        *_agent_findings(
-            [one for one in flown if one.name not in lost],
-            {one.name: one.uncounted for one in checks},
-        ),
+        *_unfinished(there),
+        *_agent_findings(there, {one.name: one.uncounted for one in checks}),
         _unchecked(),
         *_gusts_beyond_models(flown),
     ]
@@ -170,13 +169,29 @@ def _deadlock_findings(members: Sequence[str]) -> Iterator[Finding]:
         yield SWARM_DEADLOCK.finding(f"{', '.join(members)} {verb} and cannot go on")
 
 
-def _too_near_text(near: Approach, required_m: float) -> str:
+def _too_near_text(kept: Kept) -> str:
     """Return how near two come to each other, for a finding."""
-    return (
-        f"{near.first} and {near.second}: "
-        f"{quantity.beside(near.distance_m, required_m, quantity.distance)} apart at "
-        f"{quantity.duration(near.time_s)}; {quantity.distance(required_m)} required"
-    )
+    near, required = kept.approach, quantity.distance(kept.beside_m)
+    away = quantity.beside(near.beside_m, kept.beside_m, quantity.distance)
+    at = quantity.duration(near.time_s)
+    if kept.above_m is None:
+        text = f"{away} apart at {at}; {required} required"
+    else:
+        above = quantity.beside(near.above_m, kept.above_m, quantity.height)
+        text = (
+            f"{away} beside and {above} above each other at {at}; {required} beside or "
+            f"{quantity.height(kept.above_m)} above required"
+        )
+    return f"{near.first} and {near.second}: {text}"
+
+
+def _unfinished(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
+    waits = [one.name for one in flown if one.flight is None]
+    up = [one.name for one in flown if not (one.has_landed or one.name in waits)]
+    for names, what in ((waits, "taken off"), (up, "landed")):
+        if names:
+            verb = "has" if len(names) == 1 else "have"
+            yield SWARM_UNFINISHED.finding(f"{', '.join(names)} {verb} not {what}")
 
 
 def _agent_findings(
@@ -186,10 +201,6 @@ def _agent_findings(
 
     ``uncounted`` is what each may take beyond its energy, as its model does not know. [-]
     """
-    up = [one.name for one in flown if not one.has_landed]
-    if up:
-        verb = "has" if len(up) == 1 else "have"
-        yield SWARM_UNFINISHED.finding(f"{', '.join(up)} {verb} not landed")
     for one in flown:
         if one.turned_back_s is not None:
             yield SWARM_TURNED_BACK.finding(

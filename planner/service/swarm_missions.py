@@ -18,7 +18,7 @@ from planner.fleet.separation import (
     predict_approach,
     predict_conflicts,
 )
-from planner.fleet.swarm.distances import WITHIN, Approach, Distances
+from planner.fleet.swarm.distances import WITHIN, Approach, Distances, Kept
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.simulation import TICK_S, AgentPhase
 from planner.fleet.swarm.yielding import LateLink, Passage, Traveller, Wait, Yielding
@@ -55,7 +55,7 @@ class FiledFlights(Value, eq=False):
 
     sorties: tuple[FlownSortie, ...]
     """With the flights and starts they had."""
-    approaches: tuple[tuple[float, Approach], ...]
+    too_near: tuple[Kept, ...]
     """Distance required of every two that come too near to each other, and where they do. [m]"""
     incomparable: tuple[str, ...]
     """What is said of pairs whose heights cannot be compared."""
@@ -264,22 +264,26 @@ def flown_together(
         )
         if near is not None:
             approaches[pair] = _approach_of(happened, pair, near)
-    required_m = {
-        pair: separation.horizontal_m + approach.grown_m for pair, approach in conflicts.items()
-    }
+    too_near = {}
+    for pair, conflict in conflicts.items():
+        zone = spacing.zone(*(all_[row] for row in pair))
+        assert zone is not None  # of a fleet it is a cylinder
+        over_m = zone.over_m if conflict.above_m >= 0.0 else zone.under_m
+        beside_m = separation.horizontal_m + conflict.grown_m
+        too_near[pair] = Kept(approaches[pair], beside_m, over_m)
     carried = predict_carried(fleet, flown, until_s=until_s, seed=seed)
     for pair, met in carried_approaches(happened, carried, spacing, until_s):
         # What the plan alone leads to, at starts sooner or later, may come to pass as well.
         if met.is_too_near or pair not in conflicts:
-            approaches[pair] = met.approach
+            approaches[pair] = met.kept.approach
         if met.is_too_near:
-            required_m[pair] = met.required_m
+            too_near[pair] = met.kept
     record = _record(flown, all_, until_s, carried)
     first = flown[0].assessment
     assert first is not None  # it flies
     return FiledFlights(
         sorties=tuple(flown),
-        approaches=tuple((least_m, approaches[pair]) for pair, least_m in required_m.items()),
+        too_near=tuple(too_near.values()),
         incomparable=tuple(
             f"heights of {one.file} and {two.file} cannot be compared: the altitude of a home is not known"
             for one, two in combinations(all_, 2)
@@ -305,6 +309,7 @@ def _approach_of(all_: Sequence[Member], pair: tuple[int, int], near: ClosestApp
         second=two.file,
         distance_m=float(np.hypot(near.beside_m, near.above_m)),
         time_s=one.start_s + near.first_s,
+        above_m=abs(near.above_m),
     )
 
 

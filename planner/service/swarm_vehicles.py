@@ -143,7 +143,7 @@ def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity]]:
         if finding.code in _MATTERS and finding.severity >= Severity.WARNING:
             message = finding.message
             if not check.is_filed:  # places and energy are those of a flight that nobody flies
-                message = re.sub(r" at item \d+|; it may take [^;]+ more", "", message)
+                message = re.sub(r" at item \d+|; it may take [^;]+", "", message)
             yield f"{message} ({finding.code})", finding.severity
 
 

@@ -12,9 +12,11 @@ from made_fleet import pad, place, up, vehicles
 from made_missions import item, mission, north
 from made_swarm import (
     MODEL,
+    NORTH_DEG,
     SEPARATION_M,
     agent,
     drawn_swarm,
+    formation,
     least_m,
     on_circle,
     search,
@@ -145,6 +147,23 @@ def test_what_is_foreseen_is_flown_as_if_asked_every_tick() -> None:
     assert len(same) > 50
     assert max(np.abs(flown[0][time_s] - flown[1][time_s]).max() for time_s in same) < 1e-6
     assert asked[1] < 0.3 * asked[0]
+    # Where ticks are passed over places lie on the chord, as near as where an agent brakes in a tick.
+    place_m = np.array([flown[1][time_s].ravel() for time_s in flown[1]])
+    chords_m = np.stack([np.interp([*flown[0]], [*flown[1]], one) for one in place_m.T], axis=1)
+    assert np.abs(chords_m - [one.ravel() for one in flown[0].values()]).max() < 0.05
+
+
+def test_the_energy_of_a_state_does_not_depend_on_how_agents_are_stepped_through() -> None:
+    """By events and by ticks, to the two seconds that a step is long where speeding up ends."""
+    far = formation(60.0).replace(repr(NORTH_DEG), repr(NORTH_DEG + 0.003))
+    alone = far.split("[vehicle.b]")[0]
+    taken = [
+        simulated(alone, policy=policy).agents[0].energy_by_state_wh
+        for policy in ("none", "orca-stop")
+    ]
+    assert taken[0].keys() == taken[1].keys()
+    for state, energy_wh in taken[0].items():
+        assert energy_wh == pytest.approx(taken[1][state], abs=150.0 * 2.0 / 3600.0), state
 
 
 class HalfSpeed:

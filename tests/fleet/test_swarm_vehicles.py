@@ -202,3 +202,18 @@ def test_gusts_count_with_the_wind_they_come_in() -> None:
     assert ("S140" in {found.code for found in windy.findings}) is beyond
     assert "S140" not in {found.code for found in calm.findings}
     assert math.isfinite(windy.landed_s)
+
+
+def test_who_never_took_off_has_not_failed_to_land() -> None:
+    ready = exchanging(more="available_from_s = 5000")
+    [message] = said(ready)["S130"]
+    assert message == "b has not taken off"
+
+
+def test_what_the_check_of_a_vehicle_takes_is_no_word_of_the_swarm() -> None:
+    """The flight that stands for what it does has no reserve of the pack of the agent."""
+    cold = exchanging(separation="[conditions]\ntemperature_c = 12\n").replace("5.2Ah", "0.1Ah")
+    assert (
+        "a, b: temperature of 12 °C not counted: this model has no air density term (E108)"
+        in (said(cold)["S142"])
+    )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,7 +25,24 @@ class Approach(Value):
     first: str
     second: str
     distance_m: float
+    """Through the air. [m]"""
     time_s: float
+    above_m: float = 0.0
+    """How far one is above the other then, of missions as filed. [m]"""
+
+    @property
+    def beside_m(self) -> float:
+        """Level distance then. [m]"""
+        return math.sqrt(max(self.distance_m**2 - self.above_m**2, 0.0))
+
+
+class Kept(NamedTuple):
+    """Where two come nearest for what they have to keep, beside or above each other."""
+
+    approach: Approach
+    beside_m: float
+    above_m: float | None = None
+    """``None``: they fly in one plane."""
 
 
 class Distances(Value, eq=False):
