@@ -132,13 +132,17 @@ class TrackingLag(Value):
 
     def followed(self, ordered: Ordered, moves: Moves) -> Ordered:
         """Return the pieces as the vehicle flies them, in the time the trajectory waits for it."""
-        p = self.parameters
-        settling_s = p.velocity_gain_per_s / max(p.velocity_integral_gain_per_s2, _NO_INTEGRAL)
-        ordered = ordered.divided(settling_s * _DIVISIONS)
+        ordered = ordered.divided(self._settling_s * _DIVISIONS)
         scale, off_m = self._followed(_Parts.of(ordered, moves), ordered, moves, _ROUNDS)
         slowed = ordered.slowed(scale)
         is_first = np.diff(_flights(ordered, moves), prepend=-1) > 0
         return slowed.displaced(_between_ends(off_m, slowed, is_first))
+
+    @property
+    def _settling_s(self) -> float:
+        """Time constant in which the integral of the velocity follows the drag, k/i. [s]"""
+        p = self.parameters
+        return p.velocity_gain_per_s / max(p.velocity_integral_gain_per_s2, _NO_INTEGRAL)
 
     @property
     def _still_per_s2(self) -> float:
@@ -182,7 +186,8 @@ class TrackingLag(Value):
     ) -> FloatArray:
         """Return the errors that trajectories wait for. (n,) [m]
 
-        By D v_t − z, the direction of v_t (0 of one that stands) and its b (`_waiting_per_s2`).
+        By D v_t − z, the direction of v_t (0 of one that stands) and its b (`_waiting_per_s2`).  A trajectory
+        that comes back to a vehicle which overshot waits for all of its error.
 
         Notes
         -----
@@ -201,24 +206,30 @@ class TrackingLag(Value):
         error[comes_back] = np.sqrt(squared[comes_back]) / (still + waiting[comes_back])
         return error
 
+    def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what the tilt leaves of speeds, and the integral builds up of their drag. (n,), (n,) [-]
+
+        1 each where MPC_TILTMAX_AIR allows the speed.
+        """
+        p, drag_m_s2 = self.parameters, self.drag_per_s * speed_m_s
+        most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
+        tilted = np.minimum(1.0, quotient(most_m_s2, drag_m_s2, 1.0))
+        asked = speed_m_s + (1.0 - tilted) * p.position_gain_per_s * p.position_error_max_m
+        error_m_s = np.minimum(asked, max(p.speed_max_m_s, 0.0)) - tilted * speed_m_s
+        # Of A, anti-windup leaves A − k q/2.
+        built_m_s2 = np.maximum(most_m_s2 - 0.5 * p.velocity_gain_per_s * error_m_s, 0.0)
+        return tilted, np.where(tilted < 1.0, quotient(built_m_s2, drag_m_s2, 1.0), 1.0)
+
     def _followed(
         self, parts: _Parts, ordered: Ordered, moves: Moves, rounds: int
     ) -> tuple[FloatArray, ComplexArray]:
         """Return time scales, and where vehicles are beside trajectories as pieces end. (p,), (p,)"""
         p, time_s = self.parameters, parts.time_s
-        settling_s = p.velocity_gain_per_s / max(p.velocity_integral_gain_per_s2, _NO_INTEGRAL)
         begins, ends = parts.level_m_s[:, :-1].ravel(), parts.level_m_s[:, 1:].ravel()
         velocity = 0.5 * (begins + ends)
-        speed = np.abs(velocity)
-        drag = self.drag_per_s * velocity
-        most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
-        tilted = np.minimum(1.0, quotient(most_m_s2, self.drag_per_s * speed, 1.0))
+        speed, drag = np.abs(velocity), self.drag_per_s * velocity
+        tilted, most_of_drag = self._tilted(speed)
         is_tilted = tilted < 1.0
-        # What the integral settles at where the tilt is at its limit.
-        asked = speed + (1.0 - tilted) * p.position_gain_per_s * p.position_error_max_m
-        error_m_s = np.minimum(asked, max(p.speed_max_m_s, 0.0)) - tilted * speed
-        wound = np.maximum(most_m_s2 - 0.5 * p.velocity_gain_per_s * error_m_s, 0.0)
-        share = np.where(is_tilted, quotient(wound, self.drag_per_s * speed, 1.0), 1.0)
         given_m_s2 = (ends - begins) / time_s
         is_back = _comes_back(moves)[ordered.segment_move[ordered.segment]]
         comes_back = np.flatnonzero(np.repeat(is_back, _PARTS))
@@ -227,16 +238,16 @@ class TrackingLag(Value):
         scale, built, settled = tilted, drag, time_s
         for _ in range(rounds):
             flown_s = time_s / scale
-            constants = flown_s / settling_s
+            constants = flown_s / self._settling_s
             # Of a vehicle that flies the velocities of its trajectory at its scale.
             around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
             gained = (around[1:] * ends - around[:-1] * begins) * (1.0 / flown_s) - given_m_s2
             gained[is_tilted] = 0.0
             settled = -np.expm1(-constants)
             built = _smoothed(
-                drag * np.minimum(scale, share) + gained, constants, settled, parts.gap
+                drag * np.minimum(scale, most_of_drag) + gained, constants, settled, parts.gap
             )
-            mean = settled / np.maximum(constants, 1e-12)
+            mean = quotient(settled, constants, 1.0)
             error_m = self._error_m((drag - built) * mean, along, waiting, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
             scale = np.minimum(slowed, tilted)
