@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from io import StringIO
 from itertools import chain
 from typing import TYPE_CHECKING, NoReturn
@@ -118,20 +119,21 @@ def _read_rows(
     rows: list[WplRow] = []
     others = {"comment": 0, "blank line": 0}
     for number, line in lines:
-        stripped = line.strip()
-        if not stripped:
-            others["blank line"] += 1
-            continue
-        if not stripped.startswith(("#", "//")):
-            content, mark, _ = line.partition("#")
-            row = None if mark else _read_clean_row(number, line)
-            rows.append(row or _read_row(number, content, is_whole_line=not mark, source=source))
-            if len(rows) > MOST_ITEMS:
-                msg = f"more than {MOST_ITEMS:,} rows: MAVLink can send no more than that"
-                raise MissionFileError(msg, source=source, place=rows[-1].place)
-            if not mark:
+        row = _read_clean_row(number, line)
+        if row is None:
+            stripped = line.strip()
+            if not stripped:
+                others["blank line"] += 1
                 continue
-        others["comment"] += 1
+            content, mark, _ = line.partition("#")
+            others["comment"] += bool(mark) or stripped.startswith("//")
+            if stripped.startswith(("#", "//")):
+                continue
+            row = _read_row(number, content, is_whole_line=not mark, source=source)
+        rows.append(row)
+        if len(rows) > MOST_ITEMS:
+            msg = f"more than {MOST_ITEMS:,} rows: MAVLink can send no more than that"
+            raise MissionFileError(msg, source=source, place=row.place)
     return rows, others
 
 
@@ -184,26 +186,35 @@ def _read_clean_row(line: int, content: str) -> WplRow | None:
     match = _CLEAN_ROW.fullmatch(content)
     if match is None:
         return None
-    parameters = match.group(5, 6, 7, 8)
-    p1, p2, p3, p4 = [None if text == "nan" else float(text) for text in parameters]
-    p5, p6, p7 = map(float, match.group(9, 10, 11))
-    sequence, frame, command, autocontinue = map(int, match.group(1, 3, 4, 12))
+    first, _, second, third, a, b, c, d, x, y, z, last = match.groups()
+    frame, command, autocontinue = int(second), int(third), int(last)
     if frame > _MOST_OF_A_BYTE or command > _MOST_COMMAND or autocontinue > _MOST_OF_A_BYTE:
         return None
-    *_, (most_5, _), (most_6, _), (most_7, _) = _limits(frame, command)
-    if abs(p5) > most_5 or abs(p6) > most_6 or abs(p7) > most_7:
+    p5, p6, p7 = float(x), float(y), float(z)
+    most_5, most_6, most_7 = _most_of_a_place(frame, command)
+    if not (-most_5 <= p5 <= most_5 and -most_6 <= p6 <= most_6 and -most_7 <= p7 <= most_7):
         return None
+    p1 = None if a == "nan" else float(a)
+    p2 = None if b == "nan" else float(b)
+    p3 = None if c == "nan" else float(c)
+    p4 = None if d == "nan" else float(d)
     place = Place(line, 1)
     return WplRow(
-        sequence=sequence,
+        sequence=int(first),
         item=MissionItem(
             command, frame, p1, p2, p3, p4, p5, p6, p7, autocontinue != 0, place=place
         ),
         place=place,
         extra_fields=0,
-        has_unset="nan" in parameters,
+        has_unset=None in (p1, p2, p3, p4),
         is_tabbed=True,
     )
+
+
+@lru_cache
+def _most_of_a_place(frame: int, command: int) -> tuple[float, ...]:
+    """Return how large the last three of the values of an item may be."""
+    return tuple(most for most, _ in _limits(frame, command)[4:])
 
 
 def _limits(frame: int, command: int) -> tuple[tuple[float, str], ...]:
