@@ -61,7 +61,7 @@ from planner.service.separation import keep_apart
 from planner.service.speed import speed_curve
 from planner.service.split import split_mission
 from planner.service.sweep.memory import RememberingSteps
-from planner.service.sweep.outcome import check_case
+from planner.service.sweep.outcome import check_cases
 from planner.service.sweep.sweep import make_plan
 from planner.setup import Setup, Together
 from planner.values import Value, replace
@@ -385,9 +385,8 @@ def fleets() -> Iterator[Row]:
         count = len(cases.cases)
 
         def every(cases: SweepPlan = cases, count: int = count) -> None:
-            steps = RememberingSteps()
-            for number in range(count):
-                check_case(cases, number, steps)
+            for _ in check_cases(cases, range(count), RememberingSteps()):
+                pass
 
         row = against(
             f"sweep of {count} cases, 100 items, {name}",

@@ -123,16 +123,15 @@ def px4_events(
     the voltage says between BAT1_V_EMPTY and BAT1_V_CHARGED; one that neither knows is taken as it is.
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
-    seen = px4_charge(profile, battery, parameters)
     if parameters.flight_time_max_s > 0.0:
-        limit = quantity.duration(parameters.flight_time_max_s)
-        reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
         found = _first_below(-profile.time_s, -parameters.flight_time_max_s)
-        yield from _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
-    if not parameters.measures_battery:
-        return
-    yield from px4_charge_events(seen, parameters)
-    yield from _px4_time_events(returns, seen, profile, battery, parameters)
+        if found is not None:
+            limit = quantity.duration(parameters.flight_time_max_s)
+            reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
+            yield _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
+    if parameters.measures_battery:
+        yield from px4_charge_events(px4_charge(profile, battery, parameters), parameters)
+        yield from px4_time_events(returns, profile, battery, parameters)
 
 
 def px4_charge_events(seen: FloatArray, parameters: Px4Parameters) -> Iterator[FailsafeEvent]:
@@ -145,9 +144,11 @@ def px4_charge_events(seen: FloatArray, parameters: Px4Parameters) -> Iterator[F
         ("BAT_CRIT_THR", parameters.battery_critical_fraction, critical),
         ("BAT_EMERGEN_THR", parameters.battery_emergency_fraction, emergency),
     ):
-        percent = quantity.percent(threshold)
-        reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
-        yield from _event(name, action, reading, _first_below(seen, threshold))
+        found = _first_below(seen, threshold)
+        if found is not None:
+            percent = quantity.percent(threshold)
+            reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
+            yield _event(name, action, reading, found)
 
 
 def px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Parameters) -> FloatArray:
@@ -229,14 +230,10 @@ def _by_voltage(cell_v: FloatArray, parameters: Px4Parameters) -> FloatArray:
     return np.clip((cell_v - empty_v) / (full_v - empty_v), 0.0, 1.0)
 
 
-def _px4_time_events(
-    returns: Returns,
-    seen: FloatArray,
-    profile: BatteryProfile,
-    battery: Battery,
-    parameters: Px4Parameters,
+def px4_time_events(
+    returns: Returns, profile: BatteryProfile, battery: Battery, parameters: Px4Parameters
 ) -> Iterator[FailsafeEvent]:
-    """Yield the return that PX4 begins because the charge will not last for it."""
+    """Yield the return that PX4 begins because the charge it measures will not last for it."""
     action = _PX4_TIME_ACTIONS.get(parameters.return_time_action)
     voltage_v: FloatArray | float | None = battery.voltage_v
     if action is None or parameters.battery_capacity_ah <= 0.0 or voltage_v is None:
@@ -248,7 +245,7 @@ def _px4_time_events(
         voltage_v = np.interp(time_s, profile.time_s, profile.loaded_v)
     current_a = flight.power_w(time_s) / voltage_v
     left_s = (
-        np.interp(time_s, profile.time_s, seen)
+        np.interp(time_s, profile.time_s, px4_charge(profile, battery, parameters))
         * parameters.battery_capacity_ah
         * _SECONDS_PER_HOUR
         / _mean_current_a(current_a, step_s, parameters.battery_mean_current_a)
@@ -266,7 +263,7 @@ def _px4_time_events(
         f"{left} of charge by PX4's own estimate, {needed} to return, RTL_TIME_FACTOR and "
         "RTL_TIME_MARGIN counted in"
     )
-    yield from _event("COM_FLTT_LOW_ACT", action, reading, (segment, min(fraction, 1.0)))
+    yield _event("COM_FLTT_LOW_ACT", action, reading, (segment, min(fraction, 1.0)))
 
 
 def px4_safe_return_s(
@@ -325,15 +322,17 @@ def ardupilot_events(
     for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
         does = _ARDUPILOT_ACTIONS.get(action, WARNS)
         if charge_ah > 0.0 and profile.used_ah is not None:
-            name, limit = f"{monitor}_{which}_MAH", quantity.charge(1000.0 * charge_ah)
-            reading = f"{limit} of {monitor}_CAPACITY are left, {name} is {limit}"
             found = _first_below(own.battery_capacity_ah - profile.used_ah, charge_ah)
-            yield from _event(name, does, reading, found)
+            if found is not None:
+                name, limit = f"{monitor}_{which}_MAH", quantity.charge(1000.0 * charge_ah)
+                reading = f"{limit} of {monitor}_CAPACITY are left, {name} is {limit}"
+                yield _event(name, does, reading, found)
         if low_v > 0.0 and hold_s > 0.0 and voltage_v is not None:
-            name, volts = f"{monitor}_{which}_VOLT", quantity.decimals(low_v, 1)
-            reading = f"below {volts} V {kind} for {quantity.duration(hold_s)}: {name}"
             found = _first_below_for(profile.time_s, voltage_v, low_v, hold_s)
-            yield from _event(name, does, reading, found)
+            if found is not None:
+                name, volts = f"{monitor}_{which}_VOLT", quantity.decimals(low_v, 1)
+                reading = f"below {volts} V {kind} for {quantity.duration(hold_s)}: {name}"
+                yield _event(name, does, reading, found)
 
 
 def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]:
@@ -385,15 +384,12 @@ def _ardupilot_thresholds(
     )
 
 
-def _event(
-    parameter: str, action: str, reading: str, found: tuple[int, float] | None
-) -> Iterator[FailsafeEvent]:
-    """Yield the decision at a segment and a fraction of it, if one was found."""
-    if found is not None:
-        segment, fraction = found
-        yield FailsafeEvent(
-            parameter=parameter, action=action, reading=reading, segment=segment, fraction=fraction
-        )
+def _event(parameter: str, action: str, reading: str, found: tuple[int, float]) -> FailsafeEvent:
+    """Return the decision at a segment and a fraction of it."""
+    segment, fraction = found
+    return FailsafeEvent(
+        parameter=parameter, action=action, reading=reading, segment=segment, fraction=fraction
+    )
 
 
 def _first_below(values: FloatArray, threshold: float) -> tuple[int, float] | None:

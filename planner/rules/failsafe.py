@@ -17,6 +17,7 @@ from planner.flight.failsafe import (
     px4_charge_events,
     px4_events,
     px4_highest_v,
+    px4_time_events,
     px4_voltage_assumed,
 )
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
@@ -127,8 +128,10 @@ def _returned_by_older_px4(
         return
     ((major, minor), action), *_ = row.earlier
     older = replace(parameters, return_time_action=int(action))
-    for event in px4_events(a.returns, profile, pack, older):
-        if event.parameter == row.now.name and not _comes_too_late(a, event):
+    if not older.measures_battery:
+        return
+    for event in px4_time_events(a.returns, profile, pack, older):
+        if not _comes_too_late(a, event):
             found = _reported(a, event, Severity.WARNING)
             yield replace(
                 found,

@@ -19,7 +19,7 @@ import planner
 from planner.service.preflight import Steps
 from planner.service.sweep.engines import ClusterEngine, CoresEngine
 from planner.service.sweep.memory import RememberingSteps
-from planner.service.sweep.outcome import check_case
+from planner.service.sweep.outcome import check_case, check_cases
 from planner.service.sweep.sweep import make_plan, sweep
 from planner.setup import Setup
 
@@ -51,7 +51,7 @@ def test_a_case_of_100_items_beside_a_check(vehicle: str) -> None:
     plan = make_plan(survey(98), setup, vary=[*AIR, *PACK])
     numbers, steps = range(2100), RememberingSteps()
     begun_s = time.process_time()
-    remembered = [check_case(plan, number, steps) for number in numbers]
+    remembered = [*check_cases(plan, numbers, steps)]
     case_s = (time.process_time() - begun_s) / len(numbers)
     some = numbers[:: len(numbers) // 20]
     begun_s = time.process_time()

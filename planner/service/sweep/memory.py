@@ -520,60 +520,50 @@ class _Findings:
 
     def __init__(self) -> None:
         self._made: dict[object, _Made] = {}
+        self._stale: set[object] = set()
+        """Of what was made: what no longer holds, or was never watched."""
         self._seen: dict[str, _Seen] = {}
-        self._changed: set[str] = set()
-        self._case = 0
 
     def begin(self, a: Assessment) -> None:
         """Look at the next assessment."""
-        self._case += 1
-        self._changed = {
-            path for path, seen in self._seen.items() if seen.is_changed(a, self._case)
-        }
+        for seen in self._seen.values():
+            if seen.is_changed(a):
+                self._stale |= seen.readers
 
     def recall(self, subject: object, make: Callable[[Any], Made], a: Assessment) -> Made:
         """Return what is made of an assessment."""
         known = self._made.get(subject)
         if known is None:
             known = self._made[subject] = _Made()
-        elif self._is_valid(known):
+            self._stale.add(subject)
+        elif subject not in self._stale:
             known.in_a_row = 0
             made: Made = known.made
             return made
         known.in_a_row += 1
         is_often = known.in_a_row % _WATCHED_AGAIN >= _OFTEN
         if not known.is_watched or (is_often and not isinstance(subject, str)):
-            known.case = _NEVER
             return make(a)  # watching it again would save nothing
         seen: set[str] = set()
         try:
             known.made = made = make(_Watcher(a, seen))
         except TypeError:  # it hands the assessment on to what takes nothing else
-            known.is_watched, known.case = False, _NEVER
+            known.is_watched = False
             return make(a)
-        known.case, known.paths = self._case, frozenset(seen)
-        for path in seen - self._seen.keys():
-            self._seen[path] = _Seen(path, a, self._case)
+        for path in known.paths - seen:
+            self._seen[path].readers.discard(subject)
+        for path in seen - known.paths:
+            if path not in self._seen:
+                self._seen[path] = _Seen(path, a)
+            self._seen[path].readers.add(subject)
+        known.paths = frozenset(seen)
+        self._stale.discard(subject)
         return made
 
     def paths_of(self, name: str) -> frozenset[str]:
         """Return what was looked at for what was recalled last by a name."""
         known = self._made[name]
         return known.paths if known.is_watched else frozenset({name})
-
-    def _is_valid(self, known: _Made) -> bool:
-        """Return whether nothing it looked at has changed since, and note so."""
-        if known.case == self._case:
-            return True
-        if known.case == self._case - 1:
-            is_valid = self._changed.isdisjoint(known.paths)
-        else:
-            is_valid = known.case > _NEVER and all(
-                self._seen[path].changed_in <= known.case for path in known.paths
-            )
-        if is_valid:
-            known.case = self._case
-        return is_valid
 
 
 class _Made:
@@ -582,32 +572,24 @@ class _Made:
     def __init__(self) -> None:
         self.made: Any = None
         self.paths: frozenset[str] = frozenset()
-        self.case = _NEVER
-        """The latest for which it holds."""
         self.in_a_row = 0
         """Cases in which it was made again, one after the other."""
         self.is_watched = True
 
 
-_NEVER = -1
-"""No case."""
-
-
 class _Seen:
-    """What was last at a path of an assessment, and since when."""
+    """What was last at a path of an assessment, and what was made of that."""
 
-    def __init__(self, path: str, a: Assessment, case: int) -> None:
+    def __init__(self, path: str, a: Assessment) -> None:
         self._of = attrgetter(path)
         self._value = self._of(a)
-        self.changed_in = case
+        self.readers: set[object] = set()
 
-    def is_changed(self, a: Assessment, case: int) -> bool:
-        """Return whether it is another in a case than in the one before."""
+    def is_changed(self, a: Assessment) -> bool:
+        """Return whether it is another than in the assessment before."""
         value = self._of(a)
         is_same = value is self._value or _is_equal(self._value, value)
         self._value = value
-        if not is_same:
-            self.changed_in = case
         return not is_same
 
 
