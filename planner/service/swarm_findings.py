@@ -12,7 +12,7 @@ from planner.findings import Rule, Severity
 from planner.fleet.fleet import Fleet, SwarmAlgorithm
 from planner.service.fleet_times import pack_assumed
 from planner.service.swarm_faults import fault_findings
-from planner.service.swarm_vehicles import VehicleCheck, vehicle_findings
+from planner.service.swarm_vehicles import LEFT_OUT, VehicleCheck, vehicle_findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -235,11 +235,8 @@ def _agent_findings(
 
 
 def _unchecked() -> Finding:
-    message = (
-        "fences, terrain, voltages, returns, the autopilot's failsafes and how far the conditions may be off "
-        "were not looked at"
-    )
-    return SWARM_UNCHECKED.finding(message)
+    *most, last = LEFT_OUT
+    return SWARM_UNCHECKED.finding(f"{', '.join(most)} and {last} were not looked at")
 
 
 def _gusts_beyond_models(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:

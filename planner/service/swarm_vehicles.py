@@ -29,7 +29,7 @@ from planner.service.preflight import CheckResult, check_mission
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -62,17 +62,34 @@ _MATTERS = frozenset(
         WIND_LIMIT,
     )
 )
-"""Codes of rules about vehicle, battery and weather, whatever is flown."""
+"""Codes of rules about vehicle, battery and weather: their warnings count too."""
+LEFT_OUT: Mapping[str, tuple[str, ...]] = {
+    "fences": ("F", "L107", "L156", "L164"),
+    "terrain": ("A102", "A104", "A117", "A119", "E127", "T117", "X910"),
+    "voltages": ("E104",),
+    "returns": ("E102", "E106", "E129", "T110", "T113"),
+    "the autopilot's failsafes": ("E103",),
+    "site profiles": ("A114", "M122", "M123", "P103"),
+    "how far the conditions may be off": ("E119", "E124"),
+}
+"""What a simulation does not look at, and the codes, or the family, of the rules about it."""
+_JUDGED = ("E100", "E101", "E109", "T107")
+"""Codes of what a simulation judges itself, of what is flown in it: S131 and S127."""
+_OF_NO_FLIGHT = ("X904", "X909")
+"""Codes that depend on the energy of a mission, or on terrain, which a flight that stands for it has not."""
 
 SWARM_VEHICLE = Rule(
     "S142 swarm-vehicle-unsuited",
     Severity.ERROR,
-    summary="A vehicle of a simulated swarm is flown with what its model does not know, or cannot do.",
+    summary="A vehicle of a simulated swarm is flown with what its model does not know, or cannot do, or "
+    "does not fly its mission as simulated.",
     why="Agents move, stop and draw power by their models: beyond these nobody knows whether they keep apart "
-    "and come home.",
+    "and come home.  A mission that its autopilot does not start, or flies otherwise, is not what was "
+    "simulated.",
     how="What a check finds of vehicle, battery and weather (lift, wind, range of the model) on a flight of "
     "eight headings at the height and the speed of the swarm, or on the mission as filed, as severe as "
-    "there.",
+    "there; and every other error of that check, but for what S133 names and what the simulation judges "
+    "itself.",
     fix="give a model that knows what is flown, or fly with less load, less wind or slower",
     instead="a model that knows it, or what the model knows",
 )
@@ -117,7 +134,8 @@ def _item(
     command: Command, home: Home, height_m: float, place: tuple[float, float] | None = None
 ) -> MissionItem:
     latitude_deg, longitude_deg = place or (home.latitude_deg, home.longitude_deg)
-    frame = Frame.GLOBAL_RELATIVE_ALT
+    is_return = command is Command.NAV_RETURN_TO_LAUNCH
+    frame = Frame.MISSION if is_return else Frame.GLOBAL_RELATIVE_ALT
     return MissionItem(
         int(command), int(frame), 0.0, 0.0, 0.0, None, latitude_deg, longitude_deg, height_m
     )
@@ -125,26 +143,47 @@ def _item(
 
 def vehicle_findings(checks: Iterable[VehicleCheck]) -> Iterator[Finding]:
     """Yield what was found of agents, each finding once for all it is made of."""
-    found: dict[tuple[str, Severity], list[str]] = {}
+    found: dict[tuple[str, Severity, str | None], list[str]] = {}
     for one in checks:
-        for message, severity in _found_of(one):
-            names = found.setdefault((message, severity), [])
+        for finding in _found_of(one):
+            names = found.setdefault(finding, [])
             if one.name not in names:
                 names.append(one.name)
-    for (message, severity), names in found.items():
-        yield SWARM_VEHICLE.finding(f"{', '.join(names)}: {message}", severity=severity)
+    for (message, severity, fix), names in found.items():
+        yield SWARM_VEHICLE.finding(f"{', '.join(names)}: {message}", severity=severity, fix=fix)
 
 
-def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity]]:
+def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity, str | None]]:
+    """Yield message, severity and remedy of each finding that matters; ``None``: the remedy of the rule."""
     if not isinstance(check.result, CheckResult):
-        yield check.result.findings[0].message, Severity.ERROR
+        first = check.result.findings[0]
+        yield first.message, Severity.ERROR, first.fix
         return
     for finding in check.result.findings:
-        if finding.code in _MATTERS and finding.severity >= Severity.WARNING:
-            message = finding.message
+        message, is_of_vehicle = finding.message, finding.code in _MATTERS
+        if is_of_vehicle and finding.severity >= Severity.WARNING:
             if not check.is_filed:  # places and energy are those of a flight that nobody flies
                 message = re.sub(r" at item \d+|; it may take [^;]+", "", message)
-            yield f"{message} ({finding.code})", finding.severity
+        elif finding.severity < Severity.ERROR or not _changes_flight(finding, check):
+            continue
+        elif check.is_filed and finding.item is not None:
+            message = f"item {finding.item}: {message}"
+        yield (
+            f"{message} ({finding.code})",
+            finding.severity,
+            None if is_of_vehicle else finding.fix,
+        )
+
+
+def _changes_flight(finding: Finding, check: VehicleCheck) -> bool:
+    """Return whether an error means that something else is flown than what is simulated."""
+    code = finding.code
+    if not check.is_filed and code in _OF_NO_FLIGHT:
+        return False
+    if lacking := re.search(r"cannot be checked \(([A-Z]\d+) ", finding.message):
+        code = lacking[1]  # X904: of what could not be judged it depends whether that matters
+    left_out = (one for codes in LEFT_OUT.values() for one in codes)
+    return not code.startswith((*left_out, *_JUDGED))
 
 
 class PadStay(NamedTuple):

@@ -6,14 +6,20 @@ import math
 from typing import TYPE_CHECKING
 
 import pytest
-from made_fleet import OUT, pad, place, sortie, up, vehicles
-from made_missions import item, mission, rtl
+from made_fleet import OUT, checked, pad, place, sortie, up, vehicles
+from made_missions import item, mission, north, rtl
 from made_swarm import MODEL, formation, search, simulated
 
+from planner import catalogue
 from planner.errors import UsageError
 from planner.findings import Severity
+from planner.geo.fence import Fence, FenceCircle
+from planner.service.swarm_vehicles import LEFT_OUT
+from planner.values import replace
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from planner.mission.items import Mission
     from planner.service.swarm import SwarmResult
 
@@ -202,6 +208,84 @@ def test_gusts_count_with_the_wind_they_come_in() -> None:
     assert ("S140" in {found.code for found in windy.findings}) is beyond
     assert "S140" not in {found.code for found in calm.findings}
     assert math.isfinite(windy.landed_s)
+
+
+QUADS = pad("a", 0, 0) + vehicles("a") + sortie("s", "a", 0.0)
+TO_AND_FRO = (place(100, 0, 20), rtl())
+
+
+@pytest.mark.parametrize(
+    ("flown", "said_of_it"),
+    [
+        # AP_Arming and ModeAuto::init: no take-off, no mission on the ground
+        (mission(*TO_AND_FRO), "s: item 1: the flight begins with NAV_WAYPOINT"),
+        (mission(up(20), *TO_AND_FRO), ""),
+        # auxiliary functions: 31 stops the motors, 9 is a camera's trigger
+        (
+            mission(up(20), item(218, None, 0.0, params=(31.0, 2.0, 0.0, 0.0)), *TO_AND_FRO),
+            "s: item 2: DO_AUX_FUNCTION 31 is not modelled",
+        ),
+        (mission(up(20), item(218, None, 0.0, params=(9.0, 2.0, 0.0, 0.0)), *TO_AND_FRO), ""),
+    ],
+)
+def test_a_mission_that_is_not_flown_as_simulated_is_not_clear(
+    flown: Mission, said_of_it: str
+) -> None:
+    result = simulated(QUADS, out=flown)
+    assert result.is_clear is not bool(said_of_it)
+    told = [one.message for one in result.findings if one.code == "S142"]
+    assert [one[: len(said_of_it)] for one in told] == [said_of_it] * bool(said_of_it)
+
+
+def test_what_a_simulation_says_it_leaves_out_does_not_count() -> None:
+    """A fence across the way: an error of a check."""
+    circle = FenceCircle(
+        inclusion=False, latitude_deg=north(100.0), longitude_deg=8.0, radius_m=20.0
+    )
+    fenced = replace(mission(up(20), *TO_AND_FRO), fence=Fence(circles=(circle,)))
+    codes = {one.code for one in checked(QUADS, out=fenced).all_findings}
+    assert "F101" in codes
+    result = simulated(QUADS, out=fenced)
+    assert result.is_clear
+    [unchecked] = [one.message for one in result.findings if one.code == "S133"]
+    assert unchecked.startswith("fences, terrain, ")
+    known = catalogue.rules()
+    for codes_of in LEFT_OUT.values():
+        for code in codes_of:
+            assert code in known or code in catalogue.FAMILIES
+
+
+@pytest.mark.parametrize(
+    ("model", "line", "is_left_out"),
+    [
+        # a return over terrain that is not given: A104
+        ("arducopter-sitl-quad", "RTL_ALT_TYPE,1", True),
+        # whether the least thrust, 0.8 of a hover that nobody measured, lets it descend: T118
+        ("px4-quad-2kg", "1\t1\tMPC_THR_MIN\t0.4\t9", False),
+    ],
+)
+def test_what_could_not_be_checked_counts_as_what_it_is_about(
+    tmp_path: Path, model: str, line: str, *, is_left_out: bool
+) -> None:
+    file = tmp_path / "a.params"
+    file.write_text(f"{line}\n", encoding="utf-8")
+    tables = pad("a", 0, 0) + vehicles("a", model=model, more=f'params = "{file}"')
+    tables += sortie("s", "a", 0.0)
+    out = mission(up(20), place(100, 0, 20), item(20, frame=2))
+    assert "X904" in {one.code for one in checked(tables, out=out).all_findings}
+    told = said(tables, out=out).get("S142", [])
+    assert any("(X904)" in one for one in told) is not is_left_out, told
+
+
+def test_a_vehicle_that_would_not_arm_is_not_clear(tmp_path: Path) -> None:
+    """PX4 with COM_ARMABLE 0, in a swarm too."""
+    for value, is_ready in ((1, True), (0, False)):
+        file = tmp_path / f"{value}.params"
+        file.write_text(f"1\t1\tCOM_ARMABLE\t{value}\t6\n", encoding="utf-8")
+        tables = search(agents=1).replace(MODEL, "px4-quad-2kg")
+        tables = tables.replace("[vehicle.v0]\n", f'[vehicle.v0]\nparams = "{file}"\n')
+        told = said(tables).get("S142", [])
+        assert any("(M127)" in one for one in told) is not is_ready, told
 
 
 def test_who_never_took_off_has_not_failed_to_land() -> None:
