@@ -25,7 +25,6 @@ from planner.rules.fence_settings import (
 )
 from planner.rules.fenced_flight import make_fenced_flight, straight_legs
 from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
-from planner.rules.terrain import tops_over_terrain_m
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -224,6 +223,8 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
 
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
+    from planner.rules.terrain import tops_over_terrain_m
+
     returns = a.returns
     points = [returns.end_points(returns.stage_ends)]
     if returns.sample is not None:
