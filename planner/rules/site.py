@@ -9,6 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import nearest_hint
 from planner.findings import Rule, Severity
+from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
 from planner.rules.declaration import EXTREMES, PROFILE, judges
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 _ROUNDING_M = 0.05
 """Rounding of files is no breach. [m]"""
+_OFF_PATH_M = _ROUNDING_M + PATH_TOLERANCE_M
 
 PARAMETER_NOT_AS_EXPECTED = Rule(
     "P103 expected-value",
@@ -143,7 +145,8 @@ TOO_FAR_FOR_SITE = Rule(
     summary="The mission, its fence or a rally point is farther away than the site profile allows.",
     why="The mission of another site is the usual slip (MAVProxy #629: mission, rally, fence near).",
     how="Distance from the place of the site, else from home, of home, every stage, rally point and "
-    "corner of the fence, beyond max_distance_m.",
+    "corner of the fence, beyond max_distance_m; and of the path, circles and curves as they are flown, "
+    "beyond 10 cm more.",
     fix="check that this is the mission of this site",
 )
 
@@ -160,7 +163,7 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     stages = route.frame.latitude_longitude_deg(
         [stage.east_m for stage in route.stages], [stage.north_m for stage in route.stages]
     )
-    places = [("home", None, *start)]
+    places: list[tuple[str, int | None, float, float]] = [("home", None, *start)]
     places += [
         (f"item {stage.item}", stage.item, latitude, longitude)
         for stage, latitude, longitude in zip(
@@ -190,11 +193,17 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
         ]
     away_m = distance_m(*origin, [place[2] for place in places], [place[3] for place in places])
     farthest = int(np.argmax(away_m))
-    if away_m[farthest] <= limit_m:
-        return
     what, item = places[farthest][:2]
-    away = quantity.beside(float(away_m[farthest]), limit_m, quantity.distance)
-    beyond = int((away_m > limit_m).sum())
+    farthest_m, beyond = float(away_m[farthest]), int((away_m > limit_m).sum())
+    path = flown_path(a.flight.motion)
+    path_m = distance_m(*origin, *route.frame.latitude_longitude_deg(path.east_m, path.north_m))
+    point = int(np.argmax(path_m))
+    if path_m[point] > max(farthest_m, limit_m) + _OFF_PATH_M:
+        item = int(path.item[max(point - 1, 0)])
+        what, farthest_m, beyond = f"the way of item {item}", float(path_m[point]), beyond + 1
+    if not beyond:
+        return
+    away = quantity.beside(farthest_m, limit_m, quantity.distance)
     more = f" ({quantity.count(beyond - 1, 'more place')} too far)" if beyond > 1 else ""
     yield a.finding(
         TOO_FAR_FOR_SITE,

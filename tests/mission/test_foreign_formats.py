@@ -28,10 +28,8 @@ LINE = (
     "<coordinates>\n8.0,47.0,{height} 8.001,47.0,60\n8.001,47.001,60 </coordinates></LineString>"
     "</Placemark>{more}</Document></kml>"
 )
-AREA = (
-    "<Placemark><Polygon><outerBoundaryIs><LinearRing><coordinates>7.99,46.99 8.01,46.99 8.01,47.01 "
-    "7.99,46.99</coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark>"
-)
+RING = "<LinearRing><coordinates>7.99,46.99 8.01,46.99 8.01,47.01 7.99,46.99</coordinates></LinearRing>"
+AREA = f"<Placemark><Polygon><outerBoundaryIs>{RING}</outerBoundaryIs></Polygon></Placemark>"
 WAYPOINT = (
     "<Placemark><Point><coordinates>\n{longitude},47.0\n</coordinates></Point><wpml:index>{index}"
     "</wpml:index><wpml:executeHeight>{height}</wpml:executeHeight><wpml:waypointSpeed>{speed}"
@@ -76,16 +74,25 @@ def dji(mode: str = "relativeToStartPoint", end: str = "autoLand") -> str:
     return DJI.format(mode=mode, end=end, marks="".join(marks))
 
 
+def drawn(kind: str, coordinates: object, **properties: object) -> str:
+    """Return GeoJSON of a line and something else."""
+    line = {"type": "LineString", "coordinates": [[8, 47, 450], [8.002, 47, 460]]}
+    features = [
+        {"type": "Feature", "properties": {}, "geometry": line},
+        {
+            "type": "Feature",
+            "properties": properties,
+            "geometry": {"type": kind, "coordinates": coordinates},
+        },
+        {"type": "Feature", "geometry": None},
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features})
+
+
 def sided(name: str, **properties: bool | str) -> str:
     """Return GeoJSON of a line and an area that states which side of it is flown on."""
     ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
-    line = {"type": "LineString", "coordinates": [[8, 47, 450], [8.002, 47, 460]]}
-    area = {"type": "Polygon", "coordinates": [ring]}
-    features = [
-        {"type": "Feature", "properties": {}, "geometry": line},
-        {"type": "Feature", "properties": {"name": name, **properties}, "geometry": area},
-    ]
-    return json.dumps({"type": "FeatureCollection", "features": features})
+    return drawn("Polygon", [ring], name=name, **properties)
 
 
 def packed(**files: str) -> bytes:
@@ -171,7 +178,16 @@ def test_the_one_line_of_a_kml_is_flown(mode: str, frame: Frame) -> None:
         ('{"type": "MultiLineString", "coordinates": true}', "GeoJSON with no lines"),
         ('{"type": "LineString", "coordinates": [[8, 47, "up"]]}', "no list of positions"),
         ('{"type": "FeatureCollection", "features": 7}', "GeoJSON with no lines"),
-        ('{"type": "Feature", "geometry": {"type": {}}}', "GeoJSON with no lines"),
+        ('{"type": "Feature", "geometry": {"type": {}}}', "a geometry '{}': draw it"),
+        ('{"type": "GeometryCollection", "geometries": [{"type": "Curve"}]}', "a geometry 'Curve': draw it"),
+        (drawn("Point", [8, 47], name="Mast", radius=80), "a circle 'Mast': draw it as a polygon"),
+        (drawn("MultiPolygon", []), "an area with fewer than three corners"),
+        (drawn("Polygon", [[[8, 47], [8.01, 47], [8, 47]]]), "an area with fewer than three corners"),
+        (drawn("Polygon", [[[8, 47], [8.01, 97], [8, 47.1]]]), "or one that is no place"),
+        (line(more=AREA.replace("8.01,46.99 8.01,47.01 ", "8.01,46.99 ")), "three corners"),
+        (line(more=AREA.replace("8.01,47.01", "8.01,nan")), "or one that is no place"),
+        (line(more=AREA.replace("outerBoundaryIs", "innerBoundaryIs")), "a polygon with 0 outer rings"),
+        (line(more=f"<Placemark>{RING}</Placemark>"), "a ring that is neither a line to fly nor a polygon"),
         (sided("Area", inclusion="no"), "an area 'Area' of inclusion 'no': give true"),
         (sided("Area", inclusion=True, is_inclusion=False), "an area 'Area' of inclusion 'True'"),
         (sided("No-fly", is_inclusion=True), "an area 'No-fly' of is_inclusion 'True'"),
@@ -442,3 +458,42 @@ def test_an_area_of_geojson_says_which_side_of_it_is_flown_on(
     fence = read(sided(name, **properties)).fence
     assert fence is not None
     assert [polygon.inclusion for polygon in fence.polygons] == [is_inside]
+
+
+def areas(text: str) -> list[tuple[bool, int]]:
+    """Return which side of each area is flown on, and how many corners it has."""
+    fence = read(text).fence
+    return [(one.inclusion, len(one.vertices_deg)) for one in (fence.polygons if fence else ())]
+
+
+def test_no_area_of_a_drawing_is_left_out() -> None:
+    """Programs write MultiPolygon for one area, and do not always close a ring."""
+    ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
+    assert areas(drawn("MultiPolygon", [[ring], [ring]], name="no-fly")) == [(False, 3)] * 2
+    assert areas(drawn("MultiPolygon", [[ring, ring]])) == [(True, 3), (False, 3)]
+    assert areas(drawn("Polygon", [ring[:-1]])) == [(True, 3)]
+    assert areas(line(more=AREA.replace(" 7.99,46.99<", "<"))) == [(True, 3)]
+    twice = AREA.replace("</Polygon>", f"<innerBoundaryIs>{RING}{RING}</innerBoundaryIs></Polygon>")
+    assert areas(line(more=twice)) == [(True, 3), (False, 3), (False, 3)]
+
+
+@pytest.mark.parametrize("words", ["NFZ_1", "stay out", "Obstacle", "danger area"])
+def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> None:
+    ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
+    assert areas(drawn("Polygon", [ring], Name="Dam", sort=words)) == [(False, 3)]
+    for around in (
+        f"<Folder><name>{words}</name>{AREA}</Folder>",
+        AREA.replace("<Polygon>", f"<description>{words}</description><Polygon>"),
+        AREA.replace("<Polygon>", f"<ExtendedData><value>{words}</value></ExtendedData><Polygon>"),
+    ):
+        assert areas(line(more=around)) == [(False, 3)]
+    beside = f"<Folder><Placemark><name>{words}</name></Placemark>{AREA}</Folder>"
+    assert areas(line(more=beside)) == [(True, 3)]
+
+
+def test_what_is_drawn_beside_the_line_and_not_taken_is_counted() -> None:
+    mark = "<Placemark><Point><coordinates>8,47</coordinates></Point></Placemark>"
+    [found] = read(line(more=f"{mark}{mark}<NetworkLink/>")).findings
+    assert found.message.endswith("; 2 points and 1 network link left out")
+    [found] = read(drawn("Point", [8, 47], name="Mast")).findings
+    assert found.message.endswith("; 1 point left out")

@@ -144,6 +144,16 @@ def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(tmp_
     assert "rally point 2 is 1.00 km from the site" in finding.message
 
 
+@pytest.mark.parametrize(("limit_m", "fires"), [(231, False), (220, True)])
+def test_a_circle_is_as_far_as_it_is_flown(tmp_path: Path, limit_m: float, *, fires: bool) -> None:
+    """Of 80 m about a place 150 m away: 230 m, less what the vehicle cuts inside."""
+    circle = item(18, north(150), 30.0, params=(2.0, 0.0, 80.0, 0.0))
+    profile = f"[site]\nmax_distance_m = {limit_m}\n"
+    found = of("M122", tmp_path, profile, one=mission(takeoff(30), circle, rtl()))
+    assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
+    assert all("the way of item 2 is 22" in one.message for one in found)
+
+
 def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
     profile = '[site]\nrequired_items = ["NAV_TAKEOFF", "MAV_CMD_NAV_LAND"]\n'
     [finding] = of("M123", tmp_path, profile)

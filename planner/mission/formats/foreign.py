@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.errors import MissionFileError
 from planner.findings import Place, Remarks, Rule, Severity
-from planner.geo.fence import Fence
+from planner.geo.fence import Fence, FencePolygon
 from planner.mission.commands import Command, Frame
 from planner.mission.items import MOST_ITEMS, Home, ItemSequence, Mission, MissionFormat
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.geo.fence import FencePolygon
+    from collections.abc import Iterator, Mapping, Sequence
 
 
 FORMAT_FOREIGN = Rule(
@@ -31,7 +29,9 @@ FORMAT_FOREIGN = Rule(
     why="A drawing, or a mission of another maker's drone, does not hold all that is flown: what is "
     "predicted is one reading of it, and no autopilot of PX4 or ArduPilot loads the file.",
     how="A line of KML or GeoJSON with altitudes, waypoints of Litchi's CSV or of DJI's WPML.  What the file "
-    "does not hold is named: home, take-off, end, speed, turns.",
+    "does not hold is named: home, take-off, end, speed, turns.  Areas beside the line are its fence: to "
+    "stay inside, or out of where they, or the folder around them, are called so (no-fly, keep out, NFZ, "
+    "danger …).",
     fix="write it as a plan (mavjoule convert), complete it in a ground station and check that",
 )
 
@@ -63,7 +63,10 @@ class RoutePoint(Value):
 LONGEST_ACTION_S = 6.0
 """Of photos and recordings: DJI's waypoint missions go on with the next action after that (DJI Mobile SDK,
 ``DJIWaypointActionType``); turns of gimbal and vehicle are taken to last no longer. [s]"""
-_KEEP_OUT = r"(?i)no.?(fly|go)|keep.?out|exclu|prohib|forbid|restrict|\bnfz\b|avoid"
+_KEEP_OUT = (
+    r"(?i)no.?(fly|go)|(keep|stay).?(out|away)|off.?limits|exclu|prohib|forbid|restrict|nfz|avoid|danger|"
+    r"hazard|obstacle"
+)
 """In names of areas that are to be stayed out of."""
 _START = Place(1, 1)
 
@@ -71,6 +74,47 @@ _START = Place(1, 1)
 def keeps_out(name: str) -> bool:
     """Return whether an area of a name is to be stayed out of."""
     return re.search(_KEEP_OUT, name) is not None
+
+
+def left_out(shapes: Mapping[str, int]) -> list[str]:
+    """Return what is drawn in a file beside its line and is not taken, for what is assumed."""
+    counts = [quantity.count(count, name) for name, count in shapes.items() if count]
+    return [f"{' and '.join(counts)} left out"] if counts else []
+
+
+def drawn_areas(
+    rings: Sequence[Sequence[Sequence[float]]], *, is_inside: bool, source: str
+) -> Iterator[FencePolygon]:
+    """Yield an area of its outer ring, and its holes as areas to stay out of.
+
+    Corners are longitude and latitude [°]; the first may be written again as the last.
+
+    Raises
+    ------
+    MissionFileError
+        If a ring has fewer than three corners, or one that is not on the earth, or if an area to stay out
+        of has holes.
+    """
+    if len(rings) > 1 and not is_inside:
+        msg = "an area to stay out of with a hole: mend or remove it"
+        raise MissionFileError(msg, source=source)
+    for number, ring in enumerate(rings or [[]]):
+        corners = [
+            (corner[1], corner[0]) for corner in ring if len(corner) > 1 and _on_earth(*corner[:2])
+        ]
+        is_whole = len(corners) == len(ring)
+        if corners[1:] and corners[0] == corners[-1]:
+            corners.pop()
+        if len(corners) < 3 or not is_whole:
+            msg = (
+                "an area with fewer than three corners, or one that is no place: mend or remove it"
+            )
+            raise MissionFileError(msg, source=source)
+        yield FencePolygon(inclusion=is_inside and not number, vertices_deg=tuple(corners))
+
+
+def _on_earth(longitude_deg: float, latitude_deg: float) -> bool:
+    return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
 
 
 class RouteEnds(Value):
@@ -223,10 +267,8 @@ def _refuse_ends(ends: RouteEnds, what: str, *, source: str) -> None:
 def _refuse_impossible(point: RoutePoint, name: str, *, source: str) -> None:
     values = (point.latitude_deg, point.longitude_deg, point.altitude_m, point.hold_s)
     speed_m_s = point.speed_m_s
-    if (
-        not all(map(math.isfinite, (*values, speed_m_s or 0.0)))
-        or abs(point.latitude_deg) > 90.0
-        or abs(point.longitude_deg) > 180.0
+    if not all(map(math.isfinite, (*values, speed_m_s or 0.0))) or not _on_earth(
+        point.longitude_deg, point.latitude_deg
     ):
         msg = f"{name}: {point.latitude_deg:g}, {point.longitude_deg:g} is no place to fly to"
         raise MissionFileError(msg, source=source, place=point.place)

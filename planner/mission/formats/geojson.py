@@ -6,22 +6,27 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import MissionFileError
-from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import foreign_mission, keeps_out, line_points
+from planner.mission.formats.foreign import (
+    drawn_areas,
+    foreign_mission,
+    keeps_out,
+    left_out,
+    line_points,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.geo.fence import FencePolygon
     from planner.mission.items import Mission
 
 
 _SIDES = ("inclusion", "is_inclusion")
 """Properties of an area that say which side of it is flown on; the second is written by ``--export``."""
 _COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
-_GEOMETRIES = frozenset(
-    {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
-)
+_POINTS = frozenset({"Point", "MultiPoint"})
+_GEOMETRIES = _POINTS | {"LineString", "MultiLineString", "Polygon", "MultiPolygon"}
 
 
 def is_geojson(root: object) -> bool:
@@ -35,30 +40,32 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
 
     Raises MissionFileError where there is none, or more than one, and where altitudes are missing.
     """
-    shapes = [shape for shape, _ in _geometries(root)]
-    lines = [shape for shape in shapes if shape["type"] == "LineString"]
-    if len(lines) != 1 or any(shape["type"] == "MultiLineString" for shape in shapes):
+    shapes = list(_geometries(root, source))
+    lines = [shape for shape, _ in shapes if shape["type"] == "LineString"]
+    if len(lines) != 1 or any(shape["type"] == "MultiLineString" for shape, _ in shapes):
         count = len(lines) + sum(
             len(parts)
-            for shape in shapes
+            for shape, _ in shapes
             if shape["type"] == "MultiLineString"
             and isinstance(parts := shape.get("coordinates"), list)
         )
         msg = f"GeoJSON with {count or 'no'} lines: one line is flown, keep only that in the file"
         raise MissionFileError(msg, source=source)
-    points = line_points(
+    corners = line_points(
         _positions(lines[0].get("coordinates"), source),
         "the line",
         source=source,
         advice=": give each longitude, latitude, altitude",
     )
     areas = [
-        _sided(_area(shape, str(properties.get("name") or ""), source), properties, source)
-        for shape, properties in _geometries(root)
-        if shape["type"] == "Polygon"
+        area
+        for shape, properties in shapes
+        for rings in _polygons(shape)
+        for area in _areas(rings, properties, source)
     ]
+    points = sum(shape["type"] in _POINTS for shape, _ in shapes)
     return foreign_mission(
-        points,
+        corners,
         what="the line of a GeoJSON text",
         source=source,
         frame=Frame.GLOBAL,
@@ -66,51 +73,75 @@ def read_geojson(root: dict[str, Any], *, source: str) -> Mission:
             "altitudes above mean sea level",
             "a return home at the end",
             "the vehicle's own speed",
+            *left_out({"point": points}),
         ],
         areas=areas,
     )
 
 
-def _geometries(root: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:  # noqa: ANN401 - whatever JSON holds
-    """Yield every geometry with its properties, of collections in collections too, and nothing else."""
+def _geometries(root: Any, source: str) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:  # noqa: ANN401 - whatever JSON holds
+    """Yield every geometry with its properties, of collections in collections too."""
     waiting: list[tuple[Any, dict[str, Any]]] = [(root, {})]
     while waiting:
         one, properties = waiting.pop()
-        if not isinstance(one, dict) or not isinstance(kind := one.get("type"), str):
+        if one is None:  # a feature that is nowhere
             continue
+        kind = str(one.get("type")) if isinstance(one, dict) else "none"
         if kind == "Feature":
             said = one.get("properties")
             waiting.append((one.get("geometry"), said if isinstance(said, dict) else {}))
-        elif kind in _COLLECTIONS and isinstance(members := one.get(_COLLECTIONS[kind]), list):
+        elif kind in _COLLECTIONS:
+            members = _listed(one.get(_COLLECTIONS[kind]))
             waiting += ((member, properties) for member in members[::-1])
         elif kind in _GEOMETRIES:
+            _refuse_circle(kind, properties, source)
             yield one, properties
+        else:
+            msg = f"GeoJSON with a geometry {kind[:40]!r}: draw it as a line or a polygon, or remove it"
+            raise MissionFileError(msg, source=source)
 
 
-def _sided(area: FencePolygon, properties: dict[str, Any], source: str) -> FencePolygon:
+def _refuse_circle(kind: str, properties: dict[str, Any], source: str) -> None:
+    """Refuse a point that stands for the area around it, as drawing programs write circles."""
+    is_wide = any("radius" in key.lower() and _is_number(properties[key]) for key in properties)
+    if kind in _POINTS and is_wide:
+        msg = (
+            f"GeoJSON with a circle '{_words(properties)[:40]}': draw it as a polygon, or remove it"
+        )
+        raise MissionFileError(msg, source=source)
+
+
+def _words(properties: dict[str, Any]) -> str:
+    """Return whatever a feature says of itself: programs call it name, Name, title, type …"""
+    said = (value for key, value in properties.items() if key not in _SIDES)
+    return " ".join(value for value in said if isinstance(value, str))
+
+
+def _polygons(shape: dict[str, Any]) -> list[object]:
+    """Return the rings of each polygon of a geometry."""
+    held = shape.get("coordinates")
+    return {"Polygon": [held], "MultiPolygon": _listed(held) or [None]}.get(shape["type"], [])
+
+
+def _areas(rings: object, properties: dict[str, Any], source: str) -> Iterator[FencePolygon]:
     """Return an area with the side of it to fly on: as it states, else as its name says."""
     stated = {properties[key] for key in _SIDES if isinstance(properties.get(key), bool)}
     others = [key for key in _SIDES if not isinstance(properties.get(key), bool | None)]
-    if others or len(stated) > 1 or (not area.inclusion and True in stated):
+    words = _words(properties)
+    if others or len(stated) > 1 or (keeps_out(words) and True in stated):
         key = others[0] if others else next(key for key in _SIDES if key in properties)
         msg = (
-            f"GeoJSON with an area '{str(properties.get('name') or '')[:40]}' of {key} "
-            f"{str(properties[key])[:20]!r}: give true to stay inside, false to stay out, and no name that "
-            "says otherwise"
+            f"GeoJSON with an area '{words[:40]}' of {key} {str(properties[key])[:20]!r}: give true to stay "
+            "inside, false to stay out, and no name that says otherwise"
         )
         raise MissionFileError(msg, source=source)
-    is_inside = stated.pop() if stated else area.inclusion
-    return FencePolygon(inclusion=is_inside, vertices_deg=area.vertices_deg)
+    is_inside = stated.pop() if stated else not keeps_out(words)
+    drawn = [_positions(ring, source) for ring in _listed(rings)]
+    return drawn_areas(drawn, is_inside=is_inside, source=source)
 
 
-def _area(shape: dict[str, Any], name: str, source: str) -> FencePolygon:
-    rings = shape.get("coordinates")
-    ring = _positions(rings[0], source) if isinstance(rings, list) and len(rings) == 1 else []
-    if len(ring) < 4:
-        msg = "GeoJSON with an area that has holes, or fewer than three corners: mend or remove it"
-        raise MissionFileError(msg, source=source)
-    corners = tuple((position[1], position[0]) for position in ring[:-1])
-    return FencePolygon(inclusion=not keeps_out(name), vertices_deg=corners)
+def _listed(found: object) -> list[Any]:
+    return found if isinstance(found, list) else []
 
 
 def _positions(found: object, source: str) -> list[list[float]]:

@@ -14,15 +14,16 @@ from xml.etree import ElementTree as ET
 from planner import quantity
 from planner.errors import MissionFileError
 from planner.findings import Place
-from planner.geo.fence import FencePolygon
 from planner.mission.commands import Frame
 from planner.mission.formats.foreign import (
     LONGEST_ACTION_S,
     Ending,
     RouteEnds,
     RoutePoint,
+    drawn_areas,
     foreign_mission,
     keeps_out,
+    left_out,
     line_points,
 )
 from planner.mission.items import MOST_ITEMS
@@ -30,6 +31,7 @@ from planner.mission.items import MOST_ITEMS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.geo.fence import FencePolygon
     from planner.mission.items import Mission
 
 
@@ -44,6 +46,15 @@ _DJI_ENDINGS = {
     "noAction": Ending.HOVER,
     "gotoFirstWaypoint": Ending.FIRST,
 }
+_BESIDE = {
+    "Point": "point",
+    "Track": "track",
+    "Model": "model",
+    "GroundOverlay": "image",
+    "NetworkLink": "network link",
+}
+_STATED = ("description", "value", "SimpleData")
+"""What a placemark says of itself beside its name."""
 _AT_POINTS = "reachPoint"
 _STOPS, _STOP_S = "toPointAndStop", 1.0
 """Turns that stand still at their point: the shortest hold that both autopilots keep. [s]"""
@@ -177,14 +188,18 @@ def _read_line(root: ET.Element, *, source: str) -> Mission:
         )
         raise MissionFileError(msg, source=source)
     points = line_points(_corners(line, name, source=source), f"the line '{name}'", source=source)
-    areas = [area for mark in _all(root, "Placemark") for area in _areas(mark, source=source)]
+    rings = sum(1 for _ in _all(root, "LinearRing"))
+    if rings > sum(1 for polygon in _all(root, "Polygon") for _ in _all(polygon, "LinearRing")):
+        msg = "a ring that is neither a line to fly nor a polygon: draw it as one of them, or remove it"
+        raise MissionFileError(msg, source=source)
+    beside = {word: sum(1 for _ in _all(root, name)) for name, word in _BESIDE.items()}
     return foreign_mission(
         points,
         what=f"the line '{name}' of a Google Earth document (KML)",
         source=source,
         frame=frame,
-        assumed=["a return home at the end", "the vehicle's own speed"],
-        areas=areas,
+        assumed=["a return home at the end", "the vehicle's own speed", *left_out(beside)],
+        areas=list(_areas(root, "", source=source)),
     )
 
 
@@ -196,25 +211,26 @@ def _corners(element: ET.Element, name: str, *, source: str) -> list[list[float]
     ]
 
 
-def _areas(mark: ET.Element, *, source: str) -> Iterator[FencePolygon]:
-    """Yield the areas of a placemark, and their holes as areas to stay out of."""
-    is_inside = not keeps_out(_text(mark, "name") or "")
-    for polygon in _all(mark, "Polygon"):
-        holes = list(_all(polygon, "innerBoundaryIs"))
-        if holes and not is_inside:
-            msg = "an area to stay out of with a hole: mend or remove it"
+def _areas(element: ET.Element, words: str, *, source: str) -> Iterator[FencePolygon]:
+    """Yield the areas drawn in an element; ``words`` is what the folders around it say of them."""
+    kind = _name(element)
+    if kind == "Polygon":
+        outer, holes = (
+            [ring for side in _all(element, name) for ring in _all(side, "LinearRing")]
+            for name in ("outerBoundaryIs", "innerBoundaryIs")
+        )
+        if len(outer) != 1:
+            msg = f"a polygon with {len(outer)} outer rings: mend or remove it"
             raise MissionFileError(msg, source=source)
-        yield FencePolygon(inclusion=is_inside, vertices_deg=_ring(polygon, source=source))
-        for hole in holes:
-            yield FencePolygon(inclusion=False, vertices_deg=_ring(hole, source=source))
-
-
-def _ring(polygon: ET.Element, *, source: str) -> tuple[tuple[float, float], ...]:
-    corners = _corners(polygon, "a polygon", source=source)
-    if any(len(corner) < 2 for corner in corners) or len(corners) < 4:
-        msg = "a polygon with fewer than three corners: mend or remove it"
-        raise MissionFileError(msg, source=source)
-    return tuple((corner[1], corner[0]) for corner in corners[:-1])
+        rings = [_corners(ring, "a polygon", source=source) for ring in (*outer, *holes)]
+        yield from drawn_areas(rings, is_inside=not keeps_out(words), source=source)
+        return
+    if kind in {"Folder", "Placemark"}:
+        said = [one for one in element if _name(one) == "name"]
+        said += (one for name in _STATED if kind == "Placemark" for one in _all(element, name))
+        words = " ".join((words, *(one.text or "" for one in said)))
+    for child in element:
+        yield from _areas(child, words, source=source)
 
 
 def _read_wpml(root: ET.Element, drawn: ET.Element, *, source: str) -> Mission:
