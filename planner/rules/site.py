@@ -9,7 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import nearest_hint
 from planner.findings import Rule, Severity
-from planner.flight.path import PATH_TOLERANCE_M, flown_path
+from planner.flight.path import flown_path
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
 from planner.rules.declaration import EXTREMES, PROFILE, judges
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 _ROUNDING_M = 0.05
 """Rounding of files is no breach. [m]"""
-_OFF_PATH_M = _ROUNDING_M + PATH_TOLERANCE_M
+_OVERSHOT_M = 1.0
+"""Recorded flights come up to 0.8 m past places they stop at. [m]"""
 
 PARAMETER_NOT_AS_EXPECTED = Rule(
     "P103 expected-value",
@@ -146,7 +147,7 @@ TOO_FAR_FOR_SITE = Rule(
     why="The mission of another site is the usual slip (MAVProxy #629: mission, rally, fence near).",
     how="Distance from the place of the site, else from home, of home, every stage, rally point and "
     "corner of the fence, beyond max_distance_m; and of the path, circles and curves as they are flown, "
-    "beyond 10 cm more.",
+    "beyond 1 m more.",
     fix="check that this is the mission of this site",
 )
 
@@ -198,7 +199,7 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     path = flown_path(a.flight.motion)
     path_m = distance_m(*origin, *route.frame.latitude_longitude_deg(path.east_m, path.north_m))
     point = int(np.argmax(path_m))
-    if path_m[point] > max(farthest_m, limit_m) + _OFF_PATH_M:
+    if path_m[point] > max(farthest_m, limit_m) + _OVERSHOT_M:
         item = int(path.item[max(point - 1, 0)])
         what, farthest_m, beyond = f"the way of item {item}", float(path_m[point]), beyond + 1
     if not beyond:
