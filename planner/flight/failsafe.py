@@ -35,18 +35,20 @@ _COUNTS_ITSELF = 1
 """BAT1_SOURCE: an external battery, which reports its own charge (``module.yaml`` of lib/battery)."""
 _OVER_VOLTAGE = 1.05
 """Of BAT1_V_CHARGED a cell: above it PX4 takes the battery for faulty (``Battery::determineFaults``). [-]"""
-WARNS, RETURNS, LANDS, TERMINATES = "warns", "returns", "lands where it is", "cuts its motors"
+WARNS, RETURNS, LANDS = "warns", "returns", "lands where it is"
+TO_LANDING = "flies to the mission's landing, or returns"
+STOPS_FLYING = {5: "cuts its motors", 7: "brakes, or lands"}
+"""What ArduPilot does that ends a landing in the air."""
 _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
 """COM_FLTT_LOW_ACT (PX4, ``commander_params.c``: 0 none, 1 warning, 3 return)."""
 _ARDUPILOT_ACTIONS = {
     0: WARNS,
     1: LANDS,
     2: RETURNS,
-    3: RETURNS,
+    3: "returns by its own track",
     4: "returns by its own track, or lands",
-    5: TERMINATES,
-    6: "flies to the mission's landing, or returns",
-    7: "brakes, or lands",
+    6: TO_LANDING,
+    **STOPS_FLYING,
 }
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT (``AP_BattMonitor_Params.cpp``, values of Copter)."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,10 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.failsafe import (
+    LANDS,
     RETURNS,
+    STOPS_FLYING,
+    TO_LANDING,
     WARNS,
     ardupilot_events,
     px4_charge,
@@ -22,8 +26,9 @@ from planner.flight.failsafe import (
 )
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
+from planner.mission.commands import Command
 from planner.mission.items import MissionFormat
-from planner.mission.route.stage import RETURN_STAGES, StageKind, return_spans
+from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind, return_spans
 from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
@@ -40,6 +45,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
+    from planner.mission.items import Mission
+    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -61,8 +68,13 @@ _VOLTAGE_NEEDED = (
     "the battery's open-circuit voltage and resistance, in the vehicle model: PX4 estimates the charge by "
     "voltage"
 )
-_ENDS = {*RETURN_STAGES, StageKind.LAND, StageKind.RETURN}
+_ENDS = {*RETURN_STAGES, StageKind.LAND}
 """What the vehicle does as it comes down, or flies there."""
+_LANDS_ON = 8
+"""Bit of FS_OPTIONS: a landing continues (``FailsafeOption::CONTINUE_IF_LANDING``)."""
+_SAME_PLACE_M = 5.0
+"""Returns that lead no farther from where the vehicle lands end there. [m]"""
+_ON_GROUND_M = 0.1
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -90,7 +102,8 @@ FAILSAFE_BEFORE_END = Rule(
     "ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and BATT_CRT_MAH, voltage under load "
     "(at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with "
     "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
-    "only warns; not checked in the last landing, nor where nothing measures the battery (BATT_MONITOR 0, "
+    "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another place "
+    "(ArduPilot: none with FS_OPTIONS 8).  Not checked where nothing measures the battery (BATT_MONITOR 0, "
     "BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
@@ -262,10 +275,38 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     )
     if last + 1 < len(a.route.stages):  # it lands and takes off again: the failsafe leaves it there
         return False
-    if kind in RETURN_STAGES and event.action in {RETURNS, WARNS}:
-        return True
     state = a.flight.motion.segments.state[event.segment]
-    return kind in {StageKind.LAND, StageKind.RETURN} and state in _GOES_DOWN
+    comes_down = kind in LANDED_STAGES and state in _GOES_DOWN
+    returns = event.action == RETURNS or (
+        event.action == TO_LANDING and not _has_landing(a.mission)
+    )
+    if event.action == WARNS or (returns and not comes_down):
+        return comes_down or kind in RETURN_STAGES
+    return comes_down and (
+        event.action == LANDS
+        or bool(int(numbers(a).get("FS_OPTIONS", 0.0)) & _LANDS_ON)
+        or _ends_there(a, event, a.route.stages[last])
+    )
+
+
+def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
+    """Return whether a failsafe ends where the vehicle lands already, or on the ground."""
+    points = a.returns.points(np.array([event.segment]), np.array([event.fraction]))
+    if points.place_m[0, 2] - landing.height_m < _ON_GROUND_M:
+        return True
+    if event.action in STOPS_FLYING.values() or (
+        event.action == TO_LANDING and _has_landing(a.mission)
+    ):
+        return False
+    targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
+    east_m, north_m = targets.ground_m[0, :2]
+    return math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
+
+
+def _has_landing(mission: Mission) -> bool:
+    """Return whether ArduPilot finds a way to land in the mission (``jump_to_landing_sequence``)."""
+    starts = {Command.DO_LAND_START, Command.DO_RETURN_PATH_START}
+    return any(item.command in starts for item in mission.items)
 
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:

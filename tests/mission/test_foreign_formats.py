@@ -29,7 +29,11 @@ LINE = (
     "</Placemark>{more}</Document></kml>"
 )
 RING = "<LinearRing><coordinates>7.99,46.99 8.01,46.99 8.01,47.01 7.99,46.99</coordinates></LinearRing>"
-AREA = f"<Placemark><Polygon><outerBoundaryIs>{RING}</outerBoundaryIs></Polygon></Placemark>"
+AREA = (
+    "<Placemark><name>Fence</name><Polygon><outerBoundaryIs>"
+    f"{RING}</outerBoundaryIs></Polygon></Placemark>"
+)
+MOVED = "</coordinates><altitudeOffset>-9</altitudeOffset>"
 WAYPOINT = (
     "<Placemark><Point><coordinates>\n{longitude},47.0\n</coordinates></Point><wpml:index>{index}"
     "</wpml:index><wpml:executeHeight>{height}</wpml:executeHeight><wpml:waypointSpeed>{speed}"
@@ -153,6 +157,7 @@ def test_the_one_line_of_a_kml_is_flown(mode: str, frame: Frame) -> None:
         (line().replace("8.001,47.001,60", "8.001,47.001"), "point 3 of the line 'Dam' has no altitude"),
         (line(height="high"), "expected a number, got 'high'"),
         (line(height="nan"), "point 1"),
+        (line().replace("</coordinates>", MOVED), "'Dam' is moved by -9 m"),
         (line(more=line()[line().index("<Placemark>") : line().index("</Document>")]), "2 lines (Dam, Dam)"),
         (LINE.split("<Placemark>", maxsplit=1)[0] + AREA + "</Document></kml>", "no line (1 polygon"),
         ("<kml><Document>", "XML that is broken here"),
@@ -381,13 +386,11 @@ def test_holes_and_areas_called_no_fly_are_stayed_out_of() -> None:
     assert mission.fence is not None
     assert [area.inclusion for area in mission.fence.polygons] == [True, False]
     assert "1 area as the fence to stay out of" in mission.findings[0].message
-    named = AREA.replace("<Placemark>", "<Placemark><name>No-Fly hospital</name>")
+    named = AREA.replace("Fence", "No-Fly hospital")
     kept_out = read(line(more=named)).fence
     assert kept_out is not None
     assert not kept_out.polygons[0].inclusion
-    assert "with a hole" in refusal(
-        line(more=hole.replace("<Placemark>", "<Placemark><name>NFZ</name>"))
-    )
+    assert "with a hole" in refusal(line(more=hole.replace("Fence", "NFZ")))
     ring = [[7.9, 46.9], [8.1, 46.9], [8.1, 47.1], [7.9, 46.9]]
     area = {"type": "Polygon", "coordinates": [ring]}
     features = [
@@ -477,7 +480,7 @@ def test_no_area_of_a_drawing_is_left_out() -> None:
     assert areas(line(more=twice)) == [(True, 3), (False, 3), (False, 3)]
 
 
-@pytest.mark.parametrize("words", ["NFZ_1", "stay out", "Obstacle", "danger area"])
+@pytest.mark.parametrize("words", ["NFZ_1", "stay out", "Obstacle", "No-flight zone"])
 def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> None:
     ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
     assert areas(drawn("Polygon", [ring], Name="Dam", sort=words)) == [(False, 3)]
@@ -489,6 +492,27 @@ def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> No
         assert areas(line(more=around)) == [(False, 3)]
     beside = f"<Folder><Placemark><name>{words}</name></Placemark>{AREA}</Folder>"
     assert areas(line(more=beside)) == [(True, 3)]
+
+
+@pytest.mark.parametrize(
+    ("words", "is_known"),
+    [
+        ("Fence", True),
+        ("Survey boundary", True),
+        ("no flight", True),
+        ("Zone 1", False),
+        ("Sperrgebiet", False),
+        ("", False),
+    ],
+)
+def test_an_area_that_says_nothing_of_its_side_is_not_checked(
+    words: str, *, is_known: bool
+) -> None:
+    ring = [[7.9, 46.9], [8.1, 46.9], [8.1, 47.1], [7.9, 47.1], [7.9, 46.9]]
+    for text in (line(more=AREA.replace("Fence", words)), drawn("Polygon", [ring], name=words)):
+        found = [(one.code, one.severity) for one in read(text).findings if one.code == "F115"]
+        assert found == [("F115", Severity.ERROR)] * (not is_known)
+    assert "F115" not in {one.code for one in read(sided("", inclusion=True)).findings}
 
 
 def test_what_is_drawn_beside_the_line_and_not_taken_is_counted() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 from typing import TYPE_CHECKING
 
 from rule_cases.case import RuleCases
@@ -43,6 +44,19 @@ def rally(frame: int, *, home: str = HOME) -> tuple[Finding, ...]:
 
 def as_bytes(data: bytes) -> tuple[Finding, ...]:
     return read_mission_bytes(data, source="a.waypoints").findings
+
+
+def as_drawn(name: str) -> tuple[Finding, ...]:
+    """Return what a reader tells of GeoJSON with a line and an area about it."""
+    ring = [[7.9, 46.9], [8.1, 46.9], [8.1, 47.1], [7.9, 46.9]]
+    geometries = (
+        {"type": "LineString", "coordinates": [[8, 47, 450], [8.002, 47, 460]]},
+        {"type": "Polygon", "coordinates": [ring]},
+    )
+    features = [
+        {"type": "Feature", "properties": {"name": name}, "geometry": one} for one in geometries
+    ]
+    return as_bytes(json.dumps({"type": "FeatureCollection", "features": features}).encode())
 
 
 TEXT = f"{HEADER}\n{HOME}\n{TAKEOFF}\n{THERE}\n"
@@ -126,6 +140,11 @@ CASES: Mapping[str, RuleCases] = {
         ),  # one point will do
         fires_at_boundary=True,
         silent=lambda: read(HOME, TAKEOFF),
+    ),
+    "F115": RuleCases(
+        fires=lambda: as_drawn("Zone 1"),
+        boundary=lambda: as_drawn("Fence"),
+        silent=lambda: as_drawn("no-fly zone"),
     ),
     "L163": RuleCases(
         fires=lambda: as_bytes(gzip.compress(TEXT.encode())),

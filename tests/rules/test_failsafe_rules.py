@@ -138,6 +138,66 @@ def test_the_charge_that_is_critical_decides_at_its_boundary() -> None:
         assert len(told(result, "E103")) == codes
 
 
+def late(lands_m: float | None = None, **values: float) -> CheckResult:
+    """Return a check whose charge is low 20 mAh, some 4 s, before the landing; at home by default."""
+    end = rtl() if lands_m is None else item(21, north(lands_m), 0.0)
+    flown = mission(takeoff(50), waypoint(1000, 50), end)
+    left_mah = 8000.0 * (1.0 - (checked(flown).totals.energy_wh or 0.0) / LABEL.energy_wh)
+    return checked(flown, BATT_CAPACITY=8000, BATT_LOW_MAH=left_mah + 20.0, **values)
+
+
+@pytest.mark.parametrize(
+    ("lands_m", "action", "does"),
+    [
+        (1000.0, 2, "returns"),
+        (6.0, 2, "returns"),
+        (4.0, 2, ""),
+        (None, 2, ""),
+        (1000.0, 1, ""),
+        (None, 1, ""),
+        (None, 3, ""),
+        (1000.0, 3, "returns by its own track"),
+        (None, 4, ""),
+        (None, 5, "cuts its motors"),
+        (None, 6, ""),
+        (1000.0, 6, "flies to the mission's landing, or returns"),
+        (None, 7, "brakes, or lands"),
+    ],
+)
+def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
+    lands_m: float | None, action: int, does: str
+) -> None:
+    """``Copter::handle_battery_failsafe``: only bit 3 of FS_OPTIONS lets a landing continue."""
+    found = told(late(lands_m, BATT_FS_LOW_ACT=action), "E103")
+    assert [one.severity for one in found] == [Severity.ERROR] * bool(does)
+    assert all(f"the vehicle itself {does} at" in one.message for one in found)
+    assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
+
+
+@pytest.mark.parametrize(("action", "acts"), [(2, False), (3, True), (4, True), (6, False)])
+def test_a_failsafe_on_the_last_way_home_counts_where_it_flies_another(
+    action: int,
+    acts: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    flown = mission(takeoff(50), waypoint(1000, 50), rtl())
+    left_mah = 8000.0 * fraction_left(checked(flown), 2)
+    low_mah = left_mah - 100.0
+    result = checked(flown, BATT_CAPACITY=8000, BATT_LOW_MAH=low_mah, BATT_FS_LOW_ACT=action)
+    assert bool(told(result, "E103")) is acts
+
+
+@pytest.mark.parametrize(("lands_m", "acts"), [(1000.0, True), (0.0, False)])
+def test_the_greatest_time_of_a_px4_flight_ends_a_landing_too(
+    lands_m: float,
+    acts: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    flown = mission(takeoff(50), waypoint(1000, 50), item(21, north(lands_m), 0.0))
+    end_s = checked(flown, autopilot=Autopilot.PX4).totals.time_s
+    ended = checked(flown, autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=end_s - 10.0)
+    found = told(ended, "E103")
+    assert [one.severity for one in found] == [Severity.ERROR] * acts
+
+
 def test_px4_counts_from_the_capacity_it_was_told() -> None:
     # Told half the charge it counts down twice as fast.
     told_half = checked(
@@ -290,7 +350,7 @@ def test_ardupilot_returns_where_the_charge_left_of_its_capacity_is_low() -> Non
         (0, "warns"),
         (1, "lands where it is"),
         (2, "returns"),
-        (3, "returns"),  # SmartRTL or RTL
+        (3, "returns by its own track"),  # SmartRTL or RTL
         (4, "returns by its own track, or lands"),  # SmartRTL or land
         (5, "cuts its motors"),
         (6, "flies to the mission's landing, or returns"),  # DO_LAND_START or RTL

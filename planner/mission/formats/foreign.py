@@ -29,10 +29,23 @@ FORMAT_FOREIGN = Rule(
     why="A drawing, or a mission of another maker's drone, does not hold all that is flown: what is "
     "predicted is one reading of it, and no autopilot of PX4 or ArduPilot loads the file.",
     how="A line of KML or GeoJSON with altitudes, waypoints of Litchi's CSV or of DJI's WPML.  What the file "
-    "does not hold is named: home, take-off, end, speed, turns.  Areas beside the line are its fence: to "
-    "stay inside, or out of where they, or the folder around them, are called so (no-fly, keep out, NFZ, "
-    "danger …).",
+    "does not hold is named: home, take-off, end, speed, turns.  Areas beside the line are its fence (F115).",
     fix="write it as a plan (mavjoule convert), complete it in a ground station and check that",
+)
+
+
+AREA_SIDE_UNKNOWN = Rule(
+    "F115 area-side-unknown",
+    Severity.ERROR,
+    summary="Nothing says whether an area of a drawing is to be stayed inside or out of.",
+    why="An area around the flight may be its fence, or one that nobody may fly in: either reading passes "
+    "what the other refuses.",
+    how="Areas of KML and GeoJSON that neither say so by what they, or the folder around them, are called "
+    "(fence, boundary, stay inside …; no-fly, keep out, NFZ, danger …), nor by the property inclusion.  "
+    "Predicted with a fence to stay inside.",
+    fix="call the area 'stay inside' or 'no-fly', or give it the property inclusion, true or false",
+    instead="a name that says it",
+    leaves_open=True,
 )
 
 
@@ -64,16 +77,21 @@ LONGEST_ACTION_S = 6.0
 """Of photos and recordings: DJI's waypoint missions go on with the next action after that (DJI Mobile SDK,
 ``DJIWaypointActionType``); turns of gimbal and vehicle are taken to last no longer. [s]"""
 _KEEP_OUT = (
-    r"(?i)no.?(fly|go)|(keep|stay).?(out|away)|off.?limits|exclu|prohib|forbid|restrict|nfz|avoid|danger|"
-    r"hazard|obstacle"
+    r"no.?(fly|flight|go|entry|access|drone|ua[sv])|(keep|stay).?(out|away)|off.?limits|exclu|prohib|"
+    r"forbid|restrict|nfz|avoid|danger|hazard|obstacle"
 )
-"""In names of areas that are to be stayed out of."""
+"""In what areas are called that are to be stayed out of."""
+_KEEP_IN = (
+    r"inclu|(keep|stay|remain).?(in|with)|fence|boundar|perimeter|contain|allow|permit|operation|survey|"
+    r"mission|\baoi\b|(flight|flying).?(area|zone|volume|geography)"
+)
+"""In what areas are called that are to be stayed inside."""
 _START = Place(1, 1)
 
 
-def keeps_out(name: str) -> bool:
-    """Return whether an area of a name is to be stayed out of."""
-    return re.search(_KEEP_OUT, name) is not None
+def keeps_out(words: str) -> bool:
+    """Return whether an area that is called so is to be stayed out of."""
+    return re.search(_KEEP_OUT, words, re.IGNORECASE) is not None
 
 
 def left_out(shapes: Mapping[str, int]) -> list[str]:
@@ -82,12 +100,27 @@ def left_out(shapes: Mapping[str, int]) -> list[str]:
     return [f"{' and '.join(counts)} left out"] if counts else []
 
 
+class DrawnArea(Value):
+    """An area beside the line of a drawing."""
+
+    polygon: FencePolygon
+    words: str
+    """What it is called."""
+    is_sided: bool
+    """Whether anything says which side of it is flown on."""
+
+
 def drawn_areas(
-    rings: Sequence[Sequence[Sequence[float]]], *, is_inside: bool, source: str
-) -> Iterator[FencePolygon]:
+    rings: Sequence[Sequence[Sequence[float]]],
+    words: str,
+    *,
+    is_inside: bool | None = None,
+    source: str,
+) -> Iterator[DrawnArea]:
     """Yield an area of its outer ring, and its holes as areas to stay out of.
 
-    Corners are longitude and latitude [°]; the first may be written again as the last.
+    Corners are longitude and latitude [°]; the first may be written again as the last.  Where it is not
+    stated whether to stay inside it, what the area is called says so.
 
     Raises
     ------
@@ -95,7 +128,9 @@ def drawn_areas(
         If a ring has fewer than three corners, or one that is not on the earth, or if an area to stay out
         of has holes.
     """
-    if len(rings) > 1 and not is_inside:
+    is_out = keeps_out(words) if is_inside is None else not is_inside
+    is_sided = is_inside is not None or is_out or bool(re.search(_KEEP_IN, words, re.IGNORECASE))
+    if len(rings) > 1 and is_out:
         msg = "an area to stay out of with a hole: mend or remove it"
         raise MissionFileError(msg, source=source)
     for number, ring in enumerate(rings or [[]]):
@@ -110,7 +145,8 @@ def drawn_areas(
                 "an area with fewer than three corners, or one that is no place: mend or remove it"
             )
             raise MissionFileError(msg, source=source)
-        yield FencePolygon(inclusion=is_inside and not number, vertices_deg=tuple(corners))
+        polygon = FencePolygon(inclusion=not (is_out or number), vertices_deg=tuple(corners))
+        yield DrawnArea(polygon=polygon, words=words.strip(), is_sided=is_sided or number > 0)
 
 
 def _on_earth(longitude_deg: float, latitude_deg: float) -> bool:
@@ -163,7 +199,7 @@ def foreign_mission(
     frame: Frame,
     ends: RouteEnds | None = None,
     assumed: Sequence[str] = (),
-    areas: Sequence[FencePolygon] = (),
+    areas: Sequence[DrawnArea] = (),
 ) -> Mission:
     """Return the mission that flies points from home, by default the first, after a take-off there.
 
@@ -194,20 +230,26 @@ def foreign_mission(
         raise MissionFileError(msg, source=source)
     told = [*(() if ends.home_deg else ("home at the first point, a take-off there",)), *assumed]
     for inclusion, side in ((True, "inside"), (False, "out of")):
-        if count := sum(area.inclusion is inclusion for area in areas):
+        if count := sum(area.polygon.inclusion is inclusion for area in areas):
             told.append(f"{quantity.count(count, 'area')} as the fence to stay {side}")
     remarks.add(
         FORMAT_FOREIGN,
         f"read from {what} of {quantity.count(len(points), 'point')}; assumed: {'; '.join(told)}",
         place=first.place or _START,
     )
+    for area in areas:
+        if not area.is_sided:
+            said = f"area '{area.words[:40]}'" if area.words else "an area without a name"
+            remarks.add(
+                AREA_SIDE_UNKNOWN, f"{said}: nothing says whether to stay inside it or out of it"
+            )
     return Mission(
         source=source,
         file_format=MissionFormat.FOREIGN,
         items=tuple(sequence.items),
         home=None if ends.home_deg is None else Home(*ends.home_deg, None),
         unstated_wait_s=sum(point.unstated_wait_s for point in points),
-        fence=Fence(polygons=tuple(areas)) if areas else None,
+        fence=Fence(polygons=tuple(area.polygon for area in areas)) if areas else None,
         findings=remarks.findings(),
     )
 

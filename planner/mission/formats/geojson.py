@@ -18,7 +18,7 @@ from planner.mission.formats.foreign import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.geo.fence import FencePolygon
+    from planner.mission.formats.foreign import DrawnArea
     from planner.mission.items import Mission
 
 
@@ -123,7 +123,7 @@ def _polygons(shape: dict[str, Any]) -> list[object]:
     return {"Polygon": [held], "MultiPolygon": _listed(held) or [None]}.get(shape["type"], [])
 
 
-def _areas(rings: object, properties: dict[str, Any], source: str) -> Iterator[FencePolygon]:
+def _areas(rings: object, properties: dict[str, Any], source: str) -> Iterator[DrawnArea]:
     """Return an area with the side of it to fly on: as it states, else as its name says."""
     stated = {properties[key] for key in _SIDES if isinstance(properties.get(key), bool)}
     others = [key for key in _SIDES if not isinstance(properties.get(key), bool | None)]
@@ -135,9 +135,8 @@ def _areas(rings: object, properties: dict[str, Any], source: str) -> Iterator[F
             "inside, false to stay out, and no name that says otherwise"
         )
         raise MissionFileError(msg, source=source)
-    is_inside = stated.pop() if stated else not keeps_out(words)
     drawn = [_positions(ring, source) for ring in _listed(rings)]
-    return drawn_areas(drawn, is_inside=is_inside, source=source)
+    return drawn_areas(drawn, words, is_inside=next(iter(stated), None), source=source)
 
 
 def _listed(found: object) -> list[Any]:

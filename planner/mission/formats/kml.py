@@ -22,7 +22,6 @@ from planner.mission.formats.foreign import (
     RoutePoint,
     drawn_areas,
     foreign_mission,
-    keeps_out,
     left_out,
     line_points,
 )
@@ -31,7 +30,7 @@ from planner.mission.items import MOST_ITEMS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.geo.fence import FencePolygon
+    from planner.mission.formats.foreign import DrawnArea
     from planner.mission.items import Mission
 
 
@@ -187,6 +186,10 @@ def _read_line(root: ET.Element, *, source: str) -> Mission:
             "draw it relative to the ground or absolute, with altitudes"
         )
         raise MissionFileError(msg, source=source)
+    offset_m = _optional(line, "altitudeOffset", source=source)
+    if offset_m:
+        msg = f"the line '{name}' is moved by {offset_m:g} m (altitudeOffset): draw it at its altitudes"
+        raise MissionFileError(msg, source=source)
     points = line_points(_corners(line, name, source=source), f"the line '{name}'", source=source)
     rings = sum(1 for _ in _all(root, "LinearRing"))
     if rings > sum(1 for polygon in _all(root, "Polygon") for _ in _all(polygon, "LinearRing")):
@@ -211,7 +214,7 @@ def _corners(element: ET.Element, name: str, *, source: str) -> list[list[float]
     ]
 
 
-def _areas(element: ET.Element, words: str, *, source: str) -> Iterator[FencePolygon]:
+def _areas(element: ET.Element, words: str, *, source: str) -> Iterator[DrawnArea]:
     """Yield the areas drawn in an element; ``words`` is what the folders around it say of them."""
     kind = _name(element)
     if kind == "Polygon":
@@ -223,7 +226,7 @@ def _areas(element: ET.Element, words: str, *, source: str) -> Iterator[FencePol
             msg = f"a polygon with {len(outer)} outer rings: mend or remove it"
             raise MissionFileError(msg, source=source)
         rings = [_corners(ring, "a polygon", source=source) for ring in (*outer, *holes)]
-        yield from drawn_areas(rings, is_inside=not keeps_out(words), source=source)
+        yield from drawn_areas(rings, words, source=source)
         return
     if kind in {"Folder", "Placemark"}:
         said = [one for one in element if _name(one) == "name"]
