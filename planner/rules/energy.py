@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
-from planner.quantity import mean_of
+from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.model import Basis
@@ -549,8 +549,8 @@ EMPTY_AT_RISK = Rule(
     "flight that lands with 1 % left was a go.",
     how="The chance that the energy needed exceeds all the battery holds, for the flight and for the "
     "return from where it is tightest: more than 1 %.  By the 10,000 samples of E119 where the model "
-    "has a [spread], else by a standard deviation of 5 % of the energy.  Left to E101 and E102 where "
-    "the prediction itself is below the reserve.",
+    "has a [spread], else by standard deviations of 5 % of the energy and of the charge as given.  Left to "
+    "E101 and E102 where the prediction itself is below the reserve.",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge",
 )
@@ -563,10 +563,10 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     landing = budget.empty_probability
     left_wh = budget.margin_wh + budget.reserve_wh
     if landing is None:
-        landing = _chance_empty(left_wh, budget.usable_wh)
+        landing = _chance_empty(a, left_wh, budget)
     returning = None if way is None else way.empty_probability
     if way is not None and way.margin_wh is not None and returning is None:
-        returning = _chance_empty(way.margin_wh + budget.reserve_wh, budget.usable_wh)
+        returning = _chance_empty(a, way.margin_wh + budget.reserve_wh, budget)
     by = "" if not is_assumed else f"; an error of {quantity.percent(ASSUMED_ERROR)} assumed"
     if landing > _MOST_CHANCE_EMPTY and budget.margin_wh >= 0.0:
         chance = quantity.beside(landing, _MOST_CHANCE_EMPTY, quantity.chance)
@@ -590,9 +590,11 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         )
 
 
-def _chance_empty(left_wh: float, usable_wh: float) -> float:
-    """Return the chance that a flight takes all of a battery, by the error that is assumed."""
-    error_wh = ASSUMED_ERROR * (usable_wh - left_wh)
+def _chance_empty(a: Assessment, left_wh: float, budget: BatteryBudget) -> float:
+    """Return the chance that a flight takes all of a battery, by the error assumed and that of the charge."""
+    error_wh = math.hypot(
+        ASSUMED_ERROR * (budget.usable_wh - left_wh), sd_of(a.setup.charge) * budget.capacity_wh
+    )
     if error_wh <= 0.0:
         return 0.0
     return 0.5 * math.erfc(left_wh / error_wh / math.sqrt(2.0))

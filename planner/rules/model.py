@@ -62,7 +62,8 @@ _MOST_LIFT = NO_LEAN_THRUST / _MOST_HOVER
 """More thrust, in times of that of the model's flights, is not taken for granted: a vehicle that flew them
 with the most that is usual has no lean left beyond it.  As much as those of data sheets may. [-]"""
 _THINNER = 1.1
-"""Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover. [-]"""
+"""Thinness of air from which on it is said that it is not counted, where the margin holds what it may take:
+5 % of the power of a hover. [-]"""
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 """Stages whose vertical speeds are set in the vehicle, not by the mission."""
@@ -539,12 +540,15 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         return
     # A temperature or a pressure that is not counted is reported already.
     is_reported = a.setup.temperature_c is not None or a.setup.pressure_hpa is not None
-    if not vehicle.knows_air_density and thinner > _THINNER and not is_reported:
-        costs, is_short = _uncounted(a)
+    if vehicle.knows_air_density or is_reported or thinner <= 1.0:
+        return
+    costs, is_short = _uncounted(a)
+    is_counted_with_wind = a.setup.wind.speed_m_s > 0.0 and not vehicle.knows_airspeed
+    if thinner > _THINNER or (is_short and not is_counted_with_wind):
         yield a.finding(
             CONDITION_NOT_MODELLED,
-            f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
-            f"density term{costs}",
+            f"{air}, {quantity.decimals(thinner, 2)} times thinner than at sea level, not counted: the model "
+            f"has no air density term{costs}",
             severity=Severity.ERROR if is_short else None,
         )
 
@@ -916,6 +920,7 @@ def _battery_conditions(a: Assessment) -> Iterator[Finding]:
         yield a.finding(
             CONDITION_NOT_MODELLED,
             "battery resistance not counted: the battery has no open-circuit voltage or no resistance",
+            severity=Severity.ERROR if resistance > 1.0 else None,
             fix="use a vehicle model whose battery has both",
         )
     has_curve = a.pack.resistance_temperature_c is not None and a.discharge is not None

@@ -31,6 +31,7 @@ from planner.flight.pilot import (
     payload_waits_s,
 )
 from planner.flight.prediction import predict_flight, sample_trace
+from planner.flight.reach import GUST_SDS
 from planner.flight.returns.destination import make_destinations, with_own_returns
 from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_returns, return_limits_wh, sweep_returns_each
@@ -39,6 +40,7 @@ from planner.mission.items import Mission
 from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.presented import PresentedCheck
+from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Assessment
 from planner.rules.registry import judge, judge_unflown
 from planner.setting import taking_settings
@@ -46,7 +48,7 @@ from planner.setup import Setup
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Container, Iterable, Iterator, Mapping
     from pathlib import Path
 
     from planner.findings import Finding
@@ -237,6 +239,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         findings = [*assessment.findings, *found]
         findings += _over_known_terrain(prepared, findings)
         findings += _over_other_ground(prepared, assessment, findings)
+        findings += _at_two_deviations(prepared, findings)
         if steps.judges_file:
             findings += _at_own_speeds(prepared, findings)
     else:
@@ -315,17 +318,58 @@ def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[
         yield from _further_errors(again, found, "at the speeds of the file, which are flown")
 
 
+_LIMITS = frozenset({"E104", "E108", "E110", "E116", "E120", "E122", "E133"})
+"""What is past these comes down, or is not counted, however much energy is left."""
+
+
+def _at_two_deviations(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield the errors by the limits of the vehicle and its battery two standard deviations off a mean.
+
+    What conditions take of the energy is drawn (E119, E124), what gusts do is judged as they are.
+    """
+    if any(one.severity is Severity.ERROR for one in found):
+        return
+    for setup, condition in _off_their_means(prepared.setup):
+        again = prepare(prepared.mission, setup)
+        note = f"at {condition}, two standard deviations from the mean"
+        yield from _further_errors(again, found, note, codes=_LIMITS)
+
+
+def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str]]:
+    """Yield a setup with each uncertain condition at its worse end, and that in words."""
+    wind = setup.wind
+    if sd_kg := sd_of(setup.payload_kg):
+        payload_kg = mean_of(setup.payload_kg) + GUST_SDS * sd_kg
+        yield replace(setup, payload_kg=payload_kg), f"{quantity.mass(payload_kg)} of payload"
+    if sd := sd_of(setup.charge):
+        charge = max(mean_of(setup.charge) - GUST_SDS * sd, 0.0)
+        yield replace(setup, charge=charge), f"{quantity.percent(charge)} of the charge"
+    if setup.temperature_c is not None and (sd_c := sd_of(setup.temperature_c)):
+        for sds in (GUST_SDS, -GUST_SDS):  # thin air, or a cold battery
+            air_c = mean_of(setup.temperature_c) + sds * sd_c
+            yield replace(setup, temperature_c=air_c), quantity.temperature(air_c)
+    if wind.speed_sd_m_s and not setup.vehicle.knows_airspeed:
+        speed_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
+        strong = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
+        yield replace(setup, wind=strong), f"{quantity.speed(speed_m_s)} of wind"
+
+
 def _further_errors(
-    prepared: Preparation, found: Sequence[Finding], note: str
+    prepared: Preparation,
+    found: Sequence[Finding],
+    note: str,
+    *,
+    codes: Container[str] | None = None,
 ) -> Iterator[Finding]:
-    """Yield the errors of another flight of a mission that are none of the first."""
+    """Yield the errors of another flight of a mission that are none of the first, of some codes alone."""
     other = assess(prepared)
     if other is None:
         return
     judged, _ = judge(other, prepared.setup.selection)
     known = {one.code for one in found if one.severity is Severity.ERROR}
     for one in (*other.findings, *judged):
-        if one.severity is Severity.ERROR and one.code not in known:
+        is_meant = codes is None or one.code in codes
+        if is_meant and one.severity is Severity.ERROR and one.code not in known:
             yield replace(one, message=f"{one.message} ({note})")
 
 

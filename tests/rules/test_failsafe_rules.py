@@ -138,7 +138,7 @@ def test_the_charge_that_is_critical_decides_at_its_boundary() -> None:
         assert len(told(result, "E103")) == codes
 
 
-def late(lands_m: float | None = None, **values: Any) -> CheckResult:
+def late(lands_m: float | None = None, **values: Any) -> CheckResult:  # noqa: ANN401 - as `checked`
     """Return a check whose charge is low 20 mAh, some 4 s, before the landing; at home by default."""
     end = rtl() if lands_m is None else item(21, north(lands_m), 0.0)
     flown = mission(takeoff(50), waypoint(1000, 50), end)

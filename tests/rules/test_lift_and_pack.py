@@ -10,6 +10,7 @@ from made_missions import mission, rtl, takeoff, waypoint
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.physics.wind import Wind
+from planner.quantity import Spread
 from planner.rules.ledger import Outcome
 from planner.service.preflight import check
 from planner.setup import read_battery
@@ -40,6 +41,27 @@ def reported(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[S
     options = {"battery": PLENTY, **given}
     result = check(OUT_AND_BACK, vehicle, **options)  # type: ignore[arg-type]  # a table of options
     return [(one.severity, one.message) for one in result.findings if one.code == code]
+
+
+@pytest.mark.parametrize(
+    ("payload_kg", "code", "is_error"),
+    [
+        (Spread(mean=2.0, sd=0.1), "E116", False),
+        (Spread(mean=2.0, sd=1.5), "E116", True),  # 8.5 kg by 0.36 at 3.5 kg are 87 %
+    ],
+)
+def test_an_uncertain_load_is_lifted_at_two_deviations(
+    payload_kg: Spread, code: str, *, is_error: bool
+) -> None:
+    found = reported(code, payload_kg=payload_kg)
+    assert (Severity.ERROR in {severity for severity, _ in found}) is is_error
+    assert all("5.00 kg of payload" in said for one, said in found if one is Severity.ERROR)
+
+
+@pytest.mark.parametrize(("sd_c", "is_error"), [(4.0, False), (12.0, True)])
+def test_an_uncertain_air_is_as_cold_as_at_two_deviations(sd_c: float, *, is_error: bool) -> None:
+    found = reported("E122", temperature_c=Spread(mean=0.0, sd=sd_c))
+    assert (Severity.ERROR in {severity for severity, _ in found}) is is_error
 
 
 # A hover of 75 % of the thrust leaves acos(0.75 / 0.8) = 20.4° of lean, 0.6429 by the tangent of the 30° with

@@ -13,6 +13,7 @@ from made_missions import mission, rtl, speed, takeoff, waypoint
 from planner.findings import Severity
 from planner.flight.uncounted import _measured_w, power_ratio
 from planner.physics.wind import Wind
+from planner.quantity import Spread
 from planner.service.preflight import CheckResult, check
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -93,6 +94,43 @@ def test_thin_air_that_is_not_counted_costs_margin(
     # 1.055 kg/m³ at home: 1.16 times thinner than at sea level takes 8 % more.
     high = flown(needed_wh * capacity_factor, 0.0, home_amsl_m=1500.0)
     assert [one for one, _ in uncounted(high)] == [severity]
+
+
+@pytest.mark.parametrize(("slack", "is_short"), [(1.03, False), (1.01, True)])
+def test_air_a_little_thinner_is_not_free(slack: float, *, is_short: bool) -> None:
+    """1.167 kg/m³ 500 m up: 1.05 times thinner takes 2.4 % more; 0.5 % more 100 m above that."""
+    low = flown(100.0, 0.0)
+    assert low.battery is not None
+    assert low.return_plan is not None
+    margin_wh = min(low.battery.margin_wh, low.return_plan.margin_wh or 0.0)
+    high = flown((80.0 - margin_wh) / 0.8 * slack, 0.0, home_amsl_m=500.0)
+    assert [one for one, _ in uncounted(high)] == [Severity.ERROR] * is_short
+
+
+@pytest.mark.parametrize(("sd", "codes"), [(0.01, set()), (0.2, {"E124"})])
+def test_an_uncertain_charge_counts_without_a_spread_of_the_model(
+    sd: float, codes: set[str]
+) -> None:
+    """32 Wh for 14 with the reserve of 20: 18 left are 0.9 of a deviation of 20, 18 of one of 1."""
+    charge = Spread(mean=0.32, sd=sd)
+    found = flown(100.0, 0.0, charge=charge, reserve=0.1).findings  # type: ignore[arg-type]
+    assert {one.code for one in found if one.severity is Severity.ERROR} == codes
+
+
+@pytest.mark.parametrize(("sd_m_s", "is_short"), [(0.1, False), (3.0, True)])
+def test_a_wind_that_is_not_counted_is_bounded_at_two_deviations(
+    sd_m_s: float, *, is_short: bool
+) -> None:
+    wind = Wind(speed_m_s=1.0, from_deg=0.0, speed_sd_m_s=sd_m_s)
+    one = mission(takeoff(100), speed(5.0), waypoint(900, 100), rtl())
+    result = check(one, ARTICLE, battery=Battery(capacity_wh=25.0), wind=wind)
+    assert (Severity.ERROR in {severity for severity, _ in uncounted(result)}) is is_short
+
+
+@pytest.mark.parametrize(("factor", "is_error"), [(1.0, False), (1.01, True)])
+def test_an_older_battery_that_is_not_counted_is_an_error(factor: float, *, is_error: bool) -> None:
+    found = uncounted(flown(100.0, 0.0, battery_resistance_factor=factor))
+    assert [one for one, _ in found] == [Severity.ERROR if is_error else Severity.WARNING]
 
 
 @settings(max_examples=15, deadline=None)
