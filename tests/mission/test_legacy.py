@@ -201,3 +201,10 @@ def test_a_broken_rally_line_is_refused_with_its_place(line: str) -> None:
 def test_more_points_than_mavlink_can_send_are_refused() -> None:
     with pytest.raises(MissionFileError, match="65,535 points"):
         read_fence_list("47 8\n" * 65_536, source="f")
+
+
+@pytest.mark.parametrize("key", ["geoFence", "rallyPoints"])
+def test_a_fence_in_a_file_from_before_plans_is_told(key: str) -> None:
+    mission = read({**VERSION_2, key: {"version": 2, "circles": [{}], "points": [[47.0, 8.0, 9.0]]}})
+    assert [finding.code for finding in mission.findings] == ["L117", "L107"]
+    assert mission.fence is None

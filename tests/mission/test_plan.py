@@ -250,6 +250,17 @@ def test_an_old_fence_is_passed_over_and_told(version: int | None) -> None:
     assert codes(mission) == ["L107"]
 
 
+@pytest.mark.parametrize("key", ["geofence", "GeoFence", "geo_fence", "fence", "rallypoints"])
+@pytest.mark.parametrize("is_inside", [False, True])
+def test_a_fence_where_no_loader_looks_is_told(key: str, *, is_inside: bool) -> None:
+    plan = copy.deepcopy(PLAN)
+    section = plan["mission"] if is_inside else plan
+    section[key] = {"version": 2, "circles": []}
+    assert codes(read(json.dumps(plan))) == []
+    section[key]["circles"] = [{"circle": {"center": [47.0, 8.0], "radius": 20.0}}]
+    assert codes(read(json.dumps(plan))) == ["L107"]
+
+
 def test_an_old_fence_with_nothing_in_it_is_nothing_to_tell() -> None:
     assert codes(read(plan_with({"version": 1, "circles": []}, "geoFence"))) == []
 

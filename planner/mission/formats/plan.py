@@ -24,7 +24,7 @@ from planner.mission.vehicle_kind import vehicle_evidence
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from planner.mission.items import MissionItem
 
@@ -83,6 +83,8 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
         plan = _plan_fields(document)
         section = plan.fields("mission", "the mission")
         _check_plan(plan, section, remarks)
+        _check_unread(plan, ("geoFence", "rallyPoints"), remarks)
+    _check_unread(section, (), remarks)
     firmware_key = "firmwareType"
     if plan is None and "MAV_AUTOPILOT" in section.value:
         firmware_key = "MAV_AUTOPILOT"
@@ -210,7 +212,7 @@ def _check_legacy(mission: JsonFields, remarks: Remarks) -> None:
         mission.refuse(f'its version is {describe(version)}, expected "1.0" or 2', "version")
     message = (
         f"a mission file of version {'unknown' if version is None else version}, from before "
-        "plans: QGroundControl no longer opens it, and it holds no fence"
+        "plans: QGroundControl no longer opens it, and it has no place for a fence"
     )
     remarks.add(LEGACY_FORMAT, message, place=mission.place())
     complex_items = mission.value.get("complexItems")
@@ -353,9 +355,10 @@ def _check_jumps(
 FENCE_VERSION = Rule(
     "L107 fence-version",
     Severity.ERROR,
-    summary="The fence or the rally points are of version 1, which every loader ignores.",
+    summary="The fence or the rally points are where, or of a version that, every loader ignores.",
     why="The file looks fenced and the vehicle flies without a fence; no program reports it.",
-    how="Section version 1 or none, and something in it besides empty lists.",
+    how="A section of version 1 or none, called otherwise ('geofence'), inside the mission, or in a file "
+    "from before plans; and something in it besides empty lists.",
     fix="draw the fence again in QGroundControl and save",
     instead="a fence of a known version",
 )
@@ -372,11 +375,27 @@ def _is_current(section: JsonFields, what: str, remarks: Remarks) -> bool:
             "no program reads it, save the plan again",
             "version",
         )
-    if any(value not in ([], {}, None) for key, value in section.value.items() if key != "version"):
+    if _holds(section.value):
         which = "of version 1" if "version" in section.value else "without a version"
         message = f"{what} is {which}: every loader ignores what is in it, and so does this check"
         remarks.add(FENCE_VERSION, message, place=section.place())
     return False
+
+
+def _holds(section: object) -> bool:
+    """Return whether there is anything in a section besides empty lists."""
+    if not isinstance(section, dict):
+        return bool(section)
+    return any(value not in ([], {}, None) for key, value in section.items() if key != "version")
+
+
+def _check_unread(fields: JsonFields, read: Collection[str], remarks: Remarks) -> None:
+    """Report fences and rally points that are where no loader looks for them."""
+    for key, value in fields.value.items():
+        is_meant = key.lower().replace("_", "") in {"geofence", "fence", "rallypoints", "rally"}
+        if is_meant and key not in read and _holds(value):
+            message = f"'{key}' is where no loader looks: all ignore what is in it, and so does this check"
+            remarks.add(FENCE_VERSION, message, place=fields.place(key))
 
 
 def _read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
