@@ -30,6 +30,10 @@ PAD_RADIUS_M = 5.0
 """A vehicle this near to the middle of a pad stands on it: the position error of a landing, 2.5 m, and as
 much again for the vehicle. [m]"""
 _FULL = 0.995
+_AT_HAND_M = 20.0
+"""A vehicle that lands so near to its next start is put there while its pack is changed. [m]"""
+_WALK_M_S = 1.4
+"""Of a pedestrian. [m/s]"""
 
 PACK_CLASH = Rule(
     "S105 pack-clash",
@@ -71,8 +75,9 @@ VEHICLE_CLASH = Rule(
     summary="A vehicle is to start before it is back and ready.",
     why="The sortie cannot start when the others count on it: everything after it is late, and no "
     "separation that was checked holds.",
-    how="The sorties of one vehicle, each until it has landed and the pack is changed ([swap] time_s); and "
-    "its own available_from_s and available_until_s.",
+    how="The sorties of one vehicle, each until it has landed, the pack is changed ([swap] time_s) and the "
+    "vehicle is carried, at a walk of 1.4 m/s, to a start more than 20 m from there; and its own "
+    "available_from_s and available_until_s.",
     fix="start the sortie later, or give it to another vehicle",
     instead="another start, or another vehicle",
 )
@@ -297,6 +302,16 @@ def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
                     sorties=(one.name, two.name),
                     at_s=two.start_s,
                 )
+            elif two.start_s < (there_s := ready_s + (away_m := _carried_m(one, two)) / _WALK_M_S):
+                message = (
+                    f"{two.name} starts {at(two.start_s)}, {quantity.distance(away_m)} from where {one.name} "
+                    f"lands; carried there at a walk, {name} is ready {at(there_s)}"
+                )
+                yield FleetFinding(
+                    finding=VEHICLE_CLASH.finding(message),
+                    sorties=(one.name, two.name),
+                    at_s=two.start_s,
+                )
         until_s = vehicle.available_until_s
         for one in sorties:
             if one.start_s < vehicle.available_from_s:
@@ -311,6 +326,18 @@ def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
             yield FleetFinding(
                 finding=VEHICLE_CLASH.finding(message), sorties=(one.name,), at_s=at_s
             )
+
+
+def _carried_m(one: FlownSortie, two: FlownSortie) -> float:
+    """Return how far a vehicle has to be carried between two sorties; 0 where it is there. [m]"""
+    if two.assessment is None:
+        return 0.0
+    frame, flight = two.assessment.route.frame, two.assessment.flight
+    landing_m, start = _landing_m(one, frame), flight.motion.state_at_time(np.array([0.0]))
+    if landing_m is None:
+        return 0.0
+    away_m = float(np.hypot(landing_m[0] - start.east_m[0], landing_m[1] - start.north_m[0]))
+    return away_m if away_m > _AT_HAND_M else 0.0
 
 
 class Stand(Value):

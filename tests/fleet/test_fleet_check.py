@@ -273,6 +273,24 @@ def test_one_that_ends_in_the_air_does_not_start_again() -> None:
     assert told == ["s2 cannot start: s1 leaves a in the air, without a landing"]
 
 
+@pytest.mark.parametrize(
+    ("lands_m", "late_s", "is_ready"),
+    [(100.0, 70.0, False), (100.0, 73.0, True), (19.0, 1.0, True), (21.0, 1.0, False)],
+)
+def test_a_vehicle_that_lands_elsewhere_is_carried_to_its_start(
+    lands_m: float, late_s: float, *, is_ready: bool
+) -> None:
+    """100 m at 1.4 m/s take 71.4 s, besides the swap."""
+    landing = item(21, place(lands_m, 0, 0).latitude_deg, 0.0)
+    lands = mission(up(20), place(lands_m, 0, 20), landing)
+    tables = pad("a", 0, 0) + vehicles("a") + SWAP + sortie("s1", "a", 0.0)
+    [alone] = checked(tables, out=lands).sorties
+    start_s = alone.end_s + 60.0 + late_s
+    told = messages(checked(tables, sortie("s2", "a", start_s), out=lands), "S108")
+    assert bool(told) is not is_ready
+    assert all("m from where s1 lands; carried there at a walk, a is ready" in one for one in told)
+
+
 def test_one_that_ends_in_the_air_is_in_the_way_for_ever() -> None:
     tables = SEPARATION + pad("a", 0, 0) + pad("b", 200, 0) + vehicles("a", "b")
     back = mission(up(20), place(0, 0, 20), place(200, 0, 20), rtl())

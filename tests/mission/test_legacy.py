@@ -205,6 +205,8 @@ def test_more_points_than_mavlink_can_send_are_refused() -> None:
 
 @pytest.mark.parametrize("key", ["geoFence", "rallyPoints"])
 def test_a_fence_in_a_file_from_before_plans_is_told(key: str) -> None:
-    mission = read({**VERSION_2, key: {"version": 2, "circles": [{}], "points": [[47.0, 8.0, 9.0]]}})
+    mission = read(
+        {**VERSION_2, key: {"version": 2, "circles": [{}], "points": [[47.0, 8.0, 9.0]]}}
+    )
     assert [finding.code for finding in mission.findings] == ["L117", "L107"]
     assert mission.fence is None
