@@ -391,7 +391,7 @@ class StepPilot(Value):
             descent_m_s=getattr(self.parameters, "descent_speed_m_s", _DESCENDS_M_S),
         )
         motion = follow_ground(motion, route, self.terrain, limits)
-        if self.parameters is None:
+        if self.parameters is None and route.return_height_m is None:
             motion = replace(motion, findings=(*motion.findings, *_return_heights(route)))
         return motion, transients
 
@@ -404,8 +404,9 @@ class StepPilot(Value):
     ) -> tuple[Motion, Transients]:
         """Return level legs home at the height of returns, and landings there."""
         over_home = None
-        if self.parameters is not None:
-            over_home = self.return_heights_m(points_m, targets), _return_wait_s(self.parameters)
+        if self.parameters is not None or targets.stated_height_m is not None:
+            wait_s = 0.0 if self.parameters is None else _return_wait_s(self.parameters)
+            over_home = self.return_heights_m(points_m, targets), wait_s
         legs = StepLegs.home_from(
             points_m, targets.ground_m, speed_m_s=self._speed_m_s, over_home=over_home
         )
@@ -437,9 +438,11 @@ class StepPilot(Value):
         return fly_ramps(legs, self.vehicle.ramps), NO_TRANSIENTS
 
     def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
-        """Return the heights of the vehicle's own rule; those of the points where it is not known."""
+        """Return the heights of the vehicle's own rule, else at least what the mission states."""
         if self.parameters is None:
-            return points_m[:, 2]
+            stated_m = targets.stated_height_m
+            least_m = -np.inf if stated_m is None else targets.datum_m + stated_m
+            return np.maximum(points_m[:, 2], least_m)
         return _return_heights_m(points_m, targets, self.parameters)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -672,8 +675,9 @@ RETURN_HEIGHT_ASSUMED = Rule(
     summary="The return altitude is unknown: the return is predicted at the height it begins at.",
     why="Autopilots climb to a height of their own before they return; a climb that is not counted "
     "takes energy that is missing later.",
-    how="The mission ends in RETURN_TO_LAUNCH, the model is a step-response model and no parameters "
-    "give RTL_RETURN_ALT or RTL_ALT; returns from anywhere are predicted level as well.",
+    how="The mission ends in RETURN_TO_LAUNCH, the model is a step-response model and neither parameters "
+    "(RTL_RETURN_ALT, RTL_ALT) nor the file (globalRTHHeight of DJI's WPML) give one; returns from anywhere "
+    "are predicted level as well.",
     fix="give the vehicle's parameters with --params, or add a waypoint at the height of the return",
 )
 

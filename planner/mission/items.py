@@ -211,6 +211,8 @@ class Mission(Value):
     unstated_wait_s: float = 0.0
     """What another maker's drone may wait at its points, at most, beyond what the items hold; infinite where
     nothing says how long. [s]"""
+    return_height_m: float | None = None
+    """Above home, to which another maker's drone climbs before it returns; ``None``: not known. [m]"""
     fetched: FetchMark | None = None
     """Where ``mavjoule fetch`` wrote the file."""
     findings: tuple[Finding, ...] = ()

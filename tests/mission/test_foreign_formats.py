@@ -341,6 +341,22 @@ def test_dji_climbs_before_it_returns_and_stops_where_its_turns_do() -> None:
     ]
 
 
+def test_djis_return_height_is_that_of_returns_from_anywhere() -> None:
+    """The model climbs 60 m at no more than 5 m/s on 130 W: 0.43 Wh at least, and down again."""
+    low, high = (with_config(dji(end="goHome"), globalRTHHeight=text) for text in ("40", "100"))
+    vehicle, pack = load_vehicle("falkowski-2023-quadrotor"), Battery(capacity_wh=77.0)
+    stated, level, higher = (
+        check(read(text), vehicle, battery=pack) for text in (low, dji(end="goHome"), high)
+    )
+    assert [
+        any(one.code == "T112" for one in each.findings) for each in (stated, level, higher)
+    ] == [False, True, False]
+    plans = [each.assessment.returns.sample for each in (stated, level, higher) if each.assessment]
+    least_wh, level_wh, higher_wh = (float(one.energy_wh.min()) for one in plans if one)
+    assert least_wh >= level_wh
+    assert higher_wh - level_wh > 2.0 * 0.43
+
+
 def test_a_group_of_djis_actions_acts_at_each_of_its_points() -> None:
     hover = group("hover", first=0, last=1, more="<wpml:hoverTime>40</wpml:hoverTime>")
     mission = read(dji().replace(HOVER, hover))

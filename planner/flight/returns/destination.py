@@ -76,6 +76,8 @@ class ReturnTargets(Value, eq=False):
     """Height above the first home of the home that counts then. (n,) [m]"""
     paths: tuple[ReturnPath | None, ...] = ()
     """Of those that lead along the mission; empty where none does. (n,)"""
+    stated_height_m: float | None = None
+    """Height above the home that counts that the mission's file states for returns. [m]"""
 
 
 class Destinations(Value, eq=False):
@@ -99,6 +101,8 @@ class Destinations(Value, eq=False):
     along: tuple[ReturnPath, ...] = ()
     """Along the mission, forward or back, from each stage of the route; empty where the vehicle does
     not return so, or it is not predicted."""
+    stated_height_m: float | None = None
+    """As of `ReturnTargets`. [m]"""
     findings: tuple[Finding, ...] = ()
     """What of the vehicle's returns is not predicted as it flies them."""
 
@@ -129,18 +133,22 @@ class Destinations(Value, eq=False):
             number = destination[rally] - 1
             ground_m[rally] = self.rally_ground_m[number]
             above_m[rally] = datum_m[rally] + self.rally_height_m[number] - ground_m[rally, 2]
-        if not (destination < HOME).any():
-            return ReturnTargets(ground_m=ground_m, above_ground_m=above_m, datum_m=datum_m)
-        above_m[destination < HOME] = 0.0
-        ground_m[destination == HERE, :2] = place_m[destination == HERE, :2]
-        paths: list[ReturnPath | None] = [None] * len(stage)
+        paths: list[ReturnPath | None] = []
+        if (destination < HOME).any():
+            above_m[destination < HOME] = 0.0
+            ground_m[destination == HERE, :2] = place_m[destination == HERE, :2]
+            paths = [None] * len(stage)
         for row in np.flatnonzero((destination == LANDING) | (destination == ALONG)).tolist():
             path = self.landing if destination[row] == LANDING else self.along[stage[row]]
             if path is not None:
                 paths[row], landing = path, path.stages[-1]
                 ground_m[row] = (landing.east_m, landing.north_m, landing.height_m)
         return ReturnTargets(
-            ground_m=ground_m, above_ground_m=above_m, datum_m=datum_m, paths=tuple(paths)
+            ground_m=ground_m,
+            above_ground_m=above_m,
+            datum_m=datum_m,
+            paths=tuple(paths),
+            stated_height_m=self.stated_height_m,
         )
 
     def chosen(self, point_m: FloatArray, stage: IntArray) -> IntArray:
@@ -237,6 +245,7 @@ def make_destinations(
         rally_ground_m=np.column_stack((east, north, ground)),
         rally_height_m=height,
         parameters=parameters,
+        stated_height_m=route.return_height_m,
     )
     if parameters is None:
         return straight

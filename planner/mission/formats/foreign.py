@@ -248,6 +248,7 @@ def foreign_mission(
         file_format=MissionFormat.FOREIGN,
         items=tuple(sequence.items),
         home=None if ends.home_deg is None else Home(*ends.home_deg, None),
+        return_height_m=ends.return_height_m,
         unstated_wait_s=sum(point.unstated_wait_s for point in points),
         fence=Fence(polygons=tuple(area.polygon for area in areas)) if areas else None,
         findings=remarks.findings(),

@@ -139,7 +139,8 @@ def make_route(
     lap = None
     if order.lap_item is not None and lap_start is not None and not state.is_over:
         lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
-    return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
+    laid_out = _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
+    return replace(laid_out, return_height_m=mission.return_height_m)
 
 
 def _is_planned_already(state: MissionState, ahead: Iterable[MissionItem]) -> bool:

@@ -196,6 +196,8 @@ class Route(Value):
     """The homes set by DO_SET_HOME, in flown order; the first home is where the frame begins."""
     fence_switches: tuple[FenceSwitch, ...] = ()
     """What the mission switches of the fence, in flown order."""
+    return_height_m: float | None = None
+    """Height above home that the mission's file states for returns. [m]"""
     held: tuple[HeldItem, ...] = ()
     """Items that conditions hold back, in flown order."""
     findings: tuple[Finding, ...] = ()
