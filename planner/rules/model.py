@@ -544,13 +544,22 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         return
     costs, is_short = _uncounted(a)
     is_counted_with_wind = a.setup.wind.speed_m_s > 0.0 and not vehicle.knows_airspeed
-    if thinner > _THINNER or (is_short and not is_counted_with_wind):
+    is_short_only_by_it = is_short and not is_counted_with_wind and _keeps_reserve(a)
+    if thinner > _THINNER or is_short_only_by_it:
         yield a.finding(
             CONDITION_NOT_MODELLED,
             f"{air}, {quantity.decimals(thinner, 2)} times thinner than at sea level, not counted: the model "
             f"has no air density term{costs}",
             severity=Severity.ERROR if is_short else None,
         )
+
+
+def _keeps_reserve(a: Assessment) -> bool:
+    """Return whether the flight and its tightest return stay above the reserve as predicted."""
+    battery, plan = a.battery, a.return_plan
+    if battery is None or battery.margin_wh < 0.0:
+        return False
+    return plan is None or plan.margin_wh is None or plan.margin_wh >= 0.0
 
 
 def _is_of_sheet(a: Assessment) -> bool:
