@@ -9,6 +9,8 @@ import zipfile
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner.errors import MissionFileError
 from planner.findings import Severity
@@ -494,6 +496,33 @@ def test_no_area_of_a_drawing_is_left_out() -> None:
     assert areas(line(more=AREA.replace(" 7.99,46.99<", "<"))) == [(True, 3)]
     twice = AREA.replace("</Polygon>", f"<innerBoundaryIs>{RING}{RING}</innerBoundaryIs></Polygon>")
     assert areas(line(more=twice)) == [(True, 3), (False, 3), (False, 3)]
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    ring=st.lists(
+        st.tuples(st.floats(7.0, 9.0), st.floats(46.0, 48.0)), min_size=3, max_size=9, unique=True
+    ),
+    is_closed=st.booleans(),
+    name=st.sampled_from(["Fence", "no-fly zone"]),
+)
+def test_an_area_is_the_same_however_it_is_drawn(
+    ring: list[tuple[float, float]], name: str, *, is_closed: bool
+) -> None:
+    drawn_ring = [*ring, ring[0]] if is_closed else ring
+    text = " ".join(f"{east!r},{north!r},0" for east, north in drawn_ring)
+    start, end = RING.index("<coordinates>") + len("<coordinates>"), RING.index("</coordinates>")
+    in_kml = AREA.replace("Fence", name).replace(RING, RING[:start] + text + RING[end:])
+    corners = tuple((north, east) for east, north in ring)
+    for drawing in (
+        drawn("Polygon", [drawn_ring], name=name),
+        drawn("MultiPolygon", [[drawn_ring]], Name=name),
+        line(more=in_kml),
+    ):
+        fence = read(drawing).fence
+        assert fence is not None
+        [area] = fence.polygons
+        assert (area.inclusion, area.vertices_deg) == (name == "Fence", corners)
 
 
 @pytest.mark.parametrize("words", ["NFZ_1", "stay out", "Obstacle", "No-flight zone"])
