@@ -36,9 +36,10 @@ if TYPE_CHECKING:
 
 _ALL = 1
 _WITHOUT_THROTTLE = 2
-_FLIES_BLIND = (4, 7)
-"""The version from which on ArduPilot arms without a source of the height; tried in its simulation."""
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
+_FLIES_BLIND = (4, 7)
+"""The version from which on ArduPilot arms without a source of the height; tried in its simulation.  Its
+estimator takes the height for constant then (``NavEKF3_core::selectHeightForFusion``)."""
 
 
 WOULD_NOT_ARM = Rule(

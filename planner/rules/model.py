@@ -66,7 +66,6 @@ _THINNER = 1.1
 5 % of the power of a hover. [-]"""
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
-"""Stages whose vertical speeds are set in the vehicle, not by the mission."""
 
 MODEL_OUTSIDE_ENVELOPE = Rule(
     "E105 model-outside-envelope",
