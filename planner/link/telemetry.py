@@ -164,9 +164,9 @@ def homes_apart_m(one: Home, other: Home) -> float:
 
 
 _NO_HEADING = 0xFFFF
+"""As GLOBAL_POSITION_INT says that it has none."""
 _AWAY_M = 10.0
 """So far from its home a vehicle was carried; its position wanders by less. [m]"""
-"""As GLOBAL_POSITION_INT says that it has none."""
 _OFFSET_BASIS, _PRIME = 0x811C9DC5, 0x01000193
 _AUTOPILOT = 1 << 24
 _MOST_KEPT = 200
