@@ -318,8 +318,8 @@ def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[
         yield from _further_errors(again, found, "at the speeds of the file, which are flown")
 
 
-_LIMITS = frozenset({"E104", "E108", "E110", "E116", "E120", "E122", "E133"})
-"""What is past these comes down, or is not counted, however much energy is left."""
+_LIMITS = frozenset({"E103", "E104", "E108", "E110", "E116", "E120", "E122", "E133"})
+"""What is past these comes down, flies elsewhere or is not counted, however much energy is left."""
 
 
 def _at_two_deviations(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:

@@ -29,6 +29,7 @@ from planner.flight.returns.destination import make_destinations
 from planner.flight.returns.path import make_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
+from planner.quantity import Spread
 from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
@@ -196,6 +197,26 @@ def test_the_greatest_time_of_a_px4_flight_ends_a_landing_too(
     ended = checked(flown, autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=end_s - 10.0)
     found = told(ended, "E103")
     assert [one.severity for one in found] == [Severity.ERROR] * acts
+
+
+@pytest.mark.parametrize(("sd_kg", "acts"), [(0.01, False), (0.5, True)])
+def test_an_uncertain_load_meets_a_failsafe_at_two_deviations(sd_kg: float, *, acts: bool) -> None:
+    """1 kg more on 3.5 kg take 46 % more of a hover; 100 mAh less are left than would be low."""
+    low_mah = 8000.0 * fraction_left(checked(), 3) - 100.0
+    values = {"BATT_CAPACITY": 8000.0, "BATT_LOW_MAH": low_mah, "BATT_FS_LOW_ACT": 2.0}
+    result = check(
+        FLOWN,
+        SURVEY_QUAD,
+        battery=LABEL,
+        payload_kg=Spread(mean=0.0, sd=sd_kg),
+        reserve=0.0,
+        parameters=ParameterSet(
+            source="made.param",
+            values={name: ParameterValue(value) for name, value in values.items()},
+            stack=Autopilot.ARDUPILOT,
+        ),
+    )
+    assert (Severity.ERROR in {one.severity for one in told(result, "E103")}) is acts
 
 
 def test_px4_counts_from_the_capacity_it_was_told() -> None:
