@@ -261,6 +261,13 @@ def test_a_fence_where_no_loader_looks_is_told(key: str, *, is_inside: bool) -> 
     assert codes(read(json.dumps(plan))) == ["L107"]
 
 
+@pytest.mark.parametrize("key", ["polygon", "Polygons", "Circles", "areas"])
+def test_areas_of_a_fence_that_no_loader_looks_for_are_told(key: str) -> None:
+    fence = {"version": 2, "circles": [], "polygons": []}
+    assert codes(read(plan_with(fence | {key: []}, "geoFence"))) == []
+    assert codes(read(plan_with(fence | {key: [[47.0, 8.0]]}, "geoFence"))) == ["L107"]
+
+
 def test_an_old_fence_with_nothing_in_it_is_nothing_to_tell() -> None:
     assert codes(read(plan_with({"version": 1, "circles": []}, "geoFence"))) == []
 

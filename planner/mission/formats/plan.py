@@ -389,11 +389,16 @@ def _holds(section: object) -> bool:
     return any(value not in ([], {}, None) for key, value in section.items() if key != "version")
 
 
-def _check_unread(fields: JsonFields, read: Collection[str], remarks: Remarks) -> None:
+_SECTIONS = frozenset({"geofence", "fence", "rallypoints", "rally"})
+_AREAS = frozenset({"polygon", "polygons", "circle", "circles", "area", "areas"})
+
+
+def _check_unread(
+    fields: JsonFields, read: Collection[str], remarks: Remarks, meant: Collection[str] = _SECTIONS
+) -> None:
     """Report fences and rally points that are where no loader looks for them."""
     for key, value in fields.value.items():
-        is_meant = key.lower().replace("_", "") in {"geofence", "fence", "rallypoints", "rally"}
-        if is_meant and key not in read and _holds(value):
+        if key.lower().replace("_", "") in meant and key not in read and _holds(value):
             message = f"'{key}' is where no loader looks: all ignore what is in it, and so does this check"
             remarks.add(FENCE_VERSION, message, place=fields.place(key))
 
@@ -403,6 +408,7 @@ def _read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
     if not _is_current(section, "the fence", remarks):
         return None
     _check_keys(section, ("polygons", "circles"), remarks)
+    _check_unread(section, ("polygons", "circles"), remarks, _AREAS)
     polygons, circles = [], []
     for area in _areas(section, "polygons", remarks):
         vertices = tuple(area.position("polygon", n) for n in range(len(area.listed("polygon"))))
