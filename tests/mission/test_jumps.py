@@ -3,7 +3,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import item, jump, mission, takeoff, waypoint
+from made_missions import item, jump, mission, north, takeoff, waypoint
 
 from planner.autopilot import Autopilot, Target
 from planner.findings import Severity
@@ -160,6 +160,16 @@ def test_items_of_a_loop_without_a_place_undo_each_other(fast_m_s: float, *, is_
     assert errors == ([3, 4] if is_told else [])
     if not is_told:
         assert found.visits[:4] == (1, 2, 3, 4)
+
+
+@pytest.mark.parametrize(("here", "is_told"), [(1.0, True), (0.0, False)])
+def test_a_home_that_a_loop_sets_again_is_the_same_unless_it_is_where_the_vehicle_is(
+    here: float, *, is_told: bool
+) -> None:
+    home = item(179, north(50), 0.0, params=(here, 0.0, 0.0, 0.0))
+    items = mission(takeoff(10), CAMERA, SLOW, home, jump(3, 2), waypoint(900, 10)).items
+    found = flown_order(items, Autopilot.ARDUPILOT, keeps_counts=False)
+    assert [f.item for f in found.findings if f.severity is Severity.ERROR] == [4] * is_told
 
 
 def test_an_endless_jump_is_flown_once_round() -> None:

@@ -22,7 +22,7 @@ from planner.mission.route.queue import HELD, JUMPS
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Hashable, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.mission.items import MissionItem
@@ -310,16 +310,24 @@ class _Searches:
 
     def _note_circle(self, circle: list[int], place: int) -> None:
         """Note items of a circle that undo each other."""
-        values: dict[tuple[int, float | None], set[float | None]] = {}
-        for at in circle:
-            item = self.items[at]
-            is_speed = item.command == Command.DO_CHANGE_SPEED
-            key = (item.command, item.param1 if is_speed else None)
-            values.setdefault(key, set()).add(item.param2 if is_speed else item.param1)
-        undone = {command for (command, _), each in values.items() if len(each) > 1}
-        undone.add(Command.DO_SET_HOME)  # it may follow the vehicle
-        in_turn = {at for at in circle if self.items[at].command in undone}
+        effects = {at: _effect_of(self.items[at]) for at in circle}
+        values: dict[Hashable, set[Hashable]] = {}
+        for what, value in effects.values():
+            values.setdefault(what, set()).add(value)
+        undone = {what for what, each in values.items() if len(each) > 1 or None in each}
+        in_turn = {at for at, (what, _) in effects.items() if what in undone}
         self._note(in_turn, _IN_TURN, place, Severity.ERROR)
+
+
+def _effect_of(item: MissionItem) -> tuple[Hashable, Hashable]:
+    """Return what an item sets, and to what; ``None``: to wherever the vehicle is (``do_set_home``)."""
+    if item.command == Command.DO_CHANGE_SPEED:
+        return (item.command, item.param1), item.param2 or 0.0
+    if item.command != Command.DO_SET_HOME:
+        return item.command, item.param1 or 0.0
+    if item.param1 == 1.0 or not (item.latitude_deg or item.longitude_deg):
+        return item.command, None
+    return item.command, (item.latitude_deg, item.longitude_deg, item.altitude_m)
 
 
 def _of_both(anew: Sequence[Finding], kept: Sequence[Finding]) -> tuple[Finding, ...]:
