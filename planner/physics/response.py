@@ -24,7 +24,7 @@ import numpy as np
 from planner.values import Value, force_setattr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     import numpy.typing as npt
 
@@ -432,8 +432,23 @@ def _over_factorials(coefficients: FloatArray, offset: int = 0) -> FloatArray:
     return np.asarray(coefficients / divisors.reshape(-1, *(1,) * (coefficients.ndim - 1)))
 
 
+_BLOCK = 4
+"""Terms of a polynomial that Horner's rule takes in a row, beside the other rows: calls cost most."""
+
+
 def _polynomial(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     """Sum of c_j t^j by Horner's rule: to the bit the same in any batch, as a matrix product is not."""
+    if len(coefficients) > _BLOCK:
+        shape = coefficients.shape[1:]
+        whole = np.zeros((-(-len(coefficients) // _BLOCK) * _BLOCK, *shape))
+        whole[: len(coefficients)] = coefficients
+        whole = whole.reshape(len(whole), *(1,) * (t.ndim - len(shape)), *shape)
+        blocks = _horner([whole[first::_BLOCK] for first in range(_BLOCK)], t)
+        return _horner(blocks, np.square(np.square(t)))  # t⁴, for each block
+    return _horner(coefficients, t)
+
+
+def _horner(coefficients: Iterable[FloatArray], t: FloatArray) -> FloatArray:
     *lower, total = coefficients
     for term in reversed(lower):
         total = total * t + term
