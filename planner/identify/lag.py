@@ -26,11 +26,11 @@ def identify_drag(records: Sequence[FlightRecord]) -> Estimate | None:
 
     Notes
     -----
-    The velocity controller asks for a_t + k q + i ∫ q = D v + v̇, q = P e + v_t − v with the error e of the
-    position and the velocity v_t and acceleration a_t of the trajectory (``TrackingLag``).  The integral
-    follows D v + v̇ − a_t with the time constant k/i, so that what is left of k q and of v̇ − a_t is D x, x
-    the velocity less itself smoothed with k/i: a line through zero, for east and north alike.  A steady
-    wind leaves both alone.
+    The velocity controller asks for a_t + k q + i ∫ q − d v̇ = D v + v̇, q = P e + v_t − v with the error e of
+    the position and the velocity v_t and acceleration a_t of the trajectory (``TrackingLag``).  The integral
+    follows D v + (1 + d) v̇ − a_t with the time constant k/i, so that what is left of k q and of
+    (1 + d) v̇ − a_t is D x, x the velocity less itself smoothed with k/i: a line through zero, for east and
+    north alike.  A steady wind leaves both alone.
     """
     spans = [span for record in records for span in _spans(record)]
     if not spans:
@@ -67,15 +67,15 @@ def _spans(record: FlightRecord) -> list[tuple[FloatArray, FloatArray]]:
     begins, ends = edges[::2], edges[1::2]
     longest = int(np.argmax(ends - begins))
     flown = slice(begins[longest], ends[longest])
+    derivative = given.get("MPC_XY_VEL_D_ACC", defaults.velocity_derivative_gain)
     fading = np.exp(-record.step_s * integral / gain)
     widest = given.get("MPC_XY_ERR_MAX", defaults.position_error_max_m)
     scale = _time_scale(np.array(axes)[:, 1, flown], np.array(errors)[:, flown], widest)
     result = []
     for (velocity, reference), error in zip(axes, errors, strict=True):
         v = velocity[flown]
-        gained = (
-            np.gradient(v, record.step_s) - np.gradient(reference[flown], record.step_s) / scale
-        )
+        gained = (1.0 + derivative) * np.gradient(v, record.step_s)
+        gained -= np.gradient(reference[flown], record.step_s) / scale
         asked = gain * (position * error[flown] + reference[flown] - v)
         result.append((v - _smoothed(v, fading), asked - (gained - _smoothed(gained, fading))))
     return result

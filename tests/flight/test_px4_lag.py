@@ -81,7 +81,16 @@ def test_a_vehicle_beside_its_trajectory_arrives_later() -> None:
 
 def test_a_lap_of_a_vehicle_with_little_drag_takes_what_was_recorded() -> None:
     # 0.15/s: 14.31, 14.41 and 14.58 s, the last to where a return begins.
-    assert legs_s(fly(BOX, 0.15, 5.0), 3) == pytest.approx([14.31, 14.41], rel=0.015)
+    assert legs_s(fly(BOX, 0.15, 5.0), 3) == pytest.approx([14.31, 14.41], rel=0.005)
+
+
+@pytest.mark.parametrize(("drag_per_s", "stepped_s"), [(0.15, 87.80), (0.3, 90.25)])
+def test_lanes_of_a_vehicle_with_little_drag_take_what_its_controller_takes(
+    drag_per_s: float, stepped_s: float
+) -> None:
+    """Lanes of 60 m and 10 m at 5 m/s by ``PositionSmoothing`` and ``PositionControl`` stepped at 100 Hz."""
+    lanes = [(10.0 * (k // 2), 30.0 + 60.0 * ((k + 1) // 2 % 2)) for k in range(12)]
+    assert sum(legs_s(fly(tuple(lanes), drag_per_s, 5.0), 11)) == pytest.approx(stepped_s, rel=0.01)
 
 
 def test_a_vehicle_with_drag_passes_the_heights_its_trajectory_comes_to() -> None:

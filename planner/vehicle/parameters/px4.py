@@ -47,6 +47,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
     position_error_max_m: float = parameter("MPC_XY_ERR_MAX m", 2.0, POSITIVE)
     velocity_gain_per_s: float = parameter("MPC_XY_VEL_P_ACC 1/s", 1.8, _GAIN)
     velocity_integral_gain_per_s2: float = parameter("MPC_XY_VEL_I_ACC 1/s²", 0.4, _GAIN_OR_NONE)
+    velocity_derivative_gain: float = parameter("MPC_XY_VEL_D_ACC", 0.2, _GAIN_OR_NONE)
     vertical_position_gain_per_s: float = parameter("MPC_Z_P 1/s", 1.0, _GAIN)
     vertical_velocity_gain_per_s: float = parameter("MPC_Z_VEL_P_ACC 1/s", 4.0, _GAIN)
     vertical_integral_gain_per_s2: float = parameter("MPC_Z_VEL_I_ACC 1/s²", 2.0, _GAIN)

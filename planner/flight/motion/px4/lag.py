@@ -60,24 +60,24 @@ class TrackingLag(Value):
     Notes
     -----
     With the acceleration D v of the air, the controllers of position (MPC_XY_P = P) and velocity
-    (MPC_XY_VEL_P_ACC = k, MPC_XY_VEL_I_ACC = i) and the integral z,
+    (MPC_XY_VEL_P_ACC = k, MPC_XY_VEL_I_ACC = i, MPC_XY_VEL_D_ACC = d) and the integral z,
 
-        a_t + k q + z = D v + v̇,  ż = i q,  q = P e + v_t − v,  v = s v_t,
+        a_t + k q + z − d v̇ = D v + v̇,  ż = i q,  q = P e + v_t − v,  v = s v_t,
 
     v_t and a_t the velocity and acceleration of the trajectory, which are commanded as if its time were not
     stretched, e the vehicle behind it, s = 1 − |e|/E its time (MPC_XY_ERR_MAX = E;
     ``PositionSmoothing::_generateTrajectory``) where e points along v_t and 1 where the vehicle is ahead.
-    So z follows D v + v̇ − a_t with the time constant k/i, and
+    So z follows D v + (1 + d) v̇ − a_t with the time constant k/i, and
 
         e = |D v_t − z|/(k (P + v_t/E) + D v_t/E) behind, |D v_t − z|/(k P) ahead.
 
     After a turn e points across.  Where it is larger than what lies along v_t would be waited for, the
     trajectory waits by turns, only as often as keeps the vehicle beside it: (1 − s) v_t (k + D) = D v_t − z.
 
-    That leaves v̇ − a_t out of the e waited for: it takes the fast modes' 1 s to build up, as a vehicle takes
-    its time to lean.  With it legs come out 0.3 to 0.9 s too short.  Where the vehicle is, and what it has
-    reached, is decided by the e that gets there at P (``_off_m``): braking it comes past its trajectory, by
-    1.7 m at the stops from 7 m/s recorded at a drag of 1/s.
+    That leaves (1 + d) v̇ − a_t out of the e waited for: it takes the fast modes' 1 s to build up, as a
+    vehicle takes its time to lean; what d v̇ has waited for as a leg is begun, it arrives sooner by.  Where
+    the vehicle is, and what it has reached, is decided by the e that gets there at P (``_off_m``): braking
+    it comes past its trajectory, by 1.7 m at the stops from 7 m/s recorded at a drag of 1/s.
 
     MPC_TILTMAX_AIR bounds the acceleration by A, the speed by A/D; there the integral stops at A − k q/2
     (anti-windup, ``PositionControl::_velocityControl``).
@@ -230,7 +230,7 @@ class TrackingLag(Value):
         speed, drag = np.abs(velocity), self.drag_per_s * velocity
         tilted, most_of_drag = self._tilted(speed)
         is_tilted = tilted < 1.0
-        given_m_s2 = (ends - begins) / time_s
+        asked, given_m_s2 = 1.0 + p.velocity_derivative_gain, (ends - begins) / time_s
         is_back = _comes_back(moves)[ordered.segment_move[ordered.segment]]
         comes_back = np.flatnonzero(np.repeat(is_back, _PARTS))
         along = quotient(1.0, speed, above=_STILL_M_S) * velocity
@@ -241,7 +241,7 @@ class TrackingLag(Value):
             constants = flown_s / self._settling_s
             # Of a vehicle that flies the velocities of its trajectory at its scale.
             around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
-            gained = (around[1:] * ends - around[:-1] * begins) * (1.0 / flown_s) - given_m_s2
+            gained = (around[1:] * ends - around[:-1] * begins) * (asked / flown_s) - given_m_s2
             gained[is_tilted] = 0.0
             settled = -np.expm1(-constants)
             built = _smoothed(
