@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -12,9 +13,19 @@ from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.ardupilot.track_lag import TrackLag
 from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
 from planner.mission.route.stage import StageKind
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.flight.motion.kinematics import Motion
 
 LIMIT_M_S = 10.25
 """Airspeed at 30° of the simulated vehicle that the figures are of."""
+
+
+def left_s(motion: Motion) -> FloatArray:
+    """Return when stages are done, holds included."""
+    return np.asarray(motion.segments.end_s[motion.done_segment])
 
 
 def beyond_m(speed: float, step_s: float = 0.005) -> tuple[float, float]:
@@ -112,3 +123,31 @@ def test_drag_delays_splines_and_lengthens_the_way() -> None:
     assert past.wander_m == pytest.approx(4.7, rel=0.1)
     assert slow.wander_m > free.wander_m
     assert fly_ardupilot(stops, DEFAULTS).wander_m == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("places", "hold_s", "flown_s"),
+    [
+        ([30.0 * k for k in range(1, 8)], 1.0, 11.45),
+        ([30.0 * k for k in range(1, 8)], 3.0, 13.50),
+        ([30.0 * k for k in range(1, 8)], 5.0, 15.60),
+        ([30.0 * k for k in range(1, 8)], 10.0, 20.77),
+        ([40.0 * (k % 2) for k in range(1, 8)], 2.0, 14.25),
+    ],
+    ids=["1 s", "3 s", "5 s", "10 s", "there and back"],
+)
+def test_a_leg_behind_a_short_hold_begins_with_what_the_stop_carried_past(
+    places: list[float], hold_s: float, flown_s: float
+) -> None:
+    """Flown by a build at 8 m/s, holds included; from long standing 0.3 s more, back 0.4 s less."""
+    legs = [replace(go(0.0, north, hold=hold_s), speed_m_s=8.0) for north in places]
+    motion = fly_ardupilot((takeoff(), *legs, home()), DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+    assert np.diff(left_s(motion))[2:6] == pytest.approx(flown_s, abs=0.12)
+
+
+def test_a_leg_behind_a_short_hold_is_as_from_standing_where_it_turns_aside() -> None:
+    """Flown by a build: 12.85 s over 30 m and 2 s of hold, and 12.47 s straight on."""
+    places = [(0.0, 30.0), (0.0, 60.0), (30.0, 60.0), (60.0, 60.0)]
+    legs = [replace(go(*place, hold=2.0), speed_m_s=8.0) for place in places]
+    motion = fly_ardupilot((takeoff(), *legs, home()), DEFAULTS, airspeed_limit_m_s=LIMIT_M_S)
+    assert np.diff(left_s(motion))[1:4] == pytest.approx([12.47, 12.85, 12.47], abs=0.12)

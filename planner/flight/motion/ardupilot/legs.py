@@ -10,7 +10,12 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.stages import continues_return, is_kind, over_home_m
-from planner.flight.motion.ardupilot.track_lag import ATTITUDE_LAG_FACTOR, CORRECTED_S, TrackLag
+from planner.flight.motion.ardupilot.track_lag import (
+    ATTITUDE_LAG_FACTOR,
+    CORRECTED_S,
+    SETTLED_S,
+    TrackLag,
+)
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import dot, horizontal, lengths, quotient
 from planner.flight.motion.s_curve import (
@@ -428,7 +433,9 @@ def plan_legs(
             changed_s[entered] = half[rows]
             curves = flown_curves(changed_s)
     starts = np.flatnonzero(from_rest & leads)
-    lost_s[starts] = lag.lost_at_starts_s(curves.up.select(starts), direction[starts])
+    lost_s[starts] = lag.lost_at_starts_s(curves.up.select(starts), direction[starts]) - _spared_s(
+        stages, stage, starts, curves, direction=direction, parameters=parameters, lag=lag
+    )
     curves = replace(curves, wait_s=wait_s + lost_s)
     return ArduPilotLegs(
         key=key,
@@ -445,6 +452,32 @@ def plan_legs(
             curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage
         ),
     )
+
+
+def _spared_s(
+    stages: StageColumns,
+    stage: IntArray,
+    starts: IntArray,
+    curves: SCurves,
+    *,
+    direction: FloatArray,
+    parameters: ArduPilotParameters,
+    lag: TrackLag,
+) -> FloatArray:
+    """Return the time legs lose less that begin at rest, shortly behind the stop of the one before. [s]"""
+    came = np.maximum(starts - 1, 0)
+    rests_s = stages.hold_s[stage[came]]
+    rows = np.flatnonzero((stage[came] == stage[starts] - 1) & (rests_s < SETTLED_S))
+    starts, came, stops = starts[rows], came[rows], curves.down.select(came[rows])
+    spared = np.zeros(len(rests_s))
+    spared[rows] = lag.spared_behind_stops_s(
+        curves.up.select(starts),
+        direction[starts],
+        stops=stops,
+        came=direction[came],
+        since_s=rests_s[rows] + lag.settling_s(stops, parameters.waypoint_radius_m),
+    )
+    return spared
 
 
 def _planned_stage(stages: StageColumns, stage: IntArray, from_rest: BoolArray) -> IntArray:
