@@ -161,6 +161,16 @@ def test_the_wind_is_told_as_each_does() -> None:
 
 
 @BOTH
+def test_the_fence_is_reported_healthy_as_long_as_there_is_one(autopilot: Autopilot) -> None:
+    bench, fence = Bench(autopilot), 1 << 20  # MAV_SYS_STATUS_GEOFENCE
+    for is_there in (True, False):
+        status = bench.wait_for("SYS_STATUS")[-1]
+        for field in ("present", "enabled", "health"):
+            assert bool(status[f"onboard_control_sensors_{field}"] & fence) == is_there
+        bench.send("MISSION_CLEAR_ALL", mission_type=1)
+
+
+@BOTH
 def test_an_interval_is_kept_and_a_stream_stops(autopilot: Autopilot) -> None:
     bench = Bench(autopilot)
     ask: dict[str, Any] = {"command": 511, "param1": 242.0}

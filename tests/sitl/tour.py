@@ -7,7 +7,9 @@ needed beside its binary and what lies around it where it was built.
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
+import subprocess
 import sys
 import tempfile
 import threading
@@ -24,6 +26,7 @@ from planner.autopilot import Autopilot
 from planner.cli.main import main as mavjoule
 from planner.errors import LinkError
 from planner.flight.motion.px4.landing import LANDED_AFTER_S
+from planner.geo.fence import Fence, FencePolygon
 from planner.guard.authorisation import Verdict
 from planner.link.address import read_address
 from planner.link.connection import Purpose
@@ -48,6 +51,7 @@ if TYPE_CHECKING:
 
     from planner.guard.decision import Decision
     from planner.guard.session import GuardStatus
+    from planner.link.mission import WireItem
     from planner.mission.items import Home, Mission, MissionItem
 
 ARDUPILOT, PX4 = Autopilot.ARDUPILOT, Autopilot.PX4
@@ -63,6 +67,10 @@ _READY_S = 30.0
 """By our clock, until a build speaks. [s]"""
 
 
+_KILLED_AFTER = (0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95)
+"""Of the time of a whole upload: before it sends, while it does, and as it reads back. [-]"""
+_GIVEN_UP_S = 3.0
+"""By our clock, after which no build waits for the rest of a list. [s]"""
 _JUDGED_S = 90.0
 """By our clock, until the guard has judged a vehicle, on a busy computer too. [s]"""
 
@@ -92,6 +100,12 @@ class Place:
     def land(self, east_m: float, north_m: float) -> MissionItem:
         return self._at(21, east_m, north_m, 0.0)
 
+    def fence(self, side_m: float) -> Fence:
+        """Return a square about home."""
+        sides = ((-side_m, -side_m), (side_m, -side_m), (side_m, side_m), (-side_m, side_m))
+        vertices = tuple(self._degrees(*side) for side in sides)
+        return Fence(polygons=(FencePolygon(inclusion=True, vertices_deg=vertices),))
+
     def _at(
         self,
         command: int,
@@ -100,15 +114,14 @@ class Place:
         height_m: float,
         params: tuple[float | None, ...] = (0.0, 0.0, 0.0, None),
     ) -> MissionItem:
-        import math
+        latitude_deg, longitude_deg = self._degrees(east_m, north_m)
+        return item(command, latitude_deg, height_m, params=params, longitude_deg=longitude_deg)
 
+    def _degrees(self, east_m: float, north_m: float) -> tuple[float, float]:
         slant = math.cos(math.radians(self._home.latitude_deg))
-        return item(
-            command,
+        return (
             self._home.latitude_deg + north_m * _METRE_DEG,
-            height_m,
-            params=params,
-            longitude_deg=self._home.longitude_deg + east_m * _METRE_DEG / slant,
+            self._home.longitude_deg + east_m * _METRE_DEG / slant,
         )
 
 
@@ -140,6 +153,8 @@ def flights(home: Home) -> Iterator[tuple[str, tuple[MissionItem, ...]]]:
     yield "climbing", (up, p.to(0, 100, 50), RTL)
     yield "descending", (p.takeoff(50.0), p.to(0, 120, 20), RTL)
     yield "stairs", (up, p.to(0, 50, 30), p.to(0, 100, 20), p.to(0, 150, 40), RTL)
+    lanes = [(0, 40, 20), (20, 40, 20), (20, 40, 25), (0, 40, 25), (0, 40, 30), (20, 40, 30)]
+    yield "a facade", (up, speed(3.0), *(p.to(*map(float, place)) for place in lanes), RTL)
     yield "high", (p.takeoff(80.0), p.to(0, 60, 80), RTL)
     yield "lands away", (up, p.to(0, 80, 20), p.land(0, 120))
     yield "lands at home", (up, p.to(70, 70, 20), p.land(0, 0))
@@ -194,6 +209,7 @@ class Tour:
         self.step("files or items", self._both_ways)
         self.step("upload and diff", self._upload)
         self.step("cut upload", self._cut)
+        self.step("killed uploads", self._killed)
         self.step("guard", self._guard)
         if self.build.autopilot is PX4:
             self.build.set("COM_ARM_AUTH_REQ", 0)
@@ -311,6 +327,55 @@ class Tour:
         for old, now in zip(before, after, strict=True):
             assert is_same((old or ())[skipped:], (now or ())[skipped:])
         return said
+
+    def _killed(self) -> str:
+        """Kill uploads at some moments: a fence is there, and lists are whole.
+
+        ArduPilot keeps each item of a mission as it comes: old and new may be mixed.
+        """
+        place = Place(self._home())
+        paths, lists = [], []
+        for height_m, side_m in ((20.0, 400.0), (30.0, 500.0)):
+            many = [place.to(5.0 * (n % 20), 5.0 * (n // 20), height_m) for n in range(200)]
+            held = self._mission((place.takeoff(height_m), *many, RTL))
+            paths.append(self._file(f"{height_m:g}", replace(held, fence=place.fence(side_m))))
+            began_s = time.monotonic()
+            assert self._upload_process(paths[-1]).wait(_LONGEST_S) == 0
+            took_s = time.monotonic() - began_s
+            lists.append(self._lists())
+        found, count = [], len(_KILLED_AFTER)
+        for number, part in enumerate(_KILLED_AFTER):
+            process = self._upload_process(paths[number % 2])
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(part * took_s)
+            process.kill()
+            process.wait()
+            time.sleep(_GIVEN_UP_S)
+            left = ""
+            for kind, now in self._lists().items():
+                same = [is_same(one[kind], now) for one in lists]
+                is_mixed = kind is MissionKind.MISSION and self.build.autopilot is ARDUPILOT
+                assert any(same) or is_mixed, f"{kind.label}: {len(now)} items after {part:g}"
+                assert now or kind is MissionKind.RALLY, f"no {kind.label} after {part:g}"
+                left += {(True, False): "a", (False, True): "b"}.get((same[0], same[1]), "-")
+            found.append(left)
+        return f"{count} killed after {', '.join(found)} (mission, fence, rally points)"
+
+    def _upload_process(self, path: Path) -> subprocess.Popen[bytes]:
+        given = ["--vehicle", self.model, "--battery", "60Wh", "--yes", "--force"]
+        call = "import sys; from planner.cli.main import main; sys.exit(main(sys.argv[1:]))"
+        return subprocess.Popen(
+            [sys.executable, "-c", call, "upload", str(path), self.build.url, *given],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+    def _lists(self) -> dict[MissionKind, tuple[WireItem, ...]]:
+        """Return what is on the vehicle, without ArduPilot's home."""
+        skipped = int(self.build.autopilot is ARDUPILOT)
+        with open_link(self.request) as link:
+            read = {kind: link.fetch_items(kind) or () for kind in MissionKind}
+        return {**read, MissionKind.MISSION: read[MissionKind.MISSION][skipped:]}
 
     def _guarded(
         self, items: tuple[MissionItem, ...], does: Callable[[], str]
