@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from planner.identify.segments import FlightPart, speed_through_air_m_s
+from planner.identify.segments import FlightPart, speed_along_m_s, speed_through_air_m_s
 from planner.values import Value, force_setattr, replace
 
 if TYPE_CHECKING:
@@ -387,7 +387,8 @@ def _cut(
         # what creeps by less than the limit before the command is rest
         shaped = signal.reference[part].copy()
         shaped[: command.first - start + 1] = shaped[command.first - start]
-        answer = signal.column[part].copy()
+        is_speed = signal.answer is ResponseKind.SPEED
+        answer = speed_along_m_s(record, part) if is_speed else signal.column[part].copy()
         if lifted > command.first and signal.answer is ResponseKind.CLIMB_POWER:
             answer[: lifted - start] = 0.0  # on the ground there is no power of a hover to be above
         manoeuvre = Manoeuvre(

@@ -81,6 +81,10 @@ _LEAST_FIT_PERCENT = 20.0
 """A model that describes no more than this of what it was fitted to is none. [%]"""
 _MOST_SAMPLES = 6000
 """Of all manoeuvres of an answer together: beyond, every second one is fitted, or third …"""
+_FIRST_WINDOWS = (1.0, 0.8, 0.6)
+"""Of how long a power takes to be that of a hover: noise may take it for longer, and a fit to more than the
+window is another model. [-]"""
+_LEAST_WINDOW_S = 5.0
 _WINDOW_PASSES = 5
 _SAME_WINDOW_S = 0.25
 _QUIET = 3.0
@@ -243,19 +247,49 @@ def _fit(
             structures = tuple(replace(s, steady_gain=1.0) for s in (MOTION, FOLLOWING))
         motion = _fit_once(manoeuvres, structures, use_arx=use_arx)
         return replace(motion, window_s=None)
-    window_s = _quiet_after_s(manoeuvres)
-    fitted: FittedResponse | None = None
-    next_s = window_s
-    for _ in range(_WINDOW_PASSES):
+    return _fit_over_window(manoeuvres, use_arx=use_arx)
+
+
+def _fit_over_window(manoeuvres: Sequence[Manoeuvre], *, use_arx: bool) -> FittedResponse:
+    """Return the fit to part of manoeuvres that, used over its own window, describes the whole of them best.
+
+    A fit to more than that window is another model, so windows are sought from several on, each next one
+    that of the fit to the last.
+    """
+    longest_s = min(float(m.time_s[-1]) - m.command_s for m in manoeuvres)
+    quiet_s = _quiet_after_s(manoeuvres)
+
+    found: dict[float, FittedResponse] = {}
+
+    def fit_up_to(window_s: float) -> None:
         windowed = [m.up_to(window_s) for m in manoeuvres]
         fitted = _fit_once(windowed, (POWER, POWER_WITHOUT_ZERO), use_arx=use_arx)
-        longest = min(float(m.time_s[-1]) - m.command_s for m in manoeuvres)
-        next_s = min(fitted.window_s or window_s, longest)
-        if abs(next_s - window_s) < _SAME_WINDOW_S:
+        found[window_s] = replace(fitted, window_s=min(fitted.window_s or window_s, longest_s))
+
+    def best() -> FittedResponse:
+        return min(found.values(), key=lambda one: _squares(one, manoeuvres))
+
+    for fraction in _FIRST_WINDOWS:
+        fit_up_to(max(fraction * quiet_s, _LEAST_WINDOW_S))
+    for _ in range(_WINDOW_PASSES):
+        window_s = best().window_s
+        assert window_s is not None
+        if any(abs(window_s - fitted_s) < _SAME_WINDOW_S for fitted_s in found):
             break
-        window_s = next_s
-    assert fitted is not None
-    return replace(fitted, window_s=next_s)
+        fit_up_to(window_s)
+    return best()
+
+
+def _squares(fitted: FittedResponse, manoeuvres: Sequence[Manoeuvre]) -> float:
+    """Return the sum of the squares that a power used over its window leaves of whole manoeuvres."""
+    windowed = [m.up_to(fitted.window_s or math.inf) for m in manoeuvres]
+    left = 0.0
+    for whole, part, quality in zip(
+        manoeuvres, windowed, evaluate_model(fitted.transfer_function, windowed), strict=True
+    ):
+        after = whole.answer[part.time_s.size :] - whole.answer_before
+        left += part.time_s.size * quality.rms**2 + float(after @ after)
+    return left
 
 
 def _fit_once(
@@ -328,8 +362,8 @@ def _quiet_after_s(manoeuvres: Sequence[Manoeuvre]) -> float:
     # white noise, averaged over a second, and over the rest that the offset was taken from
     limit = _QUIET * np.sqrt(noise / second) + 0.02 * float(np.abs(smooth).max())
     loud = np.flatnonzero(np.abs(smooth) > limit)
-    last = (int(loud[-1]) + second if loud.size else shortest - 1) * step_s
-    return float(np.clip(last, 5.0, (shortest - 1) * step_s))
+    last = (int(loud[-1]) if loud.size else shortest - 1) * step_s
+    return float(np.clip(last, _LEAST_WINDOW_S, (shortest - 1) * step_s))
 
 
 def _model_response(

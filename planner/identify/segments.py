@@ -348,10 +348,31 @@ def _segments(record: FlightRecord, states: IntArray) -> tuple[StateSegment, ...
     return tuple(found)
 
 
+_STRAIGHT = math.cos(math.radians(10.0))
+"""Of the way flown, what lies ahead where the vehicle does not turn. [-]"""
+
+
 def speed_through_air_m_s(record: FlightRecord) -> FloatArray:
     """Horizontal airspeed of a record where it is known, else its ground speed (n,) [m/s]."""
     is_known = bool(np.isfinite(record.airspeed_m_s).any())
     return record.airspeed_m_s if is_known else record.ground_speed_m_s
+
+
+def speed_along_m_s(record: FlightRecord, part: slice) -> FloatArray:
+    """Horizontal airspeed in part of a record where it is known, else velocity along its way (n,) [m/s].
+
+    Unlike its length, a velocity along the way is not raised by noise at rest, and is negative where the
+    vehicle swings back.  Where it turns, or its direction is not known, the length is all there is.
+    """
+    speed = speed_through_air_m_s(record)[part]
+    velocity = np.stack([record.velocity_north_m_s[part], record.velocity_east_m_s[part]])
+    if np.isfinite(record.airspeed_m_s).any() or not np.isfinite(velocity).all():
+        return speed
+    lengths = np.hypot(*velocity)
+    fast = lengths >= 0.5 * lengths.max()
+    ahead = velocity[:, fast].sum(axis=1)
+    length = float(np.hypot(*ahead))
+    return ahead / length @ velocity if length > _STRAIGHT * lengths[fast].sum() else speed
 
 
 def climb_rate_m_s(record: FlightRecord) -> FloatArray:
