@@ -14,6 +14,7 @@ from planner import quantity
 from planner.errors import LogFileError, UsageError, nearest_hint
 from planner.files import decoded, read_bounded
 from planner.findings import Place
+from planner.logs.csv import separator_of
 from planner.quantity import read_number
 from planner.units import MASS_UNITS_KG
 from planner.values import Value, field_names, replace
@@ -136,7 +137,8 @@ def read_log_table(path: str | Path) -> LogTable:
     source = str(path)
     data = read_bounded(path, most_bytes=_MOST_BYTES, error=LogFileError, what="table of logs")
     text = decoded(data, source=source, error=LogFileError, what="table of logs")
-    lines = csv.reader(text.splitlines(keepends=True), strict=True)
+    first, *_ = text.splitlines() or [""]
+    lines = csv.reader(text.splitlines(keepends=True), strict=True, delimiter=separator_of(first))
     try:
         heads = [head.strip() for head in next(lines, [])]
         columns = _columns(heads, source)
@@ -162,7 +164,8 @@ def _columns(heads: Sequence[str], source: str) -> list[tuple[str, float, float]
     for number, head in enumerate(heads):
         problem = ""
         if head not in known:
-            problem = f"is not known here{nearest_hint(head, known)}"
+            others = f": known are {', '.join(declared(LogConditions))}"
+            problem = f"is not known here{nearest_hint(head, known) or others}"
         elif known[head][0] in [name for name, *_ in found]:
             problem = f"gives {known[head][0]} a second time"
         if problem:

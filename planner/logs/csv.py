@@ -256,8 +256,7 @@ _MOST_CHARACTERS = 1 << 28
 _MOST_BYTES = 1 << 20
 """Of a mapping."""
 _HEADER_CHARACTERS = 1 << 16
-_MARKS = (",", ";", "\t")
-"""What may separate columns."""
+_SEPARATORS = (",", ";", "\t")
 _PERIODIC = ("yaw_deg", "roll_deg", "course_deg", "longitude_deg", "reference_longitude_deg")
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 _TRUE = frozenset(("1", "1.0", "true", "yes", "on"))
@@ -299,7 +298,7 @@ def looks_like_csv(data: mmap) -> bool:
     if head[:2] == GZIP_MAGIC:
         return True
     line = head.split(b"\n", 1)[0]
-    return not _CONTROLS.search(line) and any(mark.encode() in line for mark in _MARKS)
+    return not _CONTROLS.search(line) and any(mark.encode() in line for mark in _SEPARATORS)
 
 
 class _Table(MessageColumns):
@@ -369,7 +368,7 @@ def _read(source: str, mapping: CsvMapping | None) -> _Table:
             "TextIO", opened(path, "rt", encoding="utf-8-sig", errors="replace", newline="")
         ) as text:
             header = text.readline(_HEADER_CHARACTERS)
-            mark = max(_MARKS, key=header.count)
+            mark = separator_of(header)
             if mark not in header:
                 msg = NO_KNOWN_LOG
                 if is_zipped:
@@ -400,12 +399,20 @@ def _limited(text: TextIO, source: str) -> Iterator[str]:
         yield line
 
 
+def separator_of(header: str) -> str:
+    """Return what separates the columns of a CSV file with that first line: the most frequent of , ; tab."""
+    return max(_SEPARATORS, key=header.count)
+
+
 def _known_mapping(headers: tuple[str, ...], source: str) -> CsvMapping:
     for mapping in KNOWN_MAPPINGS:
         if mapping.headers <= set(headers):
             return mapping
     known = ", ".join(mapping.name for mapping in KNOWN_MAPPINGS)
-    msg = f"has columns of no known kind ({known}): give a mapping of its columns"
+    msg = (
+        f"has columns of no known kind ({known}): "
+        "name them with --mapping FILE.toml (mavjoule help vehicle)"
+    )
     raise LogFileError(msg, source=source)
 
 

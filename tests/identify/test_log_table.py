@@ -43,6 +43,14 @@ def test_a_column_may_be_in_any_unit_of_its_kind(tmp_path: Path) -> None:
     assert other == LogConditions(log="2.csv")
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_columns_may_be_separated_as_a_spreadsheet_does(tmp_path: Path, mark: str) -> None:
+    text = "log,payload_g,notes\n1.csv,250,windy\n".replace(",", mark)
+    assert table(tmp_path, text).rows == (
+        LogConditions(log="1.csv", payload_kg=0.25, notes="windy"),
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "where"),
     [
@@ -51,6 +59,7 @@ def test_a_column_may_be_in_any_unit_of_its_kind(tmp_path: Path) -> None:
             r":1:5: column 'payload_gk' is not known here; did you mean payload_g",
         ),
         ("log,payload\n", r":1:5: column 'payload' is not known here"),
+        ("log,x\n", r":1:5: column 'x' is not known here: known are log, payload_kg, mass_kg, "),
         ("log,payload_kg,payload_g\n", r":1:16: column 'payload_g' gives payload_kg a second time"),
         ("payload_kg\n0\n", r":1:1: needs a column log"),
         ("", r":1:1: needs a column log"),

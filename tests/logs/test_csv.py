@@ -194,7 +194,7 @@ def test_the_matrice_flights_are_turned_from_left_and_up(tmp_path: Path) -> None
 
 def test_unknown_columns_ask_for_a_mapping(tmp_path: Path) -> None:
     (tmp_path / "x.csv").write_text("a,b\n1,2\n", encoding="utf-8")
-    with pytest.raises(LogFileError, match="give a mapping of its columns"):
+    with pytest.raises(LogFileError, match="name them with --mapping"):
         read_log(tmp_path / "x.csv")
 
 

@@ -54,7 +54,7 @@ def test_the_record_names_its_file_by_content(tmp_path: Path) -> None:
         (b"just some words", "is not a known kind of log"),
         (b"\xf4\x01,\x93;\x02\xff" * 300, "is not a known kind of log"),
         (b"%PDF-1.7 and more\n", "is not a known kind of log"),
-        (b'{"fileType": "Plan", "items": []}\n', "give a mapping of its columns"),
+        (b'{"fileType": "Plan", "items": []}\n', "name them with --mapping"),
     ],
 )
 def test_what_is_no_log_is_refused_in_a_sentence(tmp_path: Path, content: bytes, told: str) -> None:
