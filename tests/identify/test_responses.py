@@ -46,7 +46,7 @@ def test_a_power_that_ends_abruptly_comes_back_with_its_window(
         steps[BEFORE] = size
         noise = NOISE_W * random.standard_normal(steps.size)
         manoeuvre = Manoeuvre(
-            time_s=np.arange(steps.size) * STEP_S,
+            time_s=STEP_S * np.arange(float(steps.size)),
             reference=np.cumsum(steps),
             answer=truth.answer(steps) + noise,
             source="made",
