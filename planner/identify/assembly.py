@@ -598,7 +598,7 @@ def _ramps(parts: Parts, base: VehicleModel | None, outcomes: list[StateOutcome]
         msg = (
             f"the logs hold no references, and the flights do not show how the vehicle moves "
             f"({outcome.summary}): "
-            "give flights with level legs at several heights, or name a base model with --base"
+            "log them, or fly level legs at several heights, or name a base model with --base"
         )
         raise IdentificationError(msg)
     return ramps

@@ -79,7 +79,8 @@ def make_experiment(settings: ExperimentSettings) -> tuple[ExperimentFlight, ...
 
     Raises UsageError if a leg is too short to hold its speed.
     """
-    cruise_s = settings.leg_m / settings.speed_m_s - _STOPS_S
+    leg_s = settings.leg_m / settings.speed_m_s
+    cruise_s = leg_s - _STOPS_S
     if cruise_s < _LEAST_CRUISE_S:
         needed_m = math.ceil(settings.speed_m_s * (_STOPS_S + _LEAST_CRUISE_S))
         msg = (
@@ -91,9 +92,9 @@ def make_experiment(settings: ExperimentSettings) -> tuple[ExperimentFlight, ...
     rising = [step_m * level for level in range(1, settings.levels + 1)]
     heights = (*rising, *rising[-2::-1])
     speeds = [settings.speed_m_s * n / settings.speeds for n in range(1, settings.speeds + 1)]
-    listed = "-".join(f"{height:g}" for height in (0.0, *heights, 0.0))
-    at = f"at {0.5 * settings.height_m:g} m, {settings.pause_s:g} s at each end"
-    swept = ", ".join(f"{speed:g}" for speed in speeds)
+    listed = "-".join(f"{round(height, 1):g}" for height in (0.0, *heights, 0.0))
+    at = f"at {round(0.5 * settings.height_m, 1):g} m, {settings.pause_s:g} s at each end"
+    swept = ", ".join(f"{round(speed, 1):g}" for speed in speeds)
     return (
         ExperimentFlight(
             name="vertical",
@@ -110,7 +111,7 @@ def make_experiment(settings: ExperimentSettings) -> tuple[ExperimentFlight, ...
         ExperimentFlight(
             name="speed-sweep",
             mission=_mission(settings, _horizontal(settings, speeds)),
-            course=f"out and back with {swept} m/s, {settings.leg_m / settings.speed_m_s:g} s each way, {at}",
+            course=f"out and back with {swept} m/s, {round(leg_s, 1):g} s each way, {at}",
             shows="power over airspeed",
         ),
     )

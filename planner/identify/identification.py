@@ -207,8 +207,8 @@ def _identify_stepped(
     power = _stepped_power(hovers, cruises, tuple(refusals))
     cuts: list[ManoeuvreCut] = []
     for record in records:
-        hover_w = None
-        if isinstance(power.hover, AltitudeLaw) and np.isfinite(record.power_w).any():
+        hover_w = np.full(record.time_s.size, np.nan)
+        if isinstance(power.hover, AltitudeLaw):
             hover_w = hover_power_w(
                 power.hover,
                 height_above_home_m=record.height_above_home_m,

@@ -249,6 +249,9 @@ class ResponseKind(StrEnum):
     BRAKE_POWER = "brake_power"
 
 
+POWERS = (ResponseKind.CLIMB_POWER, ResponseKind.DESCENT_POWER, ResponseKind.BRAKE_POWER)
+
+
 class ManoeuvreCut(FlightPart):
     """A command of a record while its reference changes, and the manoeuvre it gives for one answer."""
 
@@ -287,8 +290,8 @@ def cut_manoeuvres(
 ) -> tuple[ManoeuvreCut, ...]:
     """Cut the manoeuvres of a record by its references.
 
-    Hover power at each sample is taken off the power; left out, powers are not cut. Every command
-    is returned with every answer to it, used or refused.
+    Hover power at each sample, NaN where it is not known, is taken off the power; left out, powers are not
+    cut. Every command is returned with every answer to it, used or refused.
     """
     vertical = _commands(record, record.reference_height_m, still=_STILL_M, least=_LEAST_STEP_M)
     level = _commands(record, record.reference_speed_m_s, still=_STILL_M_S, least=_LEAST_SPEED_M_S)
@@ -381,6 +384,9 @@ def _cut(
         refusal = f"less than {_LEAST_REST_S:g} s of rest before the command"
     elif next_first < command.end:
         refusal = "another reference changes before this one has arrived"
+    elif not np.isfinite(signal.column).any() and signal.answer in POWERS:
+        has_power = np.isfinite(record.power_w).any()
+        refusal = "no hover power to count from" if has_power else "no power in the log"
     elif not np.isfinite([signal.column[part], signal.reference[part]]).all():
         refusal = "the log does not hold the answer or the reference throughout"
     else:

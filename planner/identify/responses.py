@@ -9,7 +9,13 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.manoeuvres import ManoeuvreCut, ResponseKind, hold_out, simulated_answers
+from planner.identify.manoeuvres import (
+    POWERS,
+    ManoeuvreCut,
+    ResponseKind,
+    hold_out,
+    simulated_answers,
+)
 from planner.identify.output_error import (
     FOLLOWING,
     MOTION,
@@ -72,7 +78,6 @@ def evaluate_model(
     return tuple(found)
 
 
-_POWERS = (ResponseKind.CLIMB_POWER, ResponseKind.DESCENT_POWER, ResponseKind.BRAKE_POWER)
 _HEIGHTS = (ResponseKind.ALTITUDE, ResponseKind.CLIMB_POWER, ResponseKind.DESCENT_POWER)
 _LONGEST_DELAY_S = 10.0
 _MOTION_S = 60.0
@@ -142,8 +147,10 @@ def _identified(
     manoeuvres = [_prepared(c.manoeuvre, answer) for c in own if c.manoeuvre is not None]
     if not manoeuvres:
         why = "no manoeuvre can be used" if own else "no such manoeuvre in the flights"
+        if len(reasons := {cut.refusal for cut in own}) == 1:
+            why += f": {reasons.pop()}"
         return _nothing(answer, why, own)
-    is_power = answer in _POWERS
+    is_power = answer in POWERS
     # ARX tries slower samplings itself, and finds delays to a sample
     sampled = manoeuvres if use_arx else _thinned(manoeuvres)
     kept = [m for m in sampled if not m.is_held_out]
@@ -225,7 +232,7 @@ def _without_what_is_not_shown(fitted: FittedResponse) -> tuple[FittedResponse, 
 
 
 def _prepared(manoeuvre: Manoeuvre, answer: ResponseKind) -> Manoeuvre:
-    return manoeuvre if answer in _POWERS else manoeuvre.up_to(_command_s(manoeuvre) + _MOTION_S)
+    return manoeuvre if answer in POWERS else manoeuvre.up_to(_command_s(manoeuvre) + _MOTION_S)
 
 
 def _command_s(manoeuvre: Manoeuvre) -> float:
@@ -375,7 +382,7 @@ def _model_response(
     of_numerator, of_denominator, of_delay_s = fitted.coefficient_errors or (None, None, None)
     [kind] = declared(Responses)[answer.value].parts
     own = {"identified_step_m" if is_height else "identified_speed_m_s": size}
-    if answer in _POWERS:
+    if answer in POWERS:
         own["window_s"] = rounded(fitted.window_s or 0.0, 8)
     response = kind(
         numerator=tuple(rounded(b, 8) for b in system.numerator),
@@ -400,13 +407,13 @@ def _outcome(
 ) -> StateOutcome:
     used = sum(c.is_used for c in cuts)
     tested = judged or of_all
-    window = "" if answer not in _POWERS else f", used for {fitted.window_s or 0.0:.1f} s"
+    window = "" if answer not in POWERS else f", used for {fitted.window_s or 0.0:.1f} s"
     beside = "" if judged else "; none could be held out"
     order = "first" if len(fitted.transfer_function.denominator) == 2 else "second"
     return StateOutcome(
         name=answer.value,
         summary=f"{order} order with a delay, from {quantity.count(used, 'manoeuvre')}{window}{beside}",
-        unit="W" if answer in _POWERS else "m" if answer is ResponseKind.ALTITUDE else "m/s",
+        unit="W" if answer in POWERS else "m" if answer is ResponseKind.ALTITUDE else "m/s",
         estimates=fitted.estimates,
         segments=_segments(cuts, of_all),
         fit_percent=float(np.median([q.fit_percent for q in tested])),

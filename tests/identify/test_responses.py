@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -11,6 +12,9 @@ from simulated_experiment import STEP_S, Model
 
 from planner.identify.manoeuvres import Manoeuvre, ManoeuvreCut, ResponseKind, cut_manoeuvres
 from planner.identify.responses import identify_response
+
+if TYPE_CHECKING:
+    from planner.logs.record import FlightRecord
 
 BEFORE, AFTER = 150, 750
 """Samples before and after a command."""
@@ -69,6 +73,36 @@ def test_a_power_that_ends_abruptly_comes_back_with_its_window(
         assert one.value == pytest.approx(truth.figures[name], abs=4.0 * one.error, rel=0.02)
     assert found.evidence is not None
     assert found.evidence.window_s == pytest.approx(truth.window_s, rel=0.03)
+
+
+def climb(power_w: float) -> FlightRecord:
+    """Return a climb of 20 m at one power, logged with its reference."""
+    height = np.repeat([50.0, 70.0], 300)
+    return make_record(
+        is_landed=np.zeros(height.size, dtype=np.bool_),
+        reference_height_m=height,
+        height_above_home_m=height,
+        reference_speed_m_s=np.zeros(height.size),
+        power_w=np.full(height.size, power_w),
+    )
+
+
+@pytest.mark.parametrize(
+    ("power_w", "hover_w", "why"),
+    [
+        (math.nan, 200.0, "no power in the log"),
+        (math.nan, math.nan, "no power in the log"),
+        (260.0, math.nan, "no hover power to count from"),
+    ],
+)
+def test_a_power_nobody_measured_is_no_missing_manoeuvre(
+    power_w: float, hover_w: float, why: str
+) -> None:
+    record = climb(power_w)
+    cuts = cut_manoeuvres(record, hover_power_w=np.full(record.time_s.size, hover_w))
+    found = identify_response(ResponseKind.CLIMB_POWER, cuts)
+    assert found.response is None
+    assert found.outcome.summary == f"no manoeuvre can be used: {why}"
 
 
 def test_noise_at_rest_does_not_delay_a_speed() -> None:
