@@ -62,8 +62,8 @@ _MOST_LIFT = NO_LEAN_THRUST / _MOST_HOVER
 """More thrust, in times of that of the model's flights, is not taken for granted: a vehicle that flew them
 with the most that is usual has no lean left beyond it.  As much as those of data sheets may. [-]"""
 _THINNER = 1.1
-"""Thinness of air from which on it is said that it is not counted, where the margin holds what it may take:
-5 % of the power of a hover. [-]"""
+"""Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover, the error
+assumed of a model without a [spread] (E124); nor is it known in what air such a model flew. [-]"""
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 
@@ -539,26 +539,14 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         return
     # A temperature or a pressure that is not counted is reported already.
     is_reported = a.setup.temperature_c is not None or a.setup.pressure_hpa is not None
-    if vehicle.knows_air_density or is_reported or thinner <= 1.0:
-        return
-    costs, is_short = _uncounted(a)
-    is_counted_with_wind = a.setup.wind.speed_m_s > 0.0 and not vehicle.knows_airspeed
-    is_short_only_by_it = is_short and not is_counted_with_wind and _keeps_reserve(a)
-    if thinner > _THINNER or is_short_only_by_it:
+    if not vehicle.knows_air_density and thinner > _THINNER and not is_reported:
+        costs, is_short = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
-            f"{air}, {quantity.decimals(thinner, 2)} times thinner than at sea level, not counted: the model "
-            f"has no air density term{costs}",
+            f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
+            f"density term{costs}",
             severity=Severity.ERROR if is_short else None,
         )
-
-
-def _keeps_reserve(a: Assessment) -> bool:
-    """Return whether the flight and its tightest return stay above the reserve as predicted."""
-    battery, plan = a.battery, a.return_plan
-    if battery is None or battery.margin_wh < 0.0:
-        return False
-    return plan is None or plan.margin_wh is None or plan.margin_wh >= 0.0
 
 
 def _is_of_sheet(a: Assessment) -> bool:
