@@ -418,6 +418,15 @@ class FleetVehicle(VehicleTable):
     setup: Setup
     """How it is flown and judged, without a pack."""
 
+    def heights_m(self, separation: Separation) -> tuple[float, float]:
+        """Return the heights kept free above and below it. [m]"""
+        above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
+        below_m = above_m if separation.below_m is None else separation.below_m
+        return (
+            above_m if self.above_m is None else self.above_m,
+            below_m if self.below_m is None else self.below_m,
+        )
+
 
 class Job(NamedPart):
     """Work to be done: a mission, flown once, in one sortie or in several."""

@@ -325,7 +325,9 @@ def numbers_headline(numbers: SwarmNumbers) -> str:
         energy = quantity.energy(row.energy_wh.mean)
         found.append(f"least energy: {quantity.count(row.agents, 'agent')}, {energy}")
     text = "; ".join(found)
-    return text[:1].upper() + text[1:] or "No number of agents to choose"
+    none = f"{'cut short: ' if numbers.is_cut_short else ''}no number of agents to choose"
+    text = text or none
+    return text[:1].upper() + text[1:]
 
 
 def numbers_note(numbers: SwarmNumbers) -> str:

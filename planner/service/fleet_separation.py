@@ -163,16 +163,15 @@ def members(
         assert assessment is not None  # something is flown
         alone = _alone(fleet, separation, one, common_frame(flown, known), known)
         stand = stand_of[one.name]
-        above_m = separation.horizontal_m if separation.above_m is None else separation.above_m
-        below_m = above_m if separation.below_m is None else separation.below_m
+        above_m, below_m = vehicle.heights_m(separation)
         found.append(
             Member(
                 file=one.name,
                 trajectory=known.once((alone, stand), partial(_standing, alone, stand)),
                 start_s=one.start_s,
                 home_amsl_m=known_home_amsl_m(assessment),
-                above_m=above_m if vehicle.above_m is None else vehicle.above_m,
-                below_m=below_m if vehicle.below_m is None else vehicle.below_m,
+                above_m=above_m,
+                below_m=below_m,
                 vehicle=one.sortie.vehicle,
             )
         )

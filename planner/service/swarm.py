@@ -12,7 +12,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import UsageError
 from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, Separation, SwarmAlgorithm
-from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
+from planner.fleet.swarm.algorithms import Lanes, RandomSearch, Waypoints, strips
 from planner.fleet.swarm.answers import refuse_without
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.distances import Kept, predict_distances
@@ -36,6 +36,7 @@ from planner.service.swarm_findings import (
     SWARM_ENERGY,
     SWARM_SEPARATION,
     late_findings,
+    overflown_findings,
     pack_findings,
     swarm_findings,
     unseen_findings,
@@ -67,6 +68,8 @@ if TYPE_CHECKING:
 GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 """Of the goal, whose times are reported. [-]"""
 _HOUR_S = 3600.0
+_OFF_LANE = 0.05
+"""Of the width of a lane: farther beside it an agent misses what it is to see. [-]"""
 _ROUNDING_M = 1e-6
 """By so much may places be rounded: agents that keep their separation exactly come no nearer. [m]"""
 
@@ -282,7 +285,13 @@ def simulate_fleet(
         faults=faults,
     )
     batteries = SwarmBatteries(
-        bodies, drops, separation_m, gusts_m_s=gusts_m_s, errors_m=swarm.error_m
+        bodies,
+        drops,
+        separation_m,
+        gusts_m_s=gusts_m_s,
+        errors_m=swarm.error_m,
+        # of no headway at all S142 tells
+        uncounted=[one.uncounted if math.isfinite(one.uncounted) else 0.0 for one in checks],
     )
     steps: list[Step] = []
     is_cut_short = False
@@ -319,11 +328,13 @@ def simulate_fleet(
         errors_m=[*errors_m.values()],
         too_near=[one.approach for one in too_near],
     )
+    stays = _stays(fleet, bodies, flown, record)
     found = (
         *swarm_findings(
             flown, too_near, swarm.deadlock, report, checks, keeps_apart=kept.keeps_apart
         ),
-        *ground_findings(fleet, _stays(fleet, bodies, flown, record)),
+        *ground_findings(fleet, stays),
+        *overflown_findings(fleet, stays, record, {one.agent.name: one.height_m for one in bodies}),
         *unseen_findings(coverage, task),
         *late_findings(fleet, [(one, one.name, None) for one in flown]),
         *pack_findings(fleet, unpacked),
@@ -500,7 +511,7 @@ def _algorithm(task: SwarmTask, frame: LocalFrame, agents: Sequence[Agent], seed
         return RandomSearch(low_m, high_m, home_m=home_m, ends_s=task.search_s, seed=seed)
     assert task.lane_m is not None
     ways = strips(low_m, high_m, lane_m=task.lane_m, agents=count)
-    return Waypoints([np.vstack((way, home)) for way, home in zip(ways, home_m, strict=True)])
+    return Lanes(ways, home_m=home_m, off_m=_OFF_LANE * task.lane_m)
 
 
 def _search_area(task: SwarmTask, frame: LocalFrame) -> SearchArea | None:

@@ -131,7 +131,12 @@ class SwarmNumbers(Presented):
 
     @property
     def chosen(self) -> tuple[AgentsRow, ...]:
-        """Rows whose runs are all clear; nine of ten in time, and at the goal, where that is asked for."""
+        """Rows whose runs are all clear; nine of ten in time, and at the goal, where that is asked for.
+
+        None where runs are missing: nobody knows what these would come to.
+        """
+        if self.is_cut_short:
+            return ()
         return tuple(
             row
             for row in self.rows

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.fleet.swarm.flights import BRAKE, first_landing, flight_states
-from planner.fleet.swarm.simulation import AgentPhase
+from planner.fleet.swarm.simulation import MOST_SKIPPED, TICK_S, AgentPhase
 from planner.fleet.swarm.zones import Capsules, near_pairs
 from planner.flight.budget import flight_battery
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from planner.service.swarm_bodies import SwarmBody
 
 _BATTERY_S = 10.0
-"""How often an agent asks whether its battery still brings it home. [s]"""
+"""At least so often an agent asks whether its battery still brings it home. [s]"""
+_LONGEST_S = MOST_SKIPPED * TICK_S
+"""Of a step: it asks as long before. [s]"""
 _GUSTS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
 """Sizes of gusts whose power is known, in standard deviations. [-]"""
 _EXPECTED = 1
@@ -50,10 +52,14 @@ class SwarmBatteries:
         *,
         gusts_m_s: Sequence[float],
         errors_m: Sequence[float] | FloatArray,
+        uncounted: Sequence[float],
     ) -> None:
         self._home_m = np.array([(one.agent.east_m, one.agent.north_m) for one in bodies])
         self._speed = np.array([one.agent.speed_m_s for one in bodies])
-        figures = [_figures(one, gust_m_s) for one, gust_m_s in zip(bodies, gusts_m_s, strict=True)]
+        figures = [
+            _figures(one, gust_m_s, 1.0 + more)
+            for one, gust_m_s, more in zip(bodies, gusts_m_s, uncounted, strict=True)
+        ]
         self._left_wh, self._power_w, self._brake_wh, self._landing_wh = (
             np.array([getattr(one, name) for one in figures])
             for name in ("left_wh", "power_w", "brake_wh", "landing_wh")
@@ -96,10 +102,12 @@ class SwarmBatteries:
         for row, at_s, most_wh in self._drops:
             if step.begin_s <= at_s < step.end_s:
                 self._left_wh[row] = min(self._left_wh[row], most_wh)
-        if step.end_s >= self._asked_s + _BATTERY_S:
+        if step.end_s > self._asked_s + _BATTERY_S - _LONGEST_S:
             self._asked_s = step.end_s
             way_m = np.hypot(*(step.place_m - self._home_m).T)
-            home_s = (way_m + _TURNS * self._stop_m) / self._speed + _BATTERY_S
+            # until it asks again it may fly on, which it has to fly back
+            away_s = step.end_s - step.begin_s + 2.0 * _BATTERY_S
+            home_s = (way_m + _TURNS * self._stop_m) / self._speed + away_s
             home_s = home_s + self._others_land_s(step)
             needed_wh = (
                 self._landing_wh
@@ -136,7 +144,8 @@ class _Figures(NamedTuple):
     reserve_wh: float = 0.0
 
 
-def _figures(body: SwarmBody, gusts_m_s: float) -> _Figures:
+def _figures(body: SwarmBody, gusts_m_s: float, times: float) -> _Figures:
+    """Return what an agent counts by, all of it so many times what its model counts."""
     flight, setup = body.vertical, body.setup
     segments = wh_from_j(flight.segment_energy_j)
     lands = first_landing(flight.motion)
@@ -155,10 +164,10 @@ def _figures(body: SwarmBody, gusts_m_s: float) -> _Figures:
         joules = -body.agent.speed_m_s * float(brake.unit_step.integral(brake.window_s))
         brake_wh = max(float(wh_from_j(joules)), 0.0)
     return _Figures(
-        left_wh=budget.above_reserve_wh - float(segments[:lands].sum()),
-        power_w=power_w,
-        brake_wh=brake_wh,
-        landing_wh=float(segments[lands:].sum()),
+        left_wh=budget.above_reserve_wh - times * float(segments[:lands].sum()),
+        power_w=[times * one for one in power_w],
+        brake_wh=times * brake_wh,
+        landing_wh=times * float(segments[lands:].sum()),
         usable_wh=budget.usable_wh,
         reserve_wh=budget.reserve_wh,
     )

@@ -9,7 +9,9 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.fleet.fleet import Fleet, SwarmAlgorithm
+from planner.fleet.fleet import FaultKind, Fleet, SwarmAlgorithm
+from planner.fleet.swarm.distances import closest_of_chords
+from planner.fleet.swarm.simulation import AgentPhase
 from planner.service.fleet_times import pack_assumed
 from planner.service.swarm_faults import fault_findings
 from planner.service.swarm_vehicles import LEFT_OUT, VehicleCheck, vehicle_findings
@@ -21,8 +23,10 @@ if TYPE_CHECKING:
     from planner.fleet.fleet import SwarmTask
     from planner.fleet.swarm.coverage import Coverage
     from planner.fleet.swarm.distances import Kept
+    from planner.fleet.swarm.flights import Record
     from planner.service.swarm import SwarmAgent
-    from planner.service.swarm_faults import SwarmFaultReport
+    from planner.service.swarm_faults import FaultOutcome, SwarmFaultReport
+    from planner.service.swarm_vehicles import PadStay
     from planner.vehicle.model import VehicleModel
 
 _UNSEEN = 1e-3
@@ -38,7 +42,8 @@ SWARM_SEPARATION = Rule(
     why="A policy that only looks at velocities lets vehicles with delay and braking meet: they "
     "stop too late.",
     how="Least distance of any two in the air during the simulation, along the chords of its steps, against "
-    "horizontal_m of [separation] and the position errors of both.",
+    "horizontal_m of [separation] and the position errors of both; and of one over another on its pad, where "
+    "the plane is no more than above_m or below_m and two height_error_m above that.",
     fix="use a policy that keeps every stop free: --policy stop or orca-stop",
     instead="--policy stop or orca-stop",
 )
@@ -94,11 +99,14 @@ SWARM_LATE = Rule(
 SWARM_GUSTS = Rule(
     "S140 swarm-gusts-unknown",
     Severity.ERROR,
-    summary="An agent of a simulated swarm flies against gusts that its model says nothing of.",
+    summary="An agent of a simulated swarm flies against gusts that its model says nothing of, or without "
+    "the wind they belong to.",
     why="What was not counted is not clear: an agent without a term of airspeed lands with the energy of "
     "calm air in any gusts.",
     how="Gusts of [fault] that the agent flies against, in a model without an airspeed term, or, with the "
-    "wind, at the highest speed of its [valid_for] or above: whether it holds its place then nobody knows.",
+    "wind, at the highest speed of its [valid_for] or above: whether it holds its place then nobody knows.  "
+    "Or wind_m_s of the fault above the wind of [conditions]: the gusts blow, the wind they belong to does "
+    "not.",
     fix="give a model with an airspeed term, identified up to such speeds, or simulate less wind",
     instead="a model with an airspeed term",
 )
@@ -107,8 +115,8 @@ SWARM_TURNED_BACK = Rule(
     Severity.WARNING,
     summary="An agent of a simulated swarm flies home for its battery before it is done.",
     why="What it was to do is left undone, though it lands above its reserve.",
-    how="Every 10 s each agent holds what is left above its reserve against its way home, its stops and its "
-    "landing, in the wind and the gusts it expects, and after those that land beside it.",
+    how="At least every 10 s each agent holds what is left above its reserve against its way home, its stops "
+    "and its landing, in the wind and the gusts it expects, and after those that land beside it.",
     fix="give it a larger pack or less to do, or fly more agents",
     instead="a larger pack, or more agents",
 )
@@ -160,6 +168,7 @@ def swarm_findings(
         *_agent_findings(there, {one.name: one.uncounted for one in checks}),
         _unchecked(),
         *_gusts_beyond_models(flown),
+        *_gusts_without_wind(flown, outcomes),
     ]
 
 
@@ -229,7 +238,7 @@ def _agent_findings(
             if one.battery.margin_wh < more_wh < math.inf:  # of no headway at all S142 tells
                 yield SWARM_ENERGY.finding(
                     f"{one.name} takes {quantity.energy(one.energy_wh)}, and up to "
-                    f"{quantity.energy(more_wh)} more that its model does not count: "
+                    f"{quantity.energy(more_wh)} more in wind and air that its model does not count: "
                     f"{quantity.energy(one.battery.margin_wh)} are left above its reserve"
                 )
 
@@ -257,6 +266,69 @@ def _gusts_beyond_models(flown: Sequence[SwarmAgent]) -> Iterator[Finding]:
             yield SWARM_GUSTS.finding(
                 f"{one.name} meets a gust of {gust}{wind}; its model was identified up to {most}"
             )
+
+
+def _gusts_without_wind(
+    flown: Sequence[SwarmAgent], outcomes: Sequence[FaultOutcome]
+) -> Iterator[Finding]:
+    """Yield gusts that belong to more wind than blows."""
+    for one in outcomes:
+        if one.fault.kind is not FaultKind.GUSTS or one.fault.wind_m_s is None:
+            continue
+        blows_m_s = min(
+            (
+                agent.flight.power.wind.speed_m_s
+                for agent in flown
+                if agent.name in one.agents and agent.flight is not None
+            ),
+            default=math.inf,
+        )
+        if blows_m_s < one.fault.wind_m_s:
+            mean = quantity.speed(one.fault.wind_m_s)
+            yield SWARM_GUSTS.finding(
+                f"{one.name}: gusts of a wind of {mean}, and a wind of {quantity.speed(blows_m_s)}: what the "
+                "rest of it takes is not counted",
+                fix=f'give [conditions] wind = "{mean.removesuffix(" m/s")}@…", and from where it blows',
+            )
+
+
+def overflown_findings(
+    fleet: Fleet, stays: Sequence[PadStay], record: Record, plane_m: Mapping[str, float]
+) -> Iterator[Finding]:
+    """Yield agents that fly over others on the ground with too little height between them.
+
+    ``plane_m`` is the height of the plane above the pad of each, in the order of the record. [m]
+    """
+    separation = fleet.separation
+    if separation is None:
+        return
+    over_m = {name: fleet.vehicles[name].heights_m(separation) for name in plane_m}
+    error_of = {one.name: one.error_m for one in stays}
+    flies = record.phase == AgentPhase.FLIES
+    for stay in stays:
+        there = (record.begin_s[:-1] < stay.end_s) & (record.begin_s[1:] > stay.begin_s)
+        for row, name in enumerate(plane_m):
+            kept_m = max(over_m[stay.name][0], over_m[name][1]) + 2.0 * separation.height_error_m
+            looked = np.flatnonzero(there & flies[:, row])
+            if name == stay.name or plane_m[stay.name] >= kept_m or not len(looked):
+                continue
+            away_m = record.place_m[:, row] - stay.place_m
+            apart_m, part = closest_of_chords(away_m[looked], away_m[looked + 1])
+            least = int(apart_m.argmin())
+            step = looked[least]
+            required_m = separation.horizontal_m + stay.error_m + error_of[name]
+            if apart_m[least] < required_m:
+                at_s = record.begin_s[step] + part[least] * np.diff(record.begin_s)[step]
+                beside = quantity.beside(float(apart_m[least]), required_m, quantity.distance)
+                above = quantity.beside(plane_m[stay.name], kept_m, quantity.height)
+                required = (
+                    f"{quantity.distance(required_m)} beside or {quantity.height(kept_m)} above"
+                )
+                yield SWARM_SEPARATION.finding(
+                    f"{name}: {beside} beside and {above} above {stay.name} on the ground at "
+                    f"{quantity.duration(float(at_s))}; {required} required",
+                    fix="fly higher, or put its pad where nobody flies over it",
+                )
 
 
 def _vehicle_of(agent: SwarmAgent) -> VehicleModel:

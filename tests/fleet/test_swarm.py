@@ -400,6 +400,27 @@ def test_agents_fly_home_while_their_batteries_bring_them_there(amp_hours: float
     assert "S137" in {one.code for one in flown.findings}
 
 
+@pytest.mark.parametrize("policy", ["none", "stop", "orca-stop"])
+def test_one_that_flies_far_out_turns_home_in_time(policy: str) -> None:
+    """Its battery is empty to the reserve some seconds before the far end of its last way out."""
+    home = np.zeros(2)
+    ways = [np.array([(0.0, 600.0), home] * 2)]
+    tables = (
+        "[separation]\nhorizontal_m = 10\n" + pad("a", 0, 0) + vehicles("a", model=MODEL),
+        '[swarm]\nalgorithm = "exchange"\nheight_m = 50\n',
+    )
+    whole = simulated(*tables, policy=policy, algorithm=Waypoints(ways)).agents[0]
+    assert whole.energy_wh is not None
+    # 4 s of cruise on the way out and as many on the way back are missing
+    short_wh = whole.energy_wh - 2.0 * 4.0 * 131.0 / 3600.0
+    packs = f'[swap]\ntime_s = 60\n[pack.P]\nbattery = "{short_wh / 0.8:.3f}Wh"\ncount = 1\n'
+    [one] = simulated(*tables, packs, policy=policy, algorithm=Waypoints(ways)).agents
+    assert one.turned_back_s is not None
+    assert one.battery is not None
+    # at most the 20 s that it may fly on and back until it asks again, two stops and twice their way
+    assert 0.0 <= one.battery.margin_wh < (20.0 + 16.0) * 131.0 / 3600.0 + 0.3
+
+
 def test_agents_in_gusts_fly_home_sooner_and_still_above_their_reserves() -> None:
     """At 10 m/s gusts of a wind of 12 m/s take more of its power: it keeps more for its way home."""
     packs = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "1.0Ah@14.8V"\ncount = 1\n'

@@ -145,7 +145,9 @@ def test_who_stops_it_gets_what_is_done() -> None:
     found = simulate_numbers(fleet_of(formation(20.0)), (1, 2), on_step=stop)
     assert found.is_cut_short
     assert [row.agents for row in found.rows] == [1]
-    assert "Cut short" in numbers_text(found, medium=Medium())
+    text = numbers_text(found, medium=Medium())
+    assert text.startswith("Cut short: no number of agents to choose")
+    assert found.least_energy is None
 
 
 @pytest.mark.parametrize("agents", [(0,), (1, 3), ()])

@@ -51,6 +51,17 @@ def test_an_answer_that_cannot_be_flown_is_refused(
     assert str(refused.value).startswith("Own.")
 
 
+def test_no_policy_commands_more_than_the_speed_of_an_agent() -> None:
+    fleet = fleet_of(search(agents=1))
+    fast = Own(lambda now: 1.01 * now.speed_m_s[:, None] * [1.0, 0.0])
+    with pytest.raises(
+        UsageError, match=r"returned \(10\.\d+, 0\) for agent 0.* no more than situa"
+    ):
+        simulate_fleet(fleet, policy=fast)
+    full = Own(lambda now: now.speed_m_s[:, None] * [1.0, 0.0])
+    assert simulate_fleet(fleet, policy=full, until_s=60.0).distance_m > 100.0
+
+
 def test_lists_are_answers_too() -> None:
     def goals(now: SwarmSituation) -> list[list[float]]:
         home = [[east, north] for east, north in now.place_m.tolist()]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import shapely
 from made_swarm import search, simulated
 
+from planner.fleet.swarm.algorithms import Lanes, Waypoints, strips
 from planner.fleet.swarm.coverage import Goal, SearchArea, predict_coverage
 from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.simulation import AgentPhase
@@ -103,3 +106,51 @@ def test_a_search_alone_sees_all_of_its_area_and_says_when() -> None:
     record = result.record
     east_m, north_m = (np.interp(half_s, record.begin_s, one) for one in record.place_m[:, 0].T)
     assert (east_m, north_m) == pytest.approx((40.0 + np.pi * 10.0 / 4.0, 50.0), abs=1.0)
+
+
+@pytest.mark.parametrize("policy", ["stop", "orca-stop"])
+def test_what_others_push_an_agent_off_is_seen_after_all(policy: str) -> None:
+    """Six on lanes next to each other, from pads nearer to each other than their stops are long."""
+    flown = simulated(search(agents=6), policy=policy)
+    assert flown.stops > 0
+    assert flown.goal.fraction == pytest.approx(1.0, abs=0.005)
+
+
+def test_an_agent_alone_flies_its_lanes_once() -> None:
+    """In the time of the same ends as places to go to, one after the other."""
+    lanes = simulated(search(agents=1)).agents[0]
+    low_m, high_m, home_m = np.array([0.0, 20.0]), np.array([80.0, 80.0]), np.zeros((1, 2))
+    [way] = strips(low_m, high_m, lane_m=20.0, agents=1)
+    places = simulated(search(agents=1), algorithm=Waypoints([np.vstack((way, home_m))])).agents[0]
+    # degrees and metres of the area are rounded to a centimetre
+    assert lanes.time_s == pytest.approx(places.time_s, abs=1.0)
+    assert lanes.distance_m == pytest.approx(places.distance_m, abs=1.0)
+
+
+class Pushed:
+    """What `Lanes` looks at: where agents are, and who has arrived."""
+
+    def __init__(self, *place_m: float, has_arrived: bool = False) -> None:
+        self.place_m, self.has_arrived = np.array([place_m]), np.array([has_arrived])
+
+
+def test_a_lane_is_flown_again_where_an_agent_was_off_it_three_times_at_most() -> None:
+    home_m, way = np.array([[-10.0, 0.0]]), np.array([(0.0, 0.0), (100.0, 0.0)])
+    lanes = Lanes([way], home_m=home_m, off_m=1.0)
+
+    def goal_at(*place_m: float, has_arrived: bool = False) -> list[float]:
+        situation: Any = Pushed(*place_m, has_arrived=has_arrived)
+        goals: list[list[float]] = lanes.goals_m(situation).tolist()
+        return goals[0]
+
+    assert goal_at(-10.0, 0.0) == [0.0, 0.0]
+    for times in range(3):
+        begin, end = ((0.0, 100.0), (20.0, 60.0), (20.0, 60.0))[times]
+        assert goal_at(begin, 0.0, has_arrived=True) == [end, 0.0]
+        assert goal_at(20.0, 0.9) == [end, 0.0]
+        assert goal_at(25.0, 1.1) == [end, 0.0]  # off since 20 m
+        assert goal_at(40.0, -5.0) == [end, 0.0]
+        assert goal_at(60.0, 0.0) == [end, 0.0]
+        then = [20.0, 0.0] if times < 2 else [-10.0, 0.0]
+        assert goal_at(end, 0.0, has_arrived=True) == then
+    assert np.isnan(goal_at(-10.0, 0.0, has_arrived=True)).all()

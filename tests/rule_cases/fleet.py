@@ -261,14 +261,16 @@ def packed(times: float) -> tuple[Finding, ...]:
     return simulated(formation(20.0, two_packs(times * least_wh)), policy="none").findings
 
 
-def gusts(wind_m_s: float, model: str = MODEL) -> tuple[Finding, ...]:
-    """Two of a model in the gusts of a wind."""
+def gusts(wind_m_s: float, blows_m_s: float = 0.0, model: str = MODEL) -> tuple[Finding, ...]:
+    """Two of a model in the gusts of a wind, of which so much blows."""
+    conditions = f'[conditions]\nwind = "{blows_m_s!r}@270"\n' if blows_m_s else ""
     fault = f'[fault.f]\nkind = "gusts"\nwind_m_s = {wind_m_s!r}\n' if wind_m_s else ""
-    return simulated(formation(20.0).replace(MODEL, model), fault, policy="none").findings
+    tables = conditions + formation(20.0).replace(MODEL, model)
+    return simulated(tables, fault, policy="none").findings
 
 
 def turned(energy_wh: float) -> tuple[Finding, ...]:
-    """The same on packs of so much: it takes 2.9 Wh, a fifth stays, and two stops and 10 s are kept."""
+    """On packs of so much: 2.9 Wh are taken, a fifth stays; two stops, 20 s and a step are kept."""
     return simulated(formation(20.0, two_packs(energy_wh)), policy="none").findings
 
 
@@ -432,11 +434,11 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S140": RuleCases(
         fires=lambda: gusts(0.5),
-        boundary=lambda: gusts(0.5, "arducopter-sitl-quad"),
+        boundary=lambda: gusts(0.5, 0.5, "arducopter-sitl-quad"),
         silent=lambda: gusts(0.0),
     ),
     "S141": RuleCases(
-        fires=lambda: turned(4.5), boundary=lambda: turned(5.5), silent=lambda: turned(20.0)
+        fires=lambda: turned(4.5), boundary=lambda: turned(6.5), silent=lambda: turned(20.0)
     ),
     "S142": RuleCases(
         fires=lambda: hurried(10.1), boundary=lambda: hurried(10.0), silent=lambda: hurried(5.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 
 _MOST_LANES = 10_000
+_TURNS = 3
+"""So many times at most a lane is flown, where others push an agent off it. [-]"""
+_LEAST_M = 1e-9
 _LEAST_WAY = 0.01
 """Part of the diagonal of an area that a direction drawn leads through at least. [-]"""
 
@@ -76,6 +80,76 @@ class Waypoints:
         self._next[goes] += 1
         self._stood_s[goes] = np.inf
         return self._ways[self._rows, self._next]
+
+
+class Lanes:
+    """Every agent flies lanes of its own, then again what it was pushed off of them, and lands at home.
+
+    Parameters
+    ----------
+    ways : sequence of ndarray
+        Ends of the lanes of each agent, two of each lane, (2 k, 2) [m].
+    home_m : ndarray
+        Where each lands, (n, 2) [m].
+    off_m : float
+        Farther beside a lane an agent is off it. [m]
+    """
+
+    def __init__(self, ways: Sequence[FloatArray], *, home_m: FloatArray, off_m: float) -> None:
+        self._lanes = [
+            deque((*ends, 1) for ends in zip(way[::2], way[1::2], strict=True)) for way in ways
+        ]
+        self._home_m, self._off_m = home_m, off_m
+        self._begin, self._end = home_m.copy(), home_m.copy()
+        self._turn = np.zeros(len(ways), np.intp)
+        """For which time its lane is flown; 0 on its way home."""
+        self._flies_lane = np.zeros(len(ways), np.bool_)
+        """Whether it is sent to the end of its lane, not to its begin."""
+        self._along_m, self._left_m = np.zeros(len(ways)), np.full(len(ways), np.nan)
+        """How far it is along its lane, and where it left it; NaN: it is on it."""
+        for agent in range(len(ways)):
+            self._take_next(agent)
+
+    def goals_m(self, situation: SwarmSituation) -> FloatArray:
+        """Return the ends of their lanes, their begins of those on their way there."""
+        self._note_off(situation.place_m)
+        for agent in np.flatnonzero(situation.has_arrived).tolist():
+            if self._turn[agent] == 0:
+                self._begin[agent] = np.nan
+            elif self._flies_lane[agent]:
+                self._take_next(agent)
+            else:
+                self._flies_lane[agent] = True
+                self._along_m[agent], self._left_m[agent] = 0.0, np.nan
+        return np.where(self._flies_lane[:, None], self._end, self._begin)
+
+    def _take_next(self, agent: int) -> None:
+        """Send an agent to the begin of its next lane, or home."""
+        home_m = self._home_m[agent]
+        lane = self._lanes[agent].popleft() if self._lanes[agent] else (home_m, home_m, 0)
+        self._begin[agent], self._end[agent], self._turn[agent] = lane
+        self._flies_lane[agent] = False
+
+    def _note_off(self, place_m: FloatArray) -> None:
+        """Note what agents miss of their lanes: from where they left them to where they are back on them."""
+        rows = np.flatnonzero(self._flies_lane)
+        way = self._end[rows] - self._begin[rows]
+        length_m = np.hypot(*way.T)
+        unit = way / np.maximum(length_m, _LEAST_M)[:, None]
+        away_m = place_m[rows] - self._begin[rows]
+        along_m = np.clip((away_m * unit).sum(axis=1), 0.0, length_m)
+        is_off = np.abs(away_m[:, 0] * unit[:, 1] - away_m[:, 1] * unit[:, 0]) > self._off_m
+        left_m = self._left_m[rows]
+        leaves, is_back = is_off & np.isnan(left_m), ~is_off & (along_m > left_m + self._off_m)
+        for one in np.flatnonzero(is_back).tolist():
+            agent = int(rows[one])
+            if self._turn[agent] < _TURNS:
+                ends = (
+                    self._begin[agent] + at_m * unit[one] for at_m in (left_m[one], along_m[one])
+                )
+                self._lanes[agent].append((*ends, int(self._turn[agent]) + 1))
+        self._left_m[rows] = np.where(leaves, self._along_m[rows], np.where(is_off, left_m, np.nan))
+        self._along_m[rows] = along_m
 
 
 class RandomSearch:

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import UsageError, shortened
+from planner.fleet.swarm.zones import sizes
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
     from planner.fleet.swarm.algorithms import Algorithm
     from planner.fleet.swarm.policies import Policy
     from planner.fleet.swarm.situation import SwarmSituation
+
+_ROUNDING = 1e-6
+"""By so much of its speed may a command be more. [-]"""
 
 
 def refuse_without(given: object, what: str, needs: tuple[str, ...]) -> None:
@@ -54,6 +58,10 @@ def commands_m_s(policy: Policy, situation: SwarmSituation) -> FloatArray:
     bad: BoolArray = np.asarray(~np.isfinite(command).all(axis=1))
     if bad.any():
         _refuse(name, command, bad, "a velocity east and north in m/s: NaN and infinity are none")
+    fast: BoolArray = sizes(command) > situation.speed_m_s * (1.0 + _ROUNDING)
+    if fast.any():
+        most = float(situation.speed_m_s[np.argmax(fast)])
+        _refuse(name, command, fast, f"no more than situation.speed_m_s, here {most:g} m/s")
     return command
 
 

@@ -49,6 +49,8 @@ class Policy(Protocol):
     def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
         """Return the velocities agents command until the next tick, east and north. (n, 2) [m s⁻¹]
 
+        No more than the ``speed_m_s`` of each: its model is asked about no other.
+
         Parameters
         ----------
         situation : SwarmSituation

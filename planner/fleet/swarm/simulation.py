@@ -51,8 +51,8 @@ _STUCK_S = 240.0
 """Agents none of which has come on for so long, each having had its turn, are in a deadlock. [s]"""
 _COMES_ON_M = 1.0
 """Who comes nearer to its goal than ever by so much has come on: legs of a mission end within it. [m]"""
-_MOST_SKIPPED = 32
-"""Ticks passed over at once where nothing can change. [-]"""
+MOST_SKIPPED = 16
+"""Ticks passed over at once where nothing can change: batteries are asked at least every 10 s. [-]"""
 _BEND_M = 0.05
 """By so much may places on the chord of a step be wrong that passes ticks over: as in a tick of 0.5 s in
 which an agent brakes by 2 m/s². [m]"""
@@ -633,7 +633,7 @@ class Swarm:
             return 1
         is_up = self._phase != _WAITS
         waits_below = ~is_up & (self._start_s <= self.time_s)
-        ticks = float(_SKIPPED_WAITING if (waits | waits_below).any() else _MOST_SKIPPED)
+        ticks = float(_SKIPPED_WAITING if (waits | waits_below).any() else MOST_SKIPPED)
         rises = (self._phase == _CLIMBS) | (self._phase == _LANDS)
         # who was sent on before it stood sets out as it does
         rises |= (self._phase == _FLIES) & ~self._has_reached & (self._ready_s > self.time_s)

@@ -189,12 +189,12 @@ def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> s
     refuse_without_libraries()
     document = numbers_document(numbers, version=version)
     specs = {name: panel.to_dict(validate=False) for name, panel in numbers_panels(numbers).items()}
-    verdict = "NOT CLEAR" if numbers.findings else "CLEAR"
+    is_clear = not (numbers.findings or numbers.is_cut_short)
     section = template("swarm.html.j2").module.numbers(
         _found(numbers.findings, {})
         | {
-            "is_clear": not numbers.findings,
-            "verdict": verdict,
+            "is_clear": is_clear,
+            "verdict": "CLEAR" if is_clear else "NOT CLEAR",
             "file": printable(numbers.file),
             "headline": numbers_headline(numbers),
             "note": numbers_note(numbers),
