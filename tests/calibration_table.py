@@ -10,6 +10,7 @@ inferred from.
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import math
 import sys
@@ -29,7 +30,7 @@ from planner.errors import IdentificationError, LogFileError
 from planner.flight.uncertainty import HIGH, LOW, kind_of, spread_at_noise
 from planner.identify.calibration import OF_FLIGHTS, Calibration, calibrate
 from planner.identify.ramps import durations_s, timed_flight
-from planner.identify.spread import FlownAndPredicted
+from planner.identify.spread import FlownAndPredicted, fit_spread
 from planner.logs.files import read_log
 from planner.vehicle.parameters.files import read_parameters
 from planner.vehicle.repeatability import REPEATABILITY
@@ -139,6 +140,25 @@ def flights_of_legs(logs: Path, vehicle: VehicleModel) -> list[FlownAndPredicted
     return found
 
 
+def days_of(logs: Path, missions: Sequence[Path]) -> list[str]:
+    """Return the day each mission was flown on, by the flight sheet of the logs."""
+    with (logs / "PAYLOAD.csv").open(encoding="utf-8", newline="") as sheet:
+        days = {row["file_no"]: row["date"] for row in csv.DictReader(sheet)}
+    return [days[mission.name] for mission in missions]
+
+
+def by_other_days(
+    flights: Sequence[FlownAndPredicted], days: Sequence[str]
+) -> tuple[Calibration, ...]:
+    """Return the calibration by the flights of other days: those of one day may err alike."""
+    known = REPEATABILITY[Autopilot.STEP]
+    spreads = {}
+    for day in set(days):
+        others = [flight for flight, own in zip(flights, days, strict=True) if own != day]
+        spreads[day] = fit_spread(others, source="other days", known=known)
+    return calibrate(flights, spreads=[spreads[day] for day in days])
+
+
 def vehicle_of(model: str | tuple[str, ...], how: tuple[str, ...], flights: Path) -> VehicleModel:
     """Return a shipped model, or one identified from logs."""
     if isinstance(model, str):
@@ -222,6 +242,8 @@ def main(folder: str) -> None:
         if vehicle.reference is Autopilot.STEP:  # its missions have no legs: they were not logged
             legs = flights_of_legs(flights / LOGS_OF_LEGS, vehicle)
             lines.append(_row(f"{label}, from the legs flown", *_both(legs, spread, vehicle)))
+            days = days_of(flights / LOGS_OF_LEGS, folders)
+            lines.append(_row(f"{label}, other days", (), by_other_days(made, days)))
         else:
             of_kinds.append(kinds_row(label, made, states, REPEATABILITY[vehicle.reference]))
         if vehicle.reference is Autopilot.PX4:
