@@ -246,6 +246,7 @@ def made_remarks(
         lines.append(f"{outcome.name}: {outcome.summary}")
         lines += [
             f"    {e.name} = {e.value:.6g} +- {e.error:.2g}"
+            + (", not shown" if e.name in outcome.not_shown else "")
             for e in outcome.estimates
             if np.isfinite(e.error)
         ]

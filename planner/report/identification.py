@@ -56,10 +56,16 @@ def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) 
         lines += _side_by_side(outcome, beside)
     elif outcome.estimates:
         rows = [
-            (f"  {e.name}", f"{e.value:.6g}", _error(e.error), _fraction(e.value, e.error))
+            (
+                f"  {e.name}",
+                f"{e.value:.6g}",
+                _error(e.error),
+                _fraction(e.value, e.error),
+                "not shown" if e.name in outcome.not_shown else "",
+            )
             for e in outcome.estimates
         ]
-        lines += table_lines(rows, alignment="<>><")
+        lines += table_lines(rows, alignment="<>><<")
     if outcome.segments:
         lines.append(f"  {_segments_sentence(outcome)}")
         lines += [f"    {count} refused: {printable(why)}" for why, count in outcome.refusals()]

@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 from made_record import make_record
 
-from planner.identify.assembly import IdentificationSettings, _reported
+from planner.identify.assembly import IdentificationSettings, _reported, made_remarks
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.responses import FittedResponse, _undetermined, _without_what_is_not_shown
 from planner.identify.segments import FitStatus, StateOutcome
+from planner.identify.uncertainty import Estimate
 from planner.physics.response import TransferFunction
+from planner.report.identification import _state_lines
+from planner.report.text import Medium
 
 
 def fitted(
@@ -71,6 +74,25 @@ def test_a_missing_sensor_has_its_own_advice(summary: str, advice: str) -> None:
     outcome = StateOutcome.left_out("hover", summary)
     [finding] = _reported([outcome], settings, 2.0)
     assert advice in finding.fix
+
+
+def test_a_number_not_shown_is_marked_where_it_stands() -> None:
+    outcome = StateOutcome(
+        name="climb_power",
+        summary="made",
+        estimates=(
+            Estimate(name="b1", value=0.5, error=0.1),
+            Estimate(name="b0", value=0.01, error=0.02),
+        ),
+        not_shown=("b0",),
+    )
+    settings = IdentificationSettings(name="m", date=dt.date(2026, 1, 1), version="0")
+    record = make_record(is_landed=np.zeros(10, dtype=np.bool_))
+    *_, shown, not_shown = made_remarks([record], settings, [outcome])
+    assert shown == "    b1 = 0.5 +- 0.1"
+    assert not_shown == "    b0 = 0.01 +- 0.02, not shown"
+    found = _state_lines(outcome, medium=Medium(), with_segments=False)
+    assert [line.endswith("not shown") for line in found if " b" in line] == [False, True]
 
 
 def test_a_resistance_within_its_own_error_is_left_out() -> None:
