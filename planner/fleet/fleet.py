@@ -239,6 +239,15 @@ class Swap(Part):
     time_s: Annotated[
         float, Key("from landed to ready with another pack, and the pack on a charger", "s", _TIME)
     ]
+    carry_m_s: Annotated[
+        float | None,
+        Key(
+            "speed at which a vehicle that has landed elsewhere is brought to where it starts next; a walk, "
+            "1.4, where not given",
+            "m/s",
+            POSITIVE,
+        ),
+    ] = None
 
 
 class NamedPart(Part):
@@ -491,10 +500,11 @@ class Fault(NamedPart):
     ``keeps-command``: it flies on by its last command and hears no other, at its speed and in its
     direction; the others see where that leads and keep out of its way.  One that flies its mission as filed
     flies on by that, and stops for nobody.  ``loses-position``: the place it reports and flies by is wrong by
-    more and more, and nobody knows.  ``battery-drops``: its battery holds less of a sudden; it flies home if
-    its way there needs it.  ``link-late``: what it has to do for others reaches it late.  ``gusts``: gusts
-    about a mean wind blow all vehicles, or one, off their places; what flying against them takes is counted
-    by the steady power at that airspeed, where the model knows one.
+    more and more, and nobody knows.  ``battery-drops``: its battery holds less of a sudden; in a table
+    ``[swarm]`` it flies home if its way there needs it, one that flies its mission as filed flies on,
+    whatever its failsafes would have it do.  ``link-late``: what it has to do for others reaches it late.
+    ``gusts``: gusts about a mean wind blow all vehicles, or one, off their places; what flying against them
+    takes is counted by the steady power at that airspeed, where the model knows one.
 
     The gusts are first-order Gauss-Markov, with the intensity and length of Dryden's model at low altitude
     (MIL-F-8785C), drawn for each vehicle by itself.  How a model answers gusts nobody has measured: a

@@ -124,6 +124,7 @@ def outcome_text(outcome: FaultOutcome) -> str:
     hits = quantity.count(len(outcome.hits), "pair too near", "pairs too near")
     found = [hits] * bool(outcome.hits)
     found += [f"{name} {why}" for name, why in outcome.lost.items()]
+    found += [f"{name} lands below its reserve" for name in outcome.below_reserve]
     return "; ".join(found) or "survived"
 
 
@@ -257,6 +258,7 @@ def _fault_document(faults: SwarmFaultReport) -> Document:
                 "agents": [*one.agents],
                 "hits": [values(near, _OF_APPROACH) for near in one.hits],
                 "lost": [{"agent": name, "why": why} for name, why in one.lost.items()],
+                "below_reserve": [*one.below_reserve],
             }
             for one in faults.outcomes
         ],

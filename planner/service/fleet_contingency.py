@@ -11,7 +11,7 @@ from planner.fleet.fleet import LATEST_S, ContingencyKind
 from planner.mission.formats.plan import read_plan_text
 from planner.service.fleet import FleetFinding, fly_sorties, pack_battery
 from planner.service.fleet_separation import RETURN_CROSSES, Encounters, separation_findings
-from planner.service.fleet_times import at, job_findings, time_findings
+from planner.service.fleet_times import at, job_findings, ready_s, time_findings
 from planner.service.separation import SEPARATION_UNCHECKED
 from planner.service.split import split_under
 from planner.values import Value, replace
@@ -616,7 +616,7 @@ class _Judge:
             before = dict(moved_s)
             for key in ("vehicle", "pack"):
                 for one, two in self._successions(key):
-                    free_s = two.start_s - one.end_s - self._fleet.swap_s
+                    free_s = two.start_s - ready_s(self._fleet, one, two)
                     waits_s = moved_s.get(one.name, 0.0) - max(free_s, 0.0)
                     if waits_s > max(moved_s.get(two.name, 0.0), _SAME_TIME_S):
                         moved_s[two.name] = waits_s

@@ -6,12 +6,14 @@ from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner.fleet.approach import Meeting
 from planner.fleet.return_flights import return_conflict
 from planner.fleet.separation import home_above_m
 from planner.fleet.shifts import ClosedShifts
 from planner.service.fleet_separation import common_frame, fleet_spacing, members, returns_of
-from planner.service.fleet_times import landing_pads
+from planner.service.fleet_times import carries_m, carry_s, landing_pads
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -63,6 +65,24 @@ def pad_shifts(fleet: Fleet, flights: Sequence[Sequence[FlownSortie]]) -> Closed
                 for other, other_from_s, other_until_s in stays[two]
                 if pad is not None and pad == other
             )
+    return found
+
+
+def carry_shifts(fleet: Fleet, flights: Sequence[Sequence[FlownSortie]]) -> Closed:
+    """Return when a vehicle that lands elsewhere is not there for another flight, by task and option."""
+    ways = [
+        ((task, option), way) for task, own in enumerate(flights) for option, way in enumerate(own)
+    ]
+    away_m = carries_m([way for _, way in ways])
+    found: Closed = {}
+    for row, column in np.argwhere((away_m > 0.0) | (away_m.T > 0.0)).tolist():
+        (one, first), (two, second) = ways[row], ways[column]
+        if row < column and one[0] != two[0] and first.sortie.vehicle == second.sortie.vehicle:
+            after_s, before_s = (
+                way.time_s + fleet.swap_s + carry_s(fleet, float(away))
+                for way, away in ((first, away_m[row, column]), (second, away_m[column, row]))
+            )
+            found[one, two] = ((-before_s, after_s),)
     return found
 
 

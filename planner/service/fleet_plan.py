@@ -340,7 +340,11 @@ class _Planning:
         schedule, _, result = found
         planned = result.fleet
         if result.verdict != "go":
-            wrong = next(one for one in result.all_findings if one.severity is Severity.ERROR)
+            fail_on = self._fleet.group_setup.fail_on
+            wrong = max(
+                (one for one in result.all_findings if one.severity >= fail_on),
+                key=lambda one: one.severity,
+            )
             msg = f"{self._fleet.source}: no plan was found that is a go: {wrong.code} {wrong.message}"
             raise FleetPlanError(msg)
         flown = (one.mission for one in planned.sorties.values())

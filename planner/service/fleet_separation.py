@@ -425,15 +425,15 @@ class _Pairs:
             approach = self._once("ground", one, two, find)
             if approach is None:
                 continue
+            # It stands there since long before, maybe: nothing happens before the operation begins.
+            at_s = max(one.start_s + approach.first_s, 0.0)
             message = (
                 f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}) are "
-                f"{quantity.height(approach.beside_m)} apart near the ground "
-                f"{at(one.start_s + approach.first_s)}; {quantity.height(least_m)} required"
+                f"{quantity.height(approach.beside_m)} apart near the ground {at(at_s)}; "
+                f"{quantity.height(least_m)} required"
             )
             yield FleetFinding(
-                finding=GROUND_SEPARATION.finding(message),
-                sorties=(one.file, two.file),
-                at_s=one.start_s + approach.first_s,
+                finding=GROUND_SEPARATION.finding(message), sorties=(one.file, two.file), at_s=at_s
             )
 
     def return_conflicts(self) -> Iterator[FleetFinding]:

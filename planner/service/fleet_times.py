@@ -13,6 +13,7 @@ from planner.fleet.fleet import LATEST_S
 from planner.fleet.separation import SAME_HOME_M
 from planner.fleet.trajectory import AT_REST_S
 from planner.geo.geodesy import LocalFrame
+from planner.rules.left_open import IN_SIGHT_M
 from planner.service.fleet import FleetFinding, charging_temperature_c, usable_chargers
 from planner.service.separation import uncounted_wait
 from planner.values import Value
@@ -41,7 +42,8 @@ PACK_CLASH = Rule(
     summary="Two sorties need one battery pack at the same time.",
     why="Whoever is at the field finds no pack in the rack, takes the nearest one, and flies a battery "
     "nobody checked.",
-    how="A sortie has its pack from its start until it has landed and the pack is changed ([swap] time_s).",
+    how="A sortie has its pack from its start until it has landed and the pack is changed ([swap] time_s), "
+    "and is brought to where it is flown next, as vehicles are (S108), if that is more than 500 m away.",
     fix="give one of them another pack, or start it later",
     instead="another pack, or another start",
 )
@@ -76,8 +78,10 @@ VEHICLE_CLASH = Rule(
     why="The sortie cannot start when the others count on it: everything after it is late, and no "
     "separation that was checked holds.",
     how="The sorties of one vehicle, each until it has landed, the pack is changed ([swap] time_s) and the "
-    "vehicle is carried, at a walk of 1.4 m/s, to a start more than 20 m from there; and its own "
-    "available_from_s and available_until_s.",
+    "vehicle is carried, at a walk of 1.4 m/s or by carry_m_s of [swap], to a start more than 20 m from "
+    "there; a warning where that is more than 500 m away and no carry_m_s says that anybody does.  Without "
+    "a pack and a [swap] its flights are counted on one battery: an error where they take more than is above "
+    "the reserve, a warning else.  Fires too by its own available_from_s and available_until_s.",
     fix="start the sortie later, or give it to another vehicle",
     instead="another start, or another vehicle",
 )
@@ -179,11 +183,13 @@ def time_findings(
     if not flown:
         message = "no sorties: nothing was judged"
         yield FleetFinding(finding=NOTHING_PLANNED.finding(message))
+    yield from pack_clashes(fleet, flown)
     yield from _packs(fleet, flown, charges)
-    yield from _vehicles(fleet, flown)
-    yield from _pads(fleet, flown)
-    yield from _suited(fleet, flown)
-    yield from _hours(fleet, flown)
+    yield from vehicle_clashes(fleet, flown)
+    yield from pad_clashes(fleet, flown)
+    yield from unsuited(fleet, flown)
+    yield from too_early(fleet, flown)
+    yield from _too_late(fleet, flown)
     yield from _unknown_times(fleet, flown)
     without = [one for one in flown if one.sortie.pack is None and one.energy_wh is not None]
     names = tuple(one.name for one in without)
@@ -226,28 +232,70 @@ def _grouped(flown: Iterable[FlownSortie], key: str) -> Mapping[str, list[FlownS
     return groups
 
 
-def _packs(
-    fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
-) -> Iterator[FleetFinding]:
-    swap_s = fleet.swap_s
-    usable = usable_chargers(fleet)
-    cold = [one for one in fleet.chargers.values() if one not in usable]
+def ready_s(fleet: Fleet, one: FlownSortie, two: FlownSortie) -> float:
+    """Return when the vehicle of a sortie is ready for its next: changed, and brought there. [s]"""
+    return one.end_s + fleet.swap_s + carry_s(fleet, carried_m(one, two))
+
+
+def carry_s(fleet: Fleet, away_m: float) -> float:
+    """Return how long it takes to bring a vehicle so far, away from where it landed. [s]"""
+    given = None if fleet.swap is None else fleet.swap.carry_m_s
+    return away_m / (given or _WALK_M_S)
+
+
+def carried_m(one: FlownSortie, two: FlownSortie) -> float:
+    """Return how far it is from where a sortie lands to where the next starts; 0: it is at hand. [m]"""
+    return float(carries_m((one, two))[0, 1])
+
+
+def carries_m(flown: Sequence[FlownSortie]) -> FloatArray:
+    """Return how far it is from where each sortie lands to where each starts; 0: it is at hand. [m]
+
+    One that does not land, or flies nothing, is carried nowhere.
+    """
+    frames = (one.assessment.route.frame for one in flown if one.assessment is not None)
+    frame = next(frames, None)
+    place_m = np.full((2, len(flown), 2), np.nan)
+    for row, one in enumerate(flown):
+        if frame is not None and one.assessment is not None:
+            place_m[0, row] = _place_m(one, frame, 0.0)
+            if one.lands:
+                place_m[1, row] = _place_m(one, frame, one.time_s)
+    start_m, end_m = place_m
+    away_m = np.hypot(*(end_m[:, None] - start_m).T).T
+    return np.where(away_m > _AT_HAND_M, away_m, 0.0)
+
+
+def pack_clashes(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield packs that two sorties need at once."""
     for name, sorties in _grouped(flown, "pack").items():
-        clashes = False
         for one, two in pairwise(sorties):
-            ready_s = one.end_s + swap_s
-            if two.start_s < ready_s:
-                clashes = True
+            free_s = _pack_free_s(fleet, one, two)
+            if two.start_s < free_s:
                 message = (
                     f"pack {name} is needed by {two.name} {at(two.start_s)} and is in {one.name} "
-                    f"until {quantity.clock(ready_s)}"
+                    f"until {quantity.clock(free_s)}"
                 )
                 yield FleetFinding(
                     finding=PACK_CLASH.finding(message),
                     sorties=(one.name, two.name),
                     at_s=two.start_s,
                 )
-        if clashes:
+
+
+def _pack_free_s(fleet: Fleet, one: FlownSortie, two: FlownSortie) -> float:
+    """Return when the pack of a sortie is free for its next; over a field a swap brings it. [s]"""
+    is_far = carried_m(one, two) > IN_SIGHT_M
+    return ready_s(fleet, one, two) if is_far else one.end_s + fleet.swap_s
+
+
+def _packs(
+    fleet: Fleet, flown: Sequence[FlownSortie], charges: Sequence[Charge]
+) -> Iterator[FleetFinding]:
+    usable = usable_chargers(fleet)
+    cold = [one for one in fleet.chargers.values() if one not in usable]
+    for name, sorties in _grouped(flown, "pack").items():
+        if any(two.start_s < _pack_free_s(fleet, one, two) for one, two in pairwise(sorties)):
             continue
         short = [one for one in sorties if one.charge is not None and one.charge < _FULL]
         for one in short:
@@ -277,67 +325,110 @@ def _packs(
             )
 
 
-def _vehicles(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
-    swap_s = fleet.swap_s
+def vehicle_clashes(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield vehicles that are not where and when their next sortie starts, or on the battery of the last."""
     for name, sorties in _grouped(flown, "vehicle").items():
-        vehicle = fleet.vehicles[name]
         for one, two in pairwise(sorties):
-            ready_s = one.end_s + swap_s
-            if two.start_s < ready_s:
-                message = (
-                    f"{two.name} starts {at(two.start_s)}; {name} is back from {one.name} and ready "
-                    f"{at(ready_s)}"
-                )
-                yield FleetFinding(
-                    finding=VEHICLE_CLASH.finding(message),
-                    sorties=(one.name, two.name),
-                    at_s=two.start_s,
-                )
-            elif one.assessment is not None and not one.lands:
-                message = f"{two.name} cannot start: {one.name} leaves {name} in the air, without a landing"
-                yield FleetFinding(
-                    finding=VEHICLE_CLASH.finding(
-                        message, fix="end the mission before with a landing or a return"
-                    ),
-                    sorties=(one.name, two.name),
-                    at_s=two.start_s,
-                )
-            elif two.start_s < (there_s := ready_s + (away_m := _carried_m(one, two)) / _WALK_M_S):
-                message = (
-                    f"{two.name} starts {at(two.start_s)}, {quantity.distance(away_m)} from where {one.name} "
-                    f"lands; carried there at a walk, {name} is ready {at(there_s)}"
-                )
-                yield FleetFinding(
-                    finding=VEHICLE_CLASH.finding(message),
-                    sorties=(one.name, two.name),
-                    at_s=two.start_s,
-                )
-        until_s = vehicle.available_until_s
-        for one in sorties:
-            if one.start_s < vehicle.available_from_s:
-                from_ = quantity.clock(vehicle.available_from_s)
-                message = f"{one.name} starts {at(one.start_s)}; {name} is there from {from_}"
-                at_s = one.start_s
-            elif until_s is not None and one.end_s > until_s:
-                message = f"{one.name} lands {at(one.end_s)}; {name} is there until {quantity.clock(until_s)}"
-                at_s = until_s
-            else:
-                continue
-            yield FleetFinding(
-                finding=VEHICLE_CLASH.finding(message), sorties=(one.name,), at_s=at_s
+            for finding in _clashes(fleet, name, one, two):
+                yield FleetFinding(finding=finding, sorties=(one.name, two.name), at_s=two.start_s)
+        if fleet.swap is None:
+            yield from _battery_kept(name, sorties)
+
+
+def _clashes(fleet: Fleet, name: str, one: FlownSortie, two: FlownSortie) -> Iterator[Finding]:
+    """Yield what keeps a vehicle from its next sortie."""
+    away_m, from_s = carried_m(one, two), ready_s(fleet, one, two)
+    carry_m_s = None if fleet.swap is None else fleet.swap.carry_m_s
+    if two.start_s < (swapped_s := one.end_s + fleet.swap_s):
+        yield VEHICLE_CLASH.finding(
+            f"{two.name} starts {at(two.start_s)}; {name} is back from {one.name} and ready {at(swapped_s)}"
+        )
+    elif one.assessment is not None and not one.lands:
+        yield VEHICLE_CLASH.finding(
+            f"{two.name} cannot start: {one.name} leaves {name} in the air, without a landing",
+            fix="end the mission before with a landing or a return",
+        )
+    elif two.start_s < from_s:
+        how = "at a walk" if carry_m_s is None else f"at {quantity.speed(carry_m_s)}"
+        yield VEHICLE_CLASH.finding(
+            f"{two.name} starts {at(two.start_s)}, {quantity.distance(away_m)} from where {one.name} lands; "
+            f"carried there {how}, {name} is ready {at(from_s)}"
+        )
+    elif away_m > IN_SIGHT_M and carry_m_s is None:
+        yield VEHICLE_CLASH.finding(
+            f"{one.name} lands {quantity.distance(away_m)} from where {two.name} starts: somebody has to "
+            f"bring {name} there",
+            fix="give carry_m_s in [swap] if somebody does, or land where the next sortie starts",
+            severity=Severity.WARNING,
+        )
+
+
+def _battery_kept(name: str, sorties: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield sorties of a vehicle that fly on with one battery: nobody says that it is changed."""
+    used_wh = 0.0
+    for one, two in pairwise(sorties):
+        used_wh += one.energy_wh or 0.0
+        if two.sortie.pack is not None or used_wh == 0.0:
+            continue
+        budget = None if two.assessment is None else two.assessment.battery
+        left_wh = 0.0 if budget is None else budget.margin_wh - used_wh
+        message = (
+            f"{two.name} starts with the battery that {one.name} has flown on: no [swap] says that "
+            f"{name} has another"
+        )
+        below = (
+            f", and together they take {quantity.energy(-left_wh)} more than is above the reserve"
+        )
+        finding = VEHICLE_CLASH.finding(
+            message + below * (left_wh < 0.0),
+            fix="give [swap] time_s if somebody changes it, and the packs",
+            severity=Severity.ERROR if left_wh < 0.0 else Severity.WARNING,
+        )
+        yield FleetFinding(finding=finding, sorties=(one.name, two.name), at_s=two.start_s)
+
+
+def _too_late(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield who lands after the hours of its vehicle, its job or the operation."""
+    for one in flown:
+        job, name = fleet.jobs[one.sortie.job], one.sortie.vehicle
+        until_s = fleet.vehicles[name].available_until_s
+        if until_s is not None and one.end_s > until_s:
+            message = (
+                f"{one.name} lands {at(one.end_s)}; {name} is there until {quantity.clock(until_s)}"
             )
+            yield FleetFinding(
+                finding=VEHICLE_CLASH.finding(message), sorties=(one.name,), at_s=until_s
+            )
+        limits = [(f"job {job.name}", job.latest_s), ("the operation", fleet.operation.latest_s)]
+        for what, latest_s in limits:
+            if latest_s is not None and one.end_s > latest_s:
+                message = (
+                    f"{one.name} lands {at(one.end_s)}, {what} ends at {quantity.clock(latest_s)} "
+                    f"({quantity.duration(one.end_s - latest_s)} late)"
+                )
+                yield FleetFinding(
+                    finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=latest_s
+                )
 
 
-def _carried_m(one: FlownSortie, two: FlownSortie) -> float:
-    """Return how far a vehicle has to be carried between two sorties; 0 where it is there. [m]"""
-    if two.assessment is None:
-        return 0.0
-    frame, flight = two.assessment.route.frame, two.assessment.flight
-    landing_m, start = _landing_m(one, frame), flight.motion.state_at_time(np.array([0.0]))
-    if landing_m is None:
-        return 0.0
-    away_m = float(np.hypot(landing_m[0] - start.east_m[0], landing_m[1] - start.north_m[0]))
-    return away_m if away_m > _AT_HAND_M else 0.0
+def too_early(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield who starts before the hours of its vehicle or its job."""
+    for one in flown:
+        job, name = fleet.jobs[one.sortie.job], one.sortie.vehicle
+        from_s = fleet.vehicles[name].available_from_s
+        if one.start_s < from_s:
+            message = f"{one.name} starts {at(one.start_s)}; {name} is there from {quantity.clock(from_s)}"
+            yield FleetFinding(
+                finding=VEHICLE_CLASH.finding(message), sorties=(one.name,), at_s=one.start_s
+            )
+        if one.start_s < job.earliest_s:
+            message = (
+                f"{one.name} starts {at(one.start_s)}, job {job.name} not before "
+                f"{quantity.clock(job.earliest_s)}"
+            )
+            yield FleetFinding(
+                finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=one.start_s
+            )
 
 
 class Stand(Value):
@@ -372,7 +463,7 @@ def stands(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, Stand]:
     return found
 
 
-def _pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+def pad_clashes(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
     """Yield pads that two vehicles stand on, or come down on, at the same time."""
     told: set[tuple[str, str, str]] = set()
     for name, of_pad in pad_stays(fleet, flown).items():
@@ -438,8 +529,8 @@ def landing_pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> list[str | None]
         axis=-1,
     )
     for number, one in enumerate(flown):
-        landing_m = _landing_m(one, frame)
-        if landing_m is not None:
+        if one.lands:
+            landing_m = _place_m(one, frame, one.time_s)
             away_m = np.hypot(*(place_m - landing_m).T)
             nearest = int(np.argmin(away_m))
             if away_m[nearest] <= PAD_RADIUS_M:
@@ -447,17 +538,16 @@ def landing_pads(fleet: Fleet, flown: Sequence[FlownSortie]) -> list[str | None]
     return found
 
 
-def _landing_m(one: FlownSortie, frame: LocalFrame) -> FloatArray | None:
-    """Return where a flight ends on the ground, east and north; ``None``: nowhere. [m]"""
-    if one.assessment is None or not one.lands:
-        return None
-    flight = one.assessment.flight
-    state = flight.motion.state_at_time(np.array([flight.time_s]))
+def _place_m(one: FlownSortie, frame: LocalFrame, own_s: float) -> FloatArray:
+    """Return where a flight is at a time after its start, east and north. [m]"""
+    assert one.assessment is not None  # something is flown
+    state = one.assessment.flight.motion.state_at_time(np.array([own_s]))
     there = one.assessment.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
     return np.asarray(np.stack(frame.east_north_m(*there), axis=-1)[0])
 
 
-def _suited(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+def unsuited(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
+    """Yield sorties that their vehicle or their pack cannot fly."""
     for one in flown:
         sortie = one.sortie
         vehicle = fleet.vehicles[sortie.vehicle]
@@ -473,29 +563,6 @@ def _suited(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding
                 f"{one.name}: pack {pack.name} fits {', '.join(pack.fits)}, not {vehicle.name}"
             )
             yield FleetFinding(finding=SORTIE_UNSUITED.finding(message), sorties=(one.name,))
-
-
-def _hours(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
-    for one in flown:
-        job = fleet.jobs[one.sortie.job]
-        limits = [(f"job {job.name}", job.latest_s), ("the operation", fleet.operation.latest_s)]
-        if one.start_s < job.earliest_s:
-            message = (
-                f"{one.name} starts {at(one.start_s)}, job {job.name} not before "
-                f"{quantity.clock(job.earliest_s)}"
-            )
-            yield FleetFinding(
-                finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=one.start_s
-            )
-        for what, latest_s in limits:
-            if latest_s is not None and one.end_s > latest_s:
-                message = (
-                    f"{one.name} lands {at(one.end_s)}, {what} ends at {quantity.clock(latest_s)} "
-                    f"({quantity.duration(one.end_s - latest_s)} late)"
-                )
-                yield FleetFinding(
-                    finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=latest_s
-                )
 
 
 def _unknown_times(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:

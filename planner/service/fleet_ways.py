@@ -18,7 +18,7 @@ from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
 from planner.mission.lift import highest_m, lifted, why_not_lifted
 from planner.service.fleet import SortieChecks, initial_charge, pack_battery, usable_chargers
-from planner.service.fleet_meetings import pad_shifts
+from planner.service.fleet_meetings import carry_shifts, pad_shifts
 from planner.service.split import split_under
 from planner.values import Value, field, replace
 
@@ -246,13 +246,12 @@ class Ways:
             for part in self._parts(job, count)
         )
         flights = tuple(tuple(self._ways(part)) for part in parts)
-        return self._of_flights(parts, flights, pad_shifts(self._fleet, flights))
+        return self._of_flights(parts, flights)
 
     def _of_flights(
         self,
         parts: tuple[JobPart, ...],
         flights: tuple[tuple[FlownSortie, ...], ...],
-        closed: Closed,
         lifts: Mapping[tuple[int, int], Mapping[float, int]] | None = None,
     ) -> Candidate:
         tasks = tuple(
@@ -265,6 +264,7 @@ class Ways:
             )
             for part, ways in zip(parts, flights, strict=True)
         )
+        closed = pad_shifts(self._fleet, flights) | carry_shifts(self._fleet, flights)
         return Candidate(
             parts=parts, flights=flights, tasks=tasks, conflicts=closed, lifts=lifts or {}
         )
@@ -287,8 +287,7 @@ class Ways:
                     flights[place] = (*flights[place], lifted_way)
                 for own_m, option in rungs.items():
                     lifts[place, option] = {m: at for m, at in rungs.items() if m >= own_m}
-        whole = tuple(flights)
-        found = self._of_flights(candidate.parts, whole, pad_shifts(self._fleet, whole), lifts)
+        found = self._of_flights(candidate.parts, tuple(flights), lifts)
         found.learn(candidate)
         return found
 

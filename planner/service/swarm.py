@@ -25,7 +25,15 @@ from planner.flight.motion.kinematics import STATES
 from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import charge_left
-from planner.service.fleet_times import TIMES_UNKNOWN, pack_assumed
+from planner.service.fleet_times import (
+    TIMES_UNKNOWN,
+    pack_assumed,
+    pack_clashes,
+    pad_clashes,
+    too_early,
+    unsuited,
+    vehicle_clashes,
+)
 from planner.service.preflight import verdict
 from planner.service.separation import uncounted_wait
 from planner.service.swarm_batteries import SwarmBatteries
@@ -416,6 +424,12 @@ def _simulate_missions(
         for one in filed.sorties
         if (wait := uncounted_wait(one.result))
     ]
+    gone = [
+        one for one, agent in zip(filed.sorties, agents, strict=True) if agent.flight is not None
+    ]
+    for clashes in (pack_clashes, vehicle_clashes, pad_clashes, unsuited, too_early):
+        found += [one.finding for one in clashes(fleet, gone)]
+    found += ground_findings(fleet, filed.stays)
     found += late_findings(
         fleet,
         [
@@ -559,11 +573,13 @@ def _stays(
         starts_s = math.inf if one.flight is None else one.start_s
         pad = np.array([agent.east_m, agent.north_m])
         up_s = starts_s + part * agent.climb_s
-        stays.append(PadStay(one.name, pad, -math.inf, up_s, starts_s, agent.error_m))
+        stays.append(PadStay(one.name, one.name, pad, -math.inf, up_s, starts_s, agent.error_m))
         if one.has_landed:
             down_s = one.start_s + one.time_s
             low_s, place_m = down_s - part * agent.landing_s, record.place_m[-1, row]
-            stays.append(PadStay(one.name, place_m, low_s, math.inf, down_s, agent.error_m))
+            stays.append(
+                PadStay(one.name, one.name, place_m, low_s, math.inf, down_s, agent.error_m)
+            )
     return stays
 
 

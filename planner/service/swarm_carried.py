@@ -108,7 +108,7 @@ def predict_carried(
 def carried_approaches(
     members: Sequence[Member], carried: Carried | None, spacing: Spacing, until_s: float
 ) -> Iterator[tuple[tuple[int, int], CarriedApproach]]:
-    """Yield where every two come nearest as they are carried, of those that are in the air together."""
+    """Yield where every two come nearest as they are carried, of those that are there while one flies."""
     if carried is None:
         return
     for pair in combinations(range(len(members)), 2):
@@ -128,15 +128,26 @@ def _approach(
 ) -> CarriedApproach | None:
     """Return where two come nearest as they are carried.
 
-    Looked at every tenth of a second, and along straight lines between.  Both near the ground are not
-    compared, as by `mavjoule fleet check`.  ``None``: they are never in the air together.
+    Looked at every tenth of a second, and along straight lines between.  Who stands is in the way of one
+    in the air; both near the ground are not compared, as by `mavjoule fleet check`.  ``None``: they are
+    never there while one of them flies.
     """
     one, two = (members[row] for row in pair)
-    begin_s = max(one.start_s, two.start_s)
-    end_s = min(until_s, *(each.start_s + each.trajectory.duration_s for each in (one, two)))
-    if end_s <= begin_s:
+    begin_s, end_s = -np.inf, until_s
+    for each in (one, two):
+        begin_s = max(begin_s, each.start_s + each.trajectory.start_s[0])
+        end_s = min(end_s, each.start_s + each.trajectory.end_s[-1])
+    looks = [
+        np.arange(np.floor(from_s / _LOOK_S), np.ceil(to_s / _LOOK_S) + 1.0)
+        for each in (one, two)
+        for from_s in [max(begin_s, each.start_s)]
+        for to_s in [min(end_s, each.start_s + each.trajectory.duration_s)]
+        if to_s > from_s
+    ]
+    if not looks:
         return None
-    time_s = np.linspace(begin_s, end_s, int(np.ceil((end_s - begin_s) / _LOOK_S)) + 1)
+    look = np.union1d(looks[0], looks[-1])
+    time_s = _LOOK_S * look
     places, lows, errors_m = [], [], []
     for row, each in zip(pair, (one, two), strict=True):
         own_s = time_s - each.start_s
@@ -155,7 +166,7 @@ def _approach(
     above_m = np.where(
         np.abs(away_m[:-1, 2]) < np.abs(away_m[1:, 2]), away_m[:-1, 2], away_m[1:, 2]
     )
-    is_up = ~(lows[0] & lows[1])[:-1]
+    is_up = ~(lows[0] & lows[1])[:-1] & (np.diff(look) == 1.0)
     if not is_up.any():
         return None
     is_beside = is_up & (above_m < zone.over_m) & (-above_m < zone.under_m)

@@ -70,6 +70,8 @@ class FaultOutcome(Value):
     """Where one of them then came too near to another, the nearest first."""
     lost: Mapping[str, str] = {}
     """Those of them that do not get home, and why."""
+    below_reserve: tuple[str, ...] = ()
+    """Those of them that get home below the reserve of their packs."""
 
 
 class SwarmFaultReport(Value):
@@ -226,14 +228,32 @@ def judge_faults(
             for why in [_why_lost(fault, flown[row], record, row, errors_m[row])]
             if why
         }
+        below_reserve = tuple(
+            one.name
+            for one in (flown[row] for row in rows)
+            if one.name not in lost and one.battery is not None and one.battery.margin_wh < 0.0
+        )
         hits = tuple(
             one
             for one in too_near
             if one.time_s >= fault.at_s and (one.first in names or one.second in names)
         )
-        outcomes.append(FaultOutcome(name=name, fault=fault, agents=names, hits=hits, lost=lost))
+        outcomes.append(
+            FaultOutcome(
+                name=name,
+                fault=fault,
+                agents=names,
+                hits=hits,
+                lost=lost,
+                below_reserve=below_reserve,
+            )
+        )
     named = {one.vehicle for one in fleet.faults.values()}
-    others = [one for one, vehicle in zip(flown, vehicles, strict=True) if vehicle not in named]
+    others = [
+        one
+        for one, vehicle in zip(flown, vehicles, strict=True)
+        if not named & {None, vehicle}  # None: of all
+    ]
     names_of_others = tuple(one.name for one in others)
     return SwarmFaultReport(
         outcomes=tuple(outcomes),
@@ -256,7 +276,7 @@ def _until_s(agent: SwarmAgent, end_s: float) -> float:
 def _why_lost(fault: Fault, agent: SwarmAgent, record: Record, row: int, error_m: float) -> str:
     """Return why an agent does not get home; empty: it does, or that is not by this fault."""
     if fault.kind is FaultKind.BATTERY_DROPS and agent.empty_s is not None:
-        return f"its battery is empty at {quantity.clock(agent.empty_s)}"
+        return f"has an empty battery from {quantity.clock(agent.empty_s)} on"
     if not agent.has_landed:
         if fault.kind is FaultKind.GUSTS:
             return ""

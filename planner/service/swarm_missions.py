@@ -25,14 +25,16 @@ from planner.fleet.swarm.yielding import LateLink, Passage, Traveller, Wait, Yie
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.service.fleet import SortieChecks, fly_sorties
 from planner.service.fleet_separation import fleet_spacing, members
+from planner.service.fleet_times import carried_m, carry_s, stands
 from planner.service.preflight import UnreadableMission
 from planner.service.separation import why_left_out
 from planner.service.swarm_carried import Carried, carried_approaches, predict_carried
 from planner.service.swarm_sorties import StoppedSorties
+from planner.service.swarm_vehicles import PadStay
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from planner.arrays import FloatArray, IntArray
     from planner.fleet.approach import ClosestApproach
@@ -66,6 +68,8 @@ class FiledFlights(Value, eq=False):
     """Of each, where it did not get on."""
     stops: tuple[int, ...]
     """How often each was told to stop."""
+    stays: tuple[PadStay, ...]
+    """When each was on the ground, or so low that it counts as on it, before and after its flight."""
     uncharged: tuple[str, ...] = ()
     """What is said of packs that come back later than planned, and are flown again."""
     deadlock: tuple[str, ...] = ()
@@ -104,13 +108,15 @@ def fly_giving_way(
     last: dict[str, int] = {}
     agents = []
     for row, one in enumerate(flown):
+        after = last.get(one.sortie.vehicle)
+        away_m = 0.0 if after is None else carried_m(flown[after], one)
         agents.append(
             Traveller(
                 sorties.tracks[row],
                 one.start_s,
                 order.index(row),
-                after=last.get(one.sortie.vehicle),
-                after_s=fleet.swap_s,
+                after=after,
+                after_s=fleet.swap_s + carry_s(fleet, away_m),
                 deaf_s=_deaf_s(fleet, one.sortie.vehicle),
                 link=_link(fleet, one.sortie.vehicle),
             )
@@ -299,7 +305,28 @@ def flown_together(
         frame=first.route.frame,
         waits=((),) * len(flown),
         stops=(0,) * len(flown),
+        stays=tuple(_stays(fleet, flown, all_, record)),
     )
+
+
+def _stays(
+    fleet: Fleet, flown: Sequence[FlownSortie], all_: Sequence[Member], record: Record
+) -> Iterator[PadStay]:
+    """Yield when sorties are on the ground, or so low that they count as on it."""
+    stand_of = stands(fleet, flown)
+    for row, (one, member) in enumerate(zip(flown, all_, strict=True)):
+        error_m = fleet.vehicles[one.sortie.vehicle].setup.position_error_m
+        stand, path = stand_of[one.name], member.trajectory
+        up = np.flatnonzero(~path.is_low)
+        up_s, low_s = (path.start_s[up[0]], path.end_s[up[-1]]) if len(up) else (one.time_s, 0.0)
+        starts_s = one.start_s if one.start_s <= record.begin_s[-1] else np.inf
+        begin_s = one.start_s - stand.before_s
+        at = (one.name, one.sortie.vehicle, record.place_m[0, row])
+        yield PadStay(*at, begin_s, starts_s + up_s, starts_s, error_m)
+        if record.has_landed[row]:
+            at = (one.name, one.sortie.vehicle, record.place_m[-1, row])
+            end_s = one.end_s + stand.after_s
+            yield PadStay(*at, one.start_s + low_s, end_s, one.end_s, error_m)
 
 
 def _approach_of(all_: Sequence[Member], pair: tuple[int, int], near: ClosestApproach) -> Approach:

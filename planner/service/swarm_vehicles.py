@@ -190,6 +190,7 @@ class PadStay(NamedTuple):
     """One agent on the ground, from when until when."""
 
     name: str
+    vehicle: str
     place_m: FloatArray
     """East and north. (2,) [m]"""
     begin_s: float
@@ -210,7 +211,7 @@ def ground_findings(fleet: Fleet, stays: Sequence[PadStay]) -> Iterator[Finding]
         errors_m = one.error_m + other.error_m
         required_m = max(errors_m if ground_m is None else ground_m, _TOUCH_M)
         apart_m = float(np.hypot(*(one.place_m - other.place_m)))
-        if one.name == other.name or not moves_s or apart_m >= required_m:
+        if one.vehicle == other.vehicle or not moves_s or apart_m >= required_m:
             continue
         yield GROUND_SEPARATION.finding(
             f"{one.name} and {other.name}: {quantity.beside(apart_m, required_m, quantity.distance)} "

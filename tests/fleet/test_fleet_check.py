@@ -291,6 +291,78 @@ def test_a_vehicle_that_lands_elsewhere_is_carried_to_its_start(
     assert all("m from where s1 lands; carried there at a walk, a is ready" in one for one in told)
 
 
+def back_from(
+    landing_m: float, later_s: float, swap: str = SWAP
+) -> tuple[str, list[tuple[Severity, str]]]:
+    """Verdict and S108 of a vehicle that lands so far north of its pad, and starts there so much later."""
+    away = mission(up(20), place(100, 0, 20), item(21, north(landing_m), 0.0))
+    tables = pad("a", 0, 0) + vehicles("a") + sortie("s1", "a", 0.0, job="away")
+    [first] = checked(swap, tables, away=away).sorties
+    again = sortie("s2", "a", first.end_s + later_s, job="out")
+    result = checked(swap, tables, again, away=away, out=OUT)
+    found = (one.finding for one in result.findings if one.finding.code == "S108")
+    return result.verdict, [(one.severity, one.message) for one in found]
+
+
+def test_a_vehicle_that_lands_out_of_sight_is_brought_by_somebody() -> None:
+    """700 m are carried in 500 s on foot, at 1.4 m/s; a swap takes 60 s."""
+    for later_s, is_there in ((558.0, False), (562.0, True)):
+        verdict, [(severity, message)] = back_from(700.0, later_s)
+        assert verdict == ("go" if is_there else "no-go")
+        assert severity is (Severity.WARNING if is_there else Severity.ERROR)
+        assert ("somebody has to bring a there" in message) is is_there
+    # 490 m are in sight: 350 s
+    assert back_from(490.0, 412.0) == ("go", [])
+    # brought at 7 m/s: in 100 s
+    driven = SWAP + "carry_m_s = 7\n"
+    assert back_from(700.0, 162.0, driven) == ("go", [])
+    verdict, [(severity, message)] = back_from(700.0, 158.0, driven)
+    assert (verdict, severity) == ("no-go", Severity.ERROR)
+    assert "carried there at 7.0 m/s" in message
+
+
+def test_a_pack_that_lands_far_away_is_not_flown_at_home_before_it_is_back() -> None:
+    """Beyond what is seen of a vehicle, 500 m, a swap does not bring it: 510 m take 364 s.
+
+    From 387.4 and 412.4 m north of one pad it is so far to the other, 300 m east of it.
+    """
+    for landing_m, later_s, is_there in (
+        (387.4, 61.0, True),
+        (412.4, 422.0, False),
+        (412.4, 427.0, True),
+    ):
+        away = mission(up(20), place(100, 0, 20), item(21, north(landing_m), 0.0))
+        pads = pad("a", 0, 0) + pad("b", 0, 300) + vehicles("a", "b")
+        tables = SEPARATION + SWAP + PACK + pads
+        first = sortie("s1", "a", 0.0, job="away", more='pack = "P"')
+        [alone] = checked(tables, first, away=away).sorties
+        second = sortie("s2", "b", alone.end_s + later_s, job="out", more='pack = "P"')
+        out = mission(up(20), place(100, 300, 20), rtl())
+        found = messages(checked(tables, first, second, away=away, out=out), "S105")
+        assert bool(found) is not is_there, (landing_m, later_s, found)
+
+
+def test_nobody_says_that_a_battery_is_changed() -> None:
+    """Without a pack and a swap the flights of a vehicle are counted on one battery of its model."""
+    [alone] = checked(pad("a", 0, 0) + vehicles("a"), sortie("s0", "a", 0.0)).sorties
+    assert alone.assessment is not None
+    assert alone.assessment.battery is not None
+    assert alone.energy_wh is not None
+    margin_wh = alone.assessment.battery.margin_wh
+    # as often as its battery holds above the reserve, and once more
+    holds = 1 + int(margin_wh / alone.energy_wh)
+    many = "".join(
+        sortie(f"s{number}", "a", number * (alone.end_s + 70.0)) for number in range(holds + 1)
+    )
+    result = checked(pad("a", 0, 0) + vehicles("a"), many)
+    found = [one.finding for one in result.findings if one.finding.code == "S108"]
+    assert sorted(one.severity for one in found) == [Severity.WARNING] * (holds - 1) + [
+        Severity.ERROR
+    ]
+    assert result.verdict == "no-go"
+    assert not messages(checked(SWAP, pad("a", 0, 0) + vehicles("a"), many), "S108")
+
+
 def test_one_that_ends_in_the_air_is_in_the_way_for_ever() -> None:
     tables = SEPARATION + pad("a", 0, 0) + pad("b", 200, 0) + vehicles("a", "b")
     back = mission(up(20), place(0, 0, 20), place(200, 0, 20), rtl())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from judged_plans import faults, planned_fleet
 from made_fleet import OUT, SEPARATION, pad, place, up, vehicles
-from made_missions import mission, rtl
+from made_missions import item, mission, north, rtl
 
 import planner
 from planner.cli.fleet import interrupting
@@ -98,6 +98,24 @@ def test_least_vehicles_fly_one_after_the_other(tmp_path: Path) -> None:
     flown = {one.name: one for one in made.result.sorties}
     # no pack is named, so nothing is changed in between
     assert second.start_s == pytest.approx(flown[first.name].end_s, abs=2e-3)
+
+
+def test_a_vehicle_that_lands_elsewhere_flies_last(tmp_path: Path) -> None:
+    """From 600 m away it is carried in 429 s: the flight that comes home is the first."""
+    away = mission(up(20), place(100, 0, 20), item(21, north(600.0), 0.0))
+    tables = vehicles("a") + pad("a", 0, 0) + SWAP
+    jobs = {"away": away, "back": OUT}
+    made = planned(tmp_path, tables, jobs=jobs)
+    first, second = made.result.sorties
+    assert (first.sortie.job, second.sortie.job) == ("back", "away")
+    assert second.start_s == pytest.approx(first.end_s + 60.0, abs=2e-3)
+    # a start at 300 s leaves time for the other, but not to carry the vehicle back
+    later = '[job.back]\nmission = "back.plan"\nearliest_s = 300\n'
+    made = planned(tmp_path, later, tables, jobs=jobs)
+    assert [one.sortie.job for one in made.result.sorties] == ["back", "away"]
+    # brought back at 10 m/s it is there in time
+    made = planned(tmp_path, later, tables + "carry_m_s = 10\n", jobs=jobs)
+    assert [one.sortie.job for one in made.result.sorties] == ["away", "back"]
 
 
 def test_one_pack_is_charged_between_two_flights(tmp_path: Path) -> None:

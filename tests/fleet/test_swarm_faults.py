@@ -30,6 +30,7 @@ from planner.fleet.swarm.flights import Record
 from planner.fleet.swarm.policies import NoAvoidance, OrcaStop, StopInTime
 from planner.fleet.swarm.simulation import AgentPhase, Swarm
 from planner.physics.wind import Wind
+from planner.report.swarm import outcome_text
 from planner.service.preflight import check_mission
 from planner.service.swarm_agents import simulate_numbers
 from planner.service.swarm_faults import with_gusts
@@ -396,3 +397,71 @@ def test_what_flying_against_gusts_takes_is_what_a_wind_as_strong_does() -> None
     assert one.battery is not None
     assert blown.battery is not None
     assert blown.battery.margin_wh - one.battery.margin_wh == pytest.approx(-blown.gusts_wh)
+
+
+def coming_down(off_m: float, *, pads_m: float = 60.0) -> SwarmResult:
+    """One that has lost its position comes down so far west of its pad; the other stands on its own there.
+
+    At a drift of 0.5 m/s begun as long before the landing.
+    """
+    tables = "[separation]\nhorizontal_m = 10\nmin_nav_alt_m = 2\n" + pad("a", 0, 0)
+    tables += pad("b", 0, pads_m) + vehicles("a", "b")
+    both = sortie("s1", "a", 0.0, job="short") + sortie("s2", "b", 0.0, job="long")
+    jobs = {
+        "short": mission(up(20), place(40, 0, 20), rtl()),
+        "long": mission(up(20), place(300, 200, 20), place(-300, 200, 20), rtl()),
+    }
+    calm = simulated(tables, both, **jobs).agents[1]
+    fault = '[fault.f]\nkind = "loses-position"\nvehicle = "b"\ndrift_m_s = 0.5\ntoward_deg = 270\n'
+    return simulated(tables, both, fault + f"at_s = {calm.time_s - 2.0 * off_m!r}\n", **jobs)
+
+
+def test_one_that_comes_down_on_one_that_stands_is_told() -> None:
+    hit = coming_down(60.0)
+    assert hit.faults is not None
+    [outcome] = hit.faults.outcomes
+    [near] = outcome.hits
+    # nearest while it is 2 m up still: the drift of the rest of its landing is left
+    assert near.beside_m == pytest.approx(0.5 * (hit.agents[1].time_s - near.time_s), abs=0.1)
+    assert near.time_s > hit.agents[0].time_s + 60.0
+    assert not hit.faults.are_others_safe
+    assert {"S116", "S134", "S135"} <= {one.code for one in hit.findings}
+    # beside it when it is 2 m up: 10 m, 2.5 m of its own error, and none of who stands
+    drifts_m = near.beside_m
+    for more_m, is_safe in ((-0.5, True), (0.5, False)):
+        off_m = 60.0 - 12.5 + drifts_m + more_m
+        flown = coming_down(off_m)
+        assert flown.faults is not None
+        assert flown.faults.are_others_safe is is_safe
+        assert "S116" not in {one.code for one in flown.findings}
+    # 5 m beside it, the errors of both, is too near on the ground
+    assert "S116" not in {one.code for one in coming_down(54.0).findings}
+    assert "S116" in {one.code for one in coming_down(56.0).findings}
+
+
+def test_one_that_lands_below_its_reserve_has_not_survived() -> None:
+    there = mission(up(50), place(200, 0, 50), rtl())
+
+    def dropping(charge_left: float) -> SwarmResult:
+        keys = f'vehicle = "a"\nat_s = 5\ncharge_left = {charge_left!r}\n'
+        return simulated(*FILED, f'[fault.f]\nkind = "battery-drops"\n{keys}', there=there)
+
+    [agent] = simulated(*FILED, there=there).agents
+    assert agent.battery is not None
+    assert agent.energy_wh is not None
+    # what it takes and the reserve, of what is usable; 5 s take less than half a percent
+    needed = agent.battery.reserve_fraction + agent.energy_wh / agent.battery.capacity_wh
+    for more, text in ((0.005, "survived"), (-0.01, "s1 lands below its reserve")):
+        flown = dropping(needed + more)
+        assert flown.faults is not None
+        assert [outcome_text(one) for one in flown.faults.outcomes] == [text]
+        assert ("S131" in {one.code for one in flown.findings}) is (more < 0.0)
+    [message] = [one.message for one in dropping(0.01).findings if one.code == "S135"]
+    assert message.startswith("s1 has an empty battery from ")
+
+
+def test_gusts_of_all_leave_nobody_else() -> None:
+    for of, others in (("", ()), ('vehicle = "a"\n', ("s2",))):
+        flown = across(f'[fault.f]\nkind = "gusts"\nwind_m_s = 3\n{of}')
+        assert flown.faults is not None
+        assert flown.faults.others == others

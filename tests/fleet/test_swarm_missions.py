@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from made_fleet import checked, pad, place, sortie, up, vehicles
-from made_missions import mission, rtl
+from made_missions import item, mission, north, rtl
 from made_swarm import drawn_missions, simulated
 
 from planner.errors import UsageError
+from planner.findings import Severity
 from planner.fleet.reader import read_fleet
 from planner.fleet.swarm.yielding import Passage, Traveller, Yielding
 from planner.mission.files import write_mission
@@ -291,3 +292,86 @@ def test_a_pack_that_comes_back_late_has_a_charge_nobody_knows(packs: tuple[str,
     )
     said = [one.message for one in flown.findings if "comes back" in one.message]
     assert len(said) == (packs[0] == packs[1])
+
+
+def test_who_lands_elsewhere_is_carried_back_before_it_flies_again() -> None:
+    """350 m on foot, 250 s at 1.4 m/s, and a swap of 60 s."""
+    away = mission(up(20), place(100, 0, 20), item(21, north(350.0), 0.0))
+    tables = SEPARATION + pad("a", 0, 0) + vehicles("a", model=ARDUPILOT) + "[swap]\ntime_s = 60\n"
+    again = sortie("s1", "a", 0.0, job="away") + sortie("s2", "a", 300.0, job="to_north")
+    first, second = simulated(tables, again, away=away, to_north=TO_NORTH).agents
+    assert second.start_s == pytest.approx(first.time_s + 60.0 + 250.0, abs=1.5)
+    as_planned = simulated(tables, again, policy="none", away=away, to_north=TO_NORTH)
+    assert "S108" in {one.code for one in as_planned.findings}
+    assert not as_planned.is_clear
+
+
+TWICE = SEPARATION + pad("a", 0, 0) + pad("b", 150, -150) + "[swap]\ntime_s = 60\n"
+"""As `crossing`, in tables to be changed."""
+
+
+@pytest.mark.parametrize(
+    ("tables", "code"),
+    [
+        (
+            TWICE
+            + vehicles("a", "b")
+            + sortie("s1", "a", 0.0)
+            + sortie("s2", "b", 600.0, job="to_east"),
+            "",
+        ),
+        # one pack in both
+        (
+            TWICE
+            + '[pack.P]\nbattery = "170Wh"\n'
+            + vehicles("a", "b")
+            + sortie("s1", "a", 0.0, more='pack = "P"')
+            + sortie("s2", "b", 10.0, job="to_east", more='pack = "P"'),
+            "S105",
+        ),
+        (
+            TWICE
+            + vehicles("a")
+            + vehicles("b", more="available_from_s = 601")
+            + sortie("s1", "a", 0.0)
+            + sortie("s2", "b", 600.0, job="to_east"),
+            "S108",
+        ),
+        (
+            TWICE
+            + '[pack.P]\nbattery = "170Wh"\nfits = ["b"]\n'
+            + vehicles("a", "b")
+            + sortie("s1", "a", 0.0, more='pack = "P"'),
+            "S110",
+        ),
+    ],
+)
+def test_what_sorties_share_is_as_the_check_of_the_fleet_has_it(tables: str, code: str) -> None:
+    tables = tables.replace('job = "out"', 'job = "to_north"')
+    found = {one.code for one in checked(tables, **MISSIONS).all_findings}
+    flown = simulated(tables, **MISSIONS)
+    told = {one.code for one in flown.findings if one.severity > Severity.INFO}
+    assert flown.is_clear is not bool(code)
+    assert ({code} <= told) if code else not told
+    assert not code or code in found
+
+
+def test_nobody_takes_off_from_a_pad_on_which_another_stands() -> None:
+    """A minute to clear it away, and one to put the next there."""
+    tables = TWICE + vehicles("a", "b") + sortie("s1", "a", 0.0, job="to_north")
+    [alone] = simulated(tables, **MISSIONS).agents
+    for later_s, is_free in ((118.0, False), (122.0, True)):
+        second = sortie("s2", "b", alone.time_s + later_s, job="to_north", more='pad = "a"')
+        found = {one.code for one in simulated(tables, second, **MISSIONS).findings}
+        assert ("S109" in found) is not is_free
+
+
+@pytest.mark.parametrize(("ground_m", "is_near"), [(59.0, False), (61.0, True)])
+def test_pads_are_apart_as_far_as_the_ground_asks_for(ground_m: float, *, is_near: bool) -> None:
+    separation = SEPARATION + f"ground_m = {ground_m}\n"
+    both = pad("a", 0, 0) + pad("b", 0, 60) + vehicles("a", "b")
+    two = sortie("s1", "a", 0.0, job="to_north") + sortie("s2", "b", 0.0, job="beside")
+    beside = mission(up(50), place(300, 60, 50), rtl())
+    flown = simulated(separation, both, two, to_north=TO_NORTH, beside=beside)
+    assert flown.is_clear is not is_near
+    assert ("S116" in {one.code for one in flown.findings}) is is_near
