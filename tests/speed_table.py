@@ -166,7 +166,7 @@ def starts() -> Iterator[Row]:
     if shutil.which("valgrind") is None:
         sys.stderr.write("starts are not measured: valgrind is not installed\n")
         return
-    run = ("-c", "from planner.cli.main import main; main()", "check", "--vehicle", ARTICLE)
+    run = ("-c", "from planner.cli.__main__ import main; main()", "check", "--vehicle", ARTICLE)
     names = sorted(one.name for one in MISSIONS.iterdir() if one.suffix in {".plan", ".waypoints"})
     for name in names:  # for the compiled modules
         subprocess.run(
@@ -466,7 +466,7 @@ def many_files(folder: Path) -> Iterator[Row]:
     for number in range(315):
         mission = plan(10 + number % 90, autopilot=3)
         (folder / f"{number:03d}.plan").write_text(mission, encoding="utf-8")
-    run = "import os, sys; {} from planner.cli.main import main; main()"
+    run = "import os, sys; {} from planner.cli.__main__ import main; main()"
     words = ("check", str(folder), "--vehicle", "arducopter-sitl-quad", "--format", "json-lines")
 
     def call(first: str = "") -> None:
