@@ -129,7 +129,7 @@ RETURN_BELOW_RESERVE = Rule(
     "return with it: a point of no return (QGroundControl #11262, ArduPilot #2390).",
     how="margin = energy left at the point − reserve − energy to stop, fly home by the vehicle's own "
     "return rules and land there.  Flown from 128 points of the flight or more, and interpolated along "
-    "legs around the tightest (to 0.1 %); take-off, and stages that land, are left to E101.  Fires where "
+    "legs around the tightest (to 0.1 %); take-off, landings and the way home are left to E101.  Fires where "
     "the least margin is negative and names the last point from which a return keeps the reserve; the "
     "shortfall is left to E101 where it is the same (to 5 %).  A return leads where the vehicle's would: "
     "home, as DO_SET_HOME has moved it, or a rally point.",

@@ -24,7 +24,15 @@ from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
-from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, FENCE, PX4, TARGET, judges
+from planner.rules.declaration import (
+    ARDUPILOT,
+    ARDUPILOT_TARGET,
+    FENCE,
+    PROFILE,
+    PX4,
+    TARGET,
+    judges,
+)
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 
 if TYPE_CHECKING:
@@ -390,12 +398,15 @@ def _splines(a: Assessment) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP:
         return
     curves = [stage for stage in a.route.stages if stage.kind is StageKind.SPLINE]
+    profile = PROFILE.of(a)
+    limits = () if profile is None else (profile.max_distance_m, profile.max_height_above_home_m)
     if curves:
         unjudged = [
             name
             for name, given in (
                 ("the fence", FENCE.of(a) is not None),
                 ("the ground", a.setup.terrain is not None),
+                ("the limits of the site", any(one is not None for one in limits)),
             )
             if given
         ]

@@ -318,8 +318,11 @@ def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[
         yield from _further_errors(again, found, "at the speeds of the file, which are flown")
 
 
-_LIMITS = frozenset({"E103", "E104", "E108", "E110", "E116", "E120", "E122", "E133"})
+_LIMITS = frozenset({"E103", "E104", "E108", "E110", "E114", "E116", "E120", "E122", "E133"})
 """What is past these comes down, flies elsewhere or is not counted, however much energy is left."""
+
+
+_FAILSAFES = frozenset({"E103"})
 
 
 def _at_two_deviations(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
@@ -329,10 +332,14 @@ def _at_two_deviations(prepared: Preparation, found: Sequence[Finding]) -> Itera
     """
     if any(one.severity is Severity.ERROR for one in found):
         return
+    wind = prepared.setup.wind
     for setup, condition in _off_their_means(prepared.setup):
         again = prepare(prepared.mission, setup)
         note = f"at {condition}, two standard deviations from the mean"
-        yield from _further_errors(again, found, note, codes=_LIMITS)
+        # of a wind that is counted the other rules take the strongest as it is
+        is_counted = setup.wind is not wind and setup.vehicle.knows_airspeed
+        codes = _FAILSAFES if is_counted else _LIMITS
+        yield from _further_errors(again, found, note, codes=codes)
 
 
 def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str]]:
@@ -348,7 +355,7 @@ def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str]]:
         for sds in (GUST_SDS, -GUST_SDS):  # thin air, or a cold battery
             air_c = mean_of(setup.temperature_c) + sds * sd_c
             yield replace(setup, temperature_c=air_c), quantity.temperature(air_c)
-    if wind.speed_sd_m_s and not setup.vehicle.knows_airspeed:
+    if wind.speed_sd_m_s and (setup.parameters is not None or not setup.vehicle.knows_airspeed):
         speed_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
         strong = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
         yield replace(setup, wind=strong), f"{quantity.speed(speed_m_s)} of wind"

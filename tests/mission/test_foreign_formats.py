@@ -529,12 +529,15 @@ def test_an_area_is_the_same_however_it_is_drawn(
 def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> None:
     ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
     assert areas(drawn("Polygon", [ring], Name="Dam", sort=words)) == [(False, 3)]
+    area = AREA.replace("Fence", "Dam")
     for around in (
-        f"<Folder><name>{words}</name>{AREA}</Folder>",
-        AREA.replace("<Polygon>", f"<description>{words}</description><Polygon>"),
-        AREA.replace("<Polygon>", f"<ExtendedData><value>{words}</value></ExtendedData><Polygon>"),
+        f"<Folder><name>{words}</name>{area}</Folder>",
+        area.replace("<Polygon>", f"<description>{words}</description><Polygon>"),
+        area.replace("<Polygon>", f"<ExtendedData><value>{words}</value></ExtendedData><Polygon>"),
     ):
         assert areas(line(more=around)) == [(False, 3)]
+    # an area called the one within what is called the other
+    assert areas(line(more=f"<Folder><name>{words}</name>{AREA}</Folder>")) == [(True, 3)]
     beside = f"<Folder><Placemark><name>{words}</name></Placemark>{AREA}</Folder>"
     assert areas(line(more=beside)) == [(True, 3)]
 
@@ -548,6 +551,20 @@ def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> No
         ("Zone 1", False),
         ("Sperrgebiet", False),
         ("", False),
+        # parts of words, the contrary, both
+        ("Transmission line", False),
+        ("Permission required", False),
+        ("Flying not permitted", False),
+        ("outside flight area", False),
+        ("Obstacle-free zone", False),
+        ("Stay inside (no flight outside)", False),
+        ("Airport boundary", False),
+        ("MoD defence site", False),
+        ("Survey 2020", False),
+        ("Unrestricted flight area", True),
+        ("Volcano flight area", True),
+        ("Geofence_2", True),
+        ("Boundary 1", True),
     ],
 )
 def test_an_area_that_says_nothing_of_its_side_is_not_checked(

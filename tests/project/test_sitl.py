@@ -33,9 +33,9 @@ def test_a_build_that_is_not_there_is_named(
     assert "px4: no such file" in capsys.readouterr().out
 
 
-def test_its_21_flights_are_of_21_kinds_and_can_be_predicted() -> None:
+def test_its_22_flights_are_of_22_kinds_and_can_be_predicted() -> None:
     made = dict(flights(HOME))
-    assert len(made) == 21
+    assert len(made) == 22
     vehicle = load_vehicle("arducopter-sitl-quad")
     for name in ("stairs", "survey, low and slow"):
         assert check(mission(*made[name]), vehicle).totals.time_s > 60.0

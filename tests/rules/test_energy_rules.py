@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import HOME, item, mission, rtl, speed, takeoff, waypoint
+from made_missions import HOME, item, mission, north, rtl, speed, takeoff, waypoint
 from made_terrain import ground, slope
 from rule_cases.energy import followed_wh, over_ground
 
@@ -31,6 +31,8 @@ def checked(capacity_wh: float | None, *, charge: float = 1.0, reserve: float = 
     return check(OUT_AND_BACK, VEHICLE, battery=battery, charge=charge, reserve=reserve)
 
 
+PLENTY_WH = 1000.0
+PLENTY = Battery(capacity_wh=PLENTY_WH)
 LAND = item(21, HOME.latitude_deg, 0.0)
 NEED_WH = checked(1000.0).totals.energy_wh
 
@@ -111,6 +113,22 @@ def test_a_mission_that_ends_far_away_has_no_way_home_in_its_reserve() -> None:
     result = check(one_way, VEHICLE, battery=Battery(capacity_wh=need / 0.8 * 1.01))
     assert "E101" not in errors(result)
     assert "E102" in errors(result)
+
+
+def test_the_way_to_a_landing_far_away_is_judged_as_that_to_a_place_over_it() -> None:
+    there = item(21, north(1000), 0.0)
+    over_it = check(mission(takeoff(100), waypoint(1000, 100), there), VEHICLE, battery=PLENTY)
+    alone = check(mission(takeoff(100), there), VEHICLE, battery=PLENTY)
+    margins_wh = []
+    for result in (over_it, alone):
+        plan = result.return_plan
+        assert plan is not None
+        assert plan.margin_wh is not None
+        margins_wh.append(plan.margin_wh)
+    # one more stop, of 7 s at 130 W, is all that the place adds
+    assert margins_wh[1] == pytest.approx(margins_wh[0], abs=0.5)
+    # and both keep less than half: the way back is as long
+    assert max(margins_wh) < PLENTY_WH - 1.3 * (alone.totals.energy_wh or 0.0)
 
 
 @pytest.mark.parametrize(("charge", "reserve"), [(1.1, 0.2), (-0.1, 0.2), (1.0, float("nan"))])

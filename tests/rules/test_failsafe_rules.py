@@ -29,6 +29,7 @@ from planner.flight.returns.destination import make_destinations
 from planner.flight.returns.path import make_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
+from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.service.preflight import check
 from planner.setup import Setup
@@ -60,7 +61,7 @@ def checked(
     *,
     autopilot: Autopilot = Autopilot.ARDUPILOT,
     battery: Battery = LABEL,
-    charge: float = 1.0,
+    charge: float | Spread = 1.0,
     reserve: float = 0.0,
     version: tuple[int, int] | None = None,
     **values: float,
@@ -213,6 +214,29 @@ def test_an_uncertain_load_meets_a_failsafe_at_two_deviations(sd_kg: float, *, a
         parameters=ParameterSet(
             source="made.param",
             values={name: ParameterValue(value) for name, value in values.items()},
+            stack=Autopilot.ARDUPILOT,
+        ),
+    )
+    assert (Severity.ERROR in {one.severity for one in told(result, "E103")}) is acts
+
+
+@pytest.mark.parametrize(("sd_m_s", "acts"), [(0.1, False), (4.5, True)])
+def test_an_uncertain_wind_meets_a_failsafe_at_two_deviations(sd_m_s: float, *, acts: bool) -> None:
+    """In calm air 150 mAh are left above what is low; 9 m/s of wind take more."""
+    low_mah = 8000.0 * fraction_left(checked(), 3) - 150.0
+    result = check(
+        FLOWN,
+        SURVEY_QUAD,
+        battery=LABEL,
+        wind=Wind(speed_m_s=0.0, from_deg=0.0, speed_sd_m_s=sd_m_s),
+        reserve=0.0,
+        parameters=ParameterSet(
+            source="made.param",
+            values={
+                "BATT_CAPACITY": ParameterValue(8000.0),
+                "BATT_LOW_MAH": ParameterValue(low_mah),
+                "BATT_FS_LOW_ACT": ParameterValue(2.0),
+            },
             stack=Autopilot.ARDUPILOT,
         ),
     )
@@ -432,8 +456,9 @@ def test_ardupilot_does_not_arm_below_its_voltage() -> None:
     assert own is not None
     # 25.2 V full, 22.597 V at half of the charge, by the model's own curve.
     for volts, refused in ((22.5, False), (22.7, True)):
-        result = checked(battery=own, charge=0.5, BATT_ARM_VOLT=volts)
-        assert bool(told(result, "E114")) is refused
+        for charge in (0.5, Spread(mean=0.6, sd=0.05)):  # two deviations off: half of it
+            result = checked(battery=own, charge=charge, BATT_ARM_VOLT=volts)
+            assert bool(told(result, "E114")) is refused
 
 
 def _rally(north_m: float) -> RallyPoint:

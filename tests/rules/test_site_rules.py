@@ -115,6 +115,29 @@ def test_a_mission_beyond_the_distance_of_a_site_is_an_error(
         assert "item 2 is 500 m from home" in found[0].message
 
 
+@pytest.mark.parametrize(
+    ("limits", "severity"),
+    [
+        ("max_distance_m = 1000", Severity.ERROR),
+        ("max_height_above_home_m = 100", Severity.ERROR),
+        ('required_items = ["NAV_TAKEOFF"]', Severity.WARNING),
+    ],
+)
+def test_splines_flown_straight_are_not_held_to_the_limits_of_a_site(
+    tmp_path: Path, limits: str, severity: Severity
+) -> None:
+    path = tmp_path / "site.toml"
+    path.write_text(f"[site]\n{limits}\n", encoding="utf-8")
+    curved = mission(takeoff(20), waypoint(200, 60), item(82, north(300), 60), rtl())
+    steps = load_vehicle("falkowski-2023-quadrotor")
+    result = check(curved, steps, battery=Battery(capacity_wh=77.0), profile=read_profile(path))
+    [found] = [one for one in result.findings if one.code == "T102"]
+    assert found.severity is severity
+    assert ("the limits of the site cannot be checked" in found.message) is (
+        severity is Severity.ERROR
+    )
+
+
 def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(tmp_path: Path) -> None:
     place = f"[site]\nlatitude_deg = {north(250)}\nlongitude_deg = 8.0\nmax_distance_m = 300\n"
     assert of("M122", tmp_path, place) == []

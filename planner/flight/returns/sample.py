@@ -21,15 +21,15 @@ is 0.08 % tighter than the one found."""
 _UPRIGHT = 1e-3
 """Way over climb of a segment that goes straight up or down. [-]"""
 _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
-_LANDINGS = frozenset({StageKind.LAND}) | RETURN_STAGES
 
 
 def sample_points(returns: Returns) -> tuple[IntArray, FloatArray] | None:
     """Return segments, and fractions of them, in flown order; ``None`` with no point in the air.
 
-    Segments of the take-off and of stages that land are left out: there the vehicle stands still, or
-    lands where it is going anyway.  The points are even in time, so that they follow from the motion alone:
-    flights that differ in what they weigh, in the air or in the battery have the same.
+    Segments of the take-off, those straight down to where it lands and returns of the mission itself are
+    left out: there the vehicle stands still, or lands where it is going anyway.  The points are even in
+    time, so that they follow from the motion alone: flights that differ in what they weigh, in the air or
+    in the battery have the same.
     """
     judged, continues = returns.judged
     columns = returns.flight.motion.segments
@@ -94,9 +94,17 @@ def in_order(segment: IntArray, fraction: FloatArray) -> tuple[IntArray, FloatAr
 
 
 def _lands(returns: Returns) -> BoolArray:
-    """Return whether segments serve a stage that lands. (s,)"""
-    lands = np.array([one.kind in _LANDINGS for one in returns.route.stages])
-    return np.asarray(lands[returns.segment_stage])
+    """Return whether segments come down where the vehicle lands, or are a return already. (s,)
+
+    The way to the place of a landing is as any other: it may lead far from home.
+    """
+    columns, kinds = returns.flight.motion.segments, [one.kind for one in returns.route.stages]
+    lands, returns_home = (
+        np.array([one in meant for one in kinds])[returns.segment_stage]
+        for meant in ({StageKind.LAND}, RETURN_STAGES)
+    )
+    goes_there = columns.distance_m > _UPRIGHT * np.abs(columns.climb_m)
+    return np.asarray(returns_home | (lands & ~goes_there))
 
 
 def judged_segments(returns: Returns) -> tuple[BoolArray, BoolArray]:

@@ -37,12 +37,12 @@ FORMAT_FOREIGN = Rule(
 AREA_SIDE_UNKNOWN = Rule(
     "F115 area-side-unknown",
     Severity.ERROR,
-    summary="Nothing says whether an area of a drawing is to be stayed inside or out of.",
+    summary="Nothing settles whether an area of a drawing is to be stayed inside or out of.",
     why="An area around the flight may be its fence, or one that nobody may fly in: either reading passes "
     "what the other refuses.",
     how="Areas of KML and GeoJSON that neither say so by what they, or the folder around them, are called "
-    "(fence, boundary, stay inside …; no-fly, keep out, NFZ, danger …), nor by the property inclusion.  "
-    "Predicted with a fence to stay inside.",
+    "(geofence, flight area, stay inside …; no-fly, keep out, NFZ, danger …), nor by the property inclusion; "
+    "or say both, or the contrary (not, outside, free).  Predicted with a fence to stay inside.",
     fix="call the area 'stay inside' or 'no-fly', or give it the property inclusion, true or false",
     instead="a name that says it",
     leaves_open=True,
@@ -76,22 +76,34 @@ class RoutePoint(Value):
 LONGEST_ACTION_S = 6.0
 """Of photos and recordings: DJI's waypoint missions go on with the next action after that (DJI Mobile SDK,
 ``DJIWaypointActionType``); turns of gimbal and vehicle are taken to last no longer. [s]"""
-_KEEP_OUT = (
-    r"no.?(fly|flight|go|entry|access|drone|ua[sv])|(keep|stay).?(out|away)|off.?limits|exclu|prohib|"
-    r"forbid|restrict|nfz|avoid|danger|hazard|obstacle"
+_KEEP_OUT = re.compile(
+    r"\b(no ?(fly|flights?|flying|go|entry|access|drones?|ua[sv]s?)|(keep|stay) ?(out|away|clear)|off limits|"
+    r"exclusion|excluded?|prohibited|forbidden|restricted|nfz|avoid|danger|dangerous|hazards?|obstacles?)\b"
 )
 """In what areas are called that are to be stayed out of."""
-_KEEP_IN = (
-    r"inclu|(keep|stay|remain).?(in|with)|fence|boundar|perimeter|contain|allow|permit|operation|survey|"
-    r"mission|\baoi\b|(flight|flying).?(area|zone|volume|geography)"
+_KEEP_IN = re.compile(
+    r"\b(inclusion|included?|(keep|stay|remain) ?(in|inside|within)|geo ?fence|containment|aoi|"
+    r"(operations?|operational|survey|mission|flight|flying|work|working|search|mapping|project) "
+    r"(area|zone|volume|geography|box|boundary|perimeter|polygon|fence)|"
+    r"(field|site|farm|property) (boundary|perimeter))\b|^(fence|boundary|perimeter)$",
+    re.MULTILINE,
 )
 """In what areas are called that are to be stayed inside."""
+_TURNS_ROUND = re.compile(r"\b(not|never|non|outside|beyond|without|free|except|unless)\b")
+"""What makes the contrary of what stands beside it."""
 _START = Place(1, 1)
 
 
-def keeps_out(words: str) -> bool:
-    """Return whether an area that is called so is to be stayed out of."""
-    return re.search(_KEEP_OUT, words, re.IGNORECASE) is not None
+def side_of(words: str) -> bool | None:
+    """Return whether an area is to be stayed inside by what it is called, a name a line.
+
+    ``None``: that does not settle it.
+    """
+    lines = re.sub(r"[^\w\n]|[_\d]", " ", words.lower()).splitlines()
+    plain = "\n".join(" ".join(line.split()) for line in lines)
+    rest, outs = _KEEP_OUT.subn(";", plain)  # a flight zone is none where there is no flight
+    is_in, is_out = _KEEP_IN.search(rest) is not None, outs > 0
+    return None if is_in == is_out or _TURNS_ROUND.search(plain) else is_in
 
 
 def left_out(shapes: Mapping[str, int]) -> list[str]:
@@ -120,7 +132,7 @@ def drawn_areas(
     """Yield an area of its outer ring, and its holes as areas to stay out of.
 
     Corners are longitude and latitude [°]; the first may be written again as the last.  Where it is not
-    stated whether to stay inside it, what the area is called says so.
+    stated whether to stay inside it, what the area is called says so, as in `side_of`.
 
     Raises
     ------
@@ -128,8 +140,8 @@ def drawn_areas(
         If a ring has fewer than three corners, or one that is not on the earth, or if an area to stay out
         of has holes.
     """
-    is_out = keeps_out(words) if is_inside is None else not is_inside
-    is_sided = is_inside is not None or is_out or bool(re.search(_KEEP_IN, words, re.IGNORECASE))
+    side = side_of(words) if is_inside is None else is_inside
+    is_out, is_sided = side is False, side is not None
     if len(rings) > 1 and is_out:
         msg = "an area to stay out of with a hole: mend or remove it"
         raise MissionFileError(msg, source=source)
@@ -146,7 +158,9 @@ def drawn_areas(
             )
             raise MissionFileError(msg, source=source)
         polygon = FencePolygon(inclusion=not (is_out or number), vertices_deg=tuple(corners))
-        yield DrawnArea(polygon=polygon, words=words.strip(), is_sided=is_sided or number > 0)
+        yield DrawnArea(
+            polygon=polygon, words=" ".join(words.split()), is_sided=is_sided or number > 0
+        )
 
 
 def _on_earth(longitude_deg: float, latitude_deg: float) -> bool:
@@ -241,7 +255,7 @@ def foreign_mission(
         if not area.is_sided:
             said = f"area '{area.words[:40]}'" if area.words else "an area without a name"
             remarks.add(
-                AREA_SIDE_UNKNOWN, f"{said}: nothing says whether to stay inside it or out of it"
+                AREA_SIDE_UNKNOWN, f"{said}: nothing settles whether to stay inside it or out of it"
             )
     return Mission(
         source=source,

@@ -10,9 +10,9 @@ from planner.mission.commands import Frame
 from planner.mission.formats.foreign import (
     drawn_areas,
     foreign_mission,
-    keeps_out,
     left_out,
     line_points,
+    side_of,
 )
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _refuse_circle(kind: str, properties: dict[str, Any], source: str) -> None:
 def _words(properties: dict[str, Any]) -> str:
     """Return whatever a feature says of itself: programs call it name, Name, title, type …"""
     said = (value for key, value in properties.items() if key not in _SIDES)
-    return " ".join(value for value in said if isinstance(value, str))
+    return "\n".join(value for value in said if isinstance(value, str))
 
 
 def _polygons(shape: dict[str, Any]) -> list[object]:
@@ -128,7 +128,7 @@ def _areas(rings: object, properties: dict[str, Any], source: str) -> Iterator[D
     stated = {properties[key] for key in _SIDES if isinstance(properties.get(key), bool)}
     others = [key for key in _SIDES if not isinstance(properties.get(key), bool | None)]
     words = _words(properties)
-    if others or len(stated) > 1 or (keeps_out(words) and True in stated):
+    if others or len(stated) > 1 or (True in stated and side_of(words) is False):
         key = others[0] if others else next(key for key in _SIDES if key in properties)
         msg = (
             f"GeoJSON with an area '{words[:40]}' of {key} {str(properties[key])[:20]!r}: give true to stay "

@@ -231,7 +231,7 @@ def _areas(element: ET.Element, words: str, *, source: str) -> Iterator[DrawnAre
     if kind in {"Folder", "Placemark"}:
         said = [one for one in element if _name(one) == "name"]
         said += (one for name in _STATED if kind == "Placemark" for one in _all(element, name))
-        words = " ".join((words, *(one.text or "" for one in said)))
+        words = "\n".join((words, *(one.text or "" for one in said)))
     for child in element:
         yield from _areas(child, words, source=source)
 

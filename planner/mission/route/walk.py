@@ -243,9 +243,9 @@ ITEM_NOT_MODELLED = Rule(
     "An error where the vehicle may fly elsewhere, wait or stop for it: arcs, NAV_SCRIPT_TIME, parachutes, "
     "auxiliary functions but those of what it carries, unknown commands; where a step-response model flies "
     "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
-    "there is a fence or a terrain; where a gripper picks up a load after the take-off and no --payload is "
-    "given; where DO_SET_HOME moves home up between two places that ArduPilot flies through; where "
-    "LOITER_TURNS counts below zero on ArduPilot.",
+    "there is a fence, a terrain or a limit of the site; where a gripper picks up a load after the take-off "
+    "and no --payload is given; where DO_SET_HOME moves home up between two places that ArduPilot flies "
+    "through; where LOITER_TURNS counts below zero on ArduPilot.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
