@@ -330,7 +330,8 @@ def _at_two_deviations(prepared: Preparation, found: Sequence[Finding]) -> Itera
 
     What conditions take of the energy is drawn (E119, E124), what gusts do is judged as they are.
     """
-    if any(one.severity is Severity.ERROR for one in found):
+    reported, _ = prepared.setup.selection.divide(found, file=prepared.mission.source)
+    if any(one.severity is Severity.ERROR for one in reported):
         return
     wind = prepared.setup.wind
     for setup, condition in _off_their_means(prepared.setup):

@@ -10,6 +10,8 @@ from made_missions import item, mission, north, rtl, takeoff, waypoint
 from planner.errors import ProfileFileError
 from planner.findings import Severity
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
+from planner.quantity import Spread
+from planner.selection import Selection
 from planner.service.preflight import check
 from planner.site_profile import read_profile
 from planner.values import replace
@@ -113,6 +115,21 @@ def test_a_mission_beyond_the_distance_of_a_site_is_an_error(
     assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
     if fires:
         assert "item 2 is 500 m from home" in found[0].message
+
+
+def test_an_ignored_error_switches_off_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "site.toml"
+    path.write_text("[site]\nmax_distance_m = 499\n", encoding="utf-8")
+    for ignored in ((), ("M122",)):
+        result = check(
+            GOOD,
+            COPTER,
+            battery=Battery(capacity_wh=170.0),
+            payload_kg=Spread(mean=2.0, sd=1.5),
+            profile=read_profile(path) if ignored else None,
+            selection=Selection(ignore=ignored),
+        )
+        assert "E116" in {one.code for one in result.findings if one.severity is Severity.ERROR}
 
 
 @pytest.mark.parametrize(

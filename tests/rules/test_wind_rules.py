@@ -90,7 +90,7 @@ AWAY = mission(takeoff(30), waypoint(3500, 30), item(21, north(3500), 0.0))
         (5.0, []),  # 15 m/s against it on a return south
         (5.4, []),  # 15.4: within 3 % of the 15.1 m/s identified
         (6.0, [WARNING]),  # 16, 6 % beyond
-        (7.0, [WARNING]),
+        (6.8, [WARNING]),
         (8.0, [ERROR]),  # 18: (18 / 15.1)³ times the power is more than the 170 Wh allow
     ],
 )

@@ -98,10 +98,14 @@ def _lands(returns: Returns) -> BoolArray:
 
     The way to the place of a landing is as any other: it may lead far from home.
     """
-    columns, kinds = returns.flight.motion.segments, [one.kind for one in returns.route.stages]
+    columns, stages = returns.flight.motion.segments, returns.route.stages
+    returning = {one.item for one in stages if one.kind in RETURN_STAGES}
     lands, returns_home = (
-        np.array([one in meant for one in kinds])[returns.segment_stage]
-        for meant in ({StageKind.LAND}, RETURN_STAGES)
+        np.array(rows)[returns.segment_stage]
+        for rows in (
+            [one.kind is StageKind.LAND for one in stages],
+            [one.item in returning for one in stages],
+        )
     )
     goes_there = columns.distance_m > _UPRIGHT * np.abs(columns.climb_m)
     return np.asarray(returns_home | (lands & ~goes_there))
