@@ -43,8 +43,8 @@ from planner.presented import PresentedCheck
 from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Assessment
 from planner.rules.registry import judge, judge_unflown
-from planner.setting import taking_settings
-from planner.setup import Setup
+from planner.setting import Number, taking_settings
+from planner.setup import Setup, settings
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
@@ -347,19 +347,26 @@ def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str]]:
     """Yield a setup with each uncertain condition at its worse end, and that in words."""
     wind = setup.wind
     if sd_kg := sd_of(setup.payload_kg):
-        payload_kg = mean_of(setup.payload_kg) + GUST_SDS * sd_kg
+        payload_kg = _in_range("payload_kg", mean_of(setup.payload_kg) + GUST_SDS * sd_kg)
         yield replace(setup, payload_kg=payload_kg), f"{quantity.mass(payload_kg)} of payload"
     if sd := sd_of(setup.charge):
         charge = max(mean_of(setup.charge) - GUST_SDS * sd, 0.0)
         yield replace(setup, charge=charge), f"{quantity.percent(charge)} of the charge"
     if setup.temperature_c is not None and (sd_c := sd_of(setup.temperature_c)):
         for sds in (GUST_SDS, -GUST_SDS):  # thin air, or a cold battery
-            air_c = mean_of(setup.temperature_c) + sds * sd_c
+            air_c = _in_range("temperature_c", mean_of(setup.temperature_c) + sds * sd_c)
             yield replace(setup, temperature_c=air_c), quantity.temperature(air_c)
     if wind.speed_sd_m_s and (setup.parameters is not None or not setup.vehicle.knows_airspeed):
         speed_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
         strong = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
         yield replace(setup, wind=strong), f"{quantity.speed(speed_m_s)} of wind"
+
+
+def _in_range(key: str, number: float) -> float:
+    """Return a number of a setting, or the nearest that may be given: no air is warmer than that."""
+    kind = settings()[key].kind
+    assert isinstance(kind, Number)
+    return min(max(number, kind.low), kind.high)
 
 
 def _further_errors(

@@ -64,6 +64,12 @@ def test_an_uncertain_air_is_as_cold_as_at_two_deviations(sd_c: float, *, is_err
     assert (Severity.ERROR in {severity for severity, _ in found}) is is_error
 
 
+def test_an_uncertain_air_is_no_warmer_than_may_be_given() -> None:
+    """45 °C and twice 10 are 65 °C, and 60 °C may be given at most."""
+    result = check(OUT_AND_BACK, QUAD, battery=PLENTY, temperature_c=Spread(mean=45.0, sd=10.0))
+    assert result.verdict == check(OUT_AND_BACK, QUAD, battery=PLENTY, temperature_c=60.0).verdict
+
+
 # A hover of 75 % of the thrust leaves acos(0.75 / 0.8) = 20.4° of lean, 0.6429 by the tangent of the 30° with
 # which 15 m/s are held: 9.64 m/s; one of 79 % leaves 9.1°, and ArduPilot 10° in any case: 4.58 m/s.
 @pytest.mark.parametrize(

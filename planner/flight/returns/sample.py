@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SWEEP_POINTS = 128
 """Points of the sweep, about, and at most of its refinement: so many cost half of the prediction of a
 thousand items.  Against points 20 times as dense, 600 random missions on four kinds of pilots hid none that
-is 0.08 % tighter than the one found."""
+is 0.08 % tighter than the one found; drawn on until one did, it was 0.5 % tighter."""
 _UPRIGHT = 1e-3
 """Way over climb of a segment that goes straight up or down. [-]"""
 _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
