@@ -730,13 +730,13 @@ class _Sight(Value, eq=False):
         level, height = horizontal(way), way[:, 2]
         along = quotient(direction[:, :2], horizontal(direction)[:, None])
         limit, vertical = vertical_limits(height > 0.0, parameters)
-        climb = after_m_s * quotient(height, level)
+        climb = after_m_s * quotient(height, level, above=STILL_M)
         for _ in range(4):
             time_s = ramp_time_s(
                 np.abs(np.clip(climb, -limit, limit) - climbing_m_s), vertical, parameters.jerk_m_s3
             )
             left = np.maximum(level - 0.5 * begun_m_s * time_s, 0.25 * level)
-            slope = quotient(height - 0.5 * climbing_m_s * time_s, left)
+            slope = quotient(height - 0.5 * climbing_m_s * time_s, left, above=STILL_M)
             climb = after_m_s * slope
         speed = np.minimum(after_m_s, quotient(limit, np.abs(slope), np.inf))
         climb = speed * slope
