@@ -302,13 +302,14 @@ def overflown_findings(
     separation = fleet.separation
     if separation is None:
         return
-    over_m = {name: fleet.vehicles[name].heights_m(separation) for name in plane_m}
+    heights_m = {name: fleet.vehicles[name].heights_m(separation) for name in plane_m}
     error_of = {one.name: one.error_m for one in stays}
     flies = record.phase == AgentPhase.FLIES
     for stay in stays:
         there = (record.begin_s[:-1] < stay.end_s) & (record.begin_s[1:] > stay.begin_s)
         for row, name in enumerate(plane_m):
-            kept_m = max(over_m[stay.name][0], over_m[name][1]) + 2.0 * separation.height_error_m
+            above_m, below_m = heights_m[stay.name][0], heights_m[name][1]
+            kept_m = max(above_m, below_m) + 2.0 * separation.height_error_m
             looked = np.flatnonzero(there & flies[:, row])
             if name == stay.name or plane_m[stay.name] >= kept_m or not len(looked):
                 continue
@@ -318,7 +319,7 @@ def overflown_findings(
             step = looked[least]
             required_m = separation.horizontal_m + stay.error_m + error_of[name]
             if apart_m[least] < required_m:
-                at_s = record.begin_s[step] + part[least] * np.diff(record.begin_s)[step]
+                at_s = record.begin_s[step] + part[least] * record.duration_s[step]
                 beside = quantity.beside(float(apart_m[least]), required_m, quantity.distance)
                 above = quantity.beside(plane_m[stay.name], kept_m, quantity.height)
                 required = (
