@@ -9,7 +9,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.fleet.approach import ACCURACY_M, Cylinder
 from planner.fleet.separation import are_heights_known, home_above_m
-from planner.fleet.swarm.tracks import PART_M, ZoneTrack
+from planner.fleet.swarm.tracks import PART_M, REST_M, ZoneTrack
 from planner.fleet.trajectory import make_trajectory
 from planner.flight.budget import flight_battery
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
@@ -139,7 +139,7 @@ class StoppedSorties:
     ) -> tuple[ZoneTrack, int] | None:
         """Return the track of a flight that stops so far along its last one; see `Sorties`."""
         assessment, track, knots = self._assessments[agent], self.tracks[agent], self._knots[agent]
-        if rest_m >= track.arc_m[-1] - 1e-6:
+        if rest_m >= track.arc_m[-1] - REST_M:
             return None
         # One that holds at a place is at it from one knot to the next, or the one after.
         part = max(int(np.searchsorted(track.arc_m, rest_m - 1e-6, side="right")) - 1, knot)

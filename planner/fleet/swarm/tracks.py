@@ -29,6 +29,8 @@ _TRIES, _ROUNDS = 9, 5
 _MOST_TRIED = 40
 """Parts tried one after the other; if none is too near by then the next is taken for it. [-]"""
 _BEFORE_S = 1e-6
+REST_M = 1e-6
+"""One that rests so near to the end of its track has not stopped before it. [m]"""
 
 
 class ZoneTrack(Value, eq=False, dict=True):
@@ -91,6 +93,10 @@ class ZoneTrack(Value, eq=False, dict=True):
         if at + 1 < known and self.begins_run[at]:
             return float(self.rest_m[at if time_s <= times[at] + _BEFORE_S else at + 1])
         return float(np.interp(time_s, times, self.rest_m[:known]))
+
+    def may_stop(self, time_s: float) -> bool:
+        """Return whether one told at a time to stop rests before the end of the track."""
+        return bool(self.rest_at_m(time_s) < self.arc_m[-1] - REST_M)
 
     def moved(self, knot: int, time_s: float) -> ZoneTrack:
         """Return the track of one that is at a knot at another time, and later by as much after it."""

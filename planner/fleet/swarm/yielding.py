@@ -103,6 +103,8 @@ class Traveller:
         self.blocked_by: int | None = None
         self.waits: list[Wait] = []
         self.stops = 0
+        self.goes_on = False
+        """Whether it could not be stopped when it was told, and never will be."""
 
 
 class Event(NamedTuple):
@@ -286,11 +288,12 @@ class Yielding:
         yields = later if is_in[0] == is_in[1] else is_in.index(False)
         for row in (yields, 1 - yields):
             agent = pair[row]
-            if self._is_deaf(agent):
+            if self._is_deaf(agent) or self.agents[agent].goes_on:
                 continue
             if agent == flying or self.agents[agent].passage is Passage.FLIES:
                 at_s = contact.time_s if is_in[row] else max(entered_s[row], self.time_s)
-                return Event(at_s, agent, all(is_in))
+                if tracks[row].may_stop(at_s):
+                    return Event(at_s, agent, all(is_in))
         return None
 
     def _may_get_on(self, agent: int) -> bool:
@@ -363,9 +366,8 @@ class Yielding:
             told = int(np.searchsorted(one.track.time_s, self.time_s, side="right")) - 1
             found = self._sorties.stopped(agent, rest_m, told, one.start_s)
         if found is None:
-            for pair, event in self._events.items():
-                if event is not None and event.agent == agent:
-                    self._events[pair] = None
+            one.goes_on = True
+            self._changed(agent)
             return
         one.whole, one.holds_knot = found
         one.stops += 1
