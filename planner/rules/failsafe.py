@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
+    from planner.flight.returns.path import ReturnPoints
     from planner.mission.items import Mission
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
@@ -102,8 +103,8 @@ FAILSAFE_BEFORE_END = Rule(
     "ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and BATT_CRT_MAH, voltage under load "
     "(at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with "
     "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
-    "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another place "
-    "(ArduPilot: none with FS_OPTIONS 8).  Not checked where nothing measures the battery (BATT_MONITOR 0, "
+    "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another place, "
+    "one that climbs again and lands below the reserve for it (ArduPilot: none with FS_OPTIONS 8).  Not checked where nothing measures the battery (BATT_MONITOR 0, "
     "BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
@@ -289,9 +290,14 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     )
 
 
+def _points(a: Assessment, event: FailsafeEvent) -> ReturnPoints:
+    """Return the point of the flight at which a failsafe acts."""
+    return a.returns.points(np.array([event.segment]), np.array([event.fraction]))
+
+
 def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     """Return whether a failsafe ends where the vehicle lands already, or on the ground."""
-    points = a.returns.points(np.array([event.segment]), np.array([event.fraction]))
+    points = _points(a, event)
     if points.place_m[0, 2] - landing.height_m < _ON_GROUND_M:
         return True
     if event.action in STOPS_FLYING.values() or (
@@ -300,7 +306,20 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
         return False
     targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
     east_m, north_m = targets.ground_m[0, :2]
-    return math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
+    is_there = math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
+    return is_there and not _return_short_wh(a, points)
+
+
+def _return_short_wh(a: Assessment, points: ReturnPoints) -> float:
+    """Return how far below the reserve a return from a point lands, where the flight as planned does not. [Wh]
+
+    A return begun just above the ground may climb as high as any: ``ModeRTL::compute_return_target`` with
+    RTL_CONE_SLOPE 0.
+    """
+    if a.battery is None:
+        return 0.0
+    needed_wh = points.used_wh[0] + a.returns.flown(points).energy_wh[0]
+    return max(float(needed_wh) - max(a.battery.above_reserve_wh, a.totals.energy_wh), 0.0)
 
 
 def _has_landing(mission: Mission) -> bool:
@@ -311,9 +330,11 @@ def _has_landing(mission: Mission) -> bool:
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
     [point] = a.returns.flight_points([(event.segment, event.fraction)])
+    short_wh = _return_short_wh(a, _points(a, event)) if event.action == RETURNS else 0.0
+    short = f"; that return ends {quantity.energy(short_wh)} below the reserve" if short_wh else ""
     return a.finding(
         FAILSAFE_BEFORE_END,
-        f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",
+        f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}{short}",
         severity=severity,
         item=point.item,
     )

@@ -144,7 +144,8 @@ def late(lands_m: float | None = None, **values: Any) -> CheckResult:  # noqa: A
     """Return a check whose charge is low 20 mAh, some 4 s, before the landing; at home by default."""
     end = rtl() if lands_m is None else item(21, north(lands_m), 0.0)
     flown = mission(takeoff(50), waypoint(1000, 50), end)
-    left_mah = 8000.0 * (1.0 - (checked(flown).totals.energy_wh or 0.0) / LABEL.energy_wh)
+    flight_wh = checked(flown, **values).totals.energy_wh or 0.0
+    left_mah = 8000.0 * (1.0 - flight_wh / LABEL.energy_wh)
     return checked(flown, BATT_CAPACITY=8000, BATT_LOW_MAH=left_mah + 20.0, **values)
 
 
@@ -174,6 +175,24 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     assert [one.severity for one in found] == [Severity.ERROR] * bool(does)
     assert all(f"the vehicle itself {does} at" in one.message for one in found)
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
+
+
+@pytest.mark.parametrize("lands_m", [None, 0.0])
+@pytest.mark.parametrize(
+    ("cone_slope", "margin_wh", "acts"), [(0, 9.0, True), (0, 14.0, False), (3, 9.0, False)]
+)
+def test_a_return_from_the_last_metres_may_climb_for_more_than_the_battery_holds(
+    lands_m: float | None, cone_slope: int, margin_wh: float, *, acts: bool
+) -> None:
+    """100 m up at 2.5 m/s and 458 W and down at 1.5 m/s and 302 W, the last 10 m at 0.5 m/s and a hover's
+    353 W, take 12 Wh; less 4 s of landing that are not flown, 0.4 Wh, and by the ways up to speed."""
+    own = {"RTL_ALT": 10000.0, "RTL_CONE_SLOPE": float(cone_slope)}
+    flight_wh = late(lands_m, **own).totals.energy_wh or 0.0
+    reserve = 1.0 - (flight_wh + margin_wh) / LABEL.energy_wh
+    found = told(late(lands_m, reserve=reserve, BATT_FS_LOW_ACT=2, **own), "E103")
+    assert [one.severity for one in found] == [Severity.ERROR] * acts
+    assert all("that return ends" in one.message for one in found)
+    assert not told(late(lands_m, reserve=reserve, BATT_FS_LOW_ACT=2, FS_OPTIONS=24, **own), "E103")
 
 
 @pytest.mark.parametrize(("action", "acts"), [(2, False), (3, True), (4, True), (6, False)])
