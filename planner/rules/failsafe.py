@@ -103,9 +103,9 @@ FAILSAFE_BEFORE_END = Rule(
     "ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and BATT_CRT_MAH, voltage under load "
     "(at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with "
     "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
-    "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another place, "
-    "one that climbs again and lands below the reserve for it (ArduPilot: none with FS_OPTIONS 8).  Not checked where nothing measures the battery (BATT_MONITOR 0, "
-    "BAT1_SOURCE -1).",
+    "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
+    "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8).  "
+    "Not checked where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -311,7 +311,7 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
 
 
 def _return_short_wh(a: Assessment, points: ReturnPoints) -> float:
-    """Return how far below the reserve a return from a point lands, where the flight as planned does not. [Wh]
+    """Return how far a return from a point lands below the reserve, and below the flight as planned. [Wh]
 
     A return begun just above the ground may climb as high as any: ``ModeRTL::compute_return_target`` with
     RTL_CONE_SLOPE 0.

@@ -897,13 +897,13 @@ def _returns_along_the_mission(a: Assessment, parameters: Px4Parameters) -> Iter
 
 @judges(CONDITION_NOT_MODELLED)
 def _battery_conditions(a: Assessment) -> Iterator[Finding]:
-    health, resistance, temperature_c = (
-        a.setup.battery_health,
-        a.setup.battery_resistance_factor,
-        a.setup.battery_temperature_c,
-    )
+    temperature_c = a.setup.battery_temperature_c
     if a.pack is None:
-        named = {"health": health, "resistance": resistance, "temperature": temperature_c}
+        named = {
+            "health": a.setup.battery_health,
+            "resistance": a.setup.battery_resistance_factor,
+            "temperature": temperature_c,
+        }
         given = [name for name, value in named.items() if value is not None]
         if given:
             yield a.finding(
@@ -912,13 +912,6 @@ def _battery_conditions(a: Assessment) -> Iterator[Finding]:
                 fix="give --battery, or use a vehicle model with a [battery]",
             )
         return
-    if a.discharge is None and resistance is not None:
-        yield a.finding(
-            CONDITION_NOT_MODELLED,
-            "battery resistance not counted: the battery has no open-circuit voltage or no resistance",
-            severity=Severity.ERROR if resistance > 1.0 else None,
-            fix="use a vehicle model whose battery has both",
-        )
     has_curve = a.pack.resistance_temperature_c is not None and a.discharge is not None
     if temperature_c is not None and not has_curve:
         yield a.finding(
