@@ -561,6 +561,7 @@ def _simulate_numbers(
         msg = "--trace is of one simulation: leave out --agents"
         raise UsageError(msg)
     from planner.report.swarm import numbers_json, numbers_text
+    from planner.service.preflight import verdict
     from planner.service.swarm_agents import NumbersLimits, simulate_numbers
 
     numbers = simulate_numbers(
@@ -588,7 +589,8 @@ def _simulate_numbers(
         from planner.report.html.swarm import numbers_html
 
         _write_page(numbers_html, numbers, options["report"])
-    return ExitCode.NO_GO if numbers.findings else ExitCode.GO
+    is_clear = verdict(numbers.findings, fleet.group_setup.fail_on) == "go"
+    return ExitCode.GO if is_clear else ExitCode.NO_GO
 
 
 def _read(fleet: str, options: Mapping[str, object]) -> Fleet | None:

@@ -19,7 +19,7 @@ from planner.values import Value, field_names, replace
 from planner.workers import done_in_order, end_if_stopped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from planner.findings import Finding
     from planner.fleet.fleet import Fleet
@@ -35,6 +35,15 @@ SWARM_NUMBERS = Rule(
     "seen), and nine of ten end by latest_s of [operation] or --deadline and reach --goal, where given.",
     fix="simulate other numbers with --agents, another policy, larger packs or a later deadline",
     instead="other numbers",
+)
+SWARM_FAULT_UNTRIED = Rule(
+    "S144 swarm-fault-untried",
+    Severity.WARNING,
+    summary="A fault of the file is not tried with every number of agents.",
+    why="What it leads to in a swarm of so few is not known.",
+    how="The vehicle it befalls is not among the first of the file that fly in every run.",
+    fix="have it befall one of the first vehicles, ask for more --agents, or leave it out with --faults",
+    instead="a fault of a vehicle that flies in every run",
 )
 
 
@@ -278,9 +287,21 @@ def simulate_numbers(
         runs=tuple(runs),
         is_cut_short=is_cut_short,
     )
+    untried = tuple(_untried(fleet, numbers[0]))
     if found.chosen:
-        return found
-    return replace(found, findings=(SWARM_NUMBERS.finding(_why_none(found)),))
+        return replace(found, findings=untried)
+    return replace(found, findings=(SWARM_NUMBERS.finding(_why_none(found)), *untried))
+
+
+def _untried(fleet: Fleet, fewest: int) -> Iterator[Finding]:
+    """Yield faults that befall none of the first vehicles."""
+    order = {name: number for number, name in enumerate(fleet.vehicles, start=1)}
+    for name, fault in fleet.faults.items():
+        if fault.vehicle is not None and order[fault.vehicle] > fewest:
+            agents = quantity.count(order[fault.vehicle], "agent")
+            yield SWARM_FAULT_UNTRIED.finding(
+                f"fault {name} befalls {fault.vehicle}: it is not tried with fewer than {agents}"
+            )
 
 
 def _of_first(fleet: Fleet, count: int) -> Fleet:

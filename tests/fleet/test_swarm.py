@@ -212,6 +212,23 @@ def test_strips_share_an_area_out() -> None:
     assert sorted(north for one in lanes for north in one) == [5.0 + 10.0 * k for k in range(9)]
 
 
+@pytest.mark.parametrize("agents", [4, 5, 6, 7, 20])
+def test_fewer_strips_than_agents_are_divided_among_all(agents: int) -> None:
+    ways = strips(np.zeros(2), np.array([100.0, 30.0]), lane_m=10.0, agents=agents)
+    flown: dict[float, list[tuple[float, float]]] = {}
+    for way in ways:
+        assert len(way) >= 2  # nobody takes off for nothing
+        for (begin, row_m), (end, _) in zip(way[::2].tolist(), way[1::2].tolist(), strict=True):
+            flown.setdefault(row_m, []).append((min(begin, end), max(begin, end)))
+    assert sorted(flown) == [5.0, 15.0, 25.0]
+    for parts in flown.values():  # end to end, each once
+        assert [begin for begin, _ in sorted(parts)] == [
+            0.0,
+            *(end for _, end in sorted(parts)[:-1]),
+        ]
+        assert max(end for _, end in parts) == 100.0
+
+
 SPEED_M_S = 5.0
 
 

@@ -254,6 +254,12 @@ def numbers(late_s: float) -> tuple[Finding, ...]:
     ).findings
 
 
+def fault_of(vehicle: str) -> tuple[Finding, ...]:
+    """Two agents alone and together, with a late link of one."""
+    fault = f'[fault.f]\nkind = "link-late"\nvehicle = "{vehicle}"\nlate_s = 0.1\n'
+    return simulate_numbers(fleet_of(formation(20.0), fault), (1, 2)).findings
+
+
 def packed(times: float) -> tuple[Finding, ...]:
     """The same on packs with so many times what the flight takes of agents that turn back at once."""
     flown = simulated(formation(20.0, two_packs(1.0)), policy="none").agents
@@ -445,6 +451,9 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S143": RuleCases(
         fires=lambda: with_packs(1), boundary=lambda: with_packs(2), silent=lambda: with_packs(3)
+    ),
+    "S144": RuleCases(
+        fires=lambda: fault_of("b"), boundary=lambda: fault_of("a"), silent=lambda: numbers(0.0)
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

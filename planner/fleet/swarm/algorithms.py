@@ -206,7 +206,8 @@ def strips(
 ) -> list[FloatArray]:
     """Return ways that cover a rectangle by lanes, as many next to each other for each agent. [m]
 
-    Lanes run east and west, every second one back; the shares differ by one lane at most.
+    Lanes run east and west, every second one of an agent back; shares differ by one lane at most.  Of fewer
+    lanes than agents each is divided, so that nobody has none.
 
     Raises UsageError if they are more than a simulation can hold.
     """
@@ -218,14 +219,17 @@ def strips(
             f"most: give {quantity.distance(least_m)} or more, or a smaller area"
         )
         raise UsageError(msg)
-    width = (high_m[1] - low_m[1]) / count
-    shares = np.linspace(0, count, agents + 1).round().astype(int).tolist()
+    width_m, length_m = (high_m[1] - low_m[1]) / count, high_m[0] - low_m[0]
+    parts = -(-agents // count)
+    shares = np.linspace(0, count * parts, agents + 1).round().astype(int).tolist()
     ways = []
     for begin, end in pairwise(shares):
-        way = []
-        for number in range(begin, end):
-            north = low_m[1] + (number + 0.5) * width
-            ends = [(low_m[0], north), (high_m[0], north)]
-            way.extend(ends if (number - begin) % 2 == 0 else ends[::-1])
+        way: list[tuple[float, float]] = []
+        first = begin // parts
+        for number in range(first, -(-end // parts)):
+            north_m = low_m[1] + (number + 0.5) * width_m
+            bounds = max(begin - number * parts, 0), min(end - number * parts, parts)
+            ends = [(low_m[0] + bound / parts * length_m, north_m) for bound in bounds]
+            way.extend(ends if (number - first) % 2 == 0 else ends[::-1])
         ways.append(np.array(way).reshape(-1, 2))
     return ways

@@ -189,7 +189,7 @@ def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> s
     refuse_without_libraries()
     document = numbers_document(numbers, version=version)
     specs = {name: panel.to_dict(validate=False) for name, panel in numbers_panels(numbers).items()}
-    is_clear = not (numbers.findings or numbers.is_cut_short)
+    is_clear = bool(numbers.chosen)
     section = template("swarm.html.j2").module.numbers(
         _found(numbers.findings, {})
         | {
