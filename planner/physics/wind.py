@@ -80,9 +80,10 @@ class Wind(Value):
         return -self.speed_m_s * math.cos(math.radians(self.from_deg))
 
     def speed_factor(self, height_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return the speed at heights above ground over that at the reference height. [-]
+        """Return the speed at heights above home over that at the reference height. [-]
 
-        At and below the ground the profiles have no wind.
+        At the height of home the profiles have no wind.  Below it the ground lies lower, how much is not
+        asked: the profile as far above as below, up to the wind that is given.
 
         Examples
         --------
@@ -95,8 +96,9 @@ class Wind(Value):
         height = np.asarray(height_m, dtype=np.float64)
         if self.reference_height_m is None:
             return np.ones(height.shape)
+        height = np.maximum(height, np.minimum(-height, self.reference_height_m))
         if self.shear_exponent is not None:
-            ratio = np.maximum(height, 0.0) / self.reference_height_m
+            ratio = height / self.reference_height_m
             return np.asarray(ratio**self.shear_exponent)
         roughness_m = self.roughness_length_m
         assert roughness_m is not None  # __post_init__ has asked for one of the two

@@ -42,6 +42,7 @@ from planner.physics.atmosphere import standard_temperature_c
 from planner.presented import PresentedCheck
 from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Assessment
+from planner.rules.energy import in_other_wind
 from planner.rules.registry import judge, judge_unflown
 from planner.setting import Number, taking_settings
 from planner.setup import Setup, settings
@@ -239,7 +240,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         findings = [*assessment.findings, *found]
         findings += _over_known_terrain(prepared, findings)
         findings += _over_other_ground(prepared, assessment, findings)
-        findings += _at_two_deviations(prepared, findings)
+        findings += _at_two_deviations(prepared, assessment, findings)
         if steps.judges_file:
             findings += _at_own_speeds(prepared, findings)
     else:
@@ -318,48 +319,62 @@ def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[
         yield from _further_errors(again, found, "at the speeds of the file, which are flown")
 
 
-_LIMITS = frozenset({"E103", "E104", "E108", "E110", "E114", "E116", "E120", "E122", "E133"})
-"""What is past these comes down, flies elsewhere or is not counted, however much energy is left."""
+_LIMITS = frozenset({"E103", "E104", "E110", "E114", "E116", "E120", "E122", "E133"})
+"""What is past these comes down or flies elsewhere, however much energy is left."""
+_NOT_COUNTED = frozenset({"E108"})
+"""Of what a model does not count: what it counts is drawn (E119, E124)."""
+_DEVIATIONS = {1.0: "one standard deviation", GUST_SDS: "two standard deviations"}
+_BACKWARD_DEG = 180.0
 
 
-_FAILSAFES = frozenset({"E103"})
-
-
-def _at_two_deviations(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
+def _at_two_deviations(
+    prepared: Preparation, assessment: Assessment, found: Sequence[Finding]
+) -> Iterator[Finding]:
     """Yield the errors by the limits of the vehicle and its battery two standard deviations off a mean.
 
-    What conditions take of the energy is drawn (E119, E124), what gusts do is judged as they are.
+    What conditions take of the energy is drawn (E119, E124) where they do not slow the vehicle, what gusts
+    do is judged as they are.
     """
     reported, _ = prepared.setup.selection.divide(found, file=prepared.mission.source)
     if any(one.severity is Severity.ERROR for one in reported):
         return
     wind = prepared.setup.wind
-    for setup, condition in _off_their_means(prepared.setup):
-        again = prepare(prepared.mission, setup)
-        note = f"at {condition}, two standard deviations from the mean"
-        # of a wind that is counted the other rules take the strongest as it is
+    for setup, condition, sds in _off_their_means(prepared.setup):
+        again = assess(prepare(prepared.mission, setup))
+        if again is None:
+            continue
+        note = f"at {condition}, {_DEVIATIONS[sds]} from the mean"
         is_counted = setup.wind is not wind and setup.vehicle.knows_airspeed
-        codes = _FAILSAFES if is_counted else _LIMITS
-        yield from _further_errors(again, found, note, codes=codes)
+        codes = _LIMITS if is_counted else _LIMITS | _NOT_COUNTED
+        yield from _errors_of(again, found, note, codes=codes)
+        if setup.wind is not wind:
+            yield from in_other_wind(assessment, again, note, sds=sds)
 
 
-def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str]]:
-    """Yield a setup with each uncertain condition at its worse end, and that in words."""
+def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str, float]]:
+    """Yield a setup with each uncertain condition off its mean, that in words, and by how many deviations."""
     wind = setup.wind
     if sd_kg := sd_of(setup.payload_kg):
         payload_kg = _in_range("payload_kg", mean_of(setup.payload_kg) + GUST_SDS * sd_kg)
-        yield replace(setup, payload_kg=payload_kg), f"{quantity.mass(payload_kg)} of payload"
+        heavy = replace(setup, payload_kg=payload_kg)
+        yield heavy, f"{quantity.mass(payload_kg)} of payload", GUST_SDS
     if sd := sd_of(setup.charge):
         charge = max(mean_of(setup.charge) - GUST_SDS * sd, 0.0)
-        yield replace(setup, charge=charge), f"{quantity.percent(charge)} of the charge"
+        yield replace(setup, charge=charge), f"{quantity.percent(charge)} of the charge", GUST_SDS
     if setup.temperature_c is not None and (sd_c := sd_of(setup.temperature_c)):
         for sds in (GUST_SDS, -GUST_SDS):  # thin air, or a cold battery
             air_c = _in_range("temperature_c", mean_of(setup.temperature_c) + sds * sd_c)
-            yield replace(setup, temperature_c=air_c), quantity.temperature(air_c)
-    if wind.speed_sd_m_s and (setup.parameters is not None or not setup.vehicle.knows_airspeed):
+            yield replace(setup, temperature_c=air_c), quantity.temperature(air_c), GUST_SDS
+    if wind.speed_sd_m_s:
         speed_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
         strong = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
-        yield replace(setup, wind=strong), f"{quantity.speed(speed_m_s)} of wind"
+        yield replace(setup, wind=strong), f"{quantity.speed(speed_m_s)} of wind", GUST_SDS
+    if wind.from_sd_deg and wind.speed_m_s:
+        for sds in (1.0, -1.0, GUST_SDS, -GUST_SDS):
+            if abs(sds) * wind.from_sd_deg <= _BACKWARD_DEG:  # farther off it is another's
+                from_deg = (wind.from_deg + sds * wind.from_sd_deg) % 360.0
+                turned = replace(wind, from_deg=from_deg, from_sd_deg=0.0)
+                yield replace(setup, wind=turned), f"wind from {from_deg:.0f}°", abs(sds)
 
 
 def _in_range(key: str, number: float) -> float:
@@ -370,17 +385,19 @@ def _in_range(key: str, number: float) -> float:
 
 
 def _further_errors(
-    prepared: Preparation,
-    found: Sequence[Finding],
-    note: str,
-    *,
-    codes: Container[str] | None = None,
+    prepared: Preparation, found: Sequence[Finding], note: str
+) -> Iterator[Finding]:
+    """Yield the errors of another flight of a mission that are none of the first."""
+    other = assess(prepared)
+    if other is not None:
+        yield from _errors_of(other, found, note)
+
+
+def _errors_of(
+    other: Assessment, found: Sequence[Finding], note: str, *, codes: Container[str] | None = None
 ) -> Iterator[Finding]:
     """Yield the errors of another flight of a mission that are none of the first, of some codes alone."""
-    other = assess(prepared)
-    if other is None:
-        return
-    judged, _ = judge(other, prepared.setup.selection)
+    judged, _ = judge(other, other.setup.selection)
     known = {one.code for one in found if one.severity is Severity.ERROR}
     for one in (*other.findings, *judged):
         is_meant = codes is None or one.code in codes

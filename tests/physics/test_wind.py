@@ -25,14 +25,16 @@ def test_without_a_profile_the_wind_is_the_same_at_every_height() -> None:
 
 def test_the_power_law_by_pencil() -> None:
     wind = Wind(speed_m_s=5.0, reference_height_m=10.0, shear_exponent=0.2)
-    # 32^0.2 = 2; the ground, and what lies below home, has no wind
-    assert wind.speed_factor([10.0, 320.0, 0.0, -5.0]) == pytest.approx([1.0, 2.0, 0.0, 0.0])
+    # 32^0.2 = 2; at home there is no wind, and below it the ground lies lower: 10 m, 320 m, 1/32 of 10 m
+    heights_m = [10.0, 320.0, 0.0, -10.0, -320.0, -10.0 / 32.0]
+    assert wind.speed_factor(heights_m) == pytest.approx([1.0, 2.0, 0.0, 1.0, 1.0, 0.5])
 
 
 def test_the_logarithmic_law_by_pencil() -> None:
     wind = Wind(speed_m_s=5.0, reference_height_m=10.0, roughness_length_m=0.1)
     # ln(h / 0.1) / ln(100)
-    assert wind.speed_factor([10.0, 1000.0, 0.1, 0.0]) == pytest.approx([1.0, 2.0, 0.0, 0.0])
+    heights_m = [10.0, 1000.0, 0.1, 0.0, -1.0, -60.0]
+    assert wind.speed_factor(heights_m) == pytest.approx([1.0, 2.0, 0.0, 0.0, 0.5, 1.0])
 
 
 @pytest.mark.parametrize(
@@ -63,7 +65,7 @@ def test_a_wind_or_a_spread_of_it_is_a_number_and_not_negative(name: str, value:
 
 
 def test_the_profile_never_falls_with_height() -> None:
-    heights = np.linspace(-10.0, 300.0, 100)
+    heights = np.linspace(0.0, 300.0, 100)
     for wind in (
         Wind(reference_height_m=10.0, shear_exponent=0.14),
         Wind(reference_height_m=10.0, roughness_length_m=0.03),

@@ -113,6 +113,18 @@ def test_what_goes_with_an_uncertain_load_passes_no_limit_two_deviations_off(
 
 
 @many
+@given(one=missions(), by=flights, m_s=st.floats(0.0, 8.0), sd=st.floats(0.1, 3.0))
+def test_what_goes_in_an_uncertain_wind_passes_no_limit_two_deviations_off(
+    one: Mission, by: tuple[VehicleModel, Autopilot], m_s: float, sd: float
+) -> None:
+    uncertain = Wind(speed_m_s=m_s, from_deg=200.0, speed_sd_m_s=sd)
+    if flown(one, by, wind=uncertain).verdict == "go":
+        found = flown(one, by, wind=Wind(speed_m_s=m_s + 2.0 * sd, from_deg=200.0)).findings
+        errors = {finding.code for finding in found if finding.severity is Severity.ERROR}
+        assert not errors & {"E103", "E104", "E110", "E114", "E116", "E120"}
+
+
+@many
 @given(one=missions(), by=flights, c=st.floats(-20.0, 40.0), more=st.floats(0.0, 15.0))
 def test_hotter_air_never_takes_less(
     one: Mission, by: tuple[VehicleModel, Autopilot], c: float, more: float
