@@ -22,7 +22,7 @@ from planner.units import wh_from_j
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Iterator
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -46,6 +46,8 @@ _SCANNED = 40
 """Speeds the search looks at before it looks closer, about."""
 _PARTS = 5
 """Of the way to the speeds beside a lowest one, each time it looks closer."""
+_ASIDE = 16
+"""Of the way between the speeds beside a lowest one, so far to either side of a parabola's vertex."""
 _SAME = 1e-9
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
@@ -244,8 +246,9 @@ def speed_curve(
     is_known = vehicle.is_power_known and vehicle.knows_airspeed
     endurance = best = None
     if is_known:
-        grid = _grid(speeds[0], speeds[-1])
-        costs = _Costs(assessment)
+        grid = _grid(speeds)
+        # What is held back is laid out anew at every speed, but not where costs alone are asked for.
+        costs = _Costs(assessment, () if assessment.route.held else points)
         best = at_all_speeds.flown(_least(grid, costs.energies_wh))
         endurance = at_all_speeds.flown(_least(grid, costs.mean_powers))
     sure = [*points, *(one for one in (best, endurance) if one is not None)]
@@ -381,23 +384,35 @@ def _own_speed_m_s(assessment: Assessment) -> float | None:
     return None if assessment.parameters is None else assessment.parameters.cruise_speed_m_s
 
 
-def _grid(low_m_s: float, high_m_s: float) -> list[float]:
-    """Return the speeds the search looks at first: evenly over the range, the ends among them."""
-    count = max(min(_SCANNED, math.ceil((high_m_s - low_m_s) / FINEST_M_S)), 1)
-    even = np.linspace(low_m_s, high_m_s, count + 1)[1:-1].round(2).tolist()
-    return [
-        low_m_s,
-        *(speed for speed in dict.fromkeys(even) if low_m_s < speed < high_m_s),
-        high_m_s,
-    ]
+def _grid(speeds_m_s: list[float]) -> list[float]:
+    """Return the speeds the search looks at first: those that rise over the range, and evenly between."""
+    step_m_s = max((speeds_m_s[-1] - speeds_m_s[0]) / _SCANNED, FINEST_M_S)
+    between = (
+        speed
+        for low, high in pairwise(speeds_m_s)
+        for speed in _parted(low, high, math.ceil((high - low) / step_m_s - _SAME))
+    )
+    return sorted({*speeds_m_s, *between})
+
+
+def _parted(low_m_s: float, high_m_s: float, parts: int) -> Iterator[float]:
+    """Yield what parts a stretch of speeds, as evenly as speeds are looked for."""
+    for speed in np.linspace(low_m_s, high_m_s, parts + 1).round(2).tolist():
+        if low_m_s < speed < high_m_s:
+            yield speed
 
 
 class _Costs:
     """What a mission takes at many speeds, each flown once and those asked for together at once."""
 
-    def __init__(self, assessment: Assessment) -> None:
+    def __init__(self, assessment: Assessment, points: Iterable[FlownSpeed]) -> None:
         self._assessment = assessment
-        self._known: dict[float, tuple[float, float]] = {}
+        self._known = {
+            one.speed_m_s: (one.energy_wh, one.time_s)
+            for one in points
+            if one.speed_m_s is not None and one.energy_wh is not None
+        }
+        """Energies [Wh] and times [s]."""
 
     def energies_wh(self, speeds_m_s: list[float]) -> list[float]:
         """Return the energies at speeds. [Wh]"""
@@ -423,18 +438,39 @@ def _least(speeds_m_s: list[float], cost: Callable[[list[float]], list[float]]) 
     speeds = speeds_m_s
     while True:
         costs = cost(speeds)
-        most = min(costs) * (1.0 + _SAME)
+        least, most = min(costs) * (1.0 - _SAME), min(costs) * (1.0 + _SAME)
         best = next(number for number, own in enumerate(costs) if own <= most)
         ends = [costs[0], *costs, costs[-1]]
-        valleys = [n for n, own in enumerate(costs) if own <= min(ends[n], ends[n + 2])]
+        # Not those that would have to fall farther below what is known of them than they rise beside it.
+        valleys = [
+            n
+            for n, own in enumerate(costs)
+            if own <= min(ends[n], ends[n + 2]) and 2.0 * own - max(ends[n], ends[n + 2]) < least
+        ]
         valleys.sort(key=costs.__getitem__)
-        finer = {
-            speed
-            for number in {best, *valleys[:_MOST_BRACKETS]}
-            for low, high in pairwise(speeds[max(number - 1, 0) : number + 2])
-            for speed in np.linspace(low, high, _PARTS + 1).round(2).tolist()
-            if low < speed < high
-        }
+        finer: set[float] = set()
+        for number in {best, *valleys[:_MOST_BRACKETS]}:
+            about = slice(max(number - 1, 0), number + 2)
+            finer |= _within(speeds[about], costs[about]) - {*speeds}
         if not finer:
             return speeds[best]
         speeds = sorted({*speeds, *finer})
+
+
+def _within(speeds_m_s: list[float], costs: list[float]) -> set[float]:
+    """Return speeds to look at between that of a lowest cost and those beside it.
+
+    Those about the vertex of the parabola through all three, where it is one and tells anything new; else
+    they part the stretches evenly.
+    """
+    even = {speed for ends in pairwise(speeds_m_s) for speed in _parted(*ends, _PARTS)}
+    if len(costs) < 3 or min(costs[0], costs[2]) <= costs[1] * (1.0 + _SAME):
+        return even
+    low, middle, high = speeds_m_s
+    if max(middle - low, high - middle) > _PARTS * min(middle - low, high - middle):
+        return even
+    before, after = (costs[1] - costs[0]) / (middle - low), (costs[2] - costs[1]) / (high - middle)
+    vertex = 0.5 * (low + middle) - 0.5 * before * (high - low) / (after - before)
+    aside = max((high - low) / _ASIDE, FINEST_M_S)
+    about = {round(vertex + side * aside, 2) for side in (-1, 0, 1)} - {*speeds_m_s}
+    return {speed for speed in about if low < speed < high} or even

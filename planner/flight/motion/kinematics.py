@@ -47,6 +47,7 @@ def dot(one: FloatArray, other: FloatArray) -> FloatArray:
     return product
 
 
+@np.errstate(all="ignore")  # of the quotients that are not taken
 def quotient(
     numerator: FloatArray | float,
     denominator: FloatArray,
@@ -55,10 +56,8 @@ def quotient(
     above: float = 0.0,
 ) -> FloatArray:
     """Return quotients where the denominator is ``above`` a number, another value elsewhere."""
-    out = np.empty(np.broadcast(numerator, denominator).shape)
-    out[...] = otherwise
-    with np.errstate(over="ignore"):  # of what no vehicle flies: infinite, and reported as that
-        return np.asarray(np.divide(numerator, denominator, out=out, where=denominator > above))
+    # Of what no vehicle flies a quotient may be infinite, and is reported as that.
+    return np.where(denominator > above, np.divide(numerator, denominator), otherwise)
 
 
 class KinematicState(Value, eq=False):

@@ -38,6 +38,8 @@ class SpeedLimits(NamedTuple):
 
 _NEWTON_ROUNDS = 8
 """The cubic is convex beyond its root: from above, Newton halves its error at least."""
+_LEAST = 1e-300
+"""Keeps a quotient finite."""
 _ALMOST = 1.0 - 1e-6
 """Part of an acceleration that is nearly reached. [-]"""
 
@@ -76,9 +78,8 @@ class SpeedRamps(Columns, eq=False):
         jerking = np.minimum(since, self.jerk_s)
         steady = since - jerking
         acceleration = self.jerk_m_s3 * jerking
-        speed = 0.5 * acceleration * jerking + acceleration * steady
-        way = jerking * (acceleration * jerking / 6.0 + 0.5 * acceleration * steady)
-        way += 0.5 * acceleration * steady**2
+        speed = acceleration * (0.5 * jerking + steady)
+        way = acceleration * (jerking * jerking / 6.0 + 0.5 * steady * since)
         # The jerk falls gradually: the acceleration is all there only when it has.
         rising = since < self.jerk_s + self.rest_s
         return way, speed, np.where(rising, acceleration * _ALMOST, acceleration)
@@ -127,8 +128,8 @@ def peak_speed_from_rest_m_s(length_m: FloatArray, limits: SpeedLimits) -> Float
     safe_jerk = np.where(jerk > 0.0, jerk, 1.0)
     volume = length_m / (2.0 * safe_jerk)
     x = rise + np.cbrt(volume)
-    for _ in range(_NEWTON_ROUNDS):
-        x -= quotient(x * x * (x - rise) - volume, x * (3.0 * x - 2.0 * rise))
+    for _ in range(_NEWTON_ROUNDS):  # of no length x is 0, and stays
+        x -= (x * x * (x - rise) - volume) / np.maximum(x * (3.0 * x - 2.0 * rise), _LEAST)
     reached = jerk * (x - rise)
     ramp_s = most / safe_jerk + rise
     steady = 0.5 * (np.sqrt((most * ramp_s) ** 2 + 4.0 * most * length_m) - most * ramp_s)
@@ -419,8 +420,9 @@ def bisected(
     holds: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray, rounds: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return bounds of where something ceases to hold, after so many halvings."""
+    width = high - low
     for _ in range(rounds):
-        middle = 0.5 * (low + high)
-        good = holds(middle)
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return low, high
+        width = 0.5 * width
+        middle = low + width
+        low = np.where(holds(middle), middle, low)
+    return low, low + width

@@ -95,7 +95,7 @@ class Corners(Value, eq=False):
         """Return whether overlaps of twice ``half_s`` keep within all four limits. (n,)"""
         way, speed, acceleration = self.ramps.begun(half_s)
         climb = acceleration * self.upward
-        before, after = np.stack((way, speed, acceleration * self.level), axis=1)
+        before, after = np.array((way, speed, acceleration * self.level)).swapaxes(0, 1)
         distance, together, level = _length(after, before, self.cosines)
         return np.asarray(
             (distance < parameters.waypoint_radius_m)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -121,7 +122,13 @@ class StageColumns(Value, eq=False):
 
 def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
     """Return whether columns of kinds hold some of them. (n,)"""
-    return np.asarray(np.logical_or.reduce([kind == KIND_INDEX[each] for each in kinds]))
+    return _are_among(kinds)[kind]
+
+
+@cache
+def _are_among(kinds: tuple[StageKind, ...]) -> BoolArray:
+    """Return which of all kinds are among some."""
+    return np.array([kind in kinds for kind in KINDS])
 
 
 def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
