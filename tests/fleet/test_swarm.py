@@ -403,6 +403,22 @@ def test_who_is_sent_to_where_it_stands_is_there_and_lands() -> None:
     assert alone.distance_m == 0.0
 
 
+def test_flights_are_in_the_frames_of_their_homes() -> None:
+    """Two 40 m apart change places: each takes off at its own pad, and lands on the other's."""
+    flown = simulated(
+        "[separation]\nhorizontal_m = 10\n" + pad("a", 0, 0) + pad("b", 0, 40),
+        vehicles("a", "b", model=MODEL) + '[swarm]\nalgorithm = "exchange"\nheight_m = 50\n',
+        policy="none",
+    )
+    for one, east_m in zip(flown.agents, (40.0, -40.0), strict=True):
+        assert one.flight is not None
+        times_s = np.array([0.0, 5.0, one.time_s - 5.0, one.time_s])
+        place_m = one.flight.motion.state_at_time(times_s).place_m
+        assert place_m[:2, :2] == pytest.approx(0.0, abs=1e-9)
+        assert place_m[2:, 0] == pytest.approx(east_m, abs=0.05)
+        assert place_m[2:, 1] == pytest.approx(0.0, abs=0.05)
+
+
 @pytest.mark.parametrize("amp_hours", np.random.default_rng(19).uniform(0.22, 0.42, 3).tolist())
 def test_agents_fly_home_while_their_batteries_bring_them_there(amp_hours: float) -> None:
     """What remains is the reserve at least, though two of them want to land 30 m apart."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.fleet.swarm.simulation import Step, Swarm
+    from planner.flight.motion.kinematics import KinematicState, MotionLaw
     from planner.flight.prediction import Flight
     from planner.vehicle.model import VehicleModel
 
@@ -87,7 +88,7 @@ class Record(Value, eq=False):
 def agent_flight(
     record: Record, row: int, *, vertical: Flight, speed_m_s: float, height_m: float
 ) -> Flight | None:
-    """Return what one agent flew; ``None``: it never took off.
+    """Return what one agent flew, in the frame of its home; ``None``: it never took off.
 
     Parameters
     ----------
@@ -104,16 +105,36 @@ def agent_flight(
     phase = record.phase[:, row]
     if not (phase > AgentPhase.WAITS).any():
         return None
+    carried_m = np.broadcast_to(record.carried_m, record.place_m.shape)[:, row]
+    own_m = record.place_m[:, row] - record.place_m[0, row] - carried_m
     parts = [_part(vertical, lands=False)]
     flown = np.flatnonzero(phase == AgentPhase.FLIES)
     if len(flown):
         parts.append(
-            _level(record, row, flown, vertical=vertical, speed_m_s=speed_m_s, height_m=height_m)
+            _level(
+                record, row, own_m, flown, vertical=vertical, speed_m_s=speed_m_s, height_m=height_m
+            )
         )
     if (phase >= AgentPhase.LANDS).any():
-        parts.append(_part(vertical, lands=True))
+        motion, transients = _part(vertical, lands=True)
+        laws = tuple(_MovedLaw(law=law, from_home_m=own_m[-1]) for law in motion.laws)
+        parts.append((replace(motion, laws=laws), transients))
     motion, transients = _joined(parts)
     return make_flight(motion, transients, vertical.power)
+
+
+class _MovedLaw(Value, eq=False):
+    """A motion of home, somewhere else."""
+
+    law: MotionLaw
+    from_home_m: FloatArray
+    """East and north. (2,) [m]"""
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        state = self.law.state_at(row, time_s)
+        east_m, north_m = self.from_home_m
+        return replace(state, east_m=state.east_m + east_m, north_m=state.north_m + north_m)
 
 
 def _part(vertical: Flight, *, lands: bool) -> tuple[Motion, Transients]:
@@ -162,6 +183,7 @@ def first_landing(motion: Motion) -> int:
 def _level(
     record: Record,
     row: int,
+    own_m: FloatArray,
     flown: IntArray,
     *,
     vertical: Flight,
@@ -172,8 +194,7 @@ def _level(
     begin_s, duration_s = record.begin_s[flown], record.duration_s[flown]
     offset_s = np.zeros(len(flown))
     offset_s[0] = max(float(record.flies_s[row]) - float(begin_s[0]), 0.0)
-    own_m = record.place_m - record.carried_m
-    place, after = own_m[flown, row], own_m[flown + 1, row]
+    place, after = own_m[flown], own_m[flown + 1]
     velocity, then = record.velocity_m_s[flown, row], record.velocity_m_s[flown + 1, row]
     state = flight_states(velocity, record.command_m_s[flown, row], speed_m_s)
     width = duration_s[:, None]
