@@ -228,16 +228,17 @@ class _Descents:
         coefficients[:, 2] += height
         creeping = np.clip(np.tile(self.resting_from_s(), count) - begun, 0.0, duration)
         flown_s = creeping / time_scale.upright + (duration - creeping) / time_scale.standing
-        across = self.settling_per_s[rows][:, None, :]
-        amplitudes, rates = np.zeros((len(rows), 3, 2)), np.zeros((len(rows), 3, 2))
-        amplitudes[:, :2] = self.settling_m[rows] * np.exp(-across * begun[:, None, None])
-        amplitudes[:, 2, 0] = amplitude
-        rates[:, :2] = across
-        rates[:, 2, 0] = np.repeat([part[4] for part in self.parts], len(move))
+        across = self.settling_per_s[rows]
         order = np.repeat(np.arange(count), len(move))
         pieces.add_settlings(
             Places(move[rows], order, RAMP, duration, quotient(duration, flown_s, 1.0)),
-            SettlingLaw(coefficients=coefficients, amplitude_m=amplitudes, rate_per_s=rates),
+            SettlingLaw(
+                coefficients=coefficients,
+                level_m=self.settling_m[rows] * np.exp(-across * begun[:, None])[:, None],
+                level_per_s=across,
+                height_m=amplitude,
+                height_per_s=np.repeat([part[4] for part in self.parts], len(move)),
+            ),
         )
 
     def _ramp(self, ramps: Px4Ramps, from_m_s: FloatArray, sign: FloatArray | float) -> None:

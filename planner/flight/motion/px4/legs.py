@@ -272,8 +272,6 @@ class PlannedLegs(Moves, eq=False):
     final_upright_m_s: FloatArray
     pause_s: FloatArray
     """Wait before the move begins, for the heading. (n,) [s]"""
-    before: IntArray
-    """Move flown before; −1 where a flight begins. (n,)"""
     is_leg: BoolArray
     """Flown from place to place: no landing, and not reached as soon as it begins."""
     is_wait: BoolArray
@@ -284,7 +282,7 @@ class PlannedLegs(Moves, eq=False):
 
 def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
-    begins, rows = moves.beginnings_m(), np.arange(len(moves.item))
+    begins = moves.beginnings_m()
     direction, tail = _aims(moves, begins, parameters)
     ends = moves.target_m - direction * tail[:, None]
     reached = _reached_at_once(moves, begins, ends, parameters)
@@ -295,9 +293,7 @@ def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
         ends = moves.target_m - direction * tail[:, None]
     is_leg = ~reached & ~moves.is_landing
     is_wait = reached & (moves.hold_s > 0.0)
-    last = np.maximum.accumulate(np.where(is_leg | is_wait | moves.is_landing, rows, -1))
-    before = np.concatenate(([-1], last[:-1]))
-    first = np.maximum.accumulate(np.where(moves.is_first, rows, 0))
+    first = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(begins)), 0))
     final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
     # A flight of its own may begin with moves that are reached at once.
     own = replace(moves, start_m=moves.start_m[first])
@@ -310,7 +306,6 @@ def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
         pause_s=pauses_s(moves, direction, parameters),
-        before=np.where((before >= first) & ~moves.is_first, before, -1),
         is_leg=is_leg,
         is_wait=is_wait,
         takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, parameters),
@@ -340,8 +335,7 @@ def _reached_at_once(
 ) -> BoolArray:
     """Return which moves are reached where they begin. (n,)"""
     way = moves.target_m - begins_m
-    wide = np.concatenate(([0.0], moves.reach_m[:-1]))
-    near = (horizontal(way) <= moves.reach_m + wide) & (
+    near = (horizontal(way) <= moves.reach_m + np.roll(moves.reach_m, 1)) & (
         np.abs(way[:, 2]) <= 2.0 * parameters.altitude_acceptance_m
     )
     reached = np.zeros(len(way), dtype=np.bool_)
@@ -395,6 +389,24 @@ class Px4Legs(LegStarts, eq=False):
 
 
 def fly_legs(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
+    """Return how moves, at least one, are flown, with their waits for headings.
+
+    Notes
+    -----
+    What waits stops, and is longer underway: the flights of which that is true are flown again.
+    """
+    legs = _fly_moves(replace(moves, hold_s=moves.hold_s.copy()), parameters)  # overwritten below
+    flight = np.cumsum(moves.is_first)
+    for _ in range(2):
+        hold_s = np.maximum(yaw_waits_s(legs, parameters), moves.hold_s)
+        waits = np.isin(flight, flight[hold_s != legs.planned.hold_s])
+        if not waits.any():
+            break
+        legs.put(waits, _fly_moves(replace(moves, hold_s=hold_s).select(waits), parameters))
+    return legs
+
+
+def _fly_moves(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     """Return how moves, at least one, are flown.
 
     Notes
@@ -404,23 +416,34 @@ def fly_legs(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     after a change again, until nothing changes.
     """
     planned = plan_legs(moves, parameters)
+    before = _moves_before(planned)
     legs = _guessed(planned, parameters)
-    active, part = np.arange(len(planned.item)), planned
+    active, part = np.arange(len(before)), planned
     for _ in range(_ROUNDS):
-        flown = _flown(part, legs, parameters)
+        flown = _flown(part, before[active], legs, parameters)
         moved = np.abs(flown.end_m - legs.end_m[active]).max(axis=1)
         sped = np.abs(flown.end_m_s - legs.end_m_s[active]).max(axis=1)
-        changed = np.zeros(len(planned.item) + 1, dtype=np.bool_)
+        changed = np.zeros(len(before) + 1, dtype=np.bool_)
         changed[active] = np.maximum(moved, sped) > _UNCHANGED
         if part is planned:
             legs = flown
         else:
             legs.put(active, flown)
-        active = np.flatnonzero(changed[planned.before])
+        active = np.flatnonzero(changed[before])
         if not len(active):
             break
         part = planned.select(active)
     return legs
+
+
+def _moves_before(planned: PlannedLegs) -> IntArray:
+    """Return the move flown before each; −1 where a flight begins. (n,)"""
+    rows = np.arange(len(planned.item))
+    is_flown = planned.is_leg | planned.is_wait | planned.is_landing
+    last = np.maximum.accumulate(np.where(is_flown, rows, -1))
+    before = np.append(-1, last[:-1])
+    first = np.maximum.accumulate(np.where(planned.is_first, rows, 0))
+    return np.where((before >= first) & ~planned.is_first, before, -1)
 
 
 def _guessed(planned: PlannedLegs, parameters: Px4Parameters) -> Px4Legs:
@@ -442,14 +465,16 @@ def _guessed(planned: PlannedLegs, parameters: Px4Parameters) -> Px4Legs:
     )
 
 
-def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Legs:
+def _flown(
+    part: PlannedLegs, before: IntArray, legs: Px4Legs, parameters: Px4Parameters
+) -> Px4Legs:
     """Return some of the moves as flown, after what is known of the moves before them."""
-    follows = (part.before >= 0)[:, None]
+    follows = before >= 0
     begun = LegStarts(
         planned=part,
-        place_m=np.where(follows, legs.end_m[part.before], part.start_m),
-        velocity_m_s=np.where(follows, legs.end_m_s[part.before], 0.0),
-        slowing_m_s2=np.where(part.before >= 0, slowing_at_ends_m_s2(legs)[part.before], 0.0),
+        place_m=np.where(follows[:, None], legs.end_m[before], part.start_m),
+        velocity_m_s=np.where(follows[:, None], legs.end_m_s[before], 0.0),
+        slowing_m_s2=np.where(follows, slowing_at_ends_m_s2(legs)[before], 0.0),
     )
     turns, upright_m_s = slowed_turns(begun, leg_entries(begun, parameters), parameters)
     slowed = upright_m_s > 0.0

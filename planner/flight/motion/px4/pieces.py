@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -188,35 +188,35 @@ class BrakeLaw(Columns, eq=False):
 
 
 class SettlingLaw(Columns, eq=False):
-    """On each axis a cubic of time plus two exponentials that die away."""
+    """On each axis a cubic of time plus what dies away: two exponentials on the map, one of the height."""
 
     coefficients: FloatArray
     """Rising powers of time for east, north, height above home. (rows, 3, 4) [m, m s⁻¹, …]"""
-    amplitude_m: FloatArray
-    """Of the exponentials. (rows, 3, 2) [m]"""
-    rate_per_s: FloatArray
-    """Of their decay. (rows, 3, 2) [s⁻¹]"""
+    level_m: FloatArray
+    """East and north of each exponential. (rows, 2, 2) [m]"""
+    level_per_s: FloatArray
+    """Of their decay. (rows, 2) [s⁻¹]"""
+    height_m: FloatArray
+    height_per_s: FloatArray
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
-        position, velocity = [], []
-        for c, amplitude, rate in zip(
-            *(
-                np.moveaxis(column, 0, -1)[..., row]
-                for column in (self.coefficients, self.amplitude_m, self.rate_per_s)
-            ),
-            strict=True,
-        ):
-            c0, c1, c2, c3 = c
-            place = c0 + time_s * (c1 + time_s * (c2 + time_s * c3))
-            speed = c1 + time_s * (2.0 * c2 + time_s * 3.0 * c3)
-            for size, decay in zip(amplitude, rate, strict=True):
-                fading = size * np.exp(-decay * time_s)
-                place = place + fading
-                speed = speed - decay * fading
-            position.append(place)
-            velocity.append(speed)
-        return KinematicState.of(position, velocity)
+        state = PolynomialLaw(coefficients=self.coefficients).state_at(row, time_s)
+        fading = self.height_m[row] * np.exp(-self.height_per_s[row] * time_s)
+        height, climb = state.height_m + fading, state.climb_m_s - self.height_per_s[row] * fading
+        east, north, east_m_s, north_m_s = (
+            state.east_m,
+            state.north_m,
+            state.east_m_s,
+            state.north_m_s,
+        )
+        for sizes, rates in zip(np.moveaxis(self.level_m, 2, 0), self.level_per_s.T, strict=True):
+            rate = rates[row]
+            fading = np.exp(-rate * time_s)
+            off_east, off_north = sizes[row, 0] * fading, sizes[row, 1] * fading
+            east, north = east + off_east, north + off_north
+            east_m_s, north_m_s = east_m_s - rate * off_east, north_m_s - rate * off_north
+        return KinematicState.of((east, north, height), (east_m_s, north_m_s, climb))
 
 
 class DisplacedLaw(Columns, eq=False):
@@ -309,30 +309,23 @@ class Px4Pieces:
         first = c[..., 1] * t / 3.0
         last = (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3])) * t / 3.0
         polygon = horizontal(first) + horizontal(last) + horizontal(moved - first - last)
-        law = PolynomialLaw(
-            coefficients=c * np.reshape(places.time_scale, (-1, 1, 1)) ** np.arange(4.0)
-        )
+        law = _slowed(PolynomialLaw(coefficients=c), places.time_scale)
         distance = 0.5 * (polygon + horizontal(moved))
         self.parts.append(_Collected(law, places, distance, moved[:, 2], is_grounded))
 
     def add_brakes(self, places: Places, law: BrakeLaw, way_m: FloatArray) -> None:
         """Add pieces of braking over ways, by rows of a law. (k,)"""
-        law = replace(law, rate=law.rate * places.time_scale)
+        law = _slowed(law, places.time_scale)
         level, upward = horizontal(law.direction), law.direction[:, 2]
         self.parts.append(_Collected(law, places, way_m * level, way_m * upward))
 
     def add_settlings(self, places: Places, law: SettlingLaw) -> None:
         """Add pieces that settle exponentially, by rows of a law. (k,)"""
-        time_scale = np.reshape(places.time_scale, (-1, 1, 1))
-        law = replace(
-            law,
-            coefficients=law.coefficients * time_scale ** np.arange(4.0),
-            rate_per_s=law.rate_per_s * time_scale,
-        )
+        law = _slowed(law, places.time_scale)
         rows = np.arange(len(places.duration_s))
         before = law.state_at(rows, np.zeros(len(rows)))
         after = law.state_at(rows, places.duration_s / places.time_scale)
-        distance = np.hypot(after.east_m - before.east_m, after.north_m - before.north_m)
+        distance = horizontal(after.place_m - before.place_m)
         self.parts.append(_Collected(law, places, distance, after.height_m - before.height_m))
 
 
@@ -418,7 +411,7 @@ class Ordered(Value, eq=False):
             laws.append(_displaced(law, own))
         flown = replace(self, laws=tuple(laws))
         east, north, _ = flown.velocities_m_s(_LENGTH_NODES)
-        way = np.hypot(east, north) @ _LENGTH_WEIGHTS * self.duration_s
+        way = np.sqrt(east * east + north * north) @ _LENGTH_WEIGHTS * self.duration_s
         distance = np.bincount(self.segment, way).astype(np.float64)
         return replace(flown, segment_distance_m=distance)
 
@@ -448,16 +441,23 @@ def _displaced(law: MotionLaw, coefficients: FloatArray) -> MotionLaw:
     return replace(law, coefficients=law.coefficients + coefficients)
 
 
-def _slowed(law: MotionLaw, factor: FloatArray) -> MotionLaw:
+Piece = TypeVar("Piece", PolynomialLaw, BrakeLaw, SettlingLaw)
+
+
+def _slowed(law: Piece, factor: FloatArray | float) -> Piece:
     """Return the rows of a law, each in a time of its own."""
     if isinstance(law, BrakeLaw):
         return replace(law, rate=law.rate * factor)
-    powers = factor[:, None, None] ** np.arange(4.0)
-    if isinstance(law, SettlingLaw):
-        rate = law.rate_per_s * factor[:, None, None]
-        return replace(law, coefficients=law.coefficients * powers, rate_per_s=rate)
-    assert isinstance(law, PolynomialLaw)
-    return replace(law, coefficients=law.coefficients * powers)
+    one = np.reshape(factor, (-1, 1, 1))
+    powers = np.concatenate((np.ones_like(one), one, one * one, one * one * one), axis=2)
+    slowed = replace(law, coefficients=law.coefficients * powers)
+    if isinstance(slowed, SettlingLaw):
+        return replace(
+            slowed,
+            level_per_s=slowed.level_per_s * one[:, 0],
+            height_per_s=slowed.height_per_s * factor,
+        )
+    return slowed
 
 
 def in_flown_order(pieces: Px4Pieces) -> Ordered:

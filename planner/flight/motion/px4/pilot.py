@@ -24,7 +24,7 @@ from planner.flight.motion.px4.landing import (
     add_takeoffs,
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs, waits_unknown, yaw_waits_s
+from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs, waits_unknown
 from planner.flight.motion.px4.moves import Moves, moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -275,11 +275,6 @@ def _flown(
 ) -> tuple[Px4Legs, Ordered]:
     """Return how moves are flown, and the pieces of that, as a vehicle does that does not lag."""
     legs = fly_legs(moves, parameters)
-    for _ in range(2):  # what waits stops, and is longer underway
-        hold_s = np.maximum(yaw_waits_s(legs, parameters), moves.hold_s)
-        if np.array_equal(hold_s, legs.planned.hold_s):
-            break
-        legs = fly_legs(replace(moves, hold_s=hold_s), parameters)
     pieces = Px4Pieces()
     add_takeoffs(pieces, legs, parameters)
     add_legs(pieces, legs, parameters, time_scale=time_scale)
