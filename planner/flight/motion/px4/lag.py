@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -33,10 +34,10 @@ _LEAST_SCALE = 0.1
 _STILL_M_S = 1e-3
 _TINY = 1e-300
 """Divides nothing into nothing. [-]"""
-_WINDOW = 600.0
-"""Time constants summed up at once: e⁶⁰⁰ and its inverse are numbers. [-]"""
-_BETWEEN_FLIGHTS = 30.0
-"""Time constants between flights of their own: nothing is left of the one before. [-]"""
+_ABREAST = 8
+"""Steps that stretches of a recurrence take beside each other."""
+_ONE_BY_ONE = 64
+"""Steps of a recurrence that are sooner taken one after the other."""
 
 Numbers = TypeVar("Numbers", "FloatArray", "ComplexArray")
 
@@ -119,9 +120,10 @@ class TrackingLag(Value):
         drag = 0.5 * self.drag_per_s * (edges[:, :-1] + edges[:, 1:]).ravel()
         rate_per_s = p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
         constants = parts.time_s * rate_per_s
-        built = _smoothed(drag, constants, -np.expm1(-constants), parts.gap)[_LAST]
-        left = np.exp(-constants[_LAST])
-        force = self.drag_per_s * edges[:, -1] - (drag[_LAST] + (built - drag[_LAST]) * left)
+        settled = -np.expm1(-constants)
+        built = _smoothed(drag, settled, parts.first)[_LAST]
+        built += (drag[_LAST] - built) * settled[_LAST]
+        force = self.drag_per_s * edges[:, -1] - built
         stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
         return np.asarray(-force * np.sign(edges[:, -1]) / stiffness)
 
@@ -159,23 +161,21 @@ class TrackingLag(Value):
         force_m_s2: ComplexArray,
         velocity_m_s: ComplexArray,
         time_s: FloatArray,
-        gap: FloatArray,
+        first: IntArray,
     ) -> ComplexArray:
-        """Return where vehicles are beside trajectories as parts end, by D v_t − z and v_t. (n,) [m]
+        """Return where vehicles are beside trajectories as pieces end. (p,) [m]
 
-        They get there by ė = f/k − P e − v_t |e|/E: at P, and sooner where the trajectory waits.
+        By D v_t − z and v_t of their parts.  They get there by ė = f/k − P e − v_t |e|/E: at P, and sooner
+        where the trajectory waits.
         """
-        p = self.parameters
         speed, still = np.abs(velocity_m_s), self._still_per_s2
-        along = quotient(_dot(force_m_s2, velocity_m_s), speed, above=_STILL_M_S)
-        waiting = np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
-        waited_m = along * (1.0 / still - 1.0 / (still + waiting))
         heading = velocity_m_s / np.maximum(speed, _STILL_M_S)
-        last = waited_m * heading - force_m_s2 / still
-        constants = time_s * (still + waiting) / p.velocity_gain_per_s
-        settled = -np.expm1(-constants)
-        begun = _smoothed(last, constants, settled, gap)
-        return np.asarray(begun + (last - begun) * settled)
+        along = np.where(speed > _STILL_M_S, _dot(force_m_s2, heading), 0.0)
+        stiffness = still + np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
+        last = heading * (along * (1.0 / still - 1.0 / stiffness)) - force_m_s2 / still
+        settled = -np.expm1(time_s * stiffness * (-1.0 / self.parameters.velocity_gain_per_s))
+        begun = _smoothed(last, settled, first)[_LAST]
+        return np.asarray(begun + (last[_LAST] - begun) * settled[_LAST])
 
     def _error_m(
         self,
@@ -244,9 +244,7 @@ class TrackingLag(Value):
             gained = (around[1:] * ends - around[:-1] * begins) * (asked / flown_s) - given_m_s2
             gained[is_tilted] = 0.0
             settled = -np.expm1(-constants)
-            built = _smoothed(
-                drag * np.minimum(scale, most_of_drag) + gained, constants, settled, parts.gap
-            )
+            built = _smoothed(drag * np.minimum(scale, most_of_drag) + gained, settled, parts.first)
             mean = quotient(settled, constants, 1.0)
             error_m = self._error_m((drag - built) * mean, along, waiting, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
@@ -254,7 +252,7 @@ class TrackingLag(Value):
         flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
         whole = quotient(ordered.duration_s, flown_s, 1.0)
         force = self.drag_per_s * ends - built - (drag - built) * settled
-        return whole, self._off_m(force, ends, time_s / scale, parts.gap)[_LAST]
+        return whole, self._off_m(force, ends, time_s / scale, parts.first)
 
 
 class _Parts(Value, eq=False):
@@ -266,18 +264,16 @@ class _Parts(Value, eq=False):
     """Climb rate there. (p, _PARTS + 1)"""
     time_s: FloatArray
     """Duration. (n,) [s]"""
-    gap: FloatArray
-    """Time constants of rest before a part. (n,) [-]"""
+    first: IntArray
+    """Those that flights of their own begin with."""
 
     @classmethod
     def of(cls, ordered: Ordered, moves: Moves) -> _Parts:
         """Return the parts of pieces in flown order."""
         east, north, climb = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))
         time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
-        gap = np.zeros(len(time_s))
-        is_first = np.diff(_flights(ordered, moves), prepend=-1) > 0
-        gap[::_PARTS] = np.where(is_first, _BETWEEN_FLIGHTS, 0.0)
-        return cls(level_m_s=east + 1j * north, climb_m_s=climb, time_s=time_s, gap=gap)
+        first = _PARTS * np.flatnonzero(np.diff(_flights(ordered, moves), prepend=-1))
+        return cls(level_m_s=east + 1j * north, climb_m_s=climb, time_s=time_s, first=first)
 
 
 def _flights(ordered: Ordered, moves: Moves) -> IntArray:
@@ -337,27 +333,36 @@ def _comes_back(moves: Moves) -> BoolArray:
     return np.asarray(moves.is_return & ~moves.is_landing & climbs)
 
 
-def _smoothed(
-    values: Numbers, constants: FloatArray, settled: FloatArray, gap: FloatArray
-) -> Numbers:
-    """Return what follows values, as each begins: z' = z e^(−h) + value (1 − e^(−h)), from 0. (n,)
+def _smoothed(values: Numbers, settled: FloatArray, first: IntArray) -> Numbers:
+    """Return what follows values, as each begins: z' = z + (value − z) settled, 0 as flights begin. (n,)
 
-    With the fractions 1 − e^(−h), and a gap before it, in time constants, in which z dies away.
+    By the fractions of the way to the values that are gone while they last, and where flights begin.
     """
-    ends = np.cumsum(constants + gap)
-    # Summed up as it grows from the beginning of each window on.
-    window = np.floor(ends / _WINDOW)
-    growth = np.exp(ends - _WINDOW * window)
-    total = settled * values * growth
-    begins: IntArray = np.flatnonzero(np.diff(window, prepend=-1.0))
-    kept = np.exp(-_WINDOW * np.diff(window[begins], prepend=0.0)).tolist()
-    firsts: list[int] = begins.tolist()
-    for first, last, left in zip(firsts, (*firsts[1:], len(total)), kept, strict=True):
-        if first:
-            total[first] += total[first - 1] * left
-        np.cumsum(total[first:last], out=total[first:last])
-    result = np.zeros_like(total)
-    result[1:] = (total * (1.0 / growth))[:-1]
-    rests = np.flatnonzero(gap)
-    result[rests] *= np.exp(-gap[rests])
-    return result
+    left, gained = np.zeros_like(settled), np.zeros_like(values)
+    np.subtract(1.0, settled[:-1], out=left[1:])
+    np.multiply(values[:-1], settled[:-1], out=gained[1:])
+    left[first] = gained[first] = 0.0
+    return _recurred(left, gained)
+
+
+def _recurred(left: FloatArray, gained: Numbers) -> Numbers:
+    """Return z of z' = z left + gained, from 0, after each step. (n,)
+
+    Stretches of some steps are taken beside each other, each from 0; what they end with recurs the same
+    way, and dies away in the stretch after.
+    """
+    count = len(gained)
+    if count <= _ONE_BY_ONE:
+        steps = zip(left.tolist(), gained.tolist(), strict=True)
+        after = accumulate(steps, lambda z, step: z * step[0] + step[1], initial=0.0)
+        return np.array(list(after)[1:], dtype=gained.dtype)
+    shape = (-(-count // _ABREAST), _ABREAST)
+    kept, own = np.zeros(shape), np.zeros(shape, dtype=gained.dtype)
+    kept.ravel()[:count], own.ravel()[:count] = left, gained
+    # A row for each step: what it changes lies side by side.
+    kept, own = kept.T.copy(), own.T.copy()
+    for step in range(1, _ABREAST):
+        own[step] += own[step - 1] * kept[step]
+        kept[step] *= kept[step - 1]
+    own[:, 1:] += kept[:, 1:] * _recurred(kept[-1], own[-1])[:-1]
+    return own.T.ravel()[:count]
