@@ -552,8 +552,9 @@ EMPTY_AT_RISK = Rule(
     "flight that lands with 1 % left was a go.",
     how="The chance that the energy needed exceeds all the battery holds, for the flight and for the "
     "return from where it is tightest: more than 1 %.  By the 10,000 samples of E119 where the model "
-    "has a [spread], else by standard deviations of 5 % of the energy and of the charge as given; and where "
-    "an uncertain wind slows the vehicle, at two standard deviations of it, one flight in 44.  Left to "
+    "has a [spread], else by standard deviations of 5 % of the energy and of the charge as given, and by "
+    "each other condition alone two standard deviations off, one flight in 44, as of a wind that slows the "
+    "vehicle.  Left to "
     "E101 and E102 where the prediction itself is below the reserve.",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge",
@@ -594,37 +595,45 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         )
 
 
-def in_other_wind(a: Assessment, other: Assessment, note: str, *, sds: float) -> Iterator[Finding]:
-    """Yield what a wind comes to that slows the vehicle, so many standard deviations off its mean.
+def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> Iterator[Finding]:
+    """Yield what conditions come to so many standard deviations off their mean, where they are not drawn.
 
-    Samples are flown as fast as in the mean wind; less is left the slower it is, and the more so the stronger
-    the wind, so that between both winds at least as much is left as on the straight.
+    That is of a model without a spread, in a wind that slows the vehicle, as samples are flown as fast as in
+    the mean wind, and in one that the model does not count.  Less is left the farther off, and the more so,
+    so that in between at least as much is left as on the straight.
     """
-    left_wh, strong_wh = _least_margin_wh(a), _least_margin_wh(other)
-    if other.returns.slowed is None or a.battery is None or strong_wh >= 0.0:
+    if a.battery is None:
         return
+    left_wh, off_wh = _least_margin_wh(a), _least_margin_wh(other)
+    is_slowed = other.setup.wind != a.setup.wind and other.returns.slowed is not None
+    is_counted = a.uncounted.energies_wh(a.return_plan) == other.uncounted.energies_wh(
+        other.return_plan
+    )
+    is_drawn = a.battery.empty_probability is not None and is_counted and not is_slowed
+    if is_drawn or left_wh < 0.0 or off_wh >= 0.0:
+        return
+    note = f"{note}, which slows the vehicle" if is_slowed else note
     allowed = NormalDist().inv_cdf(1.0 - max(a.setup.risk, _LEAST_RISK)) / sds
-    if strong_wh + a.battery.reserve_wh < 0.0:
+    if off_wh + a.battery.reserve_wh < 0.0:
         yield a.finding(
             EMPTY_AT_RISK,
-            f"the battery is empty before the landing, or before a return has landed ({note}, which slows "
-            "the vehicle)",
+            f"the battery may be empty before the landing, or before a return has landed ({note})",
         )
-    elif left_wh + allowed * (strong_wh - left_wh) < 0.0:
-        yield a.finding(
-            RESERVE_AT_RISK,
-            f"{quantity.energy(-strong_wh)} below the {reserve_name(a.battery)} reserve ({note}, which slows "
-            "the vehicle)",
-        )
+    elif left_wh + allowed * (off_wh - left_wh) < 0.0:
+        below = f"may end {quantity.energy(-off_wh)} below the {reserve_name(a.battery)} reserve"
+        yield a.finding(RESERVE_AT_RISK, f"{below} ({note})")
 
 
 def _least_margin_wh(a: Assessment) -> float:
-    """Return what is left above the reserve by the landing, or that of the tightest return. [Wh]"""
+    """Return what is left above the reserve by the landing, or that of the tightest return, at least. [Wh]"""
     plan, battery = a.return_plan, a.battery
     if battery is None:
         return math.inf
-    back_wh = None if plan is None else plan.margin_wh
-    return battery.margin_wh if back_wh is None else min(battery.margin_wh, back_wh)
+    flown_wh, returned_wh = a.uncounted.energies_wh(plan)
+    left_wh = battery.margin_wh - flown_wh
+    if plan is None or plan.margin_wh is None:
+        return left_wh
+    return min(left_wh, plan.margin_wh - returned_wh)
 
 
 def _chance_empty(a: Assessment, left_wh: float, budget: BatteryBudget) -> float:

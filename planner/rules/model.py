@@ -659,7 +659,8 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
     if spread and vehicle.spread is None:
         yield a.finding(
             CONDITION_NOT_MODELLED,
-            f"± of {' and '.join(spread)} not used: {vehicle.name} has no [spread]",
+            f"± of {' and '.join(spread)} not drawn: {vehicle.name} has no [spread]; each alone is looked at "
+            "two standard deviations off",
             fix="use a vehicle model with a [spread], as mavjoule identify writes it",
         )
 

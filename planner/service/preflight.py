@@ -42,7 +42,7 @@ from planner.physics.atmosphere import standard_temperature_c
 from planner.presented import PresentedCheck
 from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Assessment
-from planner.rules.energy import in_other_wind
+from planner.rules.energy import off_the_mean
 from planner.rules.registry import judge, judge_unflown
 from planner.setting import Number, taking_settings
 from planner.setup import Setup, settings
@@ -332,8 +332,8 @@ def _at_two_deviations(
 ) -> Iterator[Finding]:
     """Yield the errors by the limits of the vehicle and its battery two standard deviations off a mean.
 
-    What conditions take of the energy is drawn (E119, E124) where they do not slow the vehicle, what gusts
-    do is judged as they are.
+    What conditions take of the energy is drawn (E119, E124) where it can be, what gusts do is judged as they
+    are.
     """
     reported, _ = prepared.setup.selection.divide(found, file=prepared.mission.source)
     if any(one.severity is Severity.ERROR for one in reported):
@@ -347,8 +347,7 @@ def _at_two_deviations(
         is_counted = setup.wind is not wind and setup.vehicle.knows_airspeed
         codes = _LIMITS if is_counted else _LIMITS | _NOT_COUNTED
         yield from _errors_of(again, found, note, codes=codes)
-        if setup.wind is not wind:
-            yield from in_other_wind(assessment, again, note, sds=sds)
+        yield from off_the_mean(assessment, again, note, sds=sds)
 
 
 def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str, float]]:

@@ -554,7 +554,7 @@ def test_a_model_without_spread_says_nothing_about_it() -> None:
     assert result.battery is not None
     assert result.battery.below_reserve_probability is None
     [finding] = [f for f in result.findings if f.code == "E108"]
-    assert "± of wind not used" in finding.message
+    assert "± of wind not drawn" in finding.message
 
 
 def test_a_vehicle_of_unknown_power_has_a_spread_of_its_time_alone() -> None:

@@ -125,6 +125,23 @@ def test_what_goes_in_an_uncertain_wind_passes_no_limit_two_deviations_off(
 
 
 @many
+@given(one=missions(), m_s=st.floats(0.0, 6.0), sd=st.floats(0.5, 2.0), part=st.floats(1.0, 1.6))
+def test_what_goes_without_a_spread_of_the_model_lands_two_deviations_off(
+    one: Mission, m_s: float, sd: float, part: float
+) -> None:
+    """With a battery that holds less than, or more than, what the flight takes in the mean wind."""
+    by = (replace(SURVEYOR, spread=None), Autopilot.ARDUPILOT)
+    mean = flown(one, by, wind=Wind(speed_m_s=m_s, from_deg=200.0))
+    label = Battery(capacity_wh=part * mean.totals.energy_wh)
+    wind = Wind(speed_m_s=m_s, from_deg=200.0, speed_sd_m_s=sd)
+    if flown(one, by, wind=wind, battery=label, reserve=0.0).verdict == "go":
+        strong = Wind(speed_m_s=m_s + 2.0 * sd, from_deg=200.0)
+        left = flown(one, by, wind=strong, battery=label, reserve=0.0).battery
+        assert left is not None
+        assert left.margin_wh >= 0.0
+
+
+@many
 @given(one=missions(), by=flights, c=st.floats(-20.0, 40.0), more=st.floats(0.0, 15.0))
 def test_hotter_air_never_takes_less(
     one: Mission, by: tuple[VehicleModel, Autopilot], c: float, more: float
