@@ -272,6 +272,16 @@ _PX4_INFEASIBLE = """
 # Flown by 1.17, which refuses SET_CAMERA_ZOOM; of other versions and frames it was not found out.
 _PX4_UNKNOWN = "DO_SET_ACTUATOR SET_CAMERA_FOCUS SET_CAMERA_SOURCE"
 
+# ``FeasibilityChecker::checkTakeoff``, 1.14 to early 2026: after anything else a take-off is refused.
+_PX4_BEFORE_TAKEOFF = """
+    NAV_DELAY DO_JUMP DO_CHANGE_SPEED DO_SET_HOME DO_SET_SERVO DO_LAND_START DO_TRIGGER_CONTROL
+    DO_DIGICAM_CONTROL IMAGE_START_CAPTURE IMAGE_STOP_CAPTURE VIDEO_START_CAPTURE VIDEO_STOP_CAPTURE
+    DO_CONTROL_VIDEO DO_MOUNT_CONFIGURE DO_MOUNT_CONTROL DO_GIMBAL_MANAGER_PITCHYAW
+    DO_GIMBAL_MANAGER_CONFIGURE DO_SET_ROI DO_SET_ROI_LOCATION DO_SET_ROI_WPNEXT_OFFSET DO_SET_ROI_NONE
+    DO_SET_CAM_TRIGG_DIST OBLIQUE_SURVEY DO_SET_CAM_TRIGG_INTERVAL SET_CAMERA_MODE SET_CAMERA_ZOOM
+    SET_CAMERA_FOCUS SET_CAMERA_SOURCE DO_VTOL_TRANSITION
+"""
+
 _ARDUPILOT_FLOWN = """
     NAV_WAYPOINT NAV_LOITER_UNLIM NAV_LOITER_TURNS NAV_LOITER_TIME NAV_RETURN_TO_LAUNCH NAV_LAND
     NAV_TAKEOFF NAV_LOITER_TO_ALT NAV_SPLINE_WAYPOINT NAV_VTOL_TAKEOFF NAV_VTOL_LAND
@@ -378,11 +388,17 @@ def support(
     return answer if command in taken else Support.REFUSED
 
 
+def px4_takes_off_after(command: int) -> bool:
+    """Return whether PX4 accepts a take-off behind a command: not behind one that it counts as a place."""
+    return command in _load_tables().px4_before_takeoff
+
+
 class _Tables(Value):
     effects: Mapping[int, CommandEffect]
     px4: Mapping[int, Support]
     px4_with_position: frozenset[int]
     px4_without_position: frozenset[int]
+    px4_before_takeoff: frozenset[int]
     ardupilot: Mapping[int, Support]
     ardupilot_since: Mapping[int, tuple[int, int]]
     flies_on: frozenset[int]
@@ -407,6 +423,7 @@ def _load_tables() -> _Tables:
         },
         px4_with_position=with_position,
         px4_without_position=without_position,
+        px4_before_takeoff=find(_PX4_BEFORE_TAKEOFF),
         ardupilot={
             **dict.fromkeys(find(_ARDUPILOT_FLOWN), Support.ACCEPTED),
             **dict.fromkeys(find(_ARDUPILOT_SKIPPED), Support.SKIPPED),

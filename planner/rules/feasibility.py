@@ -38,6 +38,8 @@ _ACCEPTANCE_RADIUS_M = 2.0
 """Default of NAV_ACC_RAD on a multicopter. [m]"""
 _LEAST_CLIMB_M = 1.0
 """Of a take-off, beyond NAV_ACC_RAD. [m]"""
+_FROM_HOME_UP = (1, 17)
+"""The version from which PX4 takes any take-off that ends above home."""
 _ROUNDING_M = 1e-3
 _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 _WARNS_ONLY = (1, 16)
@@ -186,28 +188,35 @@ TAKEOFF_TOO_LOW = Rule(
     Severity.ERROR,
     summary="The take-off is too low for PX4: it refuses the mission.",
     why="PX4 answers 'Mission rejected: Takeoff altitude too low!' on the field.",
-    how="Altitude of NAV_TAKEOFF above home less than 1 m more than NAV_ACC_RAD, 2 m by default "
-    "(FeasibilityChecker::checkTakeoff).",
-    fix="take off to 3 m at least, or to 1 m more than NAV_ACC_RAD",
+    how="Altitude of NAV_TAKEOFF above home less than 1 m more than NAV_ACC_RAD, 2 m by default, before 1.17 "
+    "or where the version is not known; from 1.17 on, none above home (FeasibilityChecker::checkTakeoff).",
+    fix="take off to 3 m at least, or to 1 m more than NAV_ACC_RAD; or name the version (--target px4-1.17)",
     instead="a higher take-off",
 )
 
 
 @judges(TAKEOFF_TOO_LOW, needs=(PX4_TARGET,))
-def _takeoff_too_low(a: Assessment, _target: Target) -> Iterator[Finding]:
+def _takeoff_too_low(a: Assessment, target: Target) -> Iterator[Finding]:
     parameters = PX4.of(a)
     radius_m = _ACCEPTANCE_RADIUS_M if parameters is None else parameters.acceptance_radius_m
+    is_later = target.version is not None and target.version >= _FROM_HOME_UP
+    least_m = 0.0 if is_later else radius_m + _LEAST_CLIMB_M
     for number, item in enumerate(a.mission.items, start=1):
         if item.command not in _TAKEOFFS or item.altitude_m is None:
             continue
         height_m = item.altitude_m
         if item.frame in AMSL_FRAMES:
             height_m -= a.route.home_amsl_m
-        if height_m - _LEAST_CLIMB_M < radius_m - _ROUNDING_M:
+        if height_m < least_m - _ROUNDING_M or height_m <= 0.0:
+            least = (
+                "that of home"
+                if is_later
+                else f"{quantity.decimals(least_m, 1)} m, NAV_ACC_RAD and 1 m"
+            )
             yield a.finding(
                 TAKEOFF_TOO_LOW,
-                f"take-off to {quantity.decimals(height_m, 1)} m above home: PX4 refuses less than "
-                f"{quantity.decimals(radius_m + _LEAST_CLIMB_M, 1)} m, NAV_ACC_RAD and 1 m",
+                f"take-off to {quantity.decimals(height_m, 1)} m above home: PX4 "
+                f"{'' if is_later else 'before 1.17 '}refuses less than {least}",
                 item=number,
             )
             return

@@ -394,3 +394,50 @@ def test_more_jumps_than_ardupilot_counts_are_told(
         most = "15 on small boards" if severity is Severity.WARNING else "100"
         assert found[0].message == f"{jumps} jumps with a count; ArduPilot takes at most {most}"
     assert of("M125", mission(takeoff(20), *pairs, rtl()), Autopilot.PX4) == []
+
+
+# fmt: off
+BEFORE_TAKEOFF = {
+    93: True, 178: True, 179: True, 189: True, 195: True, 197: True, 206: True, 530: True, 1000: True,
+    187: False, 211: False, 42600: False, 16: False, 22: False,
+}
+# fmt: on
+"""Commands tried before NAV_TAKEOFF on a build of PX4 1.17: whether it took the mission."""
+
+
+@pytest.mark.parametrize(("command", "goes"), BEFORE_TAKEOFF.items())
+def test_px4_takes_no_take_off_behind_what_it_counts_as_a_place(command: int, goes: bool) -> None:  # noqa: FBT001 - a table
+    first = takeoff(15) if command == 22 else item(command, north(0), 15.0)
+    made = mission(first, takeoff(20), waypoint(100, 20), rtl())
+    refused = [f for f in of("M101", made, Autopilot.PX4) if f.severity is Severity.ERROR]
+    assert [f.item for f in refused] == [2] * (not goes)
+    assert all("PX4 refuses" in f.message for f in refused)
+    # nor does it behind a landing, which begins a second flight
+    again = mission(
+        takeoff(20),
+        item(21, north(50), 0.0),
+        takeoff(20),
+        waypoint(100, 20),
+        item(21, north(0), 0.0),
+    )
+    assert [f.item for f in of("M101", again, Autopilot.PX4)] == [3]
+    assert not of("M101", again, Autopilot.ARDUPILOT)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "version", "refuses"),
+    [
+        (2.9, None, True),
+        (2.9, (1, 16), True),
+        (3.0, (1, 16), False),
+        (2.9, (1, 17), False),
+        (0.2, (1, 17), False),
+        (-1.0, (1, 17), True),
+    ],
+)
+def test_from_px4_1_17_on_a_take_off_may_be_low(
+    height_m: float, version: tuple[int, int] | None, *, refuses: bool
+) -> None:
+    made = mission(takeoff(height_m), waypoint(100, 20), rtl())
+    target = Target(Autopilot.PX4, version)
+    assert len(of("M128", made, Autopilot.PX4, target=target)) == refuses

@@ -17,6 +17,7 @@ from planner.mission.commands import (
     command_name,
     is_destination,
     is_navigation,
+    px4_takes_off_after,
 )
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.order import FlownOrder, flown_order
@@ -34,7 +35,7 @@ from planner.mission.route.walk import (
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
@@ -507,7 +508,9 @@ TAKEOFF_MISSING = Rule(
     why="The vehicle does not leave the ground by itself, or in a way that is in no plan.",
     how="The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.  An "
     "error on ArduPilot, which does not enter AUTO on the ground (ModeAuto::init: 'Missing Takeoff "
-    "Cmd'), and on PX4 where a take-off comes later: it refuses the mission.",
+    "Cmd').  On PX4 an error where a take-off, the second one too, stands behind an item that it counts "
+    "as a place (FeasibilityChecker::checkTakeoff; grippers, winches and actuators count, speeds, cameras "
+    "and delays do not): it refuses the mission.",
     fix="add a take-off item at the start",
     instead="a take-off at the start of the mission",
 )
@@ -541,10 +544,7 @@ def _boundaries(mission: Mission, state: MissionState) -> list[Finding]:
             f"a vertical take-off to {quantity.height(height_m)} is assumed"
         )
         severity = None
-        if state.dialect is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
-            message += "; PX4 refuses a mission with a take-off that is not its first place"
-            severity = Severity.ERROR
-        elif state.dialect is Autopilot.ARDUPILOT:
+        if state.dialect is Autopilot.ARDUPILOT:
             message += "; on the ground ArduPilot does not start it"
             severity = Severity.ERROR
         findings.append(
@@ -552,7 +552,30 @@ def _boundaries(mission: Mission, state: MissionState) -> list[Finding]:
         )
         state.stages.insert(0, Stage(StageKind.TAKEOFF, first.item, 0.0, 0.0, height_m))
         state.places_deg.insert(0, state.start_deg)
+    if state.dialect is Autopilot.PX4:
+        findings += _takeoffs_refused(mission)
     return findings
+
+
+def _takeoffs_refused(mission: Mission) -> Iterator[Finding]:
+    """Yield the first take-off behind something that PX4 counts as a place, another take-off too."""
+    place: int | None = None
+    for number, item in enumerate(mission.items, start=1):
+        if place is not None and item.command in TAKEOFFS:
+            before = command_name(mission.items[place - 1].command)
+            yield TAKEOFF_MISSING.finding(
+                f"take-off behind {before} of item {place}: PX4 refuses a mission with a take-off that is "
+                "not its first place",
+                item=number,
+                place=item.place,
+                severity=Severity.ERROR,
+                fix="remove the take-off: PX4 climbs to the next item from a landing too"
+                if mission.items[place - 1].command in TAKEOFFS
+                else f"move the take-off before item {place}",
+            )
+            return
+        if place is None and not px4_takes_off_after(item.command):
+            place = number
 
 
 HOME_ALTITUDE_UNKNOWN = Rule(
