@@ -87,20 +87,29 @@ class BatteryProfile(Value, eq=False):
 
 
 def battery_profile(
-    returns: Returns, battery: Battery, discharge: Discharge | None, *, charge: float
+    returns: Returns,
+    battery: Battery,
+    discharge: Discharge | None,
+    *,
+    charge: float,
+    times: float = 1.0,
 ) -> BatteryProfile:
-    """Return the battery along a flight: by its curve where that is known, else by its energy."""
+    """Return the battery along a flight: by its curve where that is known, else by its energy.
+
+    ``times`` is what the flight takes of it over what is predicted. [-]
+    """
     rest_v = loaded_v = None
     resistance_ohm = 0.0
     if discharge is None:
-        fraction = charge - returns.used_wh / battery.energy_wh
+        predicted = charge - returns.used_wh / battery.energy_wh
     else:
-        fraction = np.concatenate(([charge], discharge.state_of_charge))
+        predicted = np.concatenate(([charge], discharge.state_of_charge))
+    fraction = charge - times * (charge - predicted)
     curve = rest_curve(battery)
     if curve is not None:
         rest_v = np.interp(fraction, curve.state_of_charge, curve.voltage_v)
         if discharge is not None and battery.ocv_soc is not None and battery.ocv_v is not None:
-            of_label_v = np.interp(fraction, battery.ocv_soc, battery.ocv_v)
+            of_label_v = np.interp(predicted, battery.ocv_soc, battery.ocv_v)
             loaded_v = rest_v.copy()
             loaded_v[1:] += discharge.voltage_v - of_label_v[1:]
             resistance_ohm = float(np.max(discharge.packs.circuits[discharge.pack].resistance_ohm))

@@ -44,7 +44,7 @@ _MOST_VOLTS, _LARGE_W = 100.0, 10_000.0
 """Speed controllers for multicopters end at 24 cells, 91 V nominal; those beyond lift people."""
 _LEAST_RISK = 1e-6
 """No smaller chance is asked about: no sample shows it. [-]"""
-_MOST_CHANCE_EMPTY = 0.01
+MOST_CHANCE_EMPTY = 0.01
 """Of landing with an empty battery, or of an empty one before home: one flight of a hundred is lost."""
 ASSUMED_ERROR = 0.05
 """Standard deviation of flown over predicted energy where a model says none: 196 flights of a Matrice 100
@@ -573,8 +573,8 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     if way is not None and way.margin_wh is not None and returning is None:
         returning = _chance_empty(a, way.margin_wh + budget.reserve_wh, budget)
     by = "" if not is_assumed else f"; an error of {quantity.percent(ASSUMED_ERROR)} assumed"
-    if landing > _MOST_CHANCE_EMPTY and budget.margin_wh >= 0.0:
-        chance = quantity.beside(landing, _MOST_CHANCE_EMPTY, quantity.chance)
+    if landing > MOST_CHANCE_EMPTY and budget.margin_wh >= 0.0:
+        chance = quantity.beside(landing, MOST_CHANCE_EMPTY, quantity.chance)
         yield a.finding(
             EMPTY_AT_RISK,
             f"{chance} chance that the battery is empty before the landing: "
@@ -584,9 +584,9 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         way is not None
         and way.margin_wh is not None
         and way.margin_wh >= 0.0
-        and (returning or 0.0) > _MOST_CHANCE_EMPTY
+        and (returning or 0.0) > MOST_CHANCE_EMPTY
     ):
-        chance = quantity.beside(returning or 0.0, _MOST_CHANCE_EMPTY, quantity.chance)
+        chance = quantity.beside(returning or 0.0, MOST_CHANCE_EMPTY, quantity.chance)
         yield a.finding(
             EMPTY_AT_RISK,
             f"{chance} chance that the battery is empty before a return has landed: "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,7 @@ from planner.flight.failsafe import (
     TO_LANDING,
     WARNS,
     ardupilot_events,
+    battery_profile,
     px4_charge,
     px4_charge_assumed,
     px4_charge_events,
@@ -33,7 +35,7 @@ from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
-from planner.rules.energy import place_along
+from planner.rules.energy import ASSUMED_ERROR, MOST_CHANCE_EMPTY, place_along
 from planner.rules.fence_settings import AREAS, fence_is_on
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -73,6 +75,9 @@ _ENDS = {*RETURN_STAGES, StageKind.LAND}
 """What the vehicle does as it comes down, or flies there."""
 _LANDS_ON = 8
 """Bit of FS_OPTIONS: a landing continues (``FailsafeOption::CONTINUE_IF_LANDING``)."""
+_ENDS_FLYING = frozenset({LANDS, *STOPS_FLYING.values()})
+_SDS_BELOW_UPPER = 1.2816
+"""Standard deviations from the mean to what one flight of ten exceeds. [-]"""
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
@@ -105,7 +110,10 @@ FAILSAFE_BEFORE_END = Rule(
     "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
     "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
     "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8).  "
-    "Not checked where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1).",
+    "A flight is looked at too that takes as much more than predicted as one of a hundred does, by the "
+    "model's [spread] or 5 %: an error where it lands where it is or stops its motors; a warning where the "
+    "vehicle returns in more than --risk of them.  Not checked where nothing measures the battery "
+    "(BATT_MONITOR 0, BAT1_SOURCE -1).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -124,11 +132,38 @@ def _failsafe_before_end(
     found = list(_first_reported(a, events))
     yield from found
     yield from _unwatched(profile, parameters)
-    if isinstance(parameters, Px4Parameters) and not any(
-        f.severity is Severity.ERROR for f in found
-    ):
+    if any(one.severity is Severity.ERROR for one in found):
+        return
+    if isinstance(parameters, Px4Parameters):
         yield from _unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
+    yield from _at_risk(a, pack, parameters)
+
+
+def _at_risk(a: Assessment, pack: Battery, parameters: FlightParameters) -> Iterator[Finding]:
+    """Yield the first that acts in a flight that takes more than is predicted, by how far models are off."""
+    upper_wh, flown_wh = a.totals.energy_wh_p90, a.totals.energy_wh
+    if not flown_wh:
+        return
+    sd = ASSUMED_ERROR if upper_wh is None else (upper_wh / flown_wh - 1.0) / _SDS_BELOW_UPPER
+    for chance in (MOST_CHANCE_EMPTY, max(a.setup.risk, MOST_CHANCE_EMPTY)):
+        times = 1.0 + sd * NormalDist().inv_cdf(1.0 - chance)
+        profile = battery_profile(a.returns, pack, a.discharge, charge=a.charge, times=times)
+        if not isinstance(parameters, Px4Parameters):
+            events = list(ardupilot_events(profile, parameters))
+        elif parameters.measures_battery:
+            seen = px4_charge(profile, pack, parameters)
+            events = list(px4_charge_events(seen, parameters))
+        else:
+            return
+        event = _first_acting(_in_time(a, events))
+        is_end = event is not None and event.action in _ENDS_FLYING
+        if event is not None and (is_end or chance > MOST_CHANCE_EMPTY):
+            found = _reported(a, event, Severity.ERROR if is_end else Severity.WARNING)
+            more = f"in a flight that takes {quantity.percent(times - 1.0)} more than predicted"
+            often = f"as {quantity.percent(chance)} of flights do"
+            yield replace(found, message=f"{found.message}; {more}, {often}")
+            return
 
 
 def _returned_by_older_px4(
@@ -212,9 +247,8 @@ def _least_to_arm(a: Assessment, parameters: Px4Parameters) -> tuple[float, str]
 
 def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
     """Yield the first that acts, and the first that warns before it."""
-    events = [event for event in events if not _comes_too_late(a, event)]
-    events.sort(key=lambda event: (event.segment, event.fraction))
-    acting = next((event for event in events if event.action != WARNS), None)
+    events = _in_time(a, events)
+    acting = _first_acting(events)
     warning = next((event for event in events if event.action == WARNS), None)
     if acting is not None:
         yield _reported(a, acting, Severity.ERROR)
@@ -222,6 +256,16 @@ def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Find
         acting is None or (warning.segment, warning.fraction) < (acting.segment, acting.fraction)
     ):
         yield _reported(a, warning, Severity.INFO)
+
+
+def _in_time(a: Assessment, events: list[FailsafeEvent]) -> list[FailsafeEvent]:
+    """Return those that do not come too late, in flown order."""
+    found = [event for event in events if not _comes_too_late(a, event)]
+    return sorted(found, key=lambda event: (event.segment, event.fraction))
+
+
+def _first_acting(events: list[FailsafeEvent]) -> FailsafeEvent | None:
+    return next((event for event in events if event.action != WARNS), None)
 
 
 def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterator[NotEvaluated]:

@@ -137,7 +137,40 @@ def test_the_charge_that_is_critical_decides_at_its_boundary() -> None:
             BAT_EMERGEN_THR=0.01,
             COM_LOW_BAT_ACT=3,
         )
-        assert len(told(result, "E103")) == codes
+        assert [f.severity for f in told(result, "E103")].count(Severity.ERROR) == codes
+
+
+@pytest.mark.parametrize(
+    ("action", "above", "severity"),
+    [(2, 0.10, Severity.ERROR), (2, 0.14, None), (3, 0.06, Severity.WARNING), (3, 0.10, None)],
+)
+def test_a_failsafe_acts_in_flights_that_take_more_than_predicted(
+    action: int, above: float, severity: Severity | None
+) -> None:
+    """5 % of the energy are 11.6 % in one flight of a hundred, and 8.2 % in one of twenty, as --risk allows.
+
+    By charges where the way home begins, where no return matters any more.
+    """
+    vehicle = replace(SURVEY_QUAD, spread=None)
+    plain = check(FLOWN, vehicle, battery=LABEL, autopilot=Autopilot.PX4)
+    given = {
+        "BAT_CRIT_THR": 1.0 - (1.0 + above) * (1.0 - fraction_left(plain, 3)),
+        "BAT_LOW_THR": 0.01,
+        "BAT_EMERGEN_THR": 0.005,
+        "COM_LOW_BAT_ACT": float(action),
+    }
+    values = {name: ParameterValue(value) for name, value in given.items()}
+    result = check(
+        FLOWN,
+        vehicle,
+        battery=LABEL,
+        reserve=0.0,
+        autopilot=Autopilot.PX4,
+        parameters=ParameterSet(source="made.params", values=values, stack=Autopilot.PX4),
+    )
+    found = [f for f in told(result, "E103") if f.severity is not Severity.INFO]
+    assert [f.severity for f in found] == [severity] * (severity is not None)
+    assert all("more than predicted" in f.message for f in found)
 
 
 def late(lands_m: float | None = None, **values: Any) -> CheckResult:  # noqa: ANN401 - as `checked`
