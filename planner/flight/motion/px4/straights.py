@@ -44,15 +44,15 @@ def root(
 ) -> FloatArray:
     """Return where rising functions cross zero between bounds; the bound beyond which they do.
 
-    Newton's steps, halving where one leaves its bracket.
+    Newton's steps, halving where one leaves its bracket.  Functions take rows of places, (2, n).
     """
     x = high.copy()
     for _ in range(_ROUNDS):
-        value = function(x)
+        step = 1e-6 * (1.0 + x)
+        value, before = function(np.stack((x, x - step)))
         under = value <= 0.0
         low, high = np.where(under, x, low), np.where(under, high, x)
-        step = 1e-6 * (1.0 + x)
-        slope = (value - function(x - step)) / step
+        slope = (value - before) / step
         newton = x - quotient(value, slope)
         x = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
     return x
@@ -454,27 +454,29 @@ class Limits(Columns, eq=False):
         return BrakingLaw(a, self.final_m_s[rows, index], half_b)
 
     def allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
-        """Return the speeds both laws allow so far from the target, infinite where unbound. (n, 2)"""
+        """Return the speeds both laws allow so far from the target, infinite where unbound. (…, n, 2)"""
         speed = allowed_speed_m_s(
-            distance_m[:, None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
+            distance_m[..., None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
         )
         return np.where(self.binds, speed, np.inf)
 
     def lower(self, distance_m: FloatArray) -> IntArray:
         """Return the law that allows less at distances from the target; of equals the first. (n,)"""
-        first, second = self.allowed_m_s(distance_m).T
-        return np.asarray(second < first, dtype=np.intp)
+        allowed = self.allowed_m_s(distance_m)
+        return np.asarray(allowed[:, 1] < allowed[:, 0], dtype=np.intp)
 
     def lowest_allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
-        """Return the speeds all laws allow at distances from the target. (n,) [m s⁻¹]"""
-        return np.asarray(np.minimum(*self.allowed_m_s(distance_m).T))
+        """Return the speeds all laws allow at distances from the target. (…, n) [m s⁻¹]"""
+        allowed = self.allowed_m_s(distance_m)
+        return np.asarray(np.minimum(allowed[..., 0], allowed[..., 1]))
 
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
-        """Return how far before the target braking from speeds begins. (n,) [m]"""
+        """Return how far before the target braking from speeds begins. (…, n) [m]"""
         way = braking_distance_m(
-            speed_m_s[:, None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
+            speed_m_s[..., None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
         )
-        return np.asarray(np.maximum(*np.where(self.binds, way, 0.0).T))
+        bound = np.where(self.binds, way, 0.0)
+        return np.asarray(np.maximum(bound[..., 0], bound[..., 1]))
 
 
 def limits_along(
