@@ -195,10 +195,11 @@ class TrackingLag(Value):
         behind where f < b y: waited for is f/b, in the mean.
         """
         ahead, still = np.maximum(_dot(force_m_s2, along), 0.0), self._still_per_s2
-        ahead_squared, squared = ahead * ahead, _dot(force_m_s2, force_m_s2)
-        beside = np.maximum(squared - ahead_squared, 0.0) / still**2
+        ahead_squared = ahead * ahead
+        squared = np.maximum(_dot(force_m_s2, force_m_s2), ahead_squared)
+        beside = (squared - ahead_squared) / still**2
         of_beside = waiting * waiting * beside
-        root = np.sqrt(np.maximum(ahead_squared + still**2 * beside - of_beside, 0.0))
+        root = np.sqrt(np.maximum(squared - of_beside, 0.0))
         behind = np.maximum(ahead_squared - of_beside, 0.0)
         behind /= np.maximum(still * ahead + waiting * root, _TINY)
         waited = ahead / np.maximum(waiting, _TINY)
@@ -241,10 +242,14 @@ class TrackingLag(Value):
             constants = flown_s / self._settling_s
             # Of a vehicle that flies the velocities of its trajectory at its scale.
             around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
-            gained = (around[1:] * ends - around[:-1] * begins) * (asked / flown_s) - given_m_s2
-            gained[is_tilted] = 0.0
+            sought = around[1:] * ends
+            sought -= around[:-1] * begins
+            sought *= asked / flown_s
+            sought -= given_m_s2
+            sought[is_tilted] = 0.0
+            sought += drag * np.minimum(scale, most_of_drag)
             settled = -np.expm1(-constants)
-            built = _smoothed(drag * np.minimum(scale, most_of_drag) + gained, settled, parts.first)
+            built = _smoothed(sought, settled, parts.first)
             mean = quotient(settled, constants, 1.0)
             error_m = self._error_m((drag - built) * mean, along, waiting, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)

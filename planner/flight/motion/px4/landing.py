@@ -102,9 +102,14 @@ class DescentProfile(Value):
 
 
 def add_landings(
-    pieces: Px4Pieces, legs: Px4Legs, parameters: Px4Parameters, *, time_scale: TimeScale
+    pieces: Px4Pieces,
+    legs: Px4Legs,
+    parameters: Px4Parameters,
+    *,
+    lands: BoolArray,
+    time_scale: TimeScale,
 ) -> None:
-    """Add the pieces of landings.
+    """Add the pieces of moves that are landings.
 
     Below home they are slow from where they would be over it: without a range sensor, of which no parameter
     tells, the ground is taken to be there (``FlightTaskAuto``: ``_dist_to_ground``).  A mission's landing
@@ -117,7 +122,7 @@ def add_landings(
     behind all of the time: ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the
     error points backward.  Recorded: so in all of two landings from standing; from 12 s on in one.
     """
-    move = np.flatnonzero(legs.planned.is_landing)
+    move = np.flatnonzero(lands)
     if not len(move):
         return
     landing = legs.select(move)

@@ -388,8 +388,8 @@ class Px4Legs(LegStarts, eq=False):
     """Its velocity then. (n, 3) [m s⁻¹]"""
 
 
-def fly_legs(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
-    """Return how moves, at least one, are flown, with their waits for headings.
+def fly_legs(moves: Moves, parameters: Px4Parameters, *, waits: BoolArray | bool = True) -> Px4Legs:
+    """Return how moves, at least one, are flown, some or all with their waits for headings.
 
     Notes
     -----
@@ -398,11 +398,11 @@ def fly_legs(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     legs = _fly_moves(replace(moves, hold_s=moves.hold_s.copy()), parameters)  # overwritten below
     flight = np.cumsum(moves.is_first)
     for _ in range(2):
-        hold_s = np.maximum(yaw_waits_s(legs, parameters), moves.hold_s)
-        waits = np.isin(flight, flight[hold_s != legs.planned.hold_s])
-        if not waits.any():
+        hold_s = np.maximum(yaw_waits_s(legs, parameters) * waits, moves.hold_s)
+        again = np.isin(flight, flight[hold_s != legs.planned.hold_s])
+        if not again.any():
             break
-        legs.put(waits, _fly_moves(replace(moves, hold_s=hold_s).select(waits), parameters))
+        legs.put(again, _fly_moves(replace(moves, hold_s=hold_s).select(again), parameters))
     return legs
 
 

@@ -42,7 +42,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.pieces import Ordered
     from planner.flight.returns.destination import ReturnTargets
@@ -237,14 +237,11 @@ def _fly(
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
     moves = replace(moves, speed_m_s=speed)
-    legs, ordered = _flown(moves, parameters, time_scale)
     if lag is not None:
-        # The place of the vehicle, not that of its trajectory, decides what counts as reached.
-        ahead, beside, past = lag.off_m(ordered, moves)
-        chord = np.sqrt(np.maximum(moves.reach_m**2 - beside**2, 0.0))
-        reach = np.maximum(chord + ahead, LEAST_REACH * moves.reach_m)
-        moves = replace(moves, reach_m=reach, past_m=past)
-        legs, ordered = _flown(moves, parameters, time_scale)
+        moves = _reached_by(lag, moves, parameters, time_scale)
+    legs = fly_legs(moves, parameters)
+    ordered = in_flown_order(_pieces(legs, parameters, time_scale, lands=moves.is_landing))
+    if lag is not None:
         ordered = lag.followed(ordered, moves)
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
@@ -270,17 +267,36 @@ def _fly(
     return motion, legs
 
 
-def _flown(
-    moves: Moves, parameters: Px4Parameters, time_scale: TimeScale
-) -> tuple[Px4Legs, Ordered]:
-    """Return how moves are flown, and the pieces of that, as a vehicle does that does not lag."""
-    legs = fly_legs(moves, parameters)
+def _reached_by(
+    lag: TrackingLag, moves: Moves, parameters: Px4Parameters, time_scale: TimeScale
+) -> Moves:
+    """Return moves that count as reached by the place of the vehicle, not that of its trajectory.
+
+    What comes last decides nothing before: landings that end a flight, and the wait for a heading before
+    them, are left out.
+    """
+    is_last = np.append(moves.is_first[1:], True)
+    ends = moves.is_landing & is_last
+    legs = fly_legs(moves, parameters, waits=~np.append(ends[1:], False))
+    pieces = _pieces(legs, parameters, time_scale, lands=moves.is_landing & ~is_last)
+    if not pieces.parts:
+        return moves
+    ahead, beside, past = lag.off_m(in_flown_order(pieces), moves)
+    chord = np.sqrt(np.maximum(moves.reach_m**2 - beside**2, 0.0))
+    reach = np.maximum(chord + ahead, LEAST_REACH * moves.reach_m)
+    return replace(moves, reach_m=reach, past_m=past)
+
+
+def _pieces(
+    legs: Px4Legs, parameters: Px4Parameters, time_scale: TimeScale, *, lands: BoolArray
+) -> Px4Pieces:
+    """Return the pieces of moves, of these landings alone, as a vehicle flies them that does not lag."""
     pieces = Px4Pieces()
     add_takeoffs(pieces, legs, parameters)
     add_legs(pieces, legs, parameters, time_scale=time_scale)
     add_holds(pieces, legs, parameters)
-    add_landings(pieces, legs, parameters, time_scale=time_scale)
-    return legs, in_flown_order(pieces)
+    add_landings(pieces, legs, parameters, lands=lands, time_scale=time_scale)
+    return pieces
 
 
 def _segments(
