@@ -29,6 +29,8 @@ class FencePolygon(Value):
     vertices_deg: tuple[tuple[float, float], ...]
     """(latitude, longitude) of each vertex, not closed. [°]"""
     place: Place | None = None
+    area: str = ""
+    """Area to stay inside that it is a part of: being in one part is enough; empty: one of its own."""
 
 
 class FenceCircle(Value):
@@ -49,6 +51,8 @@ class Fence(Value):
     circles: tuple[FenceCircle, ...] = ()
     breach_return_deg_m: tuple[float, float, float | None] | None = None
     """(latitude °, longitude °, altitude above home m) to return to after a breach."""
+    readings: tuple[Fence, ...] = ()
+    """What else the areas of a drawing may mean, none of it certain."""
 
     @property
     def area_count(self) -> int:
@@ -282,15 +286,24 @@ def make_fence_area(
 
     Edges are straight in latitude and longitude, or with an ArduPilot origin, home, in its metres;
     circles have a true radius on the ground.  Allowed is what is inside every inclusion area, as PX4 and
-    ArduPilot demand, or where they unite inside any, as ArduPilot does with bit 1 of FENCE_OPTIONS.
+    ArduPilot demand, or where they unite inside any, as ArduPilot does with bit 1 of FENCE_OPTIONS; of an
+    area in parts inside any.
     """
     findings: list[Finding] = []
     inclusions: list[Barrier] = []
     exclusions: list[Barrier] = []
+    parts: dict[str, list[Barrier]] = {}
     for number, polygon in enumerate(fence.polygons, start=1):
         barrier = _polygon_barrier(polygon, number, frame, ardupilot_origin, findings)
-        if barrier is not None:
-            (inclusions if polygon.inclusion else exclusions).append(barrier)
+        if barrier is None:
+            continue
+        if not polygon.inclusion:
+            exclusions.append(barrier)
+        else:
+            parts.setdefault(polygon.area or f"polygon {number}", []).append(barrier)
+    inclusions += [
+        _united(own, list(map(_region, own))) if len(own) > 1 else own[0] for own in parts.values()
+    ]
     for number, circle in enumerate(fence.circles, start=1):
         barrier = _circle_barrier(circle, number, frame, findings)
         if barrier is not None:

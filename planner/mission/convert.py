@@ -170,6 +170,14 @@ def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
         lost.append(f"the fence ({quantity.count(fence.area_count, 'area')})")
     elif fence != read_fence:
         yield WRITTEN_DIFFERENTLY.finding("the fence reads back with other areas")
+    polygons = () if mission.fence is None else mission.fence.polygons
+    inside = [polygon for polygon in polygons if polygon.inclusion and polygon.area]
+    if len(inside) > 1:
+        areas = quantity.count(len(inside), "area")
+        yield WRITTEN_DIFFERENTLY.finding(
+            f"of {areas} to stay inside one is enough in the drawing; of a fence each has to be kept",
+            fix="draw them as one area",
+        )
     if rally and not read_rally:
         lost.append(quantity.count(len(rally), "rally point"))
     elif rally != read_rally:
@@ -188,9 +196,10 @@ def _placeless_fence(fence: Fence | None) -> Fence | None:
         breach_return = (*breach_return[:2], breach_return[2] or 0.0)
     return replace(
         fence,
-        polygons=tuple(replace(polygon, place=None) for polygon in fence.polygons),
+        polygons=tuple(replace(polygon, place=None, area="") for polygon in fence.polygons),
         circles=tuple(replace(circle, place=None) for circle in fence.circles),
         breach_return_deg_m=breach_return,
+        readings=(),
     )
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, Discharge
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
+    from planner.geo.fence import Fence
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
     from planner.rules.fence_settings import FenceLimits
@@ -122,6 +123,11 @@ ARDUPILOT_TARGET: Need[Target] = Need(
 )
 FENCE: Need[FenceLimits] = Need(
     "a fence in the mission or the parameters", _fence_limits, is_subject=True
+)
+DRAWN: Need[Fence] = Need(
+    "areas of a drawing that may mean something else",
+    lambda a: a.mission.fence if a.mission.fence is not None and a.mission.fence.readings else None,
+    is_subject=True,
 )
 FETCHED: Need[tuple[FetchMark, FetchMark]] = Need(
     "a plan and parameters of mavjoule fetch", _fetch_marks, is_subject=True

@@ -427,6 +427,11 @@ def _switched_on(a: Assessment, _limits: FenceLimits) -> Iterator[NotEvaluated]:
     needs=(FENCE,),
 )
 def _fenced_flight(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
+    yield from flight_in_fence(a)
+
+
+def flight_in_fence(a: Assessment) -> Iterator[Finding]:
+    """Yield what is wrong with the areas of a fence, and where a flight or its returns leave them."""
     flown = make_fenced_flight(a)
     yield from flown.area.findings
     if a.mission.home is None:

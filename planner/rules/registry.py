@@ -11,6 +11,7 @@ from planner.findings import Finding, Rule, Severity
 from planner.rules.declaration import (
     ARDUPILOT_TARGET,
     BUDGET,
+    DRAWN,
     FENCE,
     PARAMETERS,
     PROFILE,
@@ -40,6 +41,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "altitude": (),
     "left_open": (),
     "fence": (FENCE,),
+    "drawn_areas": (DRAWN,),
     "feasibility": (TARGET,),
     "payload_place": (ARDUPILOT_TARGET,),
     "failsafe": (PARAMETERS, BUDGET),

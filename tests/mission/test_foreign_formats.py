@@ -242,7 +242,8 @@ def test_a_geojson_line_is_checked_like_any_mission() -> None:
     ring = [[7.9, 46.9], [8.1, 46.9], [8.1, 47.1], [7.9, 46.9]]
     features = [
         {"type": "Feature", "properties": {}, "geometry": shape},
-        {"type": "Feature", "properties": None, "geometry": {"type": "Polygon", "coordinates": [ring]}},
+        {"type": "Feature", "properties": {"name": "Fence"},
+         "geometry": {"type": "Polygon", "coordinates": [ring]}},
         {"type": "Feature", "geometry": {"type": "Point", "coordinates": [8, 47]}},
     ]  # fmt: skip
     mission = read(json.dumps({"type": "FeatureCollection", "features": features}))
@@ -463,7 +464,7 @@ def test_an_unknown_home_costs_the_way_in_sight(margin_wh: float, *, is_short: b
 @pytest.mark.parametrize(
     ("name", "properties", "is_inside"),
     [
-        ("Area", {}, True),
+        ("Fence", {}, True),
         ("Area", {"inclusion": False}, False),
         ("Area", {"is_inclusion": False, "inclusion": None}, False),
         ("Area", {"inclusion": True}, True),
@@ -491,8 +492,8 @@ def test_no_area_of_a_drawing_is_left_out() -> None:
     """Programs write MultiPolygon for one area, and do not always close a ring."""
     ring = [[8, 47], [8.01, 47], [8.01, 47.01], [8, 47]]
     assert areas(drawn("MultiPolygon", [[ring], [ring]], name="no-fly")) == [(False, 3)] * 2
-    assert areas(drawn("MultiPolygon", [[ring, ring]])) == [(True, 3), (False, 3)]
-    assert areas(drawn("Polygon", [ring[:-1]])) == [(True, 3)]
+    assert areas(drawn("MultiPolygon", [[ring, ring]], name="Fence")) == [(True, 3), (False, 3)]
+    assert areas(drawn("Polygon", [ring[:-1]], inclusion=True)) == [(True, 3)]
     assert areas(line(more=AREA.replace(" 7.99,46.99<", "<"))) == [(True, 3)]
     twice = AREA.replace("</Polygon>", f"<innerBoundaryIs>{RING}{RING}</innerBoundaryIs></Polygon>")
     assert areas(line(more=twice)) == [(True, 3), (False, 3), (False, 3)]
@@ -537,7 +538,7 @@ def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> No
     ):
         assert areas(line(more=around)) == [(False, 3)]
     # an area called the one within what is called the other
-    assert areas(line(more=f"<Folder><name>{words}</name>{AREA}</Folder>")) == [(True, 3)]
+    assert areas(line(more=f"<Folder><name>{words}</name>{AREA}</Folder>")) == []
     beside = f"<Folder><Placemark><name>{words}</name></Placemark>{AREA}</Folder>"
     assert areas(line(more=beside)) == [(True, 3)]
 
@@ -547,6 +548,8 @@ def test_an_area_is_stayed_out_of_wherever_its_drawing_says_so(words: str) -> No
     [
         ("Fence", True),
         ("Survey boundary", True),
+        ("FlightArea", True),
+        ("AOI", True),
         ("no flight", True),
         ("Zone 1", False),
         ("Sperrgebiet", False),

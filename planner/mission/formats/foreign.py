@@ -6,7 +6,6 @@ Such a file holds neither home nor, mostly, a take-off, a landing and a speed.
 from __future__ import annotations
 
 import math
-import re
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -15,8 +14,16 @@ from planner.errors import MissionFileError
 from planner.findings import Place, Remarks, Rule, Severity
 from planner.geo.fence import Fence, FencePolygon
 from planner.mission.commands import Command, Frame
+from planner.mission.formats.area_names import (
+    CONTRARY,
+    FENCES,
+    AreaSide,
+    phrases_text,
+    plain_name,
+    side_of,
+)
 from planner.mission.items import MOST_ITEMS, Home, ItemSequence, Mission, MissionFormat
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -37,13 +44,19 @@ FORMAT_FOREIGN = Rule(
 AREA_SIDE_UNKNOWN = Rule(
     "F115 area-side-unknown",
     Severity.ERROR,
-    summary="Nothing settles whether an area of a drawing is to be stayed inside or out of.",
+    summary="Nothing settles what an area of a drawing is there for.",
     why="An area around the flight may be its fence, or one that nobody may fly in: either reading passes "
     "what the other refuses.",
-    how="Areas of KML and GeoJSON that neither say so by what they, or the folder around them, are called "
-    "(geofence, flight area, stay inside …; no-fly, keep out, NFZ, danger …), nor by the property inclusion; "
-    "or say both, or the contrary (not, outside, free).  Predicted with a fence to stay inside.",
-    fix="call the area 'stay inside' or 'no-fly', or give it the property inclusion, true or false",
+    how="Areas of KML and GeoJSON, by their property inclusion, else by what they, or the folder around "
+    f"them, are called.  To stay out of: {phrases_text(AreaSide.OUTSIDE)}.  To stay inside: "
+    f"{phrases_text(AreaSide.INSIDE)}; {', '.join(FENCES)} alone.  Of the work: "
+    f"{phrases_text(AreaSide.WORK)}.  With the contrary ({CONTRARY.replace('|', ', ')}), both sides or none "
+    "of these nothing is settled, and the area is left out of the fence.  It is enough to be inside one of "
+    "those to stay inside; called alike, numbers aside, they are parts of one, and where they are not and "
+    "have places in common, a flight that is not inside each is not settled.  Nor is one that leaves the "
+    "areas of the work where nothing else is to be stayed inside.",
+    fix="call the area 'stay inside' or 'no-fly', or give it the property inclusion, true or false; draw "
+    "what is one area as one",
     instead="a name that says it",
     leaves_open=True,
 )
@@ -76,34 +89,9 @@ class RoutePoint(Value):
 LONGEST_ACTION_S = 6.0
 """Of photos and recordings: DJI's waypoint missions go on with the next action after that (DJI Mobile SDK,
 ``DJIWaypointActionType``); turns of gimbal and vehicle are taken to last no longer. [s]"""
-_KEEP_OUT = re.compile(
-    r"\b(no ?(fly|flights?|flying|go|entry|access|drones?|ua[sv]s?)|(keep|stay) ?(out|away|clear)|off limits|"
-    r"exclusion|excluded?|prohibited|forbidden|restricted|nfz|avoid|danger|dangerous|hazards?|obstacles?)\b"
-)
-"""In what areas are called that are to be stayed out of."""
-_KEEP_IN = re.compile(
-    r"\b(inclusion|included?|(keep|stay|remain) ?(in|inside|within)|geo ?fence|containment|aoi|"
-    r"(operations?|operational|survey|mission|flight|flying|work|working|search|mapping|project) "
-    r"(area|zone|volume|geography|box|boundary|perimeter|polygon|fence)|"
-    r"(field|site|farm|property) (boundary|perimeter))\b|^(fence|boundary|perimeter)$",
-    re.MULTILINE,
-)
-"""In what areas are called that are to be stayed inside."""
-_TURNS_ROUND = re.compile(r"\b(not|never|non|outside|beyond|without|free|except|unless)\b")
-"""What makes the contrary of what stands beside it."""
+_ONE = "one of them"
+"""The area that all parts are of where it is enough to be inside one."""
 _START = Place(1, 1)
-
-
-def side_of(words: str) -> bool | None:
-    """Return whether an area is to be stayed inside by what it is called, a name a line.
-
-    ``None``: that does not settle it.
-    """
-    lines = re.sub(r"[^\w\n]|[_\d]", " ", words.lower()).splitlines()
-    plain = "\n".join(" ".join(line.split()) for line in lines)
-    rest, outs = _KEEP_OUT.subn(";", plain)  # a flight zone is none where there is no flight
-    is_in, is_out = _KEEP_IN.search(rest) is not None, outs > 0
-    return None if is_in == is_out or _TURNS_ROUND.search(plain) else is_in
 
 
 def left_out(shapes: Mapping[str, int]) -> list[str]:
@@ -113,13 +101,13 @@ def left_out(shapes: Mapping[str, int]) -> list[str]:
 
 
 class DrawnArea(Value):
-    """An area beside the line of a drawing."""
+    """An area beside the line of a drawing, or a hole of one."""
 
     polygon: FencePolygon
     words: str
     """What it is called."""
-    is_sided: bool
-    """Whether anything says which side of it is flown on."""
+    side: AreaSide | None
+    """What it is there for, or the area around a hole; ``None``: nothing settles it."""
 
 
 def drawn_areas(
@@ -140,8 +128,10 @@ def drawn_areas(
         If a ring has fewer than three corners, or one that is not on the earth, or if an area to stay out
         of has holes.
     """
-    side = side_of(words) if is_inside is None else is_inside
-    is_out, is_sided = side is False, side is not None
+    side = side_of(words)
+    if is_inside is not None:
+        side = AreaSide.INSIDE if is_inside else AreaSide.OUTSIDE
+    is_out = side is AreaSide.OUTSIDE
     if len(rings) > 1 and is_out:
         msg = "an area to stay out of with a hole: mend or remove it"
         raise MissionFileError(msg, source=source)
@@ -158,9 +148,53 @@ def drawn_areas(
             )
             raise MissionFileError(msg, source=source)
         polygon = FencePolygon(inclusion=not (is_out or number), vertices_deg=tuple(corners))
-        yield DrawnArea(
-            polygon=polygon, words=" ".join(words.split()), is_sided=is_sided or number > 0
+        yield DrawnArea(polygon=polygon, words=words, side=side)
+
+
+def _fence_of(areas: Sequence[DrawnArea]) -> Fence | None:
+    """Return the fence that areas draw, and what else they may mean; ``None``: none is drawn."""
+
+    def fence(sides: Mapping[AreaSide | None, bool]) -> tuple[FencePolygon, ...]:
+        """Return the polygons of some sides; whether it is enough to be inside one of them."""
+        return tuple(
+            replace(one.polygon, area=_ONE if sides[one.side] else plain_name(one.words) or _ONE)
+            if one.polygon.inclusion
+            else one.polygon
+            for one in areas
+            if one.side in sides
         )
+
+    names = {plain_name(one.words) for one in areas if one.side is AreaSide.INSIDE}
+    readings = []
+    if len(names) > 1:
+        readings.append(fence({AreaSide.INSIDE: False, AreaSide.OUTSIDE: True}))
+    if not names and any(one.side is AreaSide.WORK for one in areas):
+        readings.append(fence({AreaSide.WORK: True, AreaSide.OUTSIDE: True}))
+    certain = fence({AreaSide.INSIDE: True, AreaSide.OUTSIDE: True})
+    if not certain and not readings:
+        return None
+    return Fence(polygons=certain, readings=tuple(Fence(polygons=one) for one in readings))
+
+
+def _uses(areas: Sequence[DrawnArea]) -> Iterator[str]:
+    """Yield what areas are taken for, in words."""
+    for inclusion, side in ((True, AreaSide.INSIDE), (False, AreaSide.OUTSIDE)):
+        fenced = [one for one in areas if one.side in {AreaSide.INSIDE, AreaSide.OUTSIDE}]
+        if count := sum(one.polygon.inclusion is inclusion for one in fenced):
+            yield f"{quantity.count(count, 'area')} as the fence {side}"
+    for other, use in ((AreaSide.WORK, "as where the work is"), (None, "left out of the fence")):
+        if count := sum(one.side is other and one.polygon.inclusion for one in areas):
+            yield f"{quantity.count(count, 'area')} {use}"
+
+
+def _remark_unsettled(areas: Sequence[DrawnArea], remarks: Remarks) -> None:
+    for area in areas:
+        if area.side is None and area.polygon.inclusion:
+            name = " ".join(area.words.split())[:40]
+            said = f"area '{name}'" if name else "an area without a name"
+            remarks.add(
+                AREA_SIDE_UNKNOWN, f"{said}: nothing settles whether to stay inside it or out of it"
+            )
 
 
 def _on_earth(longitude_deg: float, latitude_deg: float) -> bool:
@@ -243,20 +277,13 @@ def foreign_mission(
         msg = f"{what} of {len(points):,} points: MAVLink can send {MOST_ITEMS:,} items"
         raise MissionFileError(msg, source=source)
     told = [*(() if ends.home_deg else ("home at the first point, a take-off there",)), *assumed]
-    for inclusion, side in ((True, "inside"), (False, "out of")):
-        if count := sum(area.polygon.inclusion is inclusion for area in areas):
-            told.append(f"{quantity.count(count, 'area')} as the fence to stay {side}")
+    told += _uses(areas)
     remarks.add(
         FORMAT_FOREIGN,
         f"read from {what} of {quantity.count(len(points), 'point')}; assumed: {'; '.join(told)}",
         place=first.place or _START,
     )
-    for area in areas:
-        if not area.is_sided:
-            said = f"area '{area.words[:40]}'" if area.words else "an area without a name"
-            remarks.add(
-                AREA_SIDE_UNKNOWN, f"{said}: nothing settles whether to stay inside it or out of it"
-            )
+    _remark_unsettled(areas, remarks)
     return Mission(
         source=source,
         file_format=MissionFormat.FOREIGN,
@@ -264,7 +291,7 @@ def foreign_mission(
         home=None if ends.home_deg is None else Home(*ends.home_deg, None),
         return_height_m=ends.return_height_m,
         unstated_wait_s=sum(point.unstated_wait_s for point in points),
-        fence=Fence(polygons=tuple(area.polygon for area in areas)) if areas else None,
+        fence=_fence_of(areas),
         findings=remarks.findings(),
     )
 

@@ -7,13 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import MissionFileError
 from planner.mission.commands import Frame
-from planner.mission.formats.foreign import (
-    drawn_areas,
-    foreign_mission,
-    left_out,
-    line_points,
-    side_of,
-)
+from planner.mission.formats.area_names import AreaSide, side_of
+from planner.mission.formats.foreign import drawn_areas, foreign_mission, left_out, line_points
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,7 +123,7 @@ def _areas(rings: object, properties: dict[str, Any], source: str) -> Iterator[D
     stated = {properties[key] for key in _SIDES if isinstance(properties.get(key), bool)}
     others = [key for key in _SIDES if not isinstance(properties.get(key), bool | None)]
     words = _words(properties)
-    if others or len(stated) > 1 or (True in stated and side_of(words) is False):
+    if others or len(stated) > 1 or (True in stated and side_of(words) is AreaSide.OUTSIDE):
         key = others[0] if others else next(key for key in _SIDES if key in properties)
         msg = (
             f"GeoJSON with an area '{words[:40]}' of {key} {str(properties[key])[:20]!r}: give true to stay "
