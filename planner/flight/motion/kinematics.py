@@ -110,10 +110,14 @@ class Columns(Value, eq=False):
 
     def select(self, rows: IntArray | BoolArray) -> Self:
         """Return some of the rows."""
+        rows = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
         chosen: dict[str, Any] = {}
         for name in field_names(self):
             value = getattr(self, name)
-            chosen[name] = value.select(rows) if isinstance(value, Columns) else value[rows]
+            # Of rows of several values `take` is four times as quick as brackets.
+            chosen[name] = (
+                value.select(rows) if isinstance(value, Columns) else value.take(rows, axis=0)
+            )
         return type(self)(**chosen)
 
     def put(self, rows: IntArray | BoolArray, values: Self) -> None:
