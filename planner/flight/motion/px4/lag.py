@@ -194,17 +194,19 @@ class TrackingLag(Value):
         With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
         behind where f < b y: waited for is f/b, in the mean.
         """
-        ahead, still = np.maximum(_dot(force_m_s2, along), 0.0), self._still_per_s2
-        ahead_squared = ahead * ahead
-        squared = np.maximum(_dot(force_m_s2, force_m_s2), ahead_squared)
-        beside = (squared - ahead_squared) / still**2
-        of_beside = waiting * waiting * beside
-        root = np.sqrt(np.maximum(squared - of_beside, 0.0))
-        behind = np.maximum(ahead_squared - of_beside, 0.0)
+        still, size = self._still_per_s2, np.abs(force_m_s2)
+        ahead = np.maximum((force_m_s2 * along.conj()).real, 0.0)
+        ahead_squared, waiting_squared = ahead * ahead, waiting * waiting
+        squared = np.maximum(size * size, ahead_squared)
+        # b² y², no more than f² is waited for
+        beside = (squared - ahead_squared) * (waiting_squared * (1.0 / still**2))
+        beside = np.minimum(beside, ahead_squared)
+        root = np.sqrt(squared - beside)
+        behind = ahead_squared - beside
         behind /= np.maximum(still * ahead + waiting * root, _TINY)
-        waited = ahead / np.maximum(waiting, _TINY)
-        error = np.where(behind > 0.0, np.sqrt(behind * behind + beside), waited)
-        error[comes_back] = np.sqrt(squared[comes_back]) / (still + waiting[comes_back])
+        beside /= np.maximum(waiting_squared, _TINY)
+        error: FloatArray = np.sqrt(behind * behind + beside)
+        error[comes_back] = size[comes_back] / (still + waiting[comes_back])
         return error
 
     def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
