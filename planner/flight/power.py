@@ -13,7 +13,7 @@ from planner.physics.atmosphere import SEA_LEVEL_PRESSURE_PA, air_density_kg_m3
 from planner.physics.rotor import Acceleration
 from planner.physics.wind import Wind
 from planner.units import GRAVITY_M_S2
-from planner.values import Value, replace
+from planner.values import Value, field_names, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
 
 if TYPE_CHECKING:
@@ -286,6 +286,11 @@ class Transients(Value, eq=False):
     start_s: FloatArray
     pause_at_s: FloatArray
     pause_s: FloatArray
+
+    def select(self, rows: BoolArray) -> Transients:
+        """Return some of the windows."""
+        columns = {name: getattr(self, name)[rows] for name in field_names(self)[2:]}
+        return replace(self, **columns)
 
     def end_s(self) -> FloatArray:
         """Return when each window ends. (n,) [s]"""

@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import (
     SHORTEST_CHANGE_S,
     STATES,
     FlightState,
+    KinematicState,
     quotient,
 )
 from planner.flight.power import SteadyPower
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState, Motion
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.pilot import Pilot
     from planner.flight.power import Transients
     from planner.mission.route.stage import Route
@@ -249,6 +250,21 @@ class Flight(Value, eq=False, dict=True):
             return None
         airspeed_m_s = self.power.airspeed_m_s(self.node_state)
         return flight_extremes(self.node_state, airspeed_m_s, self.motion.piece_segment)
+
+    def leading(self, items: int) -> Flight:
+        """Return the flights of the first items alone, of those that are flights of their own."""
+        motion, transients = self.motion.leading(items), self.transients
+        pieces, segments = len(motion.piece_segment), len(motion.segments.item)
+        state = field_values(self.node_state)
+        return replace(
+            self,
+            motion=motion,
+            transients=transients.select(transients.segment < segments),
+            segment_energy_j=self.segment_energy_j[:segments],
+            node_s=self.node_s[:pieces],
+            node_state=KinematicState(**{name: of_all[:pieces] for name, of_all in state.items()}),
+            node_steady_w=self.node_steady_w[:pieces],
+        )
 
     def in_equal_power(self, power: SteadyPower) -> Flight:
         """Return the same flight with a power that counts the same."""

@@ -292,6 +292,28 @@ class Motion(Value, eq=False, dict=True):
         served = np.unique(self.done_segment[self.done_segment >= 0])
         return max(len(served) - 1, 0)
 
+    def leading(self, items: int) -> Self:
+        """Return the flights of the first items alone, of those that are flights of their own.
+
+        What is known of all of them together is left out.
+        """
+        segments = int(np.searchsorted(self.segments.item, items))
+        pieces = int(np.searchsorted(self.piece_segment, segments))
+        slowed = self.slowed
+        own = {
+            name: values[:pieces]
+            for name, values in field_values(self).items()
+            if name.startswith("piece_") and values is not None
+        }
+        return type(self)(
+            **own,
+            segments=self.segments.select(np.arange(segments)),
+            laws=self.laws,
+            arrival_segment=self.arrival_segment[:items],
+            done_segment=self.done_segment[:items],
+            slowed=None if slowed is None else slowed.select(slowed.item < items),
+        )
+
     def piece_start_s(self) -> FloatArray:
         """Return when each piece begins. (p,) [s]"""
         return np.concatenate(([0.0], np.cumsum(self.piece_duration_s)[:-1]))

@@ -10,6 +10,7 @@ import numpy as np
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     STATES,
+    Columns,
     FlightState,
     KinematicState,
     lengths,
@@ -80,7 +81,7 @@ class FlightPoint(Value, dict=True):
         return self.place_deg[1]
 
 
-class ReturnPoints(Value, eq=False):
+class ReturnPoints(Columns, eq=False):
     """n points of a flight at which a return may begin, each inside one segment."""
 
     segment: IntArray
@@ -244,6 +245,23 @@ class Returns(Value, eq=False, dict=True):
     def sample(self) -> FlownReturns | None:
         """Returns from all over the flight; ``None`` where no point of it is in the air."""
         return None if self.sampled is None else self.flown(self.points(*self.sampled))
+
+    def sample_and(self, points: ReturnPoints) -> tuple[FlownReturns, ...]:
+        """Return the returns of the sample, which there is, and those from further points.
+
+        Both at once while the sample is not known yet: together they take little more time than alone.
+        """
+        if "sample" in vars(self):
+            assert self.sample is not None
+            return self.sample, self.flown(points)
+        assert self.sampled is not None
+        sample = self.points(*self.sampled)
+        both = self.flown(ReturnPoints.joined((sample, points)))
+        count = len(sample.segment)
+        vars(self)["sample"] = FlownReturns(
+            points=sample, destination=both.destination[:count], flight=both.flight.leading(count)
+        )
+        return (both,)
 
     @cached_property
     def sampled(self) -> tuple[IntArray, FloatArray] | None:

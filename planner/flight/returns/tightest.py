@@ -158,7 +158,7 @@ def sweep_returns_each(
     returns: Returns, limits_wh: Sequence[tuple[float, ...]]
 ) -> Sequence[ReturnSweep | None]:
     """Return a sweep for each of several groups of limits, as `sweep_returns`."""
-    if returns.sample is None:
+    if returns.sampled is None:
         return [None] * len(limits_wh)
     asked = [_Refinement.of(returns, [one for one in group if one > 0.0]) for group in limits_wh]
     made: dict[Hashable, ReturnSweep] = {}
@@ -247,10 +247,12 @@ class _CoarseSweep(Value, eq=False):
     @classmethod
     def of(cls, returns: Returns, segment: IntArray, fraction: FloatArray) -> Self:
         """Return the sample of the returns with further points."""
-        assert returns.sample is not None
-        sweep = _swept(returns.sample)
         if len(segment):
-            sweep = _with(sweep, returns, segment, fraction)
+            flown = returns.sample_and(returns.points(*in_order(segment, fraction)))
+            sweep = _merged(*map(_swept, flown))
+        else:
+            assert returns.sample is not None
+            sweep = _swept(returns.sample)
         sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
         inside = np.diff(returns_unbroken(returns)[sweep.segment]) == 0
         bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
@@ -318,9 +320,9 @@ def _with(
     return _merged(sweep, _swept(returns.flown(points)))
 
 
-def _merged(sweep: ReturnSweep, other: ReturnSweep) -> ReturnSweep:
-    both = ReturnSweep.joined([sweep, other])
-    return both.select(np.lexsort((both.fraction, both.segment)))
+def _merged(*sweeps: ReturnSweep) -> ReturnSweep:
+    every = ReturnSweep.joined(sweeps)
+    return every.select(np.lexsort((every.fraction, every.segment)))
 
 
 class _Refinement(Value, eq=False, dict=True):

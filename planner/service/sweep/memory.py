@@ -242,6 +242,11 @@ class _KeptReturns(Returns, eq=False, dict=True):
         """Segments of the points of the sample, and the fractions of their time, in flown order."""
         return self.way.once(sample_points, self)
 
+    def sample_and(self, points: ReturnPoints) -> tuple[FlownReturns, ...]:
+        """Return the returns of the sample, and those from further points: others have that alone."""
+        assert self.sample is not None
+        return self.sample, self.flown(points)
+
     @cached_property
     def situations(self) -> Situations:
         """Every situation the vehicle may be in."""
