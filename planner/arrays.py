@@ -6,16 +6,19 @@ Each array says its shape and unit beside it.
 from __future__ import annotations
 
 from functools import cache
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-IndexArray = npt.NDArray[np.intp]
-BoolArray = npt.NDArray[np.bool_]
-ComplexArray = npt.NDArray[np.complex128]
-TextArray = npt.NDArray[np.str_]
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+FloatArray: TypeAlias = "npt.NDArray[np.float64]"
+IntArray: TypeAlias = "npt.NDArray[np.int64]"
+IndexArray: TypeAlias = "npt.NDArray[np.intp]"
+BoolArray: TypeAlias = "npt.NDArray[np.bool_]"
+ComplexArray: TypeAlias = "npt.NDArray[np.complex128]"
+TextArray: TypeAlias = "npt.NDArray[np.str_]"
 
 _KEPT_BYTES = 16 << 20
 

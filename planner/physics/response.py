@@ -416,14 +416,15 @@ def _roots(monic: FloatArray) -> ComplexArray:
 
 def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int) -> FloatArray:
     """First terms of the power series numerator / denominator, coefficients ascending. (length, …)"""
-    terms = np.zeros((length, *denominator.shape[:-1]))
-    terms[: numerator.shape[-1]] = np.moveaxis(numerator, -1, 0)[:length]
+    given = [*np.moveaxis(numerator, -1, 0)]
     first, *carried = np.moveaxis(denominator, -1, 0)
+    terms: list[Any] = []
     for j in range(length):
+        term = given[j] if j < len(given) else np.zeros(denominator.shape[:-1])
         for i, coefficient in enumerate(carried[:j], start=1):
-            terms[j] -= coefficient * terms[j - i]
-        terms[j] /= first
-    return terms
+            term = term - coefficient * terms[j - i]
+        terms.append(term / first)
+    return np.array(terms)
 
 
 def _over_factorials(coefficients: FloatArray, offset: int = 0) -> FloatArray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -602,6 +601,8 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
     the mean wind, and in one that the model does not count.  Less is left the farther off, and the more so,
     so that in between at least as much is left as on the straight.
     """
+    from statistics import NormalDist  # asked in few checks; it takes long to import
+
     if a.battery is None:
         return
     left_wh, off_wh = _least_margin_wh(a), _least_margin_wh(other)

@@ -20,7 +20,6 @@ from planner.rules.assessment import numbers
 from planner.rules.declaration import BUDGET, PACK, judges
 from planner.units import wh_from_j
 from planner.vehicle.pack import LIPO_CELL_V, chemistry_of
-from planner.vehicle.priors import multicopter_priors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -104,6 +103,8 @@ def _voltage_lost(a: Assessment, pack: Battery, added: float) -> float:
     A current in C through the resistance of a cell of 1 Ah drops as much as that of any cell: 9 of 10 have
     no more than the prior's.  ``added`` is over that of the new battery. [-]
     """
+    from planner.vehicle.priors import multicopter_priors
+
     sample = a.returns.sample
     highest_w = max(a.totals.peak_power_w, 0.0 if sample is None else sample.demand[0])
     cell_v = LIPO_CELL_V
