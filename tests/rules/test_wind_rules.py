@@ -6,13 +6,14 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from fenced_missions import rally
+from fenced_missions import circle, rally
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, found, vehicle_of
 
 from planner.findings import Severity
+from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -374,7 +375,37 @@ def test_a_wind_faster_than_the_vehicle_is_no_question_of_circles() -> None:
 
 def test_without_a_circle_or_a_known_limit_nothing_is_said_of_circles() -> None:
     assert not circling(12.0)
-    assert not circling(12.0, (10.0, 20.0), limit_m_s=None)
+    unshown = replace(QUAD, valid_for=replace(QUAD.valid_for, speed_m_s=None))
+    assert not of("W105", _circle(), unshown, wind=Wind(speed_m_s=12.0, from_deg=90.0))
+    # of a model that states no limit what it was seen to fly, 15.1 m/s: 6.0 m/s and the wind
+    for wind_m_s, fires in ((8.9, False), (9.3, True)):
+        found = of("W105", _circle(), QUAD, wind=Wind(speed_m_s=wind_m_s, from_deg=90.0))
+        assert bool(found) is fires
+
+
+def _circle() -> Mission:
+    """Return a mission with a circle of 20 m around home, flown at 5 m/s."""
+    there = replace(waypoint(0, 20), command=18, param1=2.0, param3=20.0)
+    return mission(takeoff(20), there, rtl())
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "inclusion", "is_open"),
+    [(32.5, True, True), (36.0, True, False), (6.0, False, True), (2.5, False, False)],
+)
+def test_a_circle_that_is_not_flown_as_predicted_near_a_fence_is_not_checked(
+    radius_m: float,
+    inclusion: bool,  # noqa: FBT001 - a table of cases
+    is_open: bool,  # noqa: FBT001
+) -> None:
+    """Three quarters of 20 m are 15 m: inside from 35 m on, and around less than 5 m, it is clear, and a
+    metre or two nearer as the vehicle flies inside of the circle its target is on."""
+    fence = Fence(circles=(circle(0.0, 0.0, radius_m, inclusion=inclusion),))
+    one = replace(_circle(), fence=fence)
+    given: dict[str, Any] = {"wind": Wind(speed_m_s=9.3, from_deg=90.0)}
+    open_ones = [f for f in of("X904", one, **given) if "F107" in f.message]
+    assert bool(open_ones) is is_open
+    assert not of("X904", one)
 
 
 @pytest.mark.parametrize(
