@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 _PARTS = 4
 """Parts of a piece over which its velocity counts as constant."""
-_LAST = slice(_PARTS - 1, None, _PARTS)
-"""The last part of each piece."""
 _ROUNDS, _ROUNDS_AHEAD = 5, 3
 """What is waited for makes a vehicle slower, and that the drag less: after five rounds legs change by less
 than 0.3 %, after three the place by centimetres."""
@@ -100,7 +98,7 @@ class TrackingLag(Value):
         parts, last = _Parts.of(ordered, moves), _last_flown(ordered, moves)
         rows = np.maximum(last, 0)
         _, displaced = self._followed(parts, ordered, moves, _ROUNDS_AHEAD)
-        off, velocity = displaced[rows], parts.level_m_s[rows, -1]
+        off, velocity = displaced[rows], parts.level_m_s[-1, rows]
         speed = np.abs(velocity)
         ahead = quotient(_dot(off, velocity), speed, above=_STILL_M_S)
         beside = np.sqrt(np.maximum(np.abs(off) ** 2 - ahead**2, 0.0))
@@ -117,15 +115,13 @@ class TrackingLag(Value):
         The same law upwards, by MPC_Z_P, MPC_Z_VEL_P_ACC and MPC_Z_VEL_I_ACC; no time is stretched for it.
         """
         p, edges = self.parameters, parts.climb_m_s
-        drag = 0.5 * self.drag_per_s * (edges[:, :-1] + edges[:, 1:]).ravel()
+        drag = 0.5 * self.drag_per_s * (edges[:-1] + edges[1:])
         rate_per_s = p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
-        constants = parts.time_s * rate_per_s
-        settled = -np.expm1(-constants)
-        built = _smoothed(drag, settled, parts.first)[_LAST]
-        built += (drag[_LAST] - built) * settled[_LAST]
-        force = self.drag_per_s * edges[:, -1] - built
+        settled = -np.expm1(-parts.time_s * rate_per_s)
+        built = _smoothed(drag, settled, parts.first)[-1]
+        force = self.drag_per_s * edges[-1] - built - (drag[-1] - built) * settled
         stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
-        return np.asarray(-force * np.sign(edges[:, -1]) / stiffness)
+        return np.asarray(-force * np.sign(edges[-1]) / stiffness)
 
     def climb_late_s(self) -> float:
         """Return by how much a take-off is late: its height is kept at the vehicle's, k q + z = D v. [s]"""
@@ -174,8 +170,8 @@ class TrackingLag(Value):
         stiffness = still + np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
         last = heading * (along * (1.0 / still - 1.0 / stiffness)) - force_m_s2 / still
         settled = -np.expm1(time_s * stiffness * (-1.0 / self.parameters.velocity_gain_per_s))
-        begun = _smoothed(last, settled, first)[_LAST]
-        return np.asarray(begun + (last[_LAST] - begun) * settled[_LAST])
+        begun = _smoothed(last, settled, first)[-1]
+        return np.asarray(begun + (last[-1] - begun) * settled[-1])
 
     def _error_m(
         self,
@@ -206,7 +202,7 @@ class TrackingLag(Value):
         behind /= np.maximum(still * ahead + waiting * root, _TINY)
         beside /= np.maximum(waiting_squared, _TINY)
         error: FloatArray = np.sqrt(behind * behind + beside)
-        error[comes_back] = size[comes_back] / (still + waiting[comes_back])
+        error[:, comes_back] = size[:, comes_back] / (still + waiting[:, comes_back])
         return error
 
     def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -228,22 +224,21 @@ class TrackingLag(Value):
     ) -> tuple[FloatArray, ComplexArray]:
         """Return time scales, and where vehicles are beside trajectories as pieces end. (p,), (p,)"""
         p, time_s = self.parameters, parts.time_s
-        begins, ends = parts.level_m_s[:, :-1].ravel(), parts.level_m_s[:, 1:].ravel()
+        begins, ends = parts.level_m_s[:-1], parts.level_m_s[1:]
         velocity = 0.5 * (begins + ends)
         speed, drag = np.abs(velocity), self.drag_per_s * velocity
         tilted, most_of_drag = self._tilted(speed)
         is_tilted = tilted < 1.0
         asked, given_m_s2 = 1.0 + p.velocity_derivative_gain, (ends - begins) / time_s
-        is_back = _comes_back(moves)[ordered.segment_move[ordered.segment]]
-        comes_back = np.flatnonzero(np.repeat(is_back, _PARTS))
+        comes_back = np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]])
         along = quotient(1.0, speed, above=_STILL_M_S) * velocity
         waiting = self._waiting_per_s2(speed)
-        scale, built, settled = tilted, drag, time_s
+        scale, built, settled = tilted, drag, tilted
         for _ in range(rounds):
             flown_s = time_s / scale
             constants = flown_s / self._settling_s
             # Of a vehicle that flies the velocities of its trajectory at its scale.
-            around = np.concatenate((scale[:1], 0.5 * (scale[1:] + scale[:-1]), scale[-1:]))
+            around = _at_ends(scale)
             sought = around[1:] * ends
             sought -= around[:-1] * begins
             sought *= asked / flown_s
@@ -256,31 +251,45 @@ class TrackingLag(Value):
             error_m = self._error_m((drag - built) * mean, along, waiting, comes_back)
             slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
             scale = np.minimum(slowed, tilted)
-        flown_s = (time_s / scale).reshape(-1, _PARTS).sum(axis=1)
-        whole = quotient(ordered.duration_s, flown_s, 1.0)
+        flown_s = time_s / scale
+        whole = quotient(ordered.duration_s, flown_s.sum(axis=0), 1.0)
         force = self.drag_per_s * ends - built - (drag - built) * settled
-        return whole, self._off_m(force, ends, time_s / scale, parts.first)
+        return whole, self._off_m(force, ends, flown_s, parts.first)
 
 
 class _Parts(Value, eq=False):
-    """Pieces cut into parts, n of them, over which their velocity counts as constant."""
+    """p pieces cut into parts, of which each is a row: over it the velocity counts as constant."""
 
     level_m_s: ComplexArray
-    """Horizontal velocity where parts of pieces begin and end: east + i north. (p, _PARTS + 1)"""
+    """Horizontal velocity where parts begin and end: east + i north. (_PARTS + 1, p)"""
     climb_m_s: FloatArray
-    """Climb rate there. (p, _PARTS + 1)"""
+    """Climb rate there. (_PARTS + 1, p)"""
     time_s: FloatArray
-    """Duration. (n,) [s]"""
+    """Duration of a part of each piece. (p,) [s]"""
     first: IntArray
-    """Those that flights of their own begin with."""
+    """The pieces that flights of their own begin with."""
 
     @classmethod
     def of(cls, ordered: Ordered, moves: Moves) -> _Parts:
         """Return the parts of pieces in flown order."""
         east, north, climb = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))
-        time_s = np.repeat(ordered.duration_s / _PARTS, _PARTS)
-        first = _PARTS * np.flatnonzero(np.diff(_flights(ordered, moves), prepend=-1))
-        return cls(level_m_s=east + 1j * north, climb_m_s=climb, time_s=time_s, first=first)
+        return cls(
+            level_m_s=east + 1j * north,
+            climb_m_s=climb,
+            time_s=ordered.duration_s / _PARTS,
+            first=np.flatnonzero(np.diff(_flights(ordered, moves), prepend=-1)),
+        )
+
+
+def _at_ends(values: FloatArray) -> FloatArray:
+    """Return what is between parts: the mean of the two that meet there. (_PARTS + 1, p)"""
+    ends = np.empty((len(values) + 1, values.shape[1]))
+    np.add(values[1:], values[:-1], out=ends[1:-1])
+    np.add(values[-1, :-1], values[0, 1:], out=ends[0, 1:])
+    ends *= 0.5
+    ends[-1, :-1] = ends[0, 1:]
+    ends[0, 0], ends[-1, -1] = values[0, 0], values[-1, -1]
+    return ends
 
 
 def _flights(ordered: Ordered, moves: Moves) -> IntArray:
@@ -341,35 +350,36 @@ def _comes_back(moves: Moves) -> BoolArray:
 
 
 def _smoothed(values: Numbers, settled: FloatArray, first: IntArray) -> Numbers:
-    """Return what follows values, as each begins: z' = z + (value − z) settled, 0 as flights begin. (n,)
+    """Return what follows values, as each begins: z' = z + (value − z) settled, 0 as flights begin.
 
-    By the fractions of the way to the values that are gone while they last, and where flights begin.
+    Of parts, (k, p), by the fractions of the way to the values that are gone while they last, (k, p) or
+    (p,), and the pieces that flights begin with.
     """
-    left, gained = np.zeros_like(settled), np.zeros_like(values)
-    np.subtract(1.0, settled[:-1], out=left[1:])
-    np.multiply(values[:-1], settled[:-1], out=gained[1:])
-    left[first] = gained[first] = 0.0
-    return _recurred(left, gained)
+    left, gained = np.broadcast_to(1.0 - settled, values.shape).copy(), values * settled
+    left[-1, first - 1] = gained[-1, first - 1] = 0.0
+    after = _recurred(left, gained)
+    begin = np.concatenate((after[-1:], after[:-1]))
+    begin[0, 1:], begin[0, 0] = after[-1, :-1], 0.0
+    return begin
 
 
 def _recurred(left: FloatArray, gained: Numbers) -> Numbers:
-    """Return z of z' = z left + gained, from 0, after each step. (n,)
+    """Return z of z' = z left + gained, from 0, after each step: down each column, then the next. (k, n)
 
-    Stretches of some steps are taken beside each other, each from 0; what they end with recurs the same
-    way, and dies away in the stretch after.
+    Columns are taken beside each other, each from 0; what they end with recurs the same way, in columns of
+    their own, and dies away in the column after.  Overwrites what it is given.
     """
-    count = len(gained)
-    if count <= _ONE_BY_ONE:
-        steps = zip(left.tolist(), gained.tolist(), strict=True)
-        after = accumulate(steps, lambda z, step: z * step[0] + step[1], initial=0.0)
-        return np.array(list(after)[1:], dtype=gained.dtype)
-    shape = (-(-count // _ABREAST), _ABREAST)
-    kept, own = np.zeros(shape), np.zeros(shape, dtype=gained.dtype)
-    kept.ravel()[:count], own.ravel()[:count] = left, gained
-    # A row for each step: what it changes lies side by side.
-    kept, own = kept.T.copy(), own.T.copy()
-    for step in range(1, _ABREAST):
-        own[step] += own[step - 1] * kept[step]
-        kept[step] *= kept[step - 1]
-    own[:, 1:] += kept[:, 1:] * _recurred(kept[-1], own[-1])[:-1]
-    return own.T.ravel()[:count]
+    steps, columns = gained.shape
+    for step in range(1, steps):
+        gained[step] += gained[step - 1] * left[step]
+        left[step] *= left[step - 1]
+    if 1 < columns <= _ONE_BY_ONE:
+        ends = zip(left[-1].tolist(), gained[-1].tolist(), strict=True)
+        before = list(accumulate(ends, lambda z, end: z * end[0] + end[1], initial=0.0))[:-1]
+        gained += left * np.array(before)
+    elif columns > 1:
+        filled = -columns % _ABREAST
+        longer = (np.append(one[-1], np.zeros(filled)) for one in (left, gained))
+        after = _recurred(*(one.reshape(-1, _ABREAST).T.copy() for one in longer))
+        gained[:, 1:] += left[:, 1:] * after.T.ravel()[: columns - 1]
+    return gained

@@ -356,8 +356,8 @@ class Ordered(Value, eq=False):
     """How much longer all of it takes for the noise of the position. [s]"""
 
     def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
-        """Return east, north and upward velocities at fractions of the time of each piece. (3, p, k)"""
-        velocity = np.empty((3, len(self.law), len(fractions)))
+        """Return east, north and upward velocities at fractions of the time of each piece. (3, k, p)"""
+        velocity = np.empty((3, len(fractions), len(self.law)))
         for index, law in enumerate(self.laws):
             pieces = np.flatnonzero(self.law == index)
             if len(pieces):
@@ -365,7 +365,7 @@ class Ordered(Value, eq=False):
                 state = law.state_at(self.row[pieces][:, None], time)
                 columns = (state.east_m_s, state.north_m_s, state.climb_m_s)
                 for own, column in zip(velocity, columns, strict=True):
-                    own[pieces] = column
+                    own[:, pieces] = column.T
         return velocity
 
     def divided(self, at_s: FloatArray) -> Ordered:
@@ -411,7 +411,7 @@ class Ordered(Value, eq=False):
             laws.append(_displaced(law, own))
         flown = replace(self, laws=tuple(laws))
         east, north, _ = flown.velocities_m_s(_LENGTH_NODES)
-        way = np.sqrt(east * east + north * north) @ _LENGTH_WEIGHTS * self.duration_s
+        way = _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north) * self.duration_s
         distance = np.bincount(self.segment, way).astype(np.float64)
         return replace(flown, segment_distance_m=distance)
 
