@@ -23,7 +23,11 @@ def __getattr__(name: str) -> object:
     if name == "__all__":
         value: object = sorted([*homes, "__version__"])
     elif name in homes:
-        value = getattr(import_module(homes[name]), name)
+        home = homes[name]
+        is_package = home == __name__
+        value = (
+            import_module(f"{home}.{name}") if is_package else getattr(import_module(home), name)
+        )
     else:
         msg = f"module 'planner' has no attribute {name!r}"
         raise AttributeError(msg)

@@ -1,5 +1,6 @@
 """The public names of the package, each from the module it is declared in: the one list of them."""
 
+from planner import fleet as fleet
 from planner.autopilot import Autopilot as Autopilot
 from planner.autopilot import Target as Target
 from planner.errors import MavjouleError as MavjouleError

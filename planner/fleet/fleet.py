@@ -498,13 +498,14 @@ class Fault(NamedPart):
     """What goes wrong in `fleet simulate`: who is hit by it, and is everyone else still safe?
 
     ``keeps-command``: it flies on by its last command and hears no other, at its speed and in its
-    direction; the others see where that leads and keep out of its way.  One that flies its mission as filed
-    flies on by that, and stops for nobody.  ``loses-position``: the place it reports and flies by is wrong by
-    more and more, and nobody knows.  ``battery-drops``: its battery holds less of a sudden; in a table
-    ``[swarm]`` it flies home if its way there needs it, one that flies its mission as filed flies on,
-    whatever its failsafes would have it do.  ``link-late``: what it has to do for others reaches it late.
-    ``gusts``: gusts about a mean wind blow all vehicles, or one, off their places; what flying against them
-    takes is counted by the steady power at that airspeed, where the model knows one.
+    direction; the others see where that leads and keep out of its way, as far as they still may. One that
+    flies its mission as filed flies on by that, and stops for nobody. ``loses-position``: the place it
+    reports and flies by is wrong by more and more, and nobody knows. ``battery-drops``: its battery holds
+    less of a sudden; in a table ``[swarm]`` it flies home if its way there needs it, one that flies its
+    mission as filed flies on, whatever its failsafes would have it do. ``link-late``: what it has to do for
+    others reaches it late. ``gusts``: gusts about a mean wind blow all vehicles, or one, off their places;
+    what flying against them takes is counted by the steady power at that airspeed, where the model knows
+    one.
 
     The gusts are first-order Gauss-Markov, with the intensity and length of Dryden's model at low altitude
     (MIL-F-8785C), drawn for each vehicle by itself.  How a model answers gusts nobody has measured: a
@@ -521,7 +522,7 @@ class Fault(NamedPart):
         Key(
             "for so long a command is kept or a link is late; to the end where not given",
             "s",
-            _TIME,
+            Range(0.0, LATEST_S, excludes_low=True),
         ),
     ] = None
     drift_m_s: Annotated[

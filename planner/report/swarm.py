@@ -60,6 +60,14 @@ _OF_APPROACH = ("first", "second", "distance_m", "time_s", "above_m")
 _OF_GROUP = ("energy_wh", "makespan_s", "distance_m", "stops", "waited_s", "energy_by_state_wh")
 _FLIES = (AgentPhase.CLIMBS, AgentPhase.FLIES, AgentPhase.LANDS)
 
+_OF_RUN = (
+    "agents",
+    "seed",
+    "goal",
+    "is_clear",
+    *(one for one in field_names(SwarmRun)[3:] if one not in {"unclear", "findings", "suppressed"}),
+)
+
 
 def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
     """Return the report of a simulation: whether it is clear first, then what each agent did."""
@@ -182,6 +190,8 @@ def _row(result: SwarmResult, one: SwarmAgent) -> tuple[str, ...]:
 
 def agent_end(one: SwarmAgent) -> str:
     """Return what is to be said of how the flight of an agent ended, if anything."""
+    if one.flight is None:
+        return "not taken off"
     if not one.has_landed:
         return "in the air"
     if one.turned_back_s is None:
@@ -293,7 +303,7 @@ def numbers_text(numbers: SwarmNumbers, *, medium: Medium) -> str:
                 for one in (row.time_to_50_s, row.time_to_90_s, row.time_to_100_s)
             ),
             quantity.duration(row.waited_s.mean),
-            ", ".join(numbers.marks(row)),
+            marks_text(numbers, row),
         )
         for row in numbers.rows
     ]
@@ -306,9 +316,22 @@ def numbers_text(numbers: SwarmNumbers, *, medium: Medium) -> str:
     ]
     if numbers.is_cut_short:
         lines += [NUMBERS_CUT_SHORT]
-    for finding in numbers.findings:
-        lines += ["", *finding_lines(finding, file=numbers.file, medium=medium)]
-    return "\n".join(lines) + "\n"
+    problems, notes = by_weight(numbers.findings)
+    lines.append("")
+    for finding in problems:
+        lines += finding_lines(finding, file=numbers.file, medium=medium)
+    for finding in notes:
+        lines += note_lines(finding, medium=medium)
+    return (
+        "\n".join([*lines, "", closing_line(numbers.findings, suppressed=numbers.suppressed)])
+        + "\n"
+    )
+
+
+def marks_text(numbers: SwarmNumbers, row: AgentsRow) -> str:
+    """Return what there is to be said of a row, and what makes it not clear."""
+    codes = ", ".join(numbers.unclear(row))
+    return ", ".join([*numbers.marks(row), *([codes] if codes else [])])
 
 
 NUMBERS_CUT_SHORT = (
@@ -375,22 +398,25 @@ def numbers_document(numbers: SwarmNumbers, *, version: str) -> Document:
             | {"marks": [*numbers.marks(row)]}
             for row in numbers.rows
         ],
-        "runs": [values(one, field_names(SwarmRun)) for one in numbers.runs],
+        "runs": [values(one, _OF_RUN) | {"unclear": [*one.unclear]} for one in numbers.runs],
         "findings": [finding_document(one) for one in numbers.findings],
     }
 
 
 def swarm_trace(result: SwarmResult) -> dict[str, Sequence[object]]:
-    """Return every step of every agent as columns: what is true at the beginning of the step.
+    """Return every step of every agent as columns: what is true at its beginning, and at the end of the last.
 
     ``least_distance_m`` is between any two agents in the air during the step, as far as it is within five
     separations; ``goal_fraction`` is of the whole swarm.  Places are where agents are: ``displaced_m`` from
     where they report to be.
     """
     record, agents = result.record, result.agents
-    begin_s, count = record.begin_s[:-1], len(result.agents)
+    begin_s, count = record.begin_s, len(result.agents)
+    phase = np.vstack(
+        (record.phase, np.where(record.has_landed, AgentPhase.LANDED, record.phase[-1]))
+    )
     latitude_deg, longitude_deg = result.frame.latitude_longitude_deg(
-        record.place_m[:-1, :, 0], record.place_m[:-1, :, 1]
+        record.place_m[..., 0], record.place_m[..., 1]
     )
     height_m, power_w, energy_wh = np.full((3, len(begin_s), count), np.nan)
     for row, one in enumerate(agents):
@@ -399,28 +425,28 @@ def swarm_trace(result: SwarmResult) -> dict[str, Sequence[object]]:
         own_s = np.clip(begin_s - one.start_s, 0.0, one.time_s)
         height_m[:, row] = one.flight.motion.state_at_time(own_s).height_m
         if one.energy_wh is not None:
-            flies = np.isin(record.phase[:, row], _FLIES)
+            flies = np.isin(phase[:, row], _FLIES)
             power_w[:, row] = np.where(flies, one.flight.power_w(own_s), 0.0)
             energy_wh[:, row] = np.interp(own_s, *energy_by_time(one.flight))
-    speed_m_s = np.hypot(record.velocity_m_s[:-1, :, 0], record.velocity_m_s[:-1, :, 1])
+    speed_m_s = np.hypot(record.velocity_m_s[..., 0], record.velocity_m_s[..., 1])
     displaced_m = np.hypot(
         *np.moveaxis(np.broadcast_to(record.carried_m, record.place_m.shape), -1, 0)
     )
     steps: dict[str, Sequence[object]] = {
         "time_s": np.repeat(np.round(begin_s, 3), count).tolist(),
         "agent": [one.name for one in agents] * len(begin_s),
-        "phase": [AgentPhase(one).name.lower() for one in record.phase.ravel().tolist()],
-        "waits": record.waits.ravel().tolist(),
+        "phase": [AgentPhase(one).name.lower() for one in phase.ravel().tolist()],
+        "waits": [*record.waits.ravel().tolist(), *[False] * count],
     }
     for name, column, digits in (
         ("latitude_deg", latitude_deg, 8),
         ("longitude_deg", longitude_deg, 8),
         ("height_above_home_m", height_m, 3),
         ("ground_speed_m_s", speed_m_s, 3),
-        ("displaced_m", displaced_m[:-1], 3),
+        ("displaced_m", displaced_m, 3),
         ("power_w", power_w, 3),
         ("energy_wh", energy_wh, 4),
-        ("least_distance_m", np.repeat(result.distances.least_m, count), 3),
+        ("least_distance_m", np.repeat(np.append(result.distances.least_m, np.nan), count), 3),
         ("goal_fraction", np.repeat(result.goal.fraction_at(begin_s), count), 5),
     ):
         steps[name] = np.round(column, digits).ravel().tolist()

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
+_WITH_ALL = "; with all that is not counted"
 _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
 _OVERSHOOT = 0.03
@@ -597,8 +598,8 @@ def _uncounted(a: Assessment) -> tuple[str, bool]:
     if most_wh <= 0.0:
         return "", False
     if not math.isfinite(most_wh):
-        return "; it may not come forward at all", True
-    text = f"; it may take {quantity.energy(most_wh)} more"
+        return f"{_WITH_ALL} it may not come forward at all", True
+    text = f"{_WITH_ALL} it may take {quantity.energy(most_wh)} more"
     if margin_wh >= most_wh:
         return text, False
     return f"{text} than the {quantity.energy(max(margin_wh, 0.0))} above the reserve allow", True

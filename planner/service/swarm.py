@@ -43,6 +43,7 @@ from planner.service.swarm_findings import (
     HEIGHTS_UNKNOWN,
     SWARM_ENERGY,
     SWARM_SEPARATION,
+    cleared_findings,
     late_findings,
     overflown_findings,
     pack_findings,
@@ -346,6 +347,11 @@ def simulate_fleet(
         *unseen_findings(coverage, task),
         *late_findings(fleet, [(one, one.name, None) for one in flown]),
         *pack_findings(fleet, unpacked),
+        *(
+            ()
+            if isinstance(policy, str)
+            else cleared_findings(type(policy).__name__, swarm.cleared_s)
+        ),
     )
     findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
     return SwarmResult(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -33,7 +33,8 @@ SWARM_NUMBERS = Rule(
     why="None of them is a swarm to fly.",
     how="A number does where every run is clear (all home, apart, above their reserves, the area searched "
     "seen), and nine of ten end by latest_s of [operation] or --deadline and reach --goal, where given.",
-    fix="simulate other numbers with --agents, another policy, larger packs or a later deadline",
+    fix="see to what makes the runs not clear, or simulate other numbers, another policy, larger packs or a "
+    "later deadline",
     instead="other numbers",
 )
 SWARM_FAULT_UNTRIED = Rule(
@@ -68,7 +69,8 @@ class SwarmRun(Value):
     seed: int
     goal: str
     """``area seen`` or ``agents home``."""
-    is_clear: bool
+    unclear: tuple[str, ...]
+    """Codes of what was found for which it is not clear."""
     energy_wh: float
     makespan_s: float
     landed_s: float
@@ -78,6 +80,13 @@ class SwarmRun(Value):
     time_to_100_s: float
     waited_s: float
     stops: float
+    findings: tuple[Finding, ...] = ()
+    suppressed: tuple[Finding, ...] = ()
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether all came home, apart and above their reserves, and what they search was seen."""
+        return not self.unclear
 
 
 class AgentsRow(Value):
@@ -119,6 +128,7 @@ class SwarmNumbers(Presented):
     """How much of the goal is to be reached."""
     runs: tuple[SwarmRun, ...]
     findings: tuple[Finding, ...] = ()
+    suppressed: tuple[Finding, ...] = ()
     is_cut_short: bool = False
     """Whether runs are missing, as somebody ended it."""
 
@@ -171,6 +181,11 @@ class SwarmNumbers(Presented):
     def fewest_in_time(self) -> AgentsRow | None:
         """The fewest that are in time; ``None``: there is no deadline, or none is."""
         return self.chosen[0] if self.chosen and self.deadline_s is not None else None
+
+    def unclear(self, row: AgentsRow) -> tuple[str, ...]:
+        """Return the codes of what makes runs of a row not clear."""
+        runs = (one for one in self.runs if one.agents == row.agents)
+        return tuple(sorted({code for one in runs for code in one.unclear}))
 
     def marks(self, row: AgentsRow) -> tuple[str, ...]:
         """Return what there is to be said of a row."""
@@ -287,10 +302,30 @@ def simulate_numbers(
         runs=tuple(runs),
         is_cut_short=is_cut_short,
     )
-    untried = tuple(_untried(fleet, numbers[0]))
-    if found.chosen:
-        return replace(found, findings=untried)
-    return replace(found, findings=(SWARM_NUMBERS.finding(_why_none(found)), *untried))
+    none = () if found.chosen else (SWARM_NUMBERS.finding(_why_none(found)),)
+    told = (*none, *_untried(fleet, numbers[0]), *_found_in_runs(found, "findings"))
+    return replace(found, findings=told, suppressed=tuple(_found_in_runs(found, "suppressed")))
+
+
+def _found_in_runs(
+    numbers: SwarmNumbers, what: Literal["findings", "suppressed"]
+) -> Iterator[Finding]:
+    """Yield what was found in runs of the numbers to choose, or of all where there is none: each code once.
+
+    As of the most agents, which fly all the vehicles that fewer fly.
+    """
+    chosen = {row.agents for row in numbers.chosen}
+    runs = [one for one in numbers.runs if one.agents in chosen or not chosen]
+    most: dict[str, list[SwarmRun]] = {}
+    for run in sorted(runs, key=lambda one: (-one.agents, one.seed)):
+        for code in dict.fromkeys(one.code for one in getattr(run, what)):
+            most.setdefault(code, []).append(run)
+    for code, having in most.items():
+        agents = quantity.count(having[0].agents, "agent")
+        so_many = f"{agents}; {len(having)} of {quantity.count(len(runs), 'run')}"
+        for finding in getattr(having[0], what):
+            if finding.code == code:
+                yield replace(finding, message=f"{finding.message} ({so_many})")
 
 
 def _untried(fleet: Fleet, fewest: int) -> Iterator[Finding]:
@@ -319,7 +354,8 @@ def _why_none(numbers: SwarmNumbers) -> str:
     rows = numbers.rows
     span = f"{rows[0].agents} to {rows[-1].agents} agents" if len(rows) > 1 else "the only number"
     if all(row.clear < row.runs for row in rows):
-        return f"{span}: none is clear in every run"
+        codes = sorted({code for run in numbers.runs for code in run.unclear})
+        return f"{span}: none is clear in every run ({', '.join(codes)})"
     also = []
     if numbers.deadline_s is not None:
         also.append(f"home by {quantity.clock(numbers.deadline_s)}")
@@ -363,7 +399,16 @@ def _run(asked: _Asked) -> SwarmRun:
         agents=len(result.agents),
         seed=asked.seed,
         goal=goal.what,
-        is_clear=result.is_clear and all(one.code != SWARM_UNSEEN.code for one in result.findings),
+        unclear=tuple(
+            sorted(
+                {
+                    one.code
+                    for one in result.findings
+                    if one.severity >= asked.fleet.group_setup.fail_on
+                    or one.code == SWARM_UNSEEN.code
+                }
+            )
+        ),
         energy_wh=result.energy_wh if is_home and result.energy_wh is not None else math.inf,
         makespan_s=result.makespan_s if is_home else math.inf,
         landed_s=landed_s,
@@ -372,4 +417,6 @@ def _run(asked: _Asked) -> SwarmRun:
         time_to_100_s=to_100_s,
         waited_s=result.waited_s,
         stops=float(result.stops),
+        findings=result.findings,
+        suppressed=result.suppressed,
     )

@@ -130,6 +130,16 @@ SWARM_NO_PACK = Rule(
     fix="add a [pack.NAME] for it, raise count, or fly fewer vehicles",
     instead="a pack for each vehicle",
 )
+SWARM_CLEARED = Rule(
+    "S145 swarm-jam-cleared",
+    Severity.WARNING,
+    summary="A jam was cleared in place of what a policy of one's own commands.",
+    why="Time, energy and what is clear are then not those of the policy alone.",
+    how="Where an agent that wants to go on has not for a minute, the simulation commands the others out of "
+    "its way, one after the other; --policy stop and orca-stop are meant so.",
+    fix="have the policy resolve it: situation.waited_s says for how long each has not got what it wants",
+    instead="a policy that leaves nobody waiting for a minute",
+)
 SWARM_UNCHECKED = Rule(
     "S133 swarm-unchecked",
     Severity.INFO,
@@ -170,6 +180,15 @@ def swarm_findings(
         *_gusts_beyond_models(flown),
         *_gusts_without_wind(flown, outcomes),
     ]
+
+
+def cleared_findings(policy: str, cleared_s: float) -> Iterator[Finding]:
+    """Yield for how long ways were cleared in place of what a policy of one's own commands."""
+    if cleared_s > 0.0:
+        yield SWARM_CLEARED.finding(
+            f"for {quantity.duration(cleared_s)} the way of one was cleared in place of what {policy} "
+            "commands"
+        )
 
 
 def _deadlock_findings(members: Sequence[str]) -> Iterator[Finding]:

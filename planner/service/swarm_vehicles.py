@@ -163,7 +163,9 @@ def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity, str | None]]
         message, is_of_vehicle = finding.message, finding.code in _MATTERS
         if is_of_vehicle and finding.severity >= Severity.WARNING:
             if not check.is_filed:  # places and energy are those of a flight that nobody flies
-                message = re.sub(r" at item \d+|; it may take [^;]+", "", message)
+                message = re.sub(r" at item \d+", "", message)
+            if not check.is_filed or finding.severity is Severity.WARNING:  # alike of all sorties
+                message = re.sub(r"; with all that is not counted it may take [^;]+", "", message)
         elif finding.severity < Severity.ERROR or not _changes_flight(finding, check):
             continue
         elif check.is_filed and finding.item is not None:

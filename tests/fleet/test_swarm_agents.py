@@ -26,7 +26,7 @@ def run(agents: int, seed: int, *, energy_wh: float, time_s: float, clear: bool 
         agents=agents,
         seed=seed,
         goal="area seen",
-        is_clear=clear,
+        unclear=() if clear else ("S137",),
         energy_wh=energy_wh,
         makespan_s=time_s,
         landed_s=time_s,
@@ -100,7 +100,32 @@ def test_each_number_is_the_simulation_of_so_many() -> None:
     assert two.makespan_s.mean == whole.makespan_s
     assert one.makespan_s.mean == pytest.approx(whole.makespan_s, rel=1e-9)
     assert found.least_energy == one
-    assert found.findings == ()
+    assert [one.code for one in found.findings] == ["S133"]
+
+
+def test_what_runs_find_is_told_of_the_numbers_to_choose_or_of_all() -> None:
+    """Its model counts no wind: a warning of each run; on packs that are too small none is clear."""
+    windy = '[conditions]\nwind = "2@270"\n' + formation(20.0)
+    found = simulate_numbers(fleet_of(windy), (1, 2), policy="none")
+    whole = simulated(windy, policy="none")
+    assert found.least_energy is not None
+    wind, again = (
+        [one for one in of.findings if one.code == "S142" and "wind" in one.message]
+        for of in (found, whole)
+    )
+    assert again
+    assert [one.message for one in wind] == [
+        f"{one.message} (2 agents; 2 of 2 runs)" for one in again
+    ]
+    small = formation(20.0, '[swap]\ntime_s = 60\n[pack.P]\nbattery = "6Wh"\ncount = 2\n')
+    none = simulate_numbers(fleet_of(small), (1, 2), policy="none")
+    unclear = sorted({code for run in none.runs for code in run.unclear})
+    assert unclear
+    assert (
+        none.findings[0].message
+        == f"1 to 2 agents: none is clear in every run ({', '.join(unclear)})"
+    )
+    assert {one.code for one in none.findings} >= {"S139", *unclear}
 
 
 RANDOM = (

@@ -259,6 +259,7 @@ def test_gusts_are_drawn_for_each_run_of_numbers_of_agents() -> None:
         ("keeps-command", ('vehicle = "v9"',), "there is none called 'v9'"),
         ("gusts", ("wind_m_s = 3", "late_s = 1"), "fault.f.late_s: is no key of gusts"),
         ("link-late", ('vehicle = "v1"', "late_s = -1"), "must not be below 0"),
+        ("link-late", ('vehicle = "v1"', "late_s = 1", "lasts_s = 0"), "must be greater than 0"),
     ],
 )
 def test_what_a_fault_lacks_is_said(kind: str, keys: tuple[str, ...], problem: str) -> None:

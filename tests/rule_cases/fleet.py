@@ -9,12 +9,15 @@ from made_missions import item, mission, north, rtl
 from made_swarm import MODEL, fleet_of, formation, search, simulated
 from rule_cases.case import RuleCases
 
+from planner.service.swarm import simulate_fleet
 from planner.service.swarm_agents import NumbersLimits, simulate_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
+    from planner.fleet.swarm.situation import SwarmSituation
     from planner.mission.items import Mission, MissionItem
 
 PADS = pad("a", 0, 0) + pad("b", 0, 200)
@@ -260,6 +263,23 @@ def fault_of(vehicle: str) -> tuple[Finding, ...]:
     return simulate_numbers(fleet_of(formation(20.0), fault), (1, 2)).findings
 
 
+class Patient:
+    """A policy of one's own by which all stand for so long before they fly as they want to."""
+
+    needs_ticks, keeps_apart = True, True
+
+    def __init__(self, stands_s: float) -> None:
+        self.stands_s, self.goes = stands_s, False
+
+    def commands_m_s(self, situation: SwarmSituation) -> FloatArray:
+        self.goes |= bool(situation.waited_s.max() >= self.stands_s)
+        return situation.wanted_m_s * self.goes
+
+
+def patient(stands_s: float) -> tuple[Finding, ...]:
+    return simulate_fleet(fleet_of(formation(20.0)), policy=Patient(stands_s)).findings
+
+
 def packed(times: float) -> tuple[Finding, ...]:
     """The same on packs with so many times what the flight takes of agents that turn back at once."""
     flown = simulated(formation(20.0, two_packs(1.0)), policy="none").agents
@@ -454,6 +474,12 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "S144": RuleCases(
         fires=lambda: fault_of("b"), boundary=lambda: fault_of("a"), silent=lambda: numbers(0.0)
+    ),
+    "S145": RuleCases(
+        # ways are cleared after a minute, by ticks of half a second
+        fires=lambda: patient(61.0),
+        boundary=lambda: patient(59.0),
+        silent=lambda: patient(0.0),
     ),
     "S117": RuleCases(
         fires=lambda: layers(9.9), boundary=lambda: layers(10.0), silent=lambda: layers(15.0)

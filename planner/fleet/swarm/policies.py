@@ -29,7 +29,9 @@ _TREE_FROM = 150
 class Policy(Protocol):
     """A rule of avoidance: `planner.fleet.Policy`.
 
-    It may keep nothing from tick to tick but what it finds again in the situation.
+    It may keep nothing from tick to tick but what it finds again in the situation.  Where agents that want
+    to go on have not for a minute, one after the other leads: the simulation commands the others out of its
+    way, whatever the policy answers, and says for how long (S145).
     """
 
     @property

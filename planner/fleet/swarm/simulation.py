@@ -49,7 +49,7 @@ _CLEARED_S = 20.0
 """So much of its way ahead. [s]"""
 _STUCK_S = 240.0
 """Agents none of which has come on for so long, each having had its turn, are in a deadlock. [s]"""
-_COMES_ON_M = 1.0
+_COMES_ON_M, _COMES_ON_S = 1.0, 0.5
 """Who comes nearer to its goal than ever by so much has come on: legs of a mission end within it. [m]"""
 MOST_SKIPPED = 16
 """Ticks passed over at once where nothing can change: batteries are asked at least every 10 s. [-]"""
@@ -216,7 +216,7 @@ class Swarm:
         self._ahead: list[_Decided] = []
         """Ticks that are decided already, the next one last."""
         self._phase = np.full(count, _WAITS)
-        self._has_reached = np.zeros(count, np.bool_)
+        self._has_reached, self._returns = np.zeros((2, count), np.bool_)
         self._ready_s = np.full(count, np.inf)
         """When each has arrived, is up, or is down."""
         self._goal_m = np.full((count, 2), np.nan)
@@ -224,7 +224,6 @@ class Swarm:
         self._waited_s = np.zeros(count)
         self._left_m = np.full(count, np.inf)
         """The least that was left of the way to its goal."""
-        self._returns = np.zeros(count, np.bool_)
         self.turns_back_s = np.full(count, np.inf)
         """When each had to fly home before it was done. (n,) [s]"""
         self._on_s = np.zeros(count)
@@ -233,7 +232,8 @@ class Swarm:
         """Whose way the others clear."""
         self._led_s = np.full(count, -np.inf)
         """When each last began to lead. [s]"""
-        self._turned_s = self._moved_s = 0.0
+        self._turned_s = self._moved_s = self.cleared_s = 0.0
+        """When turns were taken, when somebody moved, and for how long ways were cleared. [s]"""
         self._held = np.zeros(count, np.bool_)
         """Who has not come on for long since anybody did."""
         self._come_down = 0
@@ -438,6 +438,7 @@ class Swarm:
         leader = self._leader
         if leader is None:
             return cleared_m_s(situation, commands_m_s(self._policy, situation))
+        self.cleared_s += self._tick_s
         unit = self._goal_m[leader] - situation.place_m[leader]
         way_m = min(float(np.hypot(*unit)), _CLEARED_S * float(self._speed[leader]))
         unit = unit / max(float(np.hypot(*unit)), 1e-9)
@@ -652,7 +653,8 @@ class Swarm:
         """Let another go first where agents wait for each other; see who cannot go on at all."""
         with np.errstate(invalid="ignore"):  # who lands has no goal
             left_m = np.hypot(*(self._goal_m - self._dynamics.rest_m(self._motions)).T)
-            comes_on = wants & (left_m < self._left_m - _COMES_ON_M)
+            least_m = np.minimum(_COMES_ON_M, _COMES_ON_S * self._speed)
+            comes_on = wants & (left_m < self._left_m - least_m)
         self._left_m[comes_on] = left_m[comes_on]
         comes_down = int(np.count_nonzero(self._phase >= _LANDS))
         comes_down += int(np.count_nonzero(self.has_landed))

@@ -20,6 +20,7 @@ from planner.report.plots.swarm import (
 from planner.report.swarm import (
     NUMBERS_CUT_SHORT,
     agent_end,
+    marks_text,
     numbers_document,
     numbers_headline,
     numbers_note,
@@ -191,7 +192,7 @@ def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> s
     specs = {name: panel.to_dict(validate=False) for name, panel in numbers_panels(numbers).items()}
     is_clear = bool(numbers.chosen)
     section = template("swarm.html.j2").module.numbers(
-        _found(numbers.findings, {})
+        _found(numbers.findings, {}, numbers.suppressed)
         | {
             "is_clear": is_clear,
             "verdict": "CLEAR" if is_clear else "NOT CLEAR",
@@ -203,10 +204,11 @@ def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> s
             "rows": [
                 {
                     "numbers": _numbers(document, f"rows.{number}.", _OF_NUMBER),
-                    "marks": ", ".join(numbers.marks(row)),
+                    "marks": marks_text(numbers, row),
                 }
                 for number, row in enumerate(numbers.rows)
             ],
+            "notes": _views(by_weight(numbers.findings)[1]),
             "charts": {name: _TITLES[name] for name in specs},
             "stills": {name: still_svg(spec) for name, spec in specs.items()},
             "payload": page_json(specs),
