@@ -149,5 +149,5 @@ def test_what_faults_led_to_is_in_text_and_json() -> None:
     assert lost["agent"] == "b"
     displaced = swarm_trace(result)["displaced_m"]
     assert np.array(displaced, np.float64).max() == pytest.approx(
-        0.2 * result.record.begin_s[-2], abs=1e-3
+        0.2 * result.record.begin_s[-1], abs=1e-3
     )
