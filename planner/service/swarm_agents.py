@@ -37,8 +37,8 @@ SWARM_NUMBERS = Rule(
     "later deadline",
     instead="other numbers",
 )
-SWARM_FAULT_UNTRIED = Rule(
-    "S144 swarm-fault-untried",
+SWARM_FAULT_ABSENT = Rule(
+    "S144 swarm-fault-absent",
     Severity.WARNING,
     summary="A fault of the file is not tried with every number of agents.",
     why="What it leads to in a swarm of so few is not known.",
@@ -334,7 +334,7 @@ def _untried(fleet: Fleet, fewest: int) -> Iterator[Finding]:
     for name, fault in fleet.faults.items():
         if fault.vehicle is not None and order[fault.vehicle] > fewest:
             agents = quantity.count(order[fault.vehicle], "agent")
-            yield SWARM_FAULT_UNTRIED.finding(
+            yield SWARM_FAULT_ABSENT.finding(
                 f"fault {name} befalls {fault.vehicle}: it is not tried with fewer than {agents}"
             )
 
