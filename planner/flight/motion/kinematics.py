@@ -47,6 +47,15 @@ def dot(one: FloatArray, other: FloatArray) -> FloatArray:
     return product
 
 
+def greatest(vectors: FloatArray) -> FloatArray:
+    """Return the greatest component of vectors. (…,)"""
+    # As of `dot`: `max` along the last axis takes fifteen times as long.
+    most: FloatArray = vectors[..., 0]
+    for axis in range(1, vectors.shape[-1]):
+        most = np.maximum(most, vectors[..., axis])
+    return most
+
+
 @np.errstate(all="ignore")  # of the quotients that are not taken
 def quotient(
     numerator: FloatArray | float,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, greatest, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
@@ -218,7 +218,7 @@ class _Descents:
         off = horizontal(self.settling_m[:, :, 0])
         left = np.log(np.maximum(off / _RESTS_M, 1.0))
         creeping_s = np.divide(left, self.settling_per_s[:, 0], out=0.0 * off, where=left > 0.0)
-        fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
+        fine = greatest(np.abs(self.ground_m[:, :2])) <= _FINE_M
         return np.where(fine, creeping_s, np.inf)
 
     def add_to(self, pieces: Px4Pieces, move: IntArray, time_scale: TimeScale) -> None:

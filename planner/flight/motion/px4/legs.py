@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, greatest, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
     STILL_M,
     allowed_speed_m_s,
@@ -421,8 +421,8 @@ def _fly_moves(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     active, part = np.arange(len(before)), planned
     for _ in range(_ROUNDS):
         flown = _flown(part, before[active], legs, parameters)
-        moved = np.abs(flown.end_m - legs.end_m[active]).max(axis=1)
-        sped = np.abs(flown.end_m_s - legs.end_m_s[active]).max(axis=1)
+        moved = greatest(np.abs(flown.end_m - legs.end_m[active]))
+        sped = greatest(np.abs(flown.end_m_s - legs.end_m_s[active]))
         changed = np.zeros(len(before) + 1, dtype=np.bool_)
         changed[active] = np.maximum(moved, sped) > _UNCHANGED
         if part is planned:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, horizontal, quotient
+from planner.flight.motion.kinematics import Columns, greatest, horizontal, quotient
 from planner.flight.motion.px4.braking import (
     CLAMPED_M_S,
     Px4Ramps,
@@ -515,7 +515,7 @@ def limits_along(
     )
 
     # Acceleration: the axis that takes longest sets the time of all.
-    widest = np.maximum(np.abs(direction[:, :2]).max(axis=1), 1e-9)
+    widest = np.maximum(greatest(np.abs(direction[:, :2])), 1e-9)
     axes = np.column_stack((widest, shares[:, 1]))
     times = ramp_time_s(cruise[:, None] * axes, acceleration, jerk[:, None])
     slowest = np.where(times[:, 1] > times[:, 0], 1, 0)

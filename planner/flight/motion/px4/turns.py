@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, greatest, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import (
     CLAMPED_M_S,
     STILL_M,
@@ -122,7 +122,7 @@ def _approached(begun: LegStarts, parameters: Px4Parameters) -> tuple[LegStarts,
     change = along[:, None] * frame.along + across[:, None] * frame.across
     onto = frame.along - side[:, None] * frame.across
     swing_s, onto_s = (
-        ramp_time_s(np.abs(by).max(axis=1), parameters.acceleration_m_s2, parameters.jerk_m_s3)
+        ramp_time_s(greatest(np.abs(by)), parameters.acceleration_m_s2, parameters.jerk_m_s3)
         for by in (change, v[:, None] * onto)
     )
     l1 *= 1.0 - 0.5 * np.maximum(1.0 - l1 / (v * onto_s), 0.0)
@@ -206,7 +206,7 @@ def _swings(begun: LegStarts, held_m_s: FloatArray, parameters: Px4Parameters) -
         swing = (held * cos_steered - v * cos_turn)[:, None] * frame.along + (
             held * steered - v * sin_turn
         )[:, None] * frame.across
-        widest = np.abs(swing).max(axis=1)
+        widest = greatest(np.abs(swing))
         lifts = ramp_time_s(lift, vertical_m_s2, jerk) > ramp_time_s(widest, most_m_s2, jerk)
         ramps = Px4Ramps.of(
             np.where(lifts, lift, widest), np.where(lifts, vertical_m_s2, most_m_s2), jerk
@@ -496,7 +496,7 @@ def joined_turns(
     change = np.abs(direction * speed[:, None] - velocity)
     _, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     acceleration, jerk = parameters.acceleration_m_s2, parameters.jerk_m_s3
-    level_s = ramp_time_s(change[:, :2].max(axis=1), acceleration, jerk)
+    level_s = ramp_time_s(greatest(change[:, :2]), acceleration, jerk)
     lift = np.where(
         shallow & (fraction == 1.0),
         direction[:, 2] * quotient(np.maximum(sight.speed_m_s, level_m_s), level) - velocity[:, 2],
@@ -810,7 +810,7 @@ def cut_short(
     turned_m_s = np.abs(velocity - part.direction * along[:, None])
     vertical = min(parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
     accelerations = np.array([parameters.acceleration_m_s2] * 2 + [vertical])
-    least_s = np.maximum(least_s, (turned_m_s / accelerations).max(axis=1))
+    least_s = np.maximum(least_s, greatest(turned_m_s / accelerations))
     duration_s = turns.duration_s * fraction
     duration_s = np.where(beyond, np.maximum(duration_s, least_s), duration_s)
     return (
