@@ -261,7 +261,7 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> N
         pieces.add_brakes(
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
             _brake_law(flown, move, straights.near, straights.end_m_s[move], half_b[move]),
-            dot(flown.end_m[move] - begin, direction),
+            dot(flown.end.place_m[move] - begin, direction),
         )
     move = np.flatnonzero(holding & ~creeping)
     if not len(move):

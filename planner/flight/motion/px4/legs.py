@@ -357,20 +357,42 @@ def _reached_at_once(
 
 _UNCHANGED = 0.01
 """Change of a place or speed that is none for what follows. [m, m s⁻¹]"""
-_ROUNDS = 100
+_ROUNDS = 99
 """Short legs hand on their speed to the next; each round carries it one leg further, ever less of it."""
 
 
-class LegStarts(Columns, eq=False):
-    """Planned moves with the place and the velocity they are begun with, as columns of length n."""
+class Handed(Columns, eq=False):
+    """What moves hand on to those after them, as columns of length n."""
 
-    planned: PlannedLegs
     place_m: FloatArray
     """(n, 3) [m]"""
     velocity_m_s: FloatArray
     """(n, 3) [m s⁻¹]"""
     slowing_m_s2: FloatArray
-    """Deceleration the move before hands on, zero or more. (n,) [m s⁻²]"""
+    """Deceleration, zero or more. (n,) [m s⁻²]"""
+
+    def is_moved(self, other: Handed) -> BoolArray:
+        """Return which places or velocities are others than those of the same rows. (n,)"""
+        moved = greatest(np.abs(self.place_m - other.place_m))
+        sped = greatest(np.abs(self.velocity_m_s - other.velocity_m_s))
+        return np.asarray(np.maximum(moved, sped) > _UNCHANGED)
+
+
+class LegStarts(Handed, eq=False):
+    """Planned moves with what the moves before hand on to them."""
+
+    planned: PlannedLegs
+
+    @classmethod
+    def after(cls, before: IntArray, ends: Handed, planned: PlannedLegs) -> LegStarts:
+        """Return moves begun after others, by rows of what these hand on; below 0 flights begin."""
+        follows = before >= 0
+        return cls(
+            planned=planned,
+            place_m=np.where(follows[:, None], ends.place_m[before], planned.start_m),
+            velocity_m_s=np.where(follows[:, None], ends.velocity_m_s[before], 0.0),
+            slowing_m_s2=np.where(follows, ends.slowing_m_s2[before], 0.0),
+        )
 
 
 class Px4Legs(LegStarts, eq=False):
@@ -382,10 +404,8 @@ class Px4Legs(LegStarts, eq=False):
     """Where the straight begins. (n, 3) [m]"""
     limits: Limits
     straights: Straights
-    end_m: FloatArray
-    """Where the vehicle is when the next move begins. (n, 3) [m]"""
-    end_m_s: FloatArray
-    """Its velocity then. (n, 3) [m s⁻¹]"""
+    end: Handed
+    """As the next move begins."""
 
 
 def fly_legs(moves: Moves, parameters: Px4Parameters, *, waits: BoolArray | bool = True) -> Px4Legs:
@@ -416,23 +436,18 @@ def _fly_moves(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     after a change again, until nothing changes.
     """
     planned = plan_legs(moves, parameters)
-    before = _moves_before(planned)
-    legs = _guessed(planned, parameters)
-    active, part = np.arange(len(before)), planned
+    before, guessed = _moves_before(planned), _guessed_ends(planned, parameters)
+    legs = _flown(LegStarts.after(before, guessed, planned), parameters)
+    changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
-        flown = _flown(part, before[active], legs, parameters)
-        moved = greatest(np.abs(flown.end_m - legs.end_m[active]))
-        sped = greatest(np.abs(flown.end_m_s - legs.end_m_s[active]))
-        changed = np.zeros(len(before) + 1, dtype=np.bool_)
-        changed[active] = np.maximum(moved, sped) > _UNCHANGED
-        if part is planned:
-            legs = flown
-        else:
-            legs.put(active, flown)
-        active = np.flatnonzero(changed[before])
+        active = np.flatnonzero(np.append(changed, False)[before])
         if not len(active):
             break
-        part = planned.select(active)
+        begun = LegStarts.after(before[active], legs.end, planned.select(active))
+        flown = _flown(begun, parameters)
+        changed = np.zeros(len(before), dtype=np.bool_)
+        changed[active] = flown.end.is_moved(legs.end.select(active))
+        legs.put(active, flown)
     return legs
 
 
@@ -446,36 +461,21 @@ def _moves_before(planned: PlannedLegs) -> IntArray:
     return np.where((before >= first) & ~planned.is_first, before, -1)
 
 
-def _guessed(planned: PlannedLegs, parameters: Px4Parameters) -> Px4Legs:
-    """Return legs as flown by a vehicle that is never short of way."""
+def _guessed_ends(planned: PlannedLegs, parameters: Px4Parameters) -> Handed:
+    """Return what is handed on by a vehicle that is never short of way."""
     limits = limits_along(planned.begins_m, planned.target_m, planned, parameters)
     end_speed = np.minimum(limits.lowest_allowed_m_s(planned.tail_m), limits.cruise_m_s)
     moving = (planned.is_leg & ~(planned.hold_s > 0.0))[:, None]
-    return Px4Legs(
-        planned=planned,
-        place_m=planned.begins_m.copy(),
-        velocity_m_s=np.zeros_like(planned.begins_m),
+    return Handed(
+        place_m=np.where(moving, planned.ends_m, planned.target_m),
+        velocity_m_s=np.where(moving, planned.direction * end_speed[:, None], 0.0),
         slowing_m_s2=np.zeros_like(end_speed),
-        turn_s=np.zeros_like(end_speed),
-        straight_m=planned.begins_m.copy(),
-        limits=limits,
-        straights=_unmoved(np.zeros_like(end_speed)),
-        end_m=np.where(moving, planned.ends_m, planned.target_m),
-        end_m_s=np.where(moving, planned.direction * end_speed[:, None], 0.0),
     )
 
 
-def _flown(
-    part: PlannedLegs, before: IntArray, legs: Px4Legs, parameters: Px4Parameters
-) -> Px4Legs:
-    """Return some of the moves as flown, after what is known of the moves before them."""
-    follows = before >= 0
-    begun = LegStarts(
-        planned=part,
-        place_m=np.where(follows[:, None], legs.end_m[before], part.start_m),
-        velocity_m_s=np.where(follows[:, None], legs.end_m_s[before], 0.0),
-        slowing_m_s2=np.where(follows, slowing_at_ends_m_s2(legs)[before], 0.0),
-    )
+def _flown(begun: LegStarts, parameters: Px4Parameters) -> Px4Legs:
+    """Return moves as flown, after what those before hand on to them."""
+    part = begun.planned
     turns, upright_m_s = slowed_turns(begun, leg_entries(begun, parameters), parameters)
     slowed = upright_m_s > 0.0
     turns = joined_turns(begun, turns, slowed, parameters)
@@ -509,11 +509,12 @@ def _flown(
         straight_m=turns.end_m,
         limits=limits,
         straights=straights,
-        end_m=turns.end_m,
-        end_m_s=begun.velocity_m_s,
+        end=begun,
     )
-    end, end_m_s = ends_of_moves(flown, parameters)
-    return replace(flown, end_m=end, end_m_s=end_m_s)
+    end_m, end_m_s = ends_of_moves(flown, parameters)
+    slowing_m_s2 = slowing_at_ends_m_s2(flown)
+    end = Handed(place_m=end_m, velocity_m_s=end_m_s, slowing_m_s2=slowing_m_s2)
+    return replace(flown, end=end)
 
 
 def _end_heights_m(
