@@ -144,7 +144,10 @@ def _shortened(fitting_s: FloatArray, limits: SpeedLimits) -> tuple[FloatArray, 
     return rise, jerk_m_s3 * quotient(rise, rise_s, 1.0)
 
 
-_BISECTIONS = 40
+_SECANTS, _BISECTIONS = 20, 40
+"""Nearly all roots are found to the last place after ten secants; those that are not, by halvings."""
+_FOUND = 1e-15
+"""Change of a root, over its value, that it is found to."""
 _ROOM_RISES = 12.0
 """``SCurve::set_speed_max`` changes the speed where the cruise is longer than so many jerk rises. [-]"""
 
@@ -363,7 +366,7 @@ def _changed(
     goal = np.where(faster, np.minimum(speed_m_s, quotient(cruise_m, room_s, np.inf)), speed_m_s)
     low, most = np.minimum(first, goal), np.abs(goal - first)
     change = _highest(
-        lambda by: (low + 0.5 * by) * speed_ramps(by, limits).duration_s <= 0.5 * cruise_m,
+        lambda by: (low + 0.5 * by) * speed_ramps(by, limits).duration_s - 0.5 * cruise_m,
         np.zeros_like(most),
         most,
     )
@@ -384,7 +387,7 @@ def peak_speed_from_start_m_s(
     most = np.minimum(speed_m_s, peak_speed_from_rest_m_s(length_m, limits))
     start = np.minimum(start_m_s, most)
     return _highest(
-        lambda peak: (start + peak) * speed_ramps(peak - start, limits).duration_s <= length_m,
+        lambda peak: (start + peak) * speed_ramps(peak - start, limits).duration_s - length_m,
         start,
         most,
     )
@@ -397,23 +400,48 @@ def _peak_between(
     speed_m_s: FloatArray,
     limits: SpeedLimits,
 ) -> FloatArray:
-    """Return the highest speed on ways that begin or end in motion, by bisection."""
+    """Return the highest speed on ways that begin or end in motion."""
 
-    def fits(peak: FloatArray) -> BoolArray:
+    def excess(peak: FloatArray) -> FloatArray:
         needed = np.zeros_like(peak)
         for other in (start_m_s, end_m_s):
             ends = np.minimum(other, peak)
             needed += 0.5 * (ends + peak) * speed_ramps(peak - ends, limits).duration_s
-        return needed <= length_m
+        return needed - length_m
 
-    return _highest(fits, np.zeros_like(speed_m_s), speed_m_s)
+    return _highest(excess, np.zeros_like(speed_m_s), speed_m_s)
 
 
 def _highest(
-    fits: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
+    excess: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Return the highest values between two that fit; ``low`` where none does."""
-    return np.where(fits(high), high, bisected(fits, low, high, _BISECTIONS)[0])
+    """Return the highest values between two whose excess, which only grows, is not above 0.
+
+    ``low`` where there is none.  By secants between a value below and one above; of an end that is kept
+    twice in a row the excess counts half (the Illinois rule).  Where it rises as a cube root, by halvings.
+    """
+    least, most, root = low, high, high
+    below, above = lowest, highest = excess(low), excess(high)
+    was_over = np.zeros(root.shape, np.bool_)
+    was_under = was_over
+    for _ in range(_SECANTS):
+        before = root
+        root = most - quotient((most - least) * above, above - below)
+        is_found = np.abs(root - before) <= _FOUND * np.abs(root)
+        if is_found.all():
+            break
+        found = excess(root)
+        is_over = found > 0.0
+        below, above = (
+            np.where(is_over, np.where(was_over, 0.5 * below, below), found),
+            np.where(is_over, found, np.where(was_under, 0.5 * above, above)),
+        )
+        least, most = np.where(is_over, least, root), np.where(is_over, root, most)
+        was_over, was_under = is_over, ~is_over
+    else:
+        halved, _ = bisected(lambda value: excess(value) <= 0.0, low, high, _BISECTIONS)
+        root = np.where(is_found, root, halved)
+    return np.where(highest <= 0.0, high, np.where(lowest > 0.0, low, root))
 
 
 def bisected(
