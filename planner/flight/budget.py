@@ -134,33 +134,34 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     motion = flight.motion
     end_s = np.concatenate(([0.0], motion.segments.end_s))
     energy_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j))))
-    left = np.maximum.accumulate(motion.done_segment)
-    stages = list(zip(route.stages, _reached(motion).tolist(), left.tolist(), strict=True))
-    if len(stages) > 1 and stages[0][0].item == stages[1][0].item:
-        del stages[0]  # a take-off the file does not hold serves its first flown item
-    reached, gone = [], []
-    left_at, at = 0, 0
+    stages = [stage.item for stage in route.stages]
+    underway = [stage.is_underway for stage in route.stages]
+    # ends of segments, of which none is the beginning of the flight
+    arrived = (_reached(motion) + 1).tolist()
+    left = (np.maximum.accumulate(motion.done_segment) + 1).tolist()
+    # a take-off the file does not hold serves its first flown item
+    at = int(len(stages) > 1 and stages[0] == stages[1])
+    reached, gone, left_at = [], [], 0
     for number in route.reached:
         reached_at = left_at
-        if at < len(stages) and stages[at][0].item == number:
-            while stages[at][0].is_underway:
+        if at < len(stages) and stages[at] == number:
+            while underway[at]:
                 at += 1
-            reached_at, left_at = stages[at][1] + 1, stages[at][2] + 1
+            reached_at, left_at = arrived[at], left[at]
             at += 1
         reached.append(reached_at)
         gone.append(left_at)
     times = (end_s[reached].tolist(), energy_wh[reached].tolist(), end_s[gone].tolist())
-    passes: dict[int, list[tuple[float, float, float]]] = {}
+    first: dict[int, tuple[float, float, float]] = {}
+    later: dict[int, list[tuple[float, float, float]]] = {}
     for number, one in zip(route.reached, zip(*times, strict=True), strict=True):
-        passes.setdefault(number, []).append(one)
+        if first.setdefault(number, one) is not one:
+            later.setdefault(number, []).append(one)
     rows = []
     for number, item in enumerate(mission.items, 1):
-        name = command_name(item.command)
-        if own := passes.get(number):
-            first, *later = own
-            rows.append(ItemArrival(number, name, *first, tuple(later)))
-        else:
-            rows.append(ItemArrival(number, name, None, None))
+        name, further = command_name(item.command), tuple(later.get(number, ()))
+        arrival_s, used_wh, left_s = first.get(number, (None, None, None))
+        rows.append(ItemArrival(number, name, arrival_s, used_wh, left_s, further))
     return tuple(rows)
 
 
