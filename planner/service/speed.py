@@ -43,7 +43,7 @@ _ROWS = 15
 """Speeds in a table, about."""
 _MOST_ROWS = 500
 _SCANNED = 40
-"""Speeds the search looks at before it looks closer, about."""
+"""Over the range, evenly: as densely the search looks where the lowest may be, before it looks closer."""
 _PARTS = 5
 """Of the way to the speeds beside a lowest one, each time it looks closer."""
 _ASIDE = 16
@@ -209,9 +209,10 @@ def predict_speed_curve(
 
     Notes
     -----
-    The search looks at some forty speeds, then ever closer about the lowest valleys, down to 0.01 m/s: the
-    curve of a mission has kinks where legs become too short for a speed, and plateaus beyond.  Of speeds
-    that are equally good, the slowest counts.
+    The search looks at the points, then as densely as at forty over the range where the lowest may be
+    between them, then ever closer about the lowest valleys, down to 0.01 m/s: the curve of a mission has
+    kinks where legs become too short for a speed, and plateaus beyond.  Of speeds that are equally good,
+    the slowest counts.
     """
     return speed_curve(
         mission, Setup(vehicle, **options), from_m_s=from_m_s, to_m_s=to_m_s, step_m_s=step_m_s
@@ -246,11 +247,10 @@ def speed_curve(
     is_known = vehicle.is_power_known and vehicle.knows_airspeed
     endurance = best = None
     if is_known:
-        grid = _grid(speeds)
         # What is held back is laid out anew at every speed, but not where costs alone are asked for.
         costs = _Costs(assessment, () if assessment.route.held else points)
-        best = at_all_speeds.flown(_least(grid, costs.energies_wh))
-        endurance = at_all_speeds.flown(_least(grid, costs.mean_powers))
+        best = at_all_speeds.flown(_least(speeds, costs.energies_wh))
+        endurance = at_all_speeds.flown(_least(speeds, costs.mean_powers))
     sure = [*points, *(one for one in (best, endurance) if one is not None)]
     commanded = level_speeds(assessment.route)
     own_m_s = _own_speed_m_s(assessment)
@@ -384,17 +384,6 @@ def _own_speed_m_s(assessment: Assessment) -> float | None:
     return None if assessment.parameters is None else assessment.parameters.cruise_speed_m_s
 
 
-def _grid(speeds_m_s: list[float]) -> list[float]:
-    """Return the speeds the search looks at first: those that rise over the range, and evenly between."""
-    step_m_s = max((speeds_m_s[-1] - speeds_m_s[0]) / _SCANNED, FINEST_M_S)
-    between = (
-        speed
-        for low, high in pairwise(speeds_m_s)
-        for speed in _parted(low, high, math.ceil((high - low) / step_m_s - _SAME))
-    )
-    return sorted({*speeds_m_s, *between})
-
-
 def _parted(low_m_s: float, high_m_s: float, parts: int) -> Iterator[float]:
     """Yield what parts a stretch of speeds, as evenly as speeds are looked for."""
     for speed in np.linspace(low_m_s, high_m_s, parts + 1).round(2).tolist():
@@ -435,7 +424,7 @@ class _Costs:
 
 def _least(speeds_m_s: list[float], cost: Callable[[list[float]], list[float]]) -> float:
     """Return the slowest speed of least cost, to 0.01 m/s, from rising speeds to look at first."""
-    speeds = speeds_m_s
+    speeds = _scanned(speeds_m_s, cost(speeds_m_s))
     while True:
         costs = cost(speeds)
         least, most = min(costs) * (1.0 - _SAME), min(costs) * (1.0 + _SAME)
@@ -455,6 +444,33 @@ def _least(speeds_m_s: list[float], cost: Callable[[list[float]], list[float]]) 
         if not finer:
             return speeds[best]
         speeds = sorted({*speeds, *finer})
+
+
+def _scanned(speeds_m_s: list[float], costs: list[float]) -> list[float]:
+    """Return rising speeds with others evenly between, but where costs are too high for the lowest."""
+    step_m_s = max((speeds_m_s[-1] - speeds_m_s[0]) / _SCANNED, FINEST_M_S)
+    found = {*speeds_m_s}
+    for number, (low, high) in enumerate(pairwise(speeds_m_s)):
+        about = slice(max(number - 1, 0), number + 3)
+        if _lowest(speeds_m_s[about], costs[about]) < min(costs):
+            found |= {*_parted(low, high, math.ceil((high - low) / step_m_s - _SAME))}
+    return sorted(found)
+
+
+def _lowest(speeds_m_s: list[float], costs: list[float]) -> float:
+    """Return how low costs may be between the inner two of four speeds: where lines from outside meet.
+
+    So it is of a curve that bends upwards; of another, or where a side is not known, no bound.
+    """
+    if len(costs) < 4:
+        return -math.inf
+    falling = (costs[1] - costs[0]) / (speeds_m_s[1] - speeds_m_s[0])
+    rising = (costs[3] - costs[2]) / (speeds_m_s[3] - speeds_m_s[2])
+    over = costs[2] - costs[1] - falling * (speeds_m_s[2] - speeds_m_s[1])
+    if rising <= falling or over < 0.0:
+        return -math.inf
+    along_m_s = max(speeds_m_s[2] - speeds_m_s[1] - over / (rising - falling), 0.0)
+    return costs[1] + falling * along_m_s
 
 
 def _within(speeds_m_s: list[float], costs: list[float]) -> set[float]:
