@@ -113,7 +113,7 @@ FAILSAFE_BEFORE_END = Rule(
     "A flight is looked at too that takes as much more than predicted as one of a hundred does, by the "
     "model's [spread] or 5 %: an error where it lands where it is or stops its motors; a warning where the "
     "vehicle returns in more than --risk of them.  Not checked where nothing measures the battery "
-    "(BATT_MONITOR 0, BAT1_SOURCE -1).",
+    "(BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",

@@ -11,7 +11,7 @@ from planner.errors import nearest_hint
 from planner.findings import Rule, Severity
 from planner.flight.path import flown_path
 from planner.geo.geodesy import distance_m
-from planner.mission.commands import command_name
+from planner.mission.commands import command_name, is_navigation
 from planner.rules.declaration import EXTREMES, PROFILE, judges
 from planner.rules.terrain import tops_over_terrain_m
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
@@ -145,9 +145,9 @@ TOO_FAR_FOR_SITE = Rule(
     Severity.ERROR,
     summary="The mission, its fence or a rally point is farther away than the site profile allows.",
     why="The mission of another site is the usual slip (MAVProxy #629: mission, rally, fence near).",
-    how="Distance from the place of the site, else from home, of home, every stage, rally point and "
-    "corner of the fence, beyond max_distance_m; and of the path, circles and curves as they are flown, "
-    "beyond 1 m more.",
+    how="Distance from the place of the site, else from home, of home, every stage, rally point, "
+    "corner and far edge of areas to stay inside, beyond max_distance_m; and of the path, circles and curves "
+    "as they are flown, beyond 1 m more.",
     fix="check that this is the mission of this site",
 )
 
@@ -175,6 +175,7 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
         (f"rally point {number}", None, point.latitude_deg, point.longitude_deg)
         for number, point in enumerate(mission.rally, start=1)
     ]
+    radii_m: list[float] = []
     if mission.fence is not None:
         places += [
             (f"a corner of fence polygon {number}", None, *vertex)
@@ -182,17 +183,18 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
             if polygon.inclusion
             for vertex in polygon.vertices_deg
         ]
-        places += [
-            (
-                f"the centre of fence circle {number}",
-                None,
-                circle.latitude_deg,
-                circle.longitude_deg,
-            )
+        held_in = [
+            (number, circle)
             for number, circle in enumerate(mission.fence.circles, start=1)
             if circle.inclusion
         ]
+        places += [
+            (f"the far edge of fence circle {number}", None, one.latitude_deg, one.longitude_deg)
+            for number, one in held_in
+        ]
+        radii_m = [one.radius_m for _, one in held_in]
     away_m = distance_m(*origin, [place[2] for place in places], [place[3] for place in places])
+    away_m[len(places) - len(radii_m) :] += radii_m
     farthest = int(np.argmax(away_m))
     what, item = places[farthest][:2]
     farthest_m, beyond = float(away_m[farthest]), int((away_m > limit_m).sum())
@@ -218,17 +220,23 @@ ITEM_REQUIRED_BY_SITE = Rule(
     Severity.ERROR,
     summary="The mission lacks an item that the site profile requires.",
     why="A file keeps the habits of a club or an operation better than heads do.",
-    how="required_items of --profile by name against the commands of the mission.",
+    how="required_items of --profile by name against the commands of the mission; of what is flown to, those "
+    "the flight reaches.",
     fix="add the item, or correct the profile",
 )
 
 
 @judges(ITEM_REQUIRED_BY_SITE, needs=(PROFILE,))
 def _item_required_by_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
-    held = {command_name(item.command) for item in a.mission.items}
+    reached = set(a.route.reached)
+    held = {
+        command_name(item.command)
+        for number, item in enumerate(a.mission.items, start=1)
+        if number in reached or not is_navigation(item.command)
+    }
     missing = [name for name in profile.required_items if name not in held]
     if missing:
         yield a.finding(
             ITEM_REQUIRED_BY_SITE,
-            f"no {' and no '.join(missing)} in the mission; {profile.source} requires it",
+            f"no {' and no '.join(missing)} in what is flown; {profile.source} requires it",
         )

@@ -34,6 +34,7 @@ from planner.service.separation import (
     SEPARATION_UNCHECKED,
     known_home_amsl_m,
     system_id,
+    uncounted_curve,
     why_left_out,
 )
 from planner.values import replace
@@ -138,9 +139,10 @@ def separation_findings(
 
 def _left_out(flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
     for one in flown:
-        if one.time_s > 0.0:
+        if one.time_s > 0.0 and not uncounted_curve(one.result):
             continue
         why = "flies nothing" if one.assessment is not None else why_left_out(one.result)
+        why = uncounted_curve(one.result) or why
         message = f"{one.name} {why}: no separation from it is checked"
         yield FleetFinding(
             finding=SEPARATION_UNCHECKED.finding(message, severity=Severity.ERROR),

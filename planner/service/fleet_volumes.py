@@ -9,7 +9,7 @@ from planner.errors import UsageError
 from planner.fleet.fleet import Separation
 from planner.fleet.volumes import flight_volumes, return_volumes
 from planner.service.fleet_separation import members, return_flights
-from planner.service.separation import known_home_amsl_m, uncounted_wait
+from planner.service.separation import known_home_amsl_m, uncounted_curve, uncounted_wait
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _intent(fleet: Fleet, one: FlownSortie, begin: dt.datetime, geoid_m: float) 
     if assessment is None or one.time_s <= 0.0:
         msg = f"{one.name} has no volumes: nothing of it is flown"
         raise UsageError(msg)
-    if wait := uncounted_wait(one.result):
+    if wait := uncounted_wait(one.result) or uncounted_curve(one.result):
         msg = f"{one.name} has no volumes: it {wait}"
         raise UsageError(msg)
     if not one.lands:

@@ -365,9 +365,10 @@ def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str, float]]:
             air_c = _in_range("temperature_c", mean_of(setup.temperature_c) + sds * sd_c)
             yield replace(setup, temperature_c=air_c), quantity.temperature(air_c), GUST_SDS
     if wind.speed_sd_m_s:
-        speed_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
-        strong = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
-        yield replace(setup, wind=strong), f"{quantity.speed(speed_m_s)} of wind", GUST_SDS
+        for sds in (GUST_SDS, -GUST_SDS):  # a wind from behind is missed
+            speed_m_s = max(wind.speed_m_s + sds * wind.speed_sd_m_s, 0.0)
+            other = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
+            yield replace(setup, wind=other), f"{quantity.speed(speed_m_s)} of wind", GUST_SDS
     if wind.from_sd_deg and wind.speed_m_s:
         for sds in (1.0, -1.0, GUST_SDS, -GUST_SDS):
             if abs(sds) * wind.from_sd_deg <= _BACKWARD_DEG:  # farther off it is another's

@@ -19,6 +19,7 @@ from planner.fleet.separation import (
 )
 from planner.fleet.trajectory import make_trajectory
 from planner.mission.commands import Command
+from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
 from planner.service.preflight import CheckResult, UnreadableMission, verdict
 from planner.setting import taking_settings
@@ -71,7 +72,8 @@ SEPARATION_UNCHECKED = Rule(
     how="--separation requires it, and another mission could not be read or flies nothing, the flight "
     "never rises to --min-nav-alt, or the altitude of a home is unknown (none, or 0) where homes are "
     "more than 1 m apart: heights are then compared above home.  An error in a fleet file, and where one "
-    "waits on the ground for what its times do not count (T107).",
+    "waits on the ground for what its times do not count (T107), or flies a spline that a step-response "
+    "model is predicted to fly straight.",
     fix="correct what is named, and check again",
     leaves_open=True,
 )
@@ -150,11 +152,14 @@ def keep_apart(
         )
         added[position] += _samesystem_id(number, cases, fleet)
     waits = [f"{one.file} {wait}" for one in results if (wait := uncounted_wait(one))]
+    curves = [f"{one.file} {curve}" for one in results if (curve := uncounted_curve(one))]
     for position, reasons in enumerate(_unchecked(results, flown, fleet, together.min_nav_alt_m)):
         if waits:
             reasons.insert(0, f"{waits[0]}{_and_more(waits)}: when it flies is not known")
+        if curves:
+            reasons.insert(0, f"{curves[0]}{_and_more(curves)}: where it flies is not known")
         if reasons:
-            severity = Severity.ERROR if waits else None
+            severity = Severity.ERROR if waits or curves else None
             message = "; ".join(reasons)
             added[position].append(SEPARATION_UNCHECKED.finding(message, severity=severity))
     return tuple(
@@ -293,6 +298,17 @@ def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
         if item.command == Command.NAV_DELAY and waits:
             return one.message
     return ""
+
+
+def uncounted_curve(result: CheckResult | UnreadableMission) -> str:
+    """Return that a flight curves where it is predicted straight; empty: it does not."""
+    if not isinstance(result, CheckResult) or result.assessment is None:
+        return ""
+    a = result.assessment
+    curves = [stage.item for stage in a.route.stages if stage.kind is StageKind.SPLINE]
+    if a.autopilot is not Autopilot.STEP or not curves:
+        return ""
+    return f"flies the spline of item {curves[0]} as a curve, predicted as a straight leg"
 
 
 def why_left_out(result: CheckResult | UnreadableMission) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from made_missions import HOME, item, mission, rtl, takeoff
+from made_missions import HOME, item, mission, north, rtl, takeoff
 from rule_cases.case import PLAIN
 from rule_cases.swarm import moved, together
 from sampled_fleet import drawn_fleet, misjudged
@@ -60,6 +60,22 @@ def test_several_that_come_too_near_are_one_finding() -> None:
             f"{nearest} m from other.plan, 20 m required by --separation: "
         )
         assert finding.message.endswith("; too near to other.plan as well")
+
+
+@pytest.mark.parametrize(
+    ("name", "severity"), [("falkowski-2023-quadrotor", "error"), ("arducopter-sitl-quad", "")]
+)
+def test_a_spline_that_is_predicted_straight_keeps_nobody_apart(name: str, severity: str) -> None:
+    from planner.service.preflight import check
+    from planner.service.separation import check_together
+    from planner.vehicle.library import load_vehicle
+
+    curve = mission(takeoff(20), item(82, north(100), 20.0), item(82, north(200), 20.0), rtl())
+    results = [check(one, load_vehicle(name)) for one in (curve, moved(PLAIN, 500.0))]
+    for one in check_together(results, separation_m=20.0):
+        found = [f for f in one.findings if f.code == "S104"]
+        assert [f.severity.label for f in found] == [severity] * bool(severity)
+        assert all("flies the spline of item 2 as a curve" in f.message for f in found)
 
 
 def test_a_mission_that_flies_nothing_is_told_of_on_both_sides() -> None:

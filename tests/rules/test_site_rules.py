@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import item, mission, north, rtl, takeoff, waypoint
+from made_missions import item, jump, mission, north, rtl, takeoff, waypoint
 
 from planner.errors import ProfileFileError
 from planner.findings import Severity
@@ -170,11 +170,11 @@ def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(tmp_
     # What is kept out of may be anywhere; of areas to stay in the second is too far.
     centres = [(250.0, False), (2250.0, False), (250.0, True), (1250.0, True)]
     circles = tuple(
-        FenceCircle(inclusion=inside, latitude_deg=north(m), longitude_deg=8.0, radius_m=600.0)
+        FenceCircle(inclusion=inside, latitude_deg=north(m), longitude_deg=8.0, radius_m=200.0)
         for m, inside in centres
     )
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, fence=Fence(circles=circles[2:])))
-    assert "the centre of fence circle 2 is 1.00 km from the site" in finding.message
+    assert "the far edge of fence circle 2 is 1.20 km from the site" in finding.message
     assert of("M122", tmp_path, place, one=replace(GOOD, fence=Fence(circles=circles[:3]))) == []
     far = replace(rally, latitude_deg=north(1250))
     near = replace(rally, latitude_deg=north(250))
@@ -197,9 +197,16 @@ def test_a_circle_is_as_far_as_it_is_flown(tmp_path: Path, limit_m: float, *, fi
 def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
     profile = '[site]\nrequired_items = ["NAV_TAKEOFF", "MAV_CMD_NAV_LAND"]\n'
     [finding] = of("M123", tmp_path, profile)
-    assert "no NAV_LAND in the mission" in finding.message
+    assert "no NAV_LAND in what is flown" in finding.message
     lands = mission(takeoff(20), waypoint(500, 60), item(21, north(0), 0.0))
     assert of("M123", tmp_path, profile, one=lands) == []
+    # behind a return that lands, or a loop without end, nothing is flown
+    for last in (rtl(), jump(2, -1)):
+        behind = mission(takeoff(20), waypoint(500, 60), last, item(21, north(0), 0.0))
+        assert len(of("M123", tmp_path, profile, one=behind)) == 1
+    marked = '[site]\nrequired_items = ["DO_LAND_START"]\n'
+    starts = mission(takeoff(20), waypoint(500, 60), rtl(), item(189, north(0), 0.0))
+    assert of("M123", tmp_path, marked, one=starts) == []
 
 
 @pytest.mark.parametrize(

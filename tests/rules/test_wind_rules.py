@@ -9,12 +9,13 @@ import pytest
 from fenced_missions import circle, rally
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import item, mission, north, rtl, takeoff, waypoint
+from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, found, vehicle_of
 
 from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -474,3 +475,21 @@ def test_an_uncertain_wind_that_slows_the_vehicle_takes_the_time_too(
     turned = given | {"wind": Wind(speed_m_s=12.0, from_deg=90.0, from_sd_deg=22.5 * sd_m_s)}
     from_side = {one.code for one in found(there_and_back, ARDUPILOT, **turned)}
     assert ("E124" in from_side) is (code == "E124" and sd_m_s > 1.0), from_side
+
+
+@pytest.mark.parametrize(("sd_m_s", "low_mah", "acts"), [(2.5, 150.0, True), (0.1, 150.0, False)])
+def test_a_wind_from_behind_may_be_missed(sd_m_s: float, low_mah: float, *, acts: bool) -> None:
+    """3 km at 12 m/s take 250 s, at 7 m/s of airspeed and 300 W 21 Wh; in a calm, at 12 m/s and 370 W, 26 Wh:
+    200 mAh more of 25 V, and what is low is 150 mAh below what is left."""
+    away = mission(takeoff(30), speed(12.0), waypoint(3000, 30), item(21, north(3000), 0.0))
+    wind = Wind(speed_m_s=5.0, from_deg=180.0)
+    pack = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
+    given: dict[str, Any] = {"vehicle": replace(QUAD, spread=None), "reserve": 0.0}
+    flown = check(away, given["vehicle"], battery=pack, wind=wind)
+    at_end = next(one.energy_used_wh for one in flown.items if one.item == 3)
+    assert at_end is not None
+    low = 8000.0 * (1.0 - at_end / pack.energy_wh) - low_mah
+    text = f"BATT_MONITOR,4\nBATT_CAPACITY,8000\nBATT_LOW_MAH,{low}\nBATT_FS_LOW_ACT,1\n"
+    uncertain = replace(wind, speed_sd_m_s=sd_m_s)
+    told = of("E103", away, parameters=text, battery=pack, wind=uncertain, **given)
+    assert bool([one for one in told if "0.0 m/s of wind" in one.message]) is acts

@@ -19,6 +19,8 @@ _JERK = Range(0.0, 500.0, excludes_low=True)
 _OR_NEGATIVE = Range(high=_FASTEST_M_S)
 _FRACTION = Range(0.0, 1.0)
 _1_16, _1_17 = (1, 16), (1, 17)
+_SUPPLY_BREAKER = 894281
+"""CBRK_SUPPLY_CHK that switches the checks of the battery off (``CBRK_SUPPLY_CHK_KEY``)."""
 DEPLOYMENT_WAIT = "MIS_PD_TO"
 """The wait of before 1.16, which gimbals did not have."""
 
@@ -111,6 +113,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
 
     # -1 nothing measures the battery: no failsafe; 0 power module, 1 external, 2 speed controllers
     battery_source: int = parameter("BAT1_SOURCE", 0, Range(-1.0, 10.0), formerly="BAT_SOURCE")
+    supply_breaker: int = parameter("CBRK_SUPPLY_CHK", 0, NOT_NEGATIVE)
     # charge of the battery; negative: not known
     battery_capacity_ah: float = parameter("BAT1_CAPACITY mAh", -1.0, formerly="BAT_CAPACITY mAh")
     # cells in series; 0: not known
@@ -156,8 +159,11 @@ class Px4Parameters(AutopilotParameters, eq=False):
 
     @property
     def measures_battery(self) -> bool:
-        """Whether anything on board measures the battery."""
-        return self.battery_source >= 0
+        """Whether anything on board measures the battery, and the commander asks it.
+
+        ``BatteryChecks::checkAndReport`` leaves with the circuit breaker, before arming and in flight.
+        """
+        return self.battery_source >= 0 and self.supply_breaker != _SUPPLY_BREAKER
 
     def __post_init__(self) -> None:
         super().__post_init__()
