@@ -11,7 +11,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.geo.barrier import Barrier, CircleBarrier, path_legs, polygon_barrier
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -53,6 +53,12 @@ class Fence(Value):
     """(latitude °, longitude °, altitude above home m) to return to after a breach."""
     readings: tuple[Fence, ...] = ()
     """What else the areas of a drawing may mean, none of it certain."""
+
+    @property
+    def as_held(self) -> Fence:
+        """As a vehicle holds it: no area is a part of another, each has to be kept."""
+        alone = tuple(replace(polygon, area="") for polygon in self.polygons)
+        return replace(self, polygons=alone)
 
     @property
     def area_count(self) -> int:
@@ -302,7 +308,8 @@ def make_fence_area(
         else:
             parts.setdefault(polygon.area or f"polygon {number}", []).append(barrier)
     inclusions += [
-        _united(own, list(map(_region, own))) if len(own) > 1 else own[0] for own in parts.values()
+        _united(own, list(map(region_of, own))) if len(own) > 1 else own[0]
+        for own in parts.values()
     ]
     for number, circle in enumerate(fence.circles, start=1):
         barrier = _circle_barrier(circle, number, frame, findings)
@@ -310,7 +317,7 @@ def make_fence_area(
             (inclusions if circle.inclusion else exclusions).append(barrier)
 
     if len(inclusions) > 1:
-        regions = [_region(barrier) for barrier in inclusions]
+        regions = [region_of(barrier) for barrier in inclusions]
         if inclusions_unite:
             inclusions = [_united(inclusions, regions)]
         else:
@@ -394,7 +401,7 @@ def _circle_barrier(
     )
 
 
-def _region(barrier: Barrier) -> Any:  # noqa: ANN401 - shapely has no types
+def region_of(barrier: Barrier) -> Any:  # noqa: ANN401 - shapely has no types
     """Return what a barrier encloses as a polygon, a circle as one inscribed."""
     import shapely
 

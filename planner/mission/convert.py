@@ -195,8 +195,8 @@ def _placeless_fence(fence: Fence | None) -> Fence | None:
     if breach_return is not None:  # no autopilot uses its altitude, and text has 0 for none
         breach_return = (*breach_return[:2], breach_return[2] or 0.0)
     return replace(
-        fence,
-        polygons=tuple(replace(polygon, place=None, area="") for polygon in fence.polygons),
+        fence.as_held,
+        polygons=tuple(replace(polygon, place=None) for polygon in fence.as_held.polygons),
         circles=tuple(replace(circle, place=None) for circle in fence.circles),
         breach_return_deg_m=breach_return,
         readings=(),

@@ -100,7 +100,9 @@ def send_mission(
             _refuse_hazard(snapshot)
         kept = tuple(_removed(mission, snapshot)) if options.keeps_areas else ()
         mission = _with_kept(mission, snapshot.mission, kept)
-        judged = replace(mission, findings=(*mission.findings, *check_removal(mission, snapshot)))
+        fence = None if mission.fence is None else mission.fence.as_held
+        found = (*mission.findings, *check_removal(mission, snapshot))
+        judged = replace(mission, fence=fence, findings=found)
         check = check_vehicle(snapshot, setup, mission=judged, is_charge_given=is_charge_given)
         proposal = UploadProposal(
             snapshot=snapshot,

@@ -490,6 +490,32 @@ def test_a_mission_is_checked_with_the_fence_that_is_kept(
     assert _flown(vehicle) == OLD
 
 
+@pytest.mark.parametrize("parts", [1, 2])
+def test_areas_of_a_drawing_are_judged_as_the_vehicle_holds_them(
+    parts: int, on_line: list[VirtualLine], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of the parts of an area one is enough for the drawing, and not for PX4."""
+    halves = [[19.999, 20.0005], [20.0005, 20.003]] if parts > 1 else [[19.999, 20.003]]
+    rings = [[[[w, 49.999], [e, 49.999], [e, 50.001], [w, 50.001], [w, 49.999]]] for w, e in halves]
+    line = {"type": "LineString", "coordinates": [[20.0, 50.0, 250.0], [20.001, 50.0, 250.0]]}
+    drawn = [
+        {"type": "Feature", "properties": {}, "geometry": line},
+        {
+            "type": "Feature",
+            "properties": {"name": "Flight area"},
+            "geometry": {"type": "MultiPolygon", "coordinates": rings},
+        },
+    ]
+    path = tmp_path / "drawn.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": drawn}), encoding="utf-8")
+    vehicle = _vehicle()
+    on_line.append(VirtualLine(vehicle))
+    command = [str(path) if one == "out.waypoints" else one for one in SENT]
+    assert main(command) == (1 if parts > 1 else 0)
+    assert ("F106" in capsys.readouterr().out) is (parts > 1)
+    assert (_flown(vehicle) == OLD) is (parts > 1)
+
+
 @pytest.mark.usefixtures("mission")
 def test_rally_points_that_only_the_vehicle_has_are_named_before_they_go(
     on_line: list[VirtualLine], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -52,6 +52,7 @@ def errors(*areas: tuple[str, tuple[tuple[float, float], ...]], **properties: ob
         [("Flight area", (AROUND, BESIDE))],
         # no flight is in both
         [("Flight area", (AROUND,)), ("Geofence", (BESIDE,))],
+        [("Geofence", (BESIDE,)), ("Flight area", ((300.0, 400.0),)), ("Flight area", (AROUND,))],
         # around what is around the flight
         [("Flight area", (AROUND,)), ("Geofence", ((-99.0, 299.0),))],
         # where the work is holds nobody where something else does, nor inside it
@@ -69,6 +70,11 @@ def test_a_flight_keeps_what_is_drawn(areas: list[tuple[str, tuple[tuple[float, 
     "areas",
     [
         [("Geofence", (AROUND,)), ("Flight area", (WEST,))],
+        # one far away has nothing to do with it, and one within another is no part of it
+        [("Geofence", (AROUND,)), ("Flight area", (WEST,)), ("Flight area, site 2", (BESIDE,))],
+        [("Geofence", (AROUND,)), ("Flight area", (WEST,)), ("Danger-free", (BESIDE,))],
+        [("Geofence 1", (AROUND,)), ("Geofence 2", (WEST,))],
+        [("Geofence 2", (WEST,)), ("Geofence 1", (AROUND,))],
         [("Survey area", (WEST,))],
         [("Survey area", (WEST,)), ("Field boundary", (BESIDE,))],
         [("House", (BESIDE,))],

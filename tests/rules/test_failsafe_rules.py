@@ -122,7 +122,7 @@ def test_px4_does_as_its_action_says(action: int, does: str) -> None:
 
 def test_the_circuit_breaker_of_the_supply_switches_px4s_battery_off() -> None:
     """``BatteryChecks::checkAndReport`` leaves before it looks at any battery."""
-    acts = {"BAT_CRIT_THR": 0.9, "COM_LOW_BAT_ACT": 3.0, "COM_ARM_BAT_MIN": 0.99}
+    acts: dict[str, Any] = {"BAT_CRIT_THR": 0.9, "COM_LOW_BAT_ACT": 3.0, "COM_ARM_BAT_MIN": 0.99}
     for breaker, codes in ((0.0, {"E103"}), (894281.0, set()), (894280.0, {"E103"})):
         result = checked(autopilot=Autopilot.PX4, CBRK_SUPPLY_CHK=breaker, **acts)
         assert {f.code for f in result.findings if f.severity is Severity.ERROR} == codes

@@ -52,9 +52,9 @@ AREA_SIDE_UNKNOWN = Rule(
     f"{phrases_text(AreaSide.INSIDE)}; {', '.join(FENCES)} alone.  Of the work: "
     f"{phrases_text(AreaSide.WORK)}.  With the contrary ({CONTRARY.replace('|', ', ')}), both sides or none "
     "of these nothing is settled, and the area is left out of the fence.  It is enough to be inside one of "
-    "those to stay inside; called alike, numbers aside, they are parts of one, and where they are not and "
-    "have places in common, a flight that is not inside each is not settled.  Nor is one that leaves the "
-    "areas of the work where nothing else is to be stayed inside.",
+    "those to stay inside.  Called alike, numbers aside, they are parts of one, unless one lies within the "
+    "other; of others that have places in common a flight that is not inside each is not settled.  Nor is "
+    "one that leaves the areas of the work where nothing else is to be stayed inside.",
     fix="call the area 'stay inside' or 'no-fly', or give it the property inclusion, true or false; draw "
     "what is one area as one",
     instead="a name that says it",
@@ -164,11 +164,11 @@ def _fence_of(areas: Sequence[DrawnArea]) -> Fence | None:
             if one.side in sides
         )
 
-    names = {plain_name(one.words) for one in areas if one.side is AreaSide.INSIDE}
+    insides = sum(one.side is AreaSide.INSIDE and one.polygon.inclusion for one in areas)
     readings = []
-    if len(names) > 1:
+    if insides > 1:
         readings.append(fence({AreaSide.INSIDE: False, AreaSide.OUTSIDE: True}))
-    if not names and any(one.side is AreaSide.WORK for one in areas):
+    if not insides and any(one.side is AreaSide.WORK for one in areas):
         readings.append(fence({AreaSide.WORK: True, AreaSide.OUTSIDE: True}))
     certain = fence({AreaSide.INSIDE: True, AreaSide.OUTSIDE: True})
     if not certain and not readings:
