@@ -443,22 +443,17 @@ def _too_many_jumps(a: Assessment, _target: Target) -> Iterator[Finding]:
 RALLY_FAR = Rule(
     "M118 rally-far",
     Severity.WARNING,
-    summary="A rally point is farther from the whole mission than ArduPilot looks, and home is nearer.",
+    summary="A rally point is farther from the whole mission than ArduPilot looks.",
     why="ArduPilot returns home instead of to a rally point beyond RALLY_LIMIT_KM, 300 m on Copter: "
     "the point is never used (ArduPilot #4701, #30575).",
     how="Distance from each rally point to the path that is flown, circles and splines as they curve, above "
-    "RALLY_LIMIT_KM where that is not 0, and nowhere on it is it nearer than home "
-    "(AP_Rally::find_nearest_rally_point).",
+    "RALLY_LIMIT_KM where that is not 0 (AP_Rally::find_nearest_rally_point).",
     fix="move the rally point, or raise RALLY_LIMIT_KM",
 )
 
 
 @judges(RALLY_FAR, needs=(ARDUPILOT_TARGET,))
 def _rally_far(a: Assessment, _target: Target) -> Iterator[Finding]:
-    """``AP_Rally::find_nearest_rally_point``: beyond the limit home is taken where it is nearer.
-
-    Where it is not, one end of a straight piece is nearer to the rally point than to home.
-    """
     rally, limit_m = a.mission.rally, _rally_limit_m(a)
     if not rally or not a.route.stages:
         return
@@ -469,8 +464,7 @@ def _rally_far(a: Assessment, _target: Target) -> Iterator[Finding]:
     remarks = Remarks()
     for number, (point, point_m) in enumerate(zip(rally, _rally_m(a), strict=True), start=1):
         away_m = _distance_to_path_m(point_m, path_m)
-        is_nearer = np.hypot(*(path_m - point_m).T) <= np.hypot(*path_m.T)
-        if away_m > limit_m and not is_nearer.any():
+        if away_m > limit_m:
             remarks.add(
                 RALLY_FAR,
                 f"rally point {number} is {quantity.beside(away_m, limit_m, quantity.distance)} from the "

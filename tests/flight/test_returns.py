@@ -203,16 +203,14 @@ def test_between_home_and_a_rally_point_the_middle_is_tightest_for_the_way() -> 
     assert middle == pytest.approx(1500.0, abs=150.0)
 
 
-def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() -> None:
-    # RALLY_LIMIT_KM 0.3: at 900 m the rally point at 2000 m is 1100 m away, home nearer.
+def test_a_rally_point_beyond_its_limit_is_not_taken_though_home_is_farther() -> None:
+    """``AP_Rally::find_nearest_rally_point``: RALLY_LIMIT_KM is 0.3."""
     flown = replace(mission(takeoff(50), waypoint(2500, 50), rtl()), rally=(rally(2000.0),))
-    home = returns_of(flown)
-    stage = np.array([1, 1])
-    points_m = np.array([[0.0, 900.0, 50.0], [0.0, 1100.0, 50.0]])
-    assert home.destinations.chosen(points_m, stage).tolist() == [0, 1]
-    without_home = replace(ARDUPILOT, rally_includes_home=0)
-    near = np.array([[0.0, 900.0, 50.0], [0.0, 1750.0, 50.0]])
-    assert returns_of(flown, without_home).destinations.chosen(near, stage).tolist() == [0, 1]
+    points_m = np.array([[0.0, metres, 50.0] for metres in (900.0, 1100.0, 1690.0, 1710.0, 2310.0)])
+    stage = np.ones(len(points_m), dtype=np.intp)
+    for parameters in (ARDUPILOT, replace(ARDUPILOT, rally_includes_home=0)):
+        chosen = returns_of(flown, parameters).destinations.chosen(points_m, stage)
+        assert chosen.tolist() == [0, 0, 0, 1, 0]
 
 
 @pytest.mark.parametrize(

@@ -232,15 +232,13 @@ def test_a_rally_point_that_ardupilot_never_uses_is_warned_of(
     assert of("M118", made, Autopilot.PX4) == []
 
 
-@pytest.mark.parametrize(("north_m", "fires"), [(249.0, True), (251.0, False)])
-def test_a_rally_point_beyond_the_limit_that_is_nearer_than_home_is_used(
+@pytest.mark.parametrize(("north_m", "fires"), [(801.0, True), (799.0, False)])
+def test_a_rally_point_beyond_the_limit_is_not_used_though_home_is_farther(
     north_m: float,
     fires: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
-    """From 500 m north, home is as far as a place 250 m north and 433 m east: 60° off the leg."""
-    point = RallyPoint(
-        latitude_deg=north(north_m), longitude_deg=8.0 + 433.0 / 76055.0, height_above_home_m=20.0
-    )
+    """300 m on from the landing at 500 m."""
+    point = RallyPoint(latitude_deg=north(north_m), longitude_deg=8.0, height_above_home_m=20.0)
     land = item(21, north(500), 0.0)
     made = replace(mission(takeoff(20), waypoint(500, 20), land), rally=(point,))
     assert len(of("M118", made, Autopilot.ARDUPILOT)) == fires

@@ -158,10 +158,10 @@ def test_splines_flown_straight_are_not_held_to_the_limits_of_a_site(
 def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(tmp_path: Path) -> None:
     place = f"[site]\nlatitude_deg = {north(250)}\nlongitude_deg = 8.0\nmax_distance_m = 300\n"
     assert of("M122", tmp_path, place) == []
-    rally = RallyPoint(latitude_deg=north(900), longitude_deg=8.0, height_above_home_m=20.0)
+    rally = RallyPoint(latitude_deg=north(780), longitude_deg=8.0, height_above_home_m=20.0)
     # It is where the mission's own return leads, from item 2 on nearer than home.
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, rally=(rally,)))
-    assert "item 3 is 650 m from the site; " in finding.message
+    assert "item 3 is 530 m from the site; " in finding.message
     assert finding.message.endswith("allows 300 m (1 more place too far)")
     corners = ((north(-100), 7.999), (north(2250), 8.0), (north(-100), 8.001))
     fence = Fence(polygons=(FencePolygon(inclusion=True, vertices_deg=corners),))

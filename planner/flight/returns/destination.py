@@ -157,9 +157,8 @@ class Destinations(Value, eq=False):
         PX4 (``RTL::findRtlDestination``): with RTL_TYPE 0 the nearest of home and the rally points; 3 looks
         at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and lands
         where it is without; 2 and 4 lead along the mission.  ArduPilot
-        (``AP_Rally::find_nearest_rally_point``): the nearest rally point, unless home is nearer and
-        RALLY_INCL_HOME is set or the rally point is beyond RALLY_LIMIT_KM.  Without parameters home alone is
-        known.
+        (``AP_Rally::calc_best_rally_or_home_location``): the nearest rally point, unless it is beyond
+        RALLY_LIMIT_KM, or home is nearer and RALLY_INCL_HOME is set.  Without parameters home alone is known.
         """
         home = np.full(len(stage), HOME, dtype=np.intp)
         if self.along:
@@ -182,7 +181,7 @@ class Destinations(Value, eq=False):
         nearest, nearest_m = rally_m.argmin(axis=1), rally_m.min(axis=1)
         limit_m = parameters.rally_limit_m
         far = (limit_m > 0.0) & (nearest_m > limit_m)
-        taken = ~((home_m < nearest_m) & (far | bool(parameters.rally_includes_home)))
+        taken = ~(far | ((home_m < nearest_m) & bool(parameters.rally_includes_home)))
         return np.where(taken, nearest + 1, home)
 
     def _chosen_by_px4(
