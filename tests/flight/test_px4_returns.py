@@ -156,3 +156,15 @@ def test_a_way_home_begun_at_speed_begins_with_a_stop() -> None:
     # From 1 m/s the acceleration is not reached: √(2/4) s at 2/3 m/s.
     way_m, stop_s = pilot.stop(np.array([1.0]))
     assert (way_m[0], stop_s[0]) == pytest.approx((2.0 / 3.0 * math.sqrt(0.5), math.sqrt(0.5)))
+
+
+@pytest.mark.parametrize("above_m", [40.0, 5.0])
+def test_drag_changes_nothing_of_a_return_that_only_goes_up_and_down(above_m: float) -> None:
+    # On the map nothing moves that could lag; the heading of home is waited for alike.
+    over_home = np.array([[0.0, 0.0, above_m]])
+    lagging, rigid = (
+        px4_returns(over_home, to_home(), PX4, tracking=Tracking(drag_per_s=drag_per_s))
+        for drag_per_s in (0.3, None)
+    )
+    assert lagging.segments.duration_s == pytest.approx(rigid.segments.duration_s, abs=1e-9)
+    assert lagging.distance_m == pytest.approx(0.0, abs=1e-9)

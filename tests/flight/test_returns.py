@@ -182,6 +182,27 @@ def test_the_last_point_below_an_energy_comes_before_all_that_exceed_it(
             assert sweep.sum_wh[row] <= limit_wh
 
 
+@pytest.mark.parametrize("flown_by", FLOWN_BY)
+def test_a_sample_flown_with_further_returns_is_as_flown_alone(flown_by: str) -> None:
+    vehicle, parameters = FLOWN_BY[flown_by]
+    alone, joined = (
+        returns_of(MISSIONS["zigzag"], parameters, vehicle=vehicle, wind=Wind(speed_m_s=4.0))
+        for _ in range(2)
+    )
+    assert alone.sample is not None
+    sweep_returns(joined, 0.2 * float(joined.used_wh[-1]))
+    both = joined.sample
+    assert both is not None
+    assert both.points.segment.tolist() == alone.sample.points.segment.tolist()
+    assert both.destination.tolist() == alone.sample.destination.tolist()
+    assert both.energy_wh == pytest.approx(alone.sample.energy_wh, rel=1e-12)
+    assert both.time_s == pytest.approx(alone.sample.time_s, rel=1e-12)
+    one, other = both.flight, alone.sample.flight
+    assert one.node_power_w == pytest.approx(other.node_power_w, rel=1e-9)
+    assert one.motion.segments.item.tolist() == other.motion.segments.item.tolist()
+    assert one.motion.nodes.state.east_m == pytest.approx(other.motion.nodes.state.east_m, abs=1e-9)
+
+
 def test_no_point_is_the_last_below_an_energy_that_nothing_exceeds() -> None:
     sweep = sweep_returns(returns_of(MISSIONS["out and back"]))
     assert sweep is not None

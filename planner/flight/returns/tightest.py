@@ -34,6 +34,8 @@ point may be tighter than the one found. [-]"""
 _UNEVEN = 1e-3
 """Energy of a return over the energy looked for by which a point may be off the line through the points
 beside it: halfway to them, the interpolation is off by about a quarter of that. [-]"""
+_AT_ONCE = 1024
+"""Points that returns are flown from at once: of more, none is flown quicker."""
 _SAME_PLACE_M2 = 1e-6
 """Squared distance of stops that are at one place. [m²]"""
 _FEW = 8
@@ -312,14 +314,6 @@ def _swept(flown: FlownReturns) -> ReturnSweep:
     )
 
 
-def _with(
-    sweep: ReturnSweep, returns: Returns, segment: IntArray, fraction: FloatArray
-) -> ReturnSweep:
-    """Return a sweep and further points that returns are flown from, in flown order."""
-    points = returns.points(*in_order(segment, fraction))
-    return _merged(sweep, _swept(returns.flown(points)))
-
-
 def _merged(*sweeps: ReturnSweep) -> ReturnSweep:
     every = ReturnSweep.joined(sweeps)
     return every.select(np.lexsort((every.fraction, every.segment)))
@@ -350,6 +344,17 @@ class _Refinement(Value, eq=False, dict=True):
         """Rows of the sweep behind which points are interpolated."""
         return np.flatnonzero((self.parts > 1) & self.along)
 
+    def uneven_points(self, returns: Returns) -> FloatArray:
+        """Return segments and fractions of points to fly from, where what is between is not even. (m, 2)"""
+        sweep, parts = self.sweep, self.parts
+        points = [np.zeros((0, 2))]
+        for row in np.flatnonzero((parts > 0) & ~self.along).tolist():
+            begin_s, end_s = sweep.time_s[row : row + 2]
+            even = returns.at(np.linspace(begin_s, end_s, parts[row] + 1)[1:-1])
+            ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), parts[row])
+            points += [np.column_stack(even), np.column_stack((ends, np.ones(len(ends))))]
+        return np.unique(np.concatenate(points), axis=0)
+
 
 def _refined_each(
     returns: Returns, asked: Mapping[Hashable, _Refinement]
@@ -363,29 +368,28 @@ def _refined_each(
         rows = np.concatenate([one.even_rows for _, one in alike])
         parts = [one.parts[one.even_rows] for _, one in alike]
         further = _interpolated(sweep, returns, rows, np.concatenate(parts)) if len(rows) else None
+        flown = _flown_each(returns, [one.uneven_points(returns) for _, one in alike])
         end = 0
-        for (key, one), own in zip(alike, parts, strict=True):
+        for (key, _), own, refined in zip(alike, parts, flown, strict=True):
             begin, end = end, end + int((own - 1).sum())
-            refined = sweep
-            if further is not None and end > begin:
-                refined = _merged(sweep, further.select(np.arange(begin, end)))
-            yield key, _with_flown(refined, returns, one)
+            between = [] if further is None else [further.select(np.arange(begin, end))]
+            yield key, _merged(sweep, *between, *refined)
 
 
-def _with_flown(refined: ReturnSweep, returns: Returns, asked: _Refinement) -> ReturnSweep:
-    """Return a sweep with the points that are flown, where it is not even between its own."""
-    sweep, parts = asked.sweep, asked.parts
-    segments: list[IntArray] = []
-    fractions: list[FloatArray] = []
-    for row in np.flatnonzero((parts > 0) & ~asked.along).tolist():
-        begin_s, end_s = sweep.time_s[row : row + 2]
-        even, fraction = returns.at(np.linspace(begin_s, end_s, parts[row] + 1)[1:-1])
-        ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), parts[row])
-        segments += [even, ends]
-        fractions += [fraction, np.ones(len(ends))]
-    if not any(map(len, segments)):
-        return refined
-    return _with(refined, returns, np.concatenate(segments), np.concatenate(fractions))
+def _flown_each(
+    returns: Returns, points: Sequence[FloatArray]
+) -> Iterator[tuple[ReturnSweep, ...]]:
+    """Yield the sweeps of groups of points, by segments and fractions, flown as few times as can be."""
+    every, row = np.unique(np.concatenate(points), axis=0, return_inverse=True)
+    several = [
+        _swept(returns.flown(returns.points(some[:, 0].astype(np.intp), some[:, 1])))
+        for some in np.split(every, range(_AT_ONCE, len(every), _AT_ONCE))
+        if len(some)
+    ]
+    flown, end = ReturnSweep.joined(several) if several else None, 0
+    for own in points:
+        begin, end = end, end + len(own)
+        yield () if flown is None else (flown.select(row.ravel()[begin:end]),)
 
 
 def _interpolated(
