@@ -31,6 +31,7 @@ from planner.flight.returns.path import thinned
 from planner.mission.commands import Command
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind, return_spans
+from planner.quantity import sd_of
 from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
@@ -78,6 +79,7 @@ _LANDS_ON = 8
 _ENDS_FLYING = frozenset({LANDS, *STOPS_FLYING.values()})
 _SDS_BELOW_UPPER = 1.2816
 """Standard deviations from the mean to what one flight of ten exceeds. [-]"""
+_NO_DEVIATION = 1e-12
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
@@ -110,9 +112,7 @@ FAILSAFE_BEFORE_END = Rule(
     "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
     "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
     "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8).  "
-    "A flight is looked at too that takes as much more than predicted as one of a hundred does, by the "
-    "model's [spread] or 5 %: an error where it lands where it is or stops its motors; a warning where the "
-    "vehicle returns in more than --risk of them.  Not checked where nothing measures the battery "
+    "Not checked where nothing measures the battery "
     "(BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
@@ -137,33 +137,6 @@ def _failsafe_before_end(
     if isinstance(parameters, Px4Parameters):
         yield from _unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
-    yield from _at_risk(a, pack, parameters)
-
-
-def _at_risk(a: Assessment, pack: Battery, parameters: FlightParameters) -> Iterator[Finding]:
-    """Yield the first that acts in a flight that takes more than is predicted, by how far models are off."""
-    upper_wh, flown_wh = a.totals.energy_wh_p90, a.totals.energy_wh
-    if not flown_wh:
-        return
-    sd = ASSUMED_ERROR if upper_wh is None else (upper_wh / flown_wh - 1.0) / _SDS_BELOW_UPPER
-    for chance in (MOST_CHANCE_EMPTY, max(a.setup.risk, MOST_CHANCE_EMPTY)):
-        times = 1.0 + sd * NormalDist().inv_cdf(1.0 - chance)
-        profile = battery_profile(a.returns, pack, a.discharge, charge=a.charge, times=times)
-        if not isinstance(parameters, Px4Parameters):
-            events = list(ardupilot_events(profile, parameters))
-        elif parameters.measures_battery:
-            seen = px4_charge(profile, pack, parameters)
-            events = list(px4_charge_events(seen, parameters))
-        else:
-            return
-        event = _first_acting(_in_time(a, events))
-        is_end = event is not None and event.action in _ENDS_FLYING
-        if event is not None and (is_end or chance > MOST_CHANCE_EMPTY):
-            found = _reported(a, event, Severity.ERROR if is_end else Severity.WARNING)
-            more = f"in a flight that takes {quantity.percent(times - 1.0)} more than predicted"
-            often = f"as {quantity.percent(chance)} of flights do"
-            yield replace(found, message=f"{found.message}; {more}, {often}")
-            return
 
 
 def _returned_by_older_px4(
@@ -382,6 +355,64 @@ def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Findin
         severity=severity,
         item=point.item,
     )
+
+
+FAILSAFE_AT_RISK = Rule(
+    "E134 failsafe-at-risk",
+    Severity.ERROR,
+    summary="The vehicle's own battery failsafe may end the mission early.",
+    why="A failsafe that lands in the field acts by what a flight takes, not by what was predicted: one just "
+    "beyond the prediction ends nearly half of all flights.",
+    how="E103 in the flight of a hundred that takes most, by the model's [spread] (the upper end of its "
+    "interval), or standard deviations of 5 % of the energy, and by the charge as given: an error where it "
+    "lands where it is or stops its motors there.  A warning where the vehicle returns in more flights than "
+    "--risk allows.  Thresholds of time are left to E103.",
+    fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
+    instead="--battery or --charge, or the parameters of --params",
+)
+
+
+@judges(FAILSAFE_AT_RISK, needs=(PACK, PARAMETERS))
+def _failsafe_at_risk(
+    a: Assessment, pack: Battery, parameters: FlightParameters
+) -> Iterator[Finding]:
+    upper_wh, flown_wh = a.totals.energy_wh_p90, a.totals.energy_wh
+    if not flown_wh or not parameters.measures_battery:
+        return
+    sd = ASSUMED_ERROR if upper_wh is None else (upper_wh / flown_wh - 1.0) / _SDS_BELOW_UPPER
+    predicted = _profile(a)
+    taken = predicted.fraction[0] - predicted.fraction[-1]
+    sds = np.array([sd_of(a.setup.charge), sd * taken])
+    # Of all that is as likely, what leaves least: by how much each of the two is off.
+    off = sds**2 / max(float(np.hypot(*sds)), _NO_DEVIATION)
+    if _first_acting(_in_time(a, _charge_events(predicted, pack, parameters))) is not None:
+        return  # E103
+    for chance in (MOST_CHANCE_EMPTY, max(a.setup.risk, MOST_CHANCE_EMPTY)):
+        less, more = NormalDist().inv_cdf(1.0 - chance) * off
+        charge, times = a.charge - float(less), 1.0 + float(more) / taken
+        profile = battery_profile(a.returns, pack, a.discharge, charge=charge, times=times)
+        event = _first_acting(_in_time(a, _charge_events(profile, pack, parameters)))
+        is_end = event is not None and event.action in _ENDS_FLYING
+        if event is not None and (is_end or chance > MOST_CHANCE_EMPTY):
+            found = _reported(a, event, Severity.ERROR if is_end else Severity.WARNING)
+            begun = f", begun at {quantity.percent(charge)} of the charge" if less else ""
+            yield a.finding(
+                FAILSAFE_AT_RISK,
+                f"{found.message}; in a flight that takes {quantity.percent(times - 1.0)} more than "
+                f"predicted{begun}, as {quantity.percent(chance)} of flights do",
+                severity=found.severity,
+                item=found.item,
+            )
+            return
+
+
+def _charge_events(
+    profile: BatteryProfile, pack: Battery, parameters: FlightParameters
+) -> list[FailsafeEvent]:
+    """Return what an autopilot decides by the charge and the voltage of a battery, in no order."""
+    if isinstance(parameters, Px4Parameters):
+        return list(px4_charge_events(px4_charge(profile, pack, parameters), parameters))
+    return list(ardupilot_events(profile, parameters))
 
 
 ARMING_REFUSED = Rule(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import contextmanager
+from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from planner import catalogue, quantity
@@ -323,7 +325,6 @@ _LIMITS = frozenset({"E103", "E104", "E110", "E114", "E116", "E120", "E122", "E1
 """What is past these comes down or flies elsewhere, however much energy is left."""
 _NOT_COUNTED = frozenset({"E108"})
 """Of what a model does not count: what it counts is drawn (E119, E124)."""
-_DEVIATIONS = {1.0: "one standard deviation", GUST_SDS: "two standard deviations"}
 _BACKWARD_DEG = 180.0
 
 
@@ -338,12 +339,13 @@ def _at_two_deviations(
     reported, _ = prepared.setup.selection.divide(found, file=prepared.mission.source)
     if any(one.severity is Severity.ERROR for one in reported):
         return
-    wind = prepared.setup.wind
-    for setup, condition, sds in _off_their_means(prepared.setup):
+    wind, vehicle = prepared.setup.wind, prepared.setup.vehicle
+    # Nothing is drawn about these: a model without a spread has nothing to draw by.
+    alone = replace(prepared.setup, vehicle=replace(vehicle, spread=None))
+    for setup, note, sds in _off_their_means(alone):
         again = assess(prepare(prepared.mission, setup))
         if again is None:
             continue
-        note = f"at {condition}, {_DEVIATIONS[sds]} from the mean"
         is_counted = setup.wind is not wind and setup.vehicle.knows_airspeed
         codes = _LIMITS if is_counted else _LIMITS | _NOT_COUNTED
         yield from _errors_of(again, found, note, codes=codes)
@@ -351,30 +353,76 @@ def _at_two_deviations(
 
 
 def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str, float]]:
-    """Yield a setup with each uncertain condition off its mean, that in words, and by how many deviations."""
+    """Yield a setup with each uncertain condition off its mean, that in words, and by how many deviations.
+
+    Then with all of them as far as makes two deviations together: limits may be near that no condition
+    reaches alone.
+    """
+    worse = _worse_ends(setup)
+    for ends in worse:
+        for end in ends:
+            other, words = end(setup, GUST_SDS)
+            yield other, f"at {words}, two standard deviations from the mean", GUST_SDS
+    if len(worse) > 1:
+        sds = GUST_SDS / math.sqrt(len(worse))
+        for ends_of_all in product(*worse):
+            other, said = setup, []
+            for end in ends_of_all:
+                other, words = end(other, sds)
+                said.append(words)
+            each = f"each {quantity.decimals(sds, 1)} standard deviations from the mean"
+            yield other, f"at {' and '.join(said)}, {each}", GUST_SDS
     wind = setup.wind
-    if sd_kg := sd_of(setup.payload_kg):
-        payload_kg = _in_range("payload_kg", mean_of(setup.payload_kg) + GUST_SDS * sd_kg)
-        heavy = replace(setup, payload_kg=payload_kg)
-        yield heavy, f"{quantity.mass(payload_kg)} of payload", GUST_SDS
-    if sd := sd_of(setup.charge):
-        charge = max(mean_of(setup.charge) - GUST_SDS * sd, 0.0)
-        yield replace(setup, charge=charge), f"{quantity.percent(charge)} of the charge", GUST_SDS
-    if setup.temperature_c is not None and (sd_c := sd_of(setup.temperature_c)):
-        for sds in (GUST_SDS, -GUST_SDS):  # thin air, or a cold battery
-            air_c = _in_range("temperature_c", mean_of(setup.temperature_c) + sds * sd_c)
-            yield replace(setup, temperature_c=air_c), quantity.temperature(air_c), GUST_SDS
-    if wind.speed_sd_m_s:
-        for sds in (GUST_SDS, -GUST_SDS):  # a wind from behind is missed
-            speed_m_s = max(wind.speed_m_s + sds * wind.speed_sd_m_s, 0.0)
-            other = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
-            yield replace(setup, wind=other), f"{quantity.speed(speed_m_s)} of wind", GUST_SDS
     if wind.from_sd_deg and wind.speed_m_s:
-        for sds in (1.0, -1.0, GUST_SDS, -GUST_SDS):
-            if abs(sds) * wind.from_sd_deg <= _BACKWARD_DEG:  # farther off it is another's
-                from_deg = (wind.from_deg + sds * wind.from_sd_deg) % 360.0
-                turned = replace(wind, from_deg=from_deg, from_sd_deg=0.0)
-                yield replace(setup, wind=turned), f"wind from {from_deg:.0f}°", abs(sds)
+        for sds, many in ((1.0, "one standard deviation"), (GUST_SDS, "two standard deviations")):
+            for side in (sds, -sds):
+                if sds * wind.from_sd_deg <= _BACKWARD_DEG:  # farther off it is another's
+                    from_deg = (wind.from_deg + side * wind.from_sd_deg) % 360.0
+                    turned = replace(wind, from_deg=from_deg, from_sd_deg=0.0)
+                    note = f"at wind from {from_deg:.0f}°, {many} from the mean"
+                    yield replace(setup, wind=turned), note, sds
+
+
+_End: TypeAlias = "Callable[[Setup, float], tuple[Setup, str]]"
+"""Moves an uncertain condition so many deviations to one side; with what it is then, in words."""
+
+
+def _worse_ends(setup: Setup) -> list[tuple[_End, ...]]:
+    """Return the sides of each uncertain condition that may be the worse one."""
+
+    def heavier(one: Setup, sds: float) -> tuple[Setup, str]:
+        kg = _in_range("payload_kg", mean_of(setup.payload_kg) + sds * sd_of(setup.payload_kg))
+        return replace(one, payload_kg=kg), f"{quantity.mass(kg)} of payload"
+
+    def emptier(one: Setup, sds: float) -> tuple[Setup, str]:
+        charge = max(mean_of(setup.charge) - sds * sd_of(setup.charge), 0.0)
+        return replace(one, charge=charge), f"{quantity.percent(charge)} of the charge"
+
+    def warmer(one: Setup, sds: float) -> tuple[Setup, str]:
+        mean_c, sd_c = mean_of(setup.temperature_c or 0.0), sd_of(setup.temperature_c)
+        air_c = _in_range("temperature_c", mean_c + sds * sd_c)
+        return replace(one, temperature_c=air_c), quantity.temperature(air_c)
+
+    def stronger(one: Setup, sds: float) -> tuple[Setup, str]:
+        wind = setup.wind
+        speed_m_s = max(wind.speed_m_s + sds * wind.speed_sd_m_s, 0.0)
+        other = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
+        return replace(one, wind=other), f"{quantity.speed(speed_m_s)} of wind"
+
+    def back(end: _End) -> _End:
+        return lambda one, sds: end(one, -sds)
+
+    return [
+        ends
+        for sd, ends in (
+            (sd_of(setup.payload_kg), (heavier,)),
+            (sd_of(setup.charge), (emptier,)),
+            # thin air, or a cold battery; a wind against it, or from behind that is missed
+            (sd_of(setup.temperature_c), (warmer, back(warmer))),
+            (setup.wind.speed_sd_m_s, (stronger, back(stronger))),
+        )
+        if sd
+    ]
 
 
 def _in_range(key: str, number: float) -> float:

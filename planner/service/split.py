@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 _BOUNDED = frozenset({"E105", "E122", "E127", "E129"})
 """What is not counted and is held against the margin: a shorter flight mends it where it has more of that."""
-MENDED = _BOUNDED | {"E101", "E102", "E103", "E104", "E116", "E119", "E124", "M102", "M126"}
+MENDED = _BOUNDED | {"E101", "E102", "E103", "E104", "E116", "E119", "E124", "E134", "M102", "M126"}
 """What a shorter flight mends, fewer items, or the return that ends each part."""
 _MOST_PARTS = 99
 _TRIES = 60

@@ -68,7 +68,7 @@ LEFT_OUT: Mapping[str, tuple[str, ...]] = {
     "terrain": ("A102", "A104", "A117", "A119", "E127", "T117", "X910"),
     "voltages": ("E104",),
     "returns": ("E102", "E106", "E129", "T110", "T113"),
-    "the autopilot's failsafes": ("E103",),
+    "the autopilot's failsafes": ("E103", "E134"),
     "site profiles": ("A114", "M122", "M123", "P103"),
     "how far the conditions may be off": ("E119", "E124"),
 }

@@ -142,6 +142,16 @@ def at_most_s(longer_s: float) -> tuple[Finding, ...]:
     return found(ONE_WAY, PX4, f"COM_FLT_TIME_MAX,{time_s + longer_s!r}\n", vehicle=quad)
 
 
+def lands_at(times: float) -> tuple[Finding, ...]:
+    """Return what PX4's check tells where it lands at what so many times the way out would leave."""
+    quad = replace(vehicle_of(ARDUPILOT), spread=None)
+    items = check(PLAIN, quad, autopilot=PX4, battery=PLENTY).items
+    used_wh = next(one.energy_used_wh or 0.0 for one in items if one.item == 2)
+    left = 1.0 - times * used_wh / PLENTY.energy_wh
+    text = f"BAT_CRIT_THR,{left!r}\nBAT_LOW_THR,0.01\nBAT_EMERGEN_THR,0.005\nCOM_LOW_BAT_ACT,2\n"
+    return found(PLAIN, PX4, text, vehicle=quad)
+
+
 @cache
 def with_pack() -> CheckResult:
     """Return the check of a flight with a battery whose curve is known."""
@@ -292,6 +302,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: at_most_s(-0.01),
         boundary=lambda: at_most_s(0.0),
         silent=lambda: at_most_s(0.01),
+    ),
+    "E134": RuleCases(
+        fires=lambda: lands_at(1.65),
+        boundary=lambda: lands_at(1.8),  # 1.116 times is where it comes down at home
+        silent=lambda: lands_at(2.5),
     ),
     "E104": RuleCases(
         fires=lambda: found(

@@ -477,10 +477,10 @@ def test_an_uncertain_wind_that_slows_the_vehicle_takes_the_time_too(
     assert ("E124" in from_side) is (code == "E124" and sd_m_s > 1.0), from_side
 
 
-@pytest.mark.parametrize(("sd_m_s", "low_mah", "acts"), [(2.5, 150.0, True), (0.1, 150.0, False)])
+@pytest.mark.parametrize(("sd_m_s", "low_mah", "acts"), [(2.5, 50.0, True), (0.1, 50.0, False)])
 def test_a_wind_from_behind_may_be_missed(sd_m_s: float, low_mah: float, *, acts: bool) -> None:
     """3 km at 12 m/s take 250 s, at 7 m/s of airspeed and 300 W 21 Wh; in a calm, at 12 m/s and 370 W, 26 Wh:
-    200 mAh more of 25 V, and what is low is 150 mAh below what is left."""
+    200 mAh more of 25 V.  What is low is 50 mAh below what 22.2 V leave, which are 150 mAh of 25 V."""
     away = mission(takeoff(30), speed(12.0), waypoint(3000, 30), item(21, north(3000), 0.0))
     wind = Wind(speed_m_s=5.0, from_deg=180.0)
     pack = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
