@@ -93,10 +93,12 @@ def battery_profile(
     *,
     charge: float,
     times: float = 1.0,
+    less: float = 0.0,
 ) -> BatteryProfile:
     """Return the battery along a flight: by its curve where that is known, else by its energy.
 
-    ``times`` is what the flight takes of it over what is predicted. [-]
+    Predicted from a charge; ``times`` is what the flight takes over what is predicted, from so much ``less``.
+    [-]
     """
     rest_v = loaded_v = None
     resistance_ohm = 0.0
@@ -104,19 +106,19 @@ def battery_profile(
         predicted = charge - returns.used_wh / battery.energy_wh
     else:
         predicted = np.concatenate(([charge], discharge.state_of_charge))
-    fraction = charge - times * (charge - predicted)
+    fraction = charge - less - times * (charge - predicted)
     curve = rest_curve(battery)
     if curve is not None:
         rest_v = np.interp(fraction, curve.state_of_charge, curve.voltage_v)
         if discharge is not None and battery.ocv_soc is not None and battery.ocv_v is not None:
             of_label_v = np.interp(predicted, battery.ocv_soc, battery.ocv_v)
             loaded_v = rest_v.copy()
-            loaded_v[1:] += discharge.voltage_v - of_label_v[1:]
+            loaded_v[1:] += times * (discharge.voltage_v - of_label_v[1:])  # so much more current
             resistance_ohm = float(np.max(discharge.packs.circuits[discharge.pack].resistance_ohm))
     full_ah = battery.charge_ah
     return BatteryProfile(
         time_s=np.append(returns.start_s, returns.flight.time_s),
-        used_ah=None if full_ah is None else (charge - fraction) * full_ah,
+        used_ah=None if full_ah is None else (fraction[0] - fraction) * full_ah,
         fraction=fraction,
         rest_v=rest_v,
         loaded_v=loaded_v,

@@ -381,7 +381,9 @@ def _failsafe_at_risk(
         return
     sd = ASSUMED_ERROR if upper_wh is None else (upper_wh / flown_wh - 1.0) / _SDS_BELOW_UPPER
     predicted = _profile(a)
-    taken = predicted.fraction[0] - predicted.fraction[-1]
+    taken = float(predicted.fraction[0] - predicted.fraction[-1])
+    if not taken > 0.0:
+        return
     sds = np.array([sd_of(a.setup.charge), sd * taken])
     # Of all that is as likely, what leaves least: by how much each of the two is off.
     off = sds**2 / max(float(np.hypot(*sds)), _NO_DEVIATION)
@@ -389,13 +391,15 @@ def _failsafe_at_risk(
         return  # E103
     for chance in (MOST_CHANCE_EMPTY, max(a.setup.risk, MOST_CHANCE_EMPTY)):
         less, more = NormalDist().inv_cdf(1.0 - chance) * off
-        charge, times = a.charge - float(less), 1.0 + float(more) / taken
-        profile = battery_profile(a.returns, pack, a.discharge, charge=charge, times=times)
+        times = 1.0 + float(more) / taken
+        profile = battery_profile(
+            a.returns, pack, a.discharge, charge=a.charge, times=times, less=float(less)
+        )
         event = _first_acting(_in_time(a, _charge_events(profile, pack, parameters)))
         is_end = event is not None and event.action in _ENDS_FLYING
         if event is not None and (is_end or chance > MOST_CHANCE_EMPTY):
             found = _reported(a, event, Severity.ERROR if is_end else Severity.WARNING)
-            begun = f", begun at {quantity.percent(charge)} of the charge" if less else ""
+            begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
             yield a.finding(
                 FAILSAFE_AT_RISK,
                 f"{found.message}; in a flight that takes {quantity.percent(times - 1.0)} more than "

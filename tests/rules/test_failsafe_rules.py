@@ -192,6 +192,27 @@ def test_a_failsafe_acts_in_flights_that_take_more_than_predicted(
     assert all("more than predicted" in f.message for f in found)
 
 
+def test_a_flight_that_takes_more_draws_more_from_less() -> None:
+    """By charge and by voltage: 1.2 times the drop over the resistance, from a tenth less of the charge."""
+    result = check(FLOWN, load_vehicle("arducopter-sitl-quad"))
+    a = result.assessment
+    assert a is not None
+    assert a.pack is not None
+    plain, more = (
+        battery_profile(a.returns, a.pack, a.discharge, charge=1.0, **other)
+        for other in ({}, {"times": 1.2, "less": 0.1})
+    )
+    assert more.fraction == pytest.approx(0.9 - 1.2 * (1.0 - plain.fraction), abs=1e-12)
+    assert plain.used_ah is not None
+    assert more.used_ah == pytest.approx(1.2 * plain.used_ah, abs=1e-9)
+    drops_v = []
+    for one in (plain, more):
+        assert one.rest_v is not None
+        assert one.loaded_v is not None
+        drops_v.append(one.rest_v[1:] - one.loaded_v[1:])
+    assert drops_v[1] == pytest.approx(1.2 * drops_v[0], abs=1e-9)
+
+
 def late(lands_m: float | None = None, **values: Any) -> CheckResult:  # noqa: ANN401 - as `checked`
     """Return a check whose charge is low 20 mAh, some 4 s, before the landing; at home by default."""
     end = rtl() if lands_m is None else item(21, north(lands_m), 0.0)
