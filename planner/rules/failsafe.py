@@ -38,6 +38,7 @@ from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import ASSUMED_ERROR, MOST_CHANCE_EMPTY, place_along
 from planner.rules.fence_settings import AREAS, fence_is_on
+from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
@@ -45,6 +46,7 @@ from planner.vehicle.parameters.table import OriginKind, parameter_table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
@@ -365,8 +367,8 @@ FAILSAFE_AT_RISK = Rule(
     "beyond the prediction ends nearly half of all flights.",
     how="E103 in the flight of a hundred that takes most, by the model's [spread] (the upper end of its "
     "interval), or standard deviations of 5 % of the energy, and by the charge as given: an error where it "
-    "lands where it is or stops its motors there.  A warning where the vehicle returns in more flights than "
-    "--risk allows.  Thresholds of time are left to E103.",
+    "lands where it is or stops its motors there, or on the return that it begins.  A warning where the "
+    "vehicle returns in more flights than --risk allows.  Thresholds of time are left to E103.",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge, or the parameters of --params",
 )
@@ -396,18 +398,61 @@ def _failsafe_at_risk(
             a.returns, pack, a.discharge, charge=a.charge, times=times, less=float(less)
         )
         event = _first_acting(_in_time(a, _charge_events(profile, pack, parameters)))
-        is_end = event is not None and event.action in _ENDS_FLYING
-        if event is not None and (is_end or chance > MOST_CHANCE_EMPTY):
+        if event is None:
+            continue
+        cut = _first_on_return(a, event, profile, pack, parameters, times=times)
+        is_end = event.action in _ENDS_FLYING or bool(cut)
+        if is_end or chance > MOST_CHANCE_EMPTY:
             found = _reported(a, event, Severity.ERROR if is_end else Severity.WARNING)
             begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
             yield a.finding(
                 FAILSAFE_AT_RISK,
-                f"{found.message}; in a flight that takes {quantity.percent(times - 1.0)} more than "
+                f"{found.message}{cut}; in a flight that takes {quantity.percent(times - 1.0)} more than "
                 f"predicted{begun}, as {quantity.percent(chance)} of flights do",
                 severity=found.severity,
                 item=found.item,
             )
             return
+
+
+def _first_on_return(
+    a: Assessment,
+    event: FailsafeEvent,
+    profile: BatteryProfile,
+    pack: Battery,
+    parameters: FlightParameters,
+    *,
+    times: float,
+) -> str:
+    """Return what ends the return that a failsafe begins before it comes down, in words; empty: nothing."""
+    if event.action != RETURNS:
+        return ""
+    flown = a.returns.flown(_points(a, event))
+    down = [state in _GOES_DOWN for state in range(flown.state_energy_j.shape[1])]
+    back_wh = times * float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum()))
+
+    def at_return(row: FloatArray) -> FloatArray:
+        """Return a value at the start, where the return begins, and where it comes down."""
+        before, after = row[event.segment : event.segment + 2]
+        there = before + event.fraction * (after - before)
+        per_wh = (row[-1] - row[0]) / (times * a.totals.energy_wh)
+        return np.array([row[0], there, there + per_wh * back_wh])
+
+    used_ah = profile.used_ah
+    returning = replace(
+        profile,
+        time_s=np.arange(3.0),
+        fraction=at_return(profile.fraction),
+        used_ah=None if used_ah is None else at_return(used_ah),
+        rest_v=None,
+        loaded_v=None,
+    )
+    cuts = [
+        one
+        for one in _charge_events(returning, pack, parameters)
+        if one.action in _ENDS_FLYING and one.segment > 0
+    ]
+    return f", and on that return {cuts[0].action}: {cuts[0].reading}" if cuts else ""
 
 
 def _charge_events(

@@ -192,6 +192,34 @@ def test_a_failsafe_acts_in_flights_that_take_more_than_predicted(
     assert all("more than predicted" in f.message for f in found)
 
 
+@pytest.mark.parametrize(
+    ("less_mah", "severity"), [(100.0, Severity.ERROR), (2000.0, Severity.WARNING)]
+)
+def test_a_return_at_risk_that_is_cut_off_is_no_return(less_mah: float, severity: Severity) -> None:
+    """1 km home at 10 m/s and 370 W takes 10 Wh, 450 mAh: it lands in the field 100 mAh on, not 2,000."""
+    away = mission(takeoff(50), waypoint(1000, 50), item(21, north(1000), 0.0))
+    vehicle = replace(SURVEY_QUAD, spread=None)
+    plain = check(away, vehicle, battery=LABEL)
+    low_mah = 8000.0 * (1.0 - 1.03 * plain.totals.energy_wh / LABEL.energy_wh)
+    values = {
+        "BATT_CAPACITY": 8000.0,
+        "BATT_LOW_MAH": low_mah,
+        "BATT_FS_LOW_ACT": 2.0,
+        "BATT_CRT_MAH": low_mah - less_mah,
+        "BATT_FS_CRT_ACT": 1.0,
+    }
+    given = ParameterSet(
+        source="made.param",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=Autopilot.ARDUPILOT,
+    )
+    result = check(away, vehicle, battery=LABEL, reserve=0.0, parameters=given)
+    assert not [one for one in told(result, "E103") if one.severity is Severity.ERROR]
+    [found] = told(result, "E134")
+    assert found.severity is severity
+    assert ("on that return lands where it is" in found.message) is (severity is Severity.ERROR)
+
+
 def test_a_flight_that_takes_more_draws_more_from_less() -> None:
     """By charge and by voltage: 1.2 times the drop over the resistance, from a tenth less of the charge."""
     result = check(FLOWN, load_vehicle("arducopter-sitl-quad"))
