@@ -16,6 +16,7 @@ from planner.flight.motion.kinematics import (
     STATES,
     FlightState,
     KinematicState,
+    greatest,
     quotient,
 )
 from planner.flight.power import SteadyPower
@@ -234,7 +235,7 @@ class Flight(Value, eq=False, dict=True):
         return PieceLoads(
             mean_w=mean_w,
             variance_w2=np.square(node_w - mean_w[:, None]) @ QUADRATURE_WEIGHTS,
-            peak_w=node_w.max(axis=1),
+            peak_w=greatest(node_w),
             end_w=node_w[:, -1],
         )
 

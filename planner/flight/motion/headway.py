@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import SlowedLegs
+from planner.flight.motion.kinematics import SlowedLegs, is_nonzero
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -68,7 +68,7 @@ def held_speeds_m_s(
     """
     if airspeed_limit_m_s is None or not len(way_m):
         return speed_m_s, None
-    moves = (way_m != 0.0).any(axis=1)
+    moves = is_nonzero(way_m)
     limit = speed_m_s.copy()
     limit[moves] = headway_m_s(
         way_m[moves], height_m[moves], wind=wind, airspeed_limit_m_s=airspeed_limit_m_s

@@ -56,6 +56,19 @@ def greatest(vectors: FloatArray) -> FloatArray:
     return most
 
 
+def summed(vectors: FloatArray) -> FloatArray:
+    """Return the sums of the components of vectors. (…,)"""
+    total: FloatArray = vectors[..., 0]  # as of `dot`
+    for axis in range(1, vectors.shape[-1]):
+        total = total + vectors[..., axis]
+    return total
+
+
+def is_nonzero(vectors: FloatArray) -> BoolArray:
+    """Return whether any component of vectors is not zero. (…,)"""
+    return np.asarray(greatest(np.abs(vectors)) != 0.0)
+
+
 @np.errstate(all="ignore")  # of the quotients that are not taken
 def quotient(
     numerator: FloatArray | float,
@@ -498,7 +511,7 @@ def make_manoeuvres(
     return Manoeuvres(
         key=key,
         state=state,
-        speed_m_s=lengths(velocity_m_s).max(axis=1, initial=0.0),
+        speed_m_s=greatest(lengths(velocity_m_s)),
         stopping_distance_m=none if stopping_distance_m is None else stopping_distance_m,
         duration_s=duration_s,
         coefficients=np.stack((start, leaving, bend, jerk), axis=-1),

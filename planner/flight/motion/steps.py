@@ -16,6 +16,7 @@ from planner.flight.motion.kinematics import (
     Motion,
     PolynomialLaw,
     SegmentColumns,
+    greatest,
 )
 from planner.flight.power import Transients
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
@@ -314,7 +315,7 @@ def _pieces_between(breaks_s: FloatArray, row: IntArray) -> StepPieces:
     duration = np.diff(breaks_s, axis=1)
     kept = duration > 0.0
     # A segment of no duration keeps one empty piece, so that every segment has a place.
-    kept[:, 0] |= ~kept.any(axis=1)
+    kept[:, 0] |= ~(greatest(duration) > 0.0)
     segment = np.nonzero(kept)[0]
     return StepPieces(
         segment=segment,

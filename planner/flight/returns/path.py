@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import (
     KinematicState,
     lengths,
     quotient,
+    summed,
 )
 from planner.flight.prediction import PieceLoads, make_flight, segment_energies_j
 from planner.flight.reach import situations, slowed_situations
@@ -473,7 +474,7 @@ class Returns(Value, eq=False, dict=True):
         """
         powers = (self.flight.power,)
         time_s, [state_j] = self.fly_by_state(stand_m, stage, destination, powers=powers)
-        return time_s, wh_from_j(state_j.sum(axis=1))
+        return time_s, wh_from_j(summed(state_j))
 
     def fly_by_state(
         self,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, lengths, quotient
+from planner.flight.motion.kinematics import Columns, dot, lengths, quotient, summed
 from planner.flight.returns.path import thinned
 from planner.flight.returns.sample import SWEEP_POINTS, in_order, returns_unbroken, spread_up_to
 from planner.units import wh_from_j
@@ -265,7 +265,7 @@ class _CoarseSweep(Value, eq=False):
         along = np.asarray((line[sweep.segment] + is_end)[:-1] == line[sweep.segment[1:]])
         along &= np.diff(sweep.destination) == 0
         way_m = lengths(np.diff(sweep.stop_m, axis=0))
-        after_wh = wh_from_j(sweep.after_stop_j.sum(axis=1))
+        after_wh = wh_from_j(summed(sweep.after_stop_j))
         part = quotient(way_m[:-1], way_m[:-1] + way_m[1:], 0.5)
         off_wh = np.abs(after_wh[:-2] + part * (after_wh[2:] - after_wh[:-2]) - after_wh[1:-1])
         return cls(
@@ -420,7 +420,7 @@ def _interpolated(
         time_s=points.time_s,
         destination=sweep.destination[row],
         used_wh=points.used_wh,
-        return_wh=points.stop_wh + wh_from_j(after_stop_j.sum(axis=1)),
+        return_wh=points.stop_wh + wh_from_j(summed(after_stop_j)),
         return_s=points.stop_s + between(sweep.return_s - sweep.stop_s),
         stop_wh=points.stop_wh,
         stop_s=points.stop_s,

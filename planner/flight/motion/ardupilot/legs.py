@@ -17,7 +17,7 @@ from planner.flight.motion.ardupilot.track_lag import (
     TrackLag,
 )
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.kinematics import dot, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import dot, horizontal, is_nonzero, lengths, quotient
 from planner.flight.motion.s_curve import (
     PlannedCurves,
     SpeedLimits,
@@ -248,7 +248,7 @@ def settling_waits_s(
     if responses is None:
         return waits
     for response, some in ((responses.speed, ~steep), (responses.altitude, steep)):
-        rows = np.flatnonzero(stops & some & legs.direction.any(axis=1))
+        rows = np.flatnonzero(stops & some & is_nonzero(legs.direction))
         if response is not None and len(rows):
             followed_s = _waits_s(
                 legs, rows, response.transfer_function, parameters.waypoint_radius_m
@@ -540,7 +540,7 @@ def _flown_ways(
     """Return key, start, way and shortest length of every leg that takes time, in flown order."""
     key, start, way = _ways(stages, parameters)
     shortest = _shortest_m(stages, key, parameters, lag)
-    flown = way.any(axis=1) | (shortest > 0.0)
+    flown = is_nonzero(way) | (shortest > 0.0)
     return key[flown], start[flown], way[flown], shortest[flown]
 
 
@@ -550,7 +550,7 @@ def _ways(
     """Return key, start and way of every leg in flown order, those of no length too."""
     straight = stages.where(StageKind.GO, StageKind.LOITER)
     height = stages.where(StageKind.CHANGE_HEIGHT)
-    moved = (stages.place_m[height, :2] != stages.start_m[height, :2]).any(axis=1)
+    moved = is_nonzero(stages.place_m[height, :2] - stages.start_m[height, :2])
     level = stages.where(StageKind.LAND, StageKind.SET_DOWN)
     circle = stages.where(StageKind.CIRCLE)
     leg, home = stages.where(StageKind.RETURN_LEG), stages.where(StageKind.RETURN)
@@ -682,6 +682,6 @@ def start_delay_s(direction: FloatArray, parameters: ArduPilotParameters) -> Flo
 
     What the drag costs is :class:`TrackLag`'s.
     """
-    level, still = horizontal(direction), ~direction.any(axis=1)
+    level, still = horizontal(direction), ~is_nonzero(direction)
     lag = ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
     return lag * np.where(still, 1.0, level**2) + _VERTICAL_LAG_S * direction[:, 2] ** 2

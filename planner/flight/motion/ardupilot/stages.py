@@ -13,7 +13,7 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.circle_path import CircleTask, circle_path
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
-from planner.flight.motion.kinematics import horizontal
+from planner.flight.motion.kinematics import horizontal, is_nonzero
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
@@ -217,7 +217,7 @@ def stage_columns(
     onward = is_kind(kind, *_NEXT_MAY_BE)
     onward[1:] |= is_kind(kind[:-1], StageKind.RETURN_LEG)
     # Splines ask for the place of the next command alone.
-    elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & (place[:, :2] != start[:, :2]).any(axis=1)
+    elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & is_nonzero(place[:, :2] - start[:, :2])
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
     unseen = numbers["is_next_unseen"] > 0.0
     return StageColumns(

@@ -16,6 +16,8 @@ from planner.flight.motion.kinematics import (
     PolynomialLaw,
     SegmentColumns,
     horizontal,
+    is_nonzero,
+    summed,
 )
 from planner.physics.quadrature import unit_quadrature
 from planner.values import Value
@@ -93,7 +95,7 @@ class LegTimes(Value, eq=False):
         legs = self.legs
         direction, begin_m = (legs.direction * per_metre).T, (legs.start_m * per_metre).T
         accelerated, braked = self._cruise()
-        leads = legs.direction.any(axis=1)
+        flown = is_nonzero(legs.direction)
         # Where legs overlap, one rests yet at its beginning, and already at its end.
         passed = legs.half_overlap_s > 0.0
         entered = np.zeros_like(passed)
@@ -103,7 +105,7 @@ class LegTimes(Value, eq=False):
         times = np.sort(
             np.concatenate(
                 (
-                    self.breaks_s[leads, 1:][is_shown[leads, 1:]],
+                    self.breaks_s[flown, 1:][is_shown[flown, 1:]],
                     self.breaks_s[~entered, 0],
                     self.end_s[~passed],
                     self.begun_s,
@@ -147,7 +149,7 @@ class LegTimes(Value, eq=False):
         """Return cubics from ``time_s`` on along legs (3, n), counted from their start. (3, 4, p)"""
         count = self.breaks_s.shape[1]
         begun = np.ascontiguousarray(self.breaks_s.T).take(leg, axis=1) <= middle_s
-        phase = np.add.reduce(begun, axis=0, dtype=np.intp) - 1
+        phase = np.add.reduce(begun, axis=0, dtype=np.int8) - 1  # of a dozen
         at = leg * count + phase
         t = time_s - self.breaks_s.ravel()[at]
         s, v, a, j = self.phases.reshape(-1, 4)[at].T.copy()
@@ -224,7 +226,7 @@ def make_motion(
     duration = np.concatenate(
         (
             legs.curves.duration_s - 2.0 * legs.half_overlap_s - legs.hidden_s,
-            *(m.duration_s.sum(axis=1) for m in manoeuvres),
+            *(summed(m.duration_s) for m in manoeuvres),
             circles.steady_s[steady],
         )
     )
@@ -319,7 +321,7 @@ def _manoeuvre_segments(
     stopping_distance_m: Callable[[FloatArray], FloatArray],
 ) -> FlownSegments:
     """Return one segment per manoeuvre that lasts."""
-    lasting = manoeuvres.duration_s.sum(axis=1) > INSTANT_S
+    lasting = summed(manoeuvres.duration_s) > INSTANT_S
     stopping = manoeuvres.stopping_distance_m
     if manoeuvres.state is FlightState.CRUISE:
         stopping = stopping_distance_m(manoeuvres.speed_m_s)
