@@ -224,6 +224,8 @@ class Flight(Value, eq=False, dict=True):
     @cached_property
     def node_power_w(self) -> FloatArray:
         """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
+        if not len(self.transients.start_s):
+            return self.node_steady_w
         since_start_s = self.motion.piece_start_s()[:, None] + self.node_s
         return self.node_steady_w + self.transients.total_power_w(since_start_s)
 

@@ -259,7 +259,8 @@ class Motion(Value, eq=False, dict=True):
     def nodes(self) -> Nodes:
         """Where powers are taken, whatever the air and the load: once for all flights of this motion."""
         piece = np.arange(len(self.piece_segment))[:, None]
-        time_s = QUADRATURE_NODES * self.piece_duration_s[:, None]
+        # Nodes of one number lie beside each other, as their states do: what is worked out of both is quick.
+        time_s = np.multiply.outer(QUADRATURE_NODES, self.piece_duration_s).T
         return Nodes(piece, time_s, self.state_at(piece, time_s))
 
     @cached_property
@@ -269,10 +270,12 @@ class Motion(Value, eq=False, dict=True):
         That of the cubic through the velocities there; none in pieces too short to tell.
         """
         state = self.nodes.state
-        velocity = np.stack((state.east_m_s, state.north_m_s, state.climb_m_s))
+        velocity = np.stack(
+            (state.east_m_s.T, state.north_m_s.T, state.climb_m_s.T)
+        )  # as of `nodes`
         slopes = unit_derivative(QUADRATURE_POINTS, QUADRATURE_NODES)
-        duration_s = self.piece_duration_s[:, None]
-        return quotient(velocity @ slopes.T, duration_s, above=SHORTEST_CHANGE_S)
+        changes = quotient(slopes @ velocity, self.piece_duration_s, above=SHORTEST_CHANGE_S)
+        return changes.swapaxes(1, 2)
 
     @cached_property
     def segment_start_s(self) -> FloatArray:
