@@ -353,7 +353,8 @@ class _Refinement(Value, eq=False, dict=True):
             even = returns.at(np.linspace(begin_s, end_s, parts[row] + 1)[1:-1])
             ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), parts[row])
             points += [np.column_stack(even), np.column_stack((ends, np.ones(len(ends))))]
-        return np.unique(np.concatenate(points), axis=0)
+        found = np.concatenate(points)
+        return np.column_stack(in_order(*found.T)) if len(found) else found
 
 
 def _refined_each(
