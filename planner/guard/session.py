@@ -293,16 +293,24 @@ class PartReader:
         known = self._ids.get(kind)
         if not (known and self._link.has_echo):
             return False
-        return self._link.has_list(kind, known, settings)
+        began_s = self._connection.now_s
+        is_confirmed = self._link.has_list(kind, known, settings)
+        self._note_round_trip(began_s, answers=1)
+        return is_confirmed
+
+    def _note_round_trip(self, began_s: float, *, answers: int) -> None:
+        """Note how long each of several answers took: with nothing lost it is the least."""
+        took_s = (self._connection.now_s - began_s) / answers
+        self._round_trip_s = (
+            took_s if self._round_trip_s is None else min(self._round_trip_s, took_s)
+        )
 
     def _read_list(self, kind: MissionKind, settings: LinkSettings) -> PartRead:
         if kind in self._lists:
             return self._watch.take_list(kind, self._lists.pop(kind))
         began_s = self._connection.now_s
         items, list_id = self._link.fetch_list(kind, settings)
-        took_s = self._connection.now_s - began_s
-        round_trip_s = took_s / (1 + len(items or ()))
-        self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
+        self._note_round_trip(began_s, answers=1 + len(items or ()))
         self._ids[kind] = list_id
         if list_id:
             self._link.answers_echo()

@@ -207,14 +207,14 @@ def test_px4_that_is_no_go_is_denied_and_stays_on_the_ground() -> None:
     assert run.vehicle.arming.denial == (0, 101)  # generic, E101
 
 
-@pytest.mark.parametrize("seed", range(1, 3))
+@pytest.mark.parametrize("seed", range(3))
 def test_with_a_fifth_lost_both_ways_px4_gets_off_the_ground_at_last(seed: int) -> None:
-    tries = tuple(40.0 + 8.0 * turn for turn in range(24))
+    tries = tuple(40.0 + 8.0 * turn for turn in range(12))
     waits = {
         "COM_ARM_AUTH_TO": 5.0
     }  # as the guard advises: in its usual second one in forty gets through
     faults = f"loss=20%,seed={seed}"
-    run = guard(Autopilot.PX4, faults, until_s=236.0, arm_at_s=tries, given=waits)
+    run = guard(Autopilot.PX4, faults, until_s=140.0, arm_at_s=tries, given=waits)
     results = {one.details["result"] for one in run.decided("answer")}
     assert "accepted" in results
     assert results <= {"accepted", "temporarily_rejected"}
