@@ -59,7 +59,6 @@ _OF_FAULT = ("kind", "vehicle", "at_s", "lasts_s")
 _OF_APPROACH = ("first", "second", "distance_m", "time_s", "above_m")
 _OF_GROUP = ("energy_wh", "makespan_s", "distance_m", "stops", "waited_s", "energy_by_state_wh")
 _FLIES = (AgentPhase.CLIMBS, AgentPhase.FLIES, AgentPhase.LANDS)
-
 _OF_RUN = (
     "agents",
     "seed",
@@ -97,14 +96,18 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
         lines += table_lines(rows, alignment="<>>")
     if result.faults is not None:
         lines += ["", *fault_lines(result.faults)]
+    return "\n".join([*lines, *_found_lines(result, medium=medium)]) + "\n"
+
+
+def _found_lines(result: SwarmResult | SwarmNumbers, *, medium: Medium) -> list[str]:
+    """Return what was found: problems, then assumptions, then how many there are."""
     problems, notes = by_weight(result.findings)
-    lines.append("")
+    lines = [""]
     for finding in problems:
         lines += finding_lines(finding, file=result.file, medium=medium)
     for finding in notes:
         lines += note_lines(finding, medium=medium)
-    lines += ["", closing_line(result.findings, suppressed=result.suppressed)]
-    return "\n".join(lines) + "\n"
+    return [*lines, "", closing_line(result.findings, suppressed=result.suppressed)]
 
 
 def _apart_text(near: Approach) -> str:
@@ -316,22 +319,12 @@ def numbers_text(numbers: SwarmNumbers, *, medium: Medium) -> str:
     ]
     if numbers.is_cut_short:
         lines += [NUMBERS_CUT_SHORT]
-    problems, notes = by_weight(numbers.findings)
-    lines.append("")
-    for finding in problems:
-        lines += finding_lines(finding, file=numbers.file, medium=medium)
-    for finding in notes:
-        lines += note_lines(finding, medium=medium)
-    return (
-        "\n".join([*lines, "", closing_line(numbers.findings, suppressed=numbers.suppressed)])
-        + "\n"
-    )
+    return "\n".join([*lines, *_found_lines(numbers, medium=medium)]) + "\n"
 
 
 def marks_text(numbers: SwarmNumbers, row: AgentsRow) -> str:
     """Return what there is to be said of a row, and what makes it not clear."""
-    codes = ", ".join(numbers.unclear(row))
-    return ", ".join([*numbers.marks(row), *([codes] if codes else [])])
+    return ", ".join((*numbers.marks(row), *numbers.unclear(row)))
 
 
 NUMBERS_CUT_SHORT = (

@@ -552,9 +552,8 @@ EMPTY_AT_RISK = Rule(
     how="The chance that the energy needed exceeds all the battery holds, for the flight and for the "
     "return from where it is tightest: more than 1 %.  By the 10,000 samples of E119 where the model "
     "has a [spread], else by standard deviations of 5 % of the energy and of the charge as given, and by "
-    "each other condition alone two standard deviations off, one flight in 44, as of a wind that slows the "
-    "vehicle.  Left to "
-    "E101 and E102 where the prediction itself is below the reserve.",
+    "each other condition two standard deviations off, one flight in 44, alone and with the others, as of a "
+    "wind that slows the vehicle.  Left to E101 and E102 where the prediction itself is below the reserve.",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge",
 )

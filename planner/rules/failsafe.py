@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -391,6 +390,8 @@ def _failsafe_at_risk(
     off = sds**2 / max(float(np.hypot(*sds)), _NO_DEVIATION)
     if _first_acting(_in_time(a, _charge_events(predicted, pack, parameters))) is not None:
         return  # E103
+    from statistics import NormalDist  # it takes long to import
+
     for chance in (MOST_CHANCE_EMPTY, max(a.setup.risk, MOST_CHANCE_EMPTY)):
         less, more = NormalDist().inv_cdf(1.0 - chance) * off
         times = 1.0 + float(more) / taken

@@ -177,8 +177,7 @@ def fly_giving_way(
             flown[row].name
             for row in stuck
             if agents[row].stood_s < end_s and not is_cut_short and end_s < until_s
-            if end_s < agents[row].deaf_s[0]
-            or agents[row].deaf_s[1] < end_s  # hears that it may go on
+            if not agents[row].is_deaf(end_s)  # else it waits for nobody
         ),
         is_cut_short=is_cut_short,
     )

@@ -50,7 +50,8 @@ _CLEARED_S = 20.0
 _STUCK_S = 240.0
 """Agents none of which has come on for so long, each having had its turn, are in a deadlock. [s]"""
 _COMES_ON_M, _COMES_ON_S = 1.0, 0.5
-"""Who comes nearer to its goal than ever by so much has come on: legs of a mission end within it. [m]"""
+"""Who comes nearer to its goal than ever by so much, or by its way in so long, has come on: legs of a
+mission end within it. [m], [s]"""
 MOST_SKIPPED = 16
 """Ticks passed over at once where nothing can change: batteries are asked at least every 10 s. [-]"""
 _BEND_M = 0.05

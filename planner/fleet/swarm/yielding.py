@@ -106,6 +106,11 @@ class Traveller:
         self.goes_on = False
         """Whether it could not be stopped when it was told, and never will be."""
 
+    def is_deaf(self, time_s: float) -> bool:
+        """Return whether it hears no command at a time."""
+        begins_s, ends_s = self.deaf_s
+        return begins_s <= time_s < ends_s
+
 
 class Event(NamedTuple):
     """That an agent has to be told to stop."""
@@ -216,8 +221,7 @@ class Yielding:
             self._get_on(agent)
 
     def _is_deaf(self, agent: int) -> bool:
-        begins_s, ends_s = self.agents[agent].deaf_s
-        return begins_s <= self.time_s < ends_s
+        return self.agents[agent].is_deaf(self.time_s)
 
     @property
     def stuck(self) -> list[int]:
