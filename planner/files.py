@@ -120,6 +120,23 @@ def toml_document(
     raise error(msg, source=source)
 
 
+def refuse_unwritable(path: Path) -> None:
+    """Raise OutputError where a file cannot be written, before the work for it is done."""
+    target = Path(os.path.realpath(path))
+    folder = target.parent
+    replaces = not target.exists() or target.is_file()
+    cause = None
+    if target.is_dir():
+        cause = errno.EISDIR
+    elif not folder.is_dir():
+        cause = errno.ENOTDIR if folder.exists() else errno.ENOENT
+    elif not os.access(folder if replaces else target, os.W_OK):
+        cause = errno.EACCES
+    if cause is not None:
+        msg = f"{path}: cannot be written: {os.strerror(cause)}"
+        raise OutputError(msg)
+
+
 def write_output_file(path: Path, text: str) -> None:
     """Write a text as `write_output_bytes` writes bytes."""
     write_output_bytes(path, text.encode("utf-8"))

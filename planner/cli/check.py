@@ -24,7 +24,7 @@ from planner.cli.options import (
     path_option,
     setting_options,
 )
-from planner.cli.output import narrate, progress, refuse_overwriting, show_traceback, write_data
+from planner.cli.output import narrate, progress, refuse_output_file, show_traceback, write_data
 from planner.errors import ExitCode, UsageError
 from planner.files import append_output, refuse_pattern
 from planner.report.text import caveat, tally
@@ -104,7 +104,7 @@ def command(
     refuse_output(output, missions=len(missions))
     read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
     for written in (output.output, output.trace, output.export, output.report, write_baseline):
-        refuse_overwriting(written, read)
+        refuse_output_file(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     jobs = list(zip(missions, settings, strict=True))
@@ -286,7 +286,7 @@ def segments(mission: str, *, file_format: str, output: Path | None, **options: 
     from planner.report.columns import segments_csv, segments_text
     from planner.report.json import segments_json
 
-    refuse_overwriting(output, (mission,))
+    refuse_output_file(output, (mission,))
     settings = mission_settings(mission, given_settings(options))
     result = check_file(mission, Setup.of(settings))
     if isinstance(result, UnreadableMission):

@@ -18,7 +18,7 @@ from planner.cli.options import (
     page_option,
     setting_options,
 )
-from planner.cli.output import refuse_overwriting, standard_medium, write_data
+from planner.cli.output import refuse_output_file, refuse_page, standard_medium, write_data
 from planner.errors import ExitCode, UsageError
 from planner.service.comparison import compare_files
 from planner.service.preflight import bugs_of
@@ -66,12 +66,8 @@ def command(
     if mission_a == other == "-":
         msg = "standard input can be read once: give a file"
         raise UsageError(msg)
-    refuse_overwriting(output, (mission_a, other))
-    if report is not None:
-        from planner.report.html.page import refuse_without_libraries
-
-        refuse_overwriting(report, (mission_a, other))
-        refuse_without_libraries()
+    refuse_output_file(output, (mission_a, other))
+    refuse_page(report, (mission_a, other), output=output)
     given = given_settings(options)
     comparison = compare_files(
         mission_a,

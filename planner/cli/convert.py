@@ -8,7 +8,7 @@ import click
 
 from planner import quantity
 from planner.cli.options import path_option, setting_option
-from planner.cli.output import narrate, refuse_overwriting
+from planner.cli.output import narrate, refuse_output_file
 from planner.errors import UsageError
 from planner.report.text import Medium, finding_lines
 from planner.service.conversion import convert_file
@@ -35,7 +35,7 @@ def command(
         msg = "give the file to write once: as OUT, or with -o"
         raise UsageError(msg)
     [target] = targets
-    refuse_overwriting(target, (source,))
+    refuse_output_file(target, (source,))
     if target.exists() and not force:
         msg = f"{target} exists: give another file, or --force to overwrite it"
         raise UsageError(msg)

@@ -26,7 +26,8 @@ from planner.cli.output import (
     narrate,
     narrate_seldom,
     refuse_columns,
-    refuse_overwriting,
+    refuse_output_file,
+    refuse_page,
     show_traceback,
     standard_medium,
     write_columns,
@@ -36,7 +37,7 @@ from planner.errors import ExitCode, FleetFileError, UsageError
 from planner.setting import Form, Group, Number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from planner.cli.options import Command
@@ -176,11 +177,11 @@ def check(
     from planner.report.fleet import fleet_json, fleet_text
     from planner.service.fleet import check_fleet
 
-    _refuse_report(report, fleet, output)
+    refuse_page(report, (fleet,), output=output)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
-    refuse_overwriting(output, (fleet,))
+    refuse_output_file(output, (fleet,))
     _refuse_exports(read, options)
     result = check_fleet(read, what_if=what_if)
     for one in result.sorties:
@@ -257,11 +258,11 @@ def plan(
     from planner.report.fleet import plan_json, plan_text
     from planner.service.fleet_plan import plan_fleet, write_plan
 
-    _refuse_report(report, fleet)
+    refuse_page(report, (fleet,), made=(folder,))
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
-    _refuse_exports(read, options)
+    _refuse_exports(read, options, made=(folder,))
     patience = Patience() if time_limit_s is None else Patience(time_limit_s)
     with interrupting(patience.stop, "the best plan so far is made whole"):
         made = plan_fleet(
@@ -284,19 +285,6 @@ def plan(
     return ExitCode.GO
 
 
-def _refuse_report(report: Path | None, fleet: str, output: Path | None = None) -> None:
-    """Raise ``UsageError`` where the page cannot be written, before anything is checked."""
-    if report is None:
-        return
-    from planner.report.html.page import refuse_without_libraries
-
-    if report == output:
-        msg = "--output and --report name the same file: give them one each"
-        raise UsageError(msg)
-    refuse_overwriting(report, (fleet,))
-    refuse_without_libraries()
-
-
 def _write_report(result: FleetResult, report: Path | None, plan: FleetPlan | None = None) -> None:
     """Write a fleet as a page, where that is asked for."""
     if report is not None:
@@ -311,13 +299,13 @@ def _write_page(made: Callable[..., str], of: object, report: Path) -> None:
     narrate(f"the page is in {report}")
 
 
-def _refuse_exports(fleet: Fleet, options: Mapping[str, Any]) -> None:
-    """Raise ``UsageError`` where an export would take the place of what is read."""
+def _refuse_exports(fleet: Fleet, options: Mapping[str, Any], *, made: Sequence[Path] = ()) -> None:
+    """Raise where an export could not be written, before anything is checked."""
     jobs = (one.mission for one in fleet.jobs.values())
     flown = (fleet.mission_of(one) for one in fleet.sorties.values())
     inputs = (fleet.source, *jobs, *flown)
     for file in (*options["tracks"], options["volumes"]):
-        refuse_overwriting(file, inputs)
+        refuse_output_file(file, inputs, made=made)
 
 
 def _write_exports(result: FleetResult, options: Mapping[str, Any]) -> None:
@@ -450,7 +438,7 @@ def simulate(
     from planner.report.swarm import swarm_json, swarm_text
     from planner.service.swarm import simulate_fleet
 
-    _refuse_report(report, fleet, output)
+    refuse_page(report, (fleet,), output=output)
     _refuse_files(output, trace, fleet)
     _refuse_without_agents(options)
     read = _read(fleet, options)
@@ -529,9 +517,9 @@ def _with_faults(fleet: Fleet, names: Any) -> Fleet:  # noqa: ANN401 -- of click
 
 
 def _refuse_files(output: Path | None, trace: Path | None, fleet: str) -> None:
-    """Raise ``UsageError`` where report or trace cannot be written, before anything is simulated."""
-    refuse_overwriting(output, (fleet,))
-    refuse_overwriting(trace, (fleet,))
+    """Raise where report or trace could not be written, before anything is simulated."""
+    refuse_output_file(output, (fleet,))
+    refuse_output_file(trace, (fleet,))
     if trace is not None:
         refuse_columns(trace)
 

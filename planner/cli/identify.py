@@ -13,7 +13,7 @@ from planner.cli.options import format_option, kind_option, path_option
 from planner.cli.output import (
     narrate,
     narrate_seldom,
-    refuse_overwriting,
+    refuse_output_file,
     standard_medium,
     write_data,
 )
@@ -102,7 +102,7 @@ def command(
     if is_listed:
         _list_logs(logs, csv_mapping, file_format)
         return
-    refuse_overwriting(output, logs)
+    refuse_output_file(output, logs)
     settings = _settings(output, logs, asked)
     found = identify_logs(
         logs, settings, mapping=csv_mapping, output=output, on_log=narrate, on_step=narrate_seldom()

@@ -10,7 +10,7 @@ import click
 
 from planner import __version__
 from planner.cli.options import data_options, format_option, kind_option, path_option
-from planner.cli.output import StatusLine, narrate, refuse_overwriting, write_data
+from planner.cli.output import StatusLine, narrate, refuse_output_file, write_data
 from planner.errors import ExitCode, UsageError
 from planner.setting import Number
 
@@ -209,7 +209,7 @@ def diff(
     from planner.service.preflight import bugs_of
     from planner.service.vehicle import compare_files, compare_with_vehicle
 
-    refuse_overwriting(output, (first, second))
+    refuse_output_file(output, (first, second))
     with bugs_of(first):
         mission = read_mission(first)
         if is_vehicle(second):

@@ -91,14 +91,43 @@ def write_data(text: str, *, output: Path | None = None) -> None:
         raise OutputError(msg) from error
 
 
-def refuse_overwriting(output: Path | None, inputs: Sequence[str]) -> None:
-    """Raise ``UsageError`` where a report would take the place of what this call reads."""
-    if output is None or not output.exists():
+def refuse_output_file(
+    output: Path | None, inputs: Sequence[str], *, made: Sequence[Path | None] = ()
+) -> None:
+    """Raise where a file could not be written at the end of a call, before its work is done.
+
+    Raises UsageError if it would take the place of what this call reads, and OutputError if it cannot
+    be written where it is; ``made`` are folders that the call makes before.
+    """
+    if output is None or output == STANDARD_OUTPUT:
         return
     for name in inputs:
-        if Path(name).exists() and output.samefile(name):
+        if output.exists() and Path(name).exists() and output.samefile(name):
             msg = f"{output} is read in this call: give another file to write to"
             raise UsageError(msg)
+    if output.parent not in made:
+        from planner.files import refuse_unwritable
+
+        refuse_unwritable(output)
+
+
+def refuse_page(
+    report: Path | None,
+    inputs: Sequence[str],
+    *,
+    output: Path | None = None,
+    made: Sequence[Path | None] = (),
+) -> None:
+    """Raise where a page beside the output could not be written, as `refuse_output_file` does."""
+    if report is None:
+        return
+    from planner.report.html.page import refuse_without_libraries
+
+    if output is not None and output.resolve() == report.resolve():
+        msg = "--output and --report name the same file: give them one each"
+        raise UsageError(msg)
+    refuse_output_file(report, inputs, made=made)
+    refuse_without_libraries()
 
 
 def progress(done: Iterable[One], *, of: int, label: str) -> Iterator[One]:

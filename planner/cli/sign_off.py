@@ -8,7 +8,7 @@ import click
 
 from planner.cli.configuration import mission_settings
 from planner.cli.options import data_options
-from planner.cli.output import refuse_overwriting, write_data
+from planner.cli.output import refuse_output_file, write_data
 from planner.errors import ExitCode
 from planner.service.preflight import bugs_of
 
@@ -36,7 +36,7 @@ def command(sign_off: Path, *, file_format: str, output: Path | None) -> ExitCod
         verified_sign_off,
     )
 
-    refuse_overwriting(output, (str(sign_off),))
+    refuse_output_file(output, (str(sign_off),))
     signed = read_sign_off(sign_off)
     given = signed_settings(sign_off, signed)
     mission = str(sign_off.parent / signed.mission)

@@ -18,7 +18,7 @@ from planner.cli.options import (
     setting_option,
     setting_options,
 )
-from planner.cli.output import narrate, refuse_overwriting, write_data
+from planner.cli.output import narrate, refuse_output_file, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
 from planner.service.preflight import bugs_of
@@ -76,7 +76,7 @@ def command(
     Nothing is judged: the exit code is 0 for every mission that can be read, 2 for others, and 1
     where mavjoule itself fails.
     """
-    refuse_overwriting(output, (mission,))
+    refuse_output_file(output, (mission,), made=(plots,))
     settings = mission_settings(mission, given_settings(options))
     settings.pop("speed_m_s", None)  # a range, not the one speed of a configuration
     with bugs_of(mission):

@@ -18,13 +18,7 @@ from planner.cli.options import (
     path_option,
     setting_options,
 )
-from planner.cli.output import (
-    narrate,
-    narrate_seldom,
-    refuse_overwriting,
-    standard_medium,
-    write_data,
-)
+from planner.cli.output import narrate, narrate_seldom, refuse_page, standard_medium, write_data
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.service.preflight import bugs_of
@@ -67,14 +61,10 @@ def command(
 
     Exit codes: 0 every part is a go, 1 it cannot be split, 2 unusable input, usage or configuration.
     """
-    if report is not None:
-        from planner.report.html.page import refuse_without_libraries
-
-        refuse_overwriting(report, (mission,))
-        refuse_without_libraries()
-    settings = mission_settings(mission, given_settings(options))
     if folder is None:
         folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
+    refuse_page(report, (mission,), made=(folder,))
+    settings = mission_settings(mission, given_settings(options))
     with bugs_of(mission):
         split = split_under(
             read_mission(mission), Setup.of(settings), folder=folder, on_step=narrate_seldom()

@@ -21,7 +21,8 @@ from planner.cli.output import (
     StatusLine,
     narrate,
     narrate_seldom,
-    refuse_overwriting,
+    refuse_output_file,
+    refuse_page,
     standard_medium,
     write_data,
 )
@@ -202,18 +203,12 @@ def _refuse_output(
         from planner.report.sweep_table import refuse_table
 
         refuse_table(output)
-        refuse_overwriting(output, inputs)
-        if output.is_dir():
-            msg = f"{output} is a folder: give the name of a file"
-            raise UsageError(msg)
-        if report is not None and output.resolve() == report.resolve():
-            msg = "--output and --report name the same file: give them one each"
-            raise UsageError(msg)
-    if report is not None or plots is not None:
+        refuse_output_file(output, inputs)
+    refuse_page(report, inputs, output=output)
+    if plots is not None:
         from planner.report.html.page import refuse_without_libraries
 
         refuse_without_libraries()
-        refuse_overwriting(report, inputs)
 
 
 def _engine(workers: int | None, scheduler: str | None) -> Engine | None:

@@ -17,7 +17,7 @@ from planner.cli.options import (
     path_option,
     setting_option,
 )
-from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
+from planner.cli.output import narrate, progress, refuse_output_file, standard_medium, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
 from planner.service.verification import calibrate_verified, verify_logs
@@ -94,7 +94,7 @@ def command(
         model,
         *(str(path) for path in (mission, params, mapping, table) if path is not None),
     ]
-    refuse_overwriting(output, read)
+    refuse_output_file(output, read)
     known = _known(mission, params, given_settings(options))
     vehicle = load_vehicle(model)
     csv_mapping = None

@@ -20,7 +20,7 @@ from planner.setup import conditions
 from planner.values import field_names, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from datetime import datetime
 
     from planner.findings import Finding, Rule
@@ -198,11 +198,7 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [row for one in (flown.items if flown else ()) for row in _passes(one)],
         "checks": checks_document(result.checked),
-        "findings": [finding_document(finding) for finding in result.findings],
-        "suppressed": [
-            finding_document(finding) | {"suppression": value(finding, "suppression")}
-            for finding in result.suppressed
-        ],
+        **found_document(result.findings, result.suppressed),
     }
 
 
@@ -240,6 +236,16 @@ def _parameters(result: CheckResult | None) -> Document:
     return {
         quantity: {"value": value(flown_with, quantity), "origin": str(origin)}
         for quantity, origin in flown_with.origins.items()
+    }
+
+
+def found_document(findings: Iterable[Finding], suppressed: Iterable[Finding]) -> Document:
+    """Return what is reported, and what is not as asked, under their keys."""
+    return {
+        "findings": [finding_document(one) for one in findings],
+        "suppressed": [
+            finding_document(one) | {"suppression": value(one, "suppression")} for one in suppressed
+        ],
     }
 
 

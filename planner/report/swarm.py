@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.fleet.swarm.simulation import AgentPhase
-from planner.report.json import envelope, finding_document, json_text, value, values
+from planner.report.json import envelope, found_document, json_text, value, values
 from planner.report.text import (
     by_weight,
     closing_line,
@@ -253,10 +253,7 @@ def swarm_document(result: SwarmResult, timeline: FleetTimeline, *, version: str
             for one in timeline.pairs
         ],
         "faults": None if result.faults is None else _fault_document(result.faults),
-        "findings": [finding_document(one) for one in result.findings],
-        "suppressed": [
-            finding_document(one) | {"suppression": one.suppression} for one in result.suppressed
-        ],
+        **found_document(result.findings, result.suppressed),
     }
 
 
@@ -392,7 +389,7 @@ def numbers_document(numbers: SwarmNumbers, *, version: str) -> Document:
             for row in numbers.rows
         ],
         "runs": [values(one, _OF_RUN) | {"unclear": [*one.unclear]} for one in numbers.runs],
-        "findings": [finding_document(one) for one in numbers.findings],
+        **found_document(numbers.findings, numbers.suppressed),
     }
 
 

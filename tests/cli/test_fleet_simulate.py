@@ -188,7 +188,13 @@ def test_findings_are_selected_and_weighed_as_in_a_check(
     assert main([*call, "--select", "S133", "--extend-select", "S137", "--fail-on", "warning"]) == 1
     capsys.readouterr()
     assert main([*call, "--agents", "1", "--workers", "1"]) == 1
-    assert main([*call, "--agents", "1", "--workers", "1", "--ignore", "S137"]) == 0
+    capsys.readouterr()
+    numbers = [*call, "--agents", "1", "--workers", "1", "--ignore", "S137", "--format", "json"]
+    assert main(numbers) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [(one["code"], one["suppression"]) for one in document["suppressed"]] == [
+        ("S137", "ignored as S137")
+    ]
 
     settings = 'schema = 1\n[conditions]\nfail_on = "warning"\n'
     file.write_text(settings + narrow, encoding="utf-8")

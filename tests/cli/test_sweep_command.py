@@ -45,7 +45,10 @@ def test_a_sweep_answers_and_writes_a_row_for_each_case(
         (["--weather", "none.csv"], "none.csv: cannot be read"),
         (["--vary", "wind=3"], "--vary wind has a wind, and nothing says where it blows from"),
         (["--vary", "mission=none.plan"], "none.plan: no such file"),
-        (["--vary", "payload=1,2", "-o", "folder.csv"], "folder.csv is a folder"),
+        (
+            ["--vary", "payload=1,2", "-o", "folder.csv"],
+            "folder.csv: cannot be written: Is a directory",
+        ),
         (
             ["--vary", "payload=1,2", "-o", "a.csv", "--report", "./a.csv"],
             "--output and --report name the same file",
