@@ -66,7 +66,13 @@ if TYPE_CHECKING:
 FORMATS = ("text", "concise", "json", "json-lines", "sarif", "junit", "github", "gitlab")
 """Formats of a report."""
 ASSUMED_POSITION_ERROR_M = 2.5
-"""How wrong a position may be where nobody states it, for fences."""
+"""How wrong a position may be where nobody states it, for fences and terrain."""
+
+
+def _position_margin_m(stated_m: float | None) -> float:
+    return ASSUMED_POSITION_ERROR_M if stated_m is None else stated_m
+
+
 MOST_NOISE_M = 1.5
 """PX4 stands still at an error of MPC_XY_ERR_MAX, 2 m by default; this is short of it. [m]"""
 _LABELLED_CELLS = range(1, 33)
@@ -615,13 +621,13 @@ class Setup(_Vehicle):
         rows=(Row("reaction_time_s", "Reaction time", quantity.duration),),
     )
 
-    position_error_m: float = setting(
+    position_error_m: float | None = setting(
         Number("m", 0.0, 100.0),
         Group.JUDGEMENT,
         "how wrong the position may be, for fences and terrain",
-        default=ASSUMED_POSITION_ERROR_M,
+        default=None,
         unset="2.5",
-        rows=(Row("position_error_m", "Position error", quantity.height),),
+        rows=(Row("position_error_m", "Position error", quantity.height, _position_margin_m),),
     )
 
     battery: Battery | None = setting(
@@ -810,6 +816,11 @@ class Setup(_Vehicle):
     def flown_pack(self) -> FlownPack:
         """The battery that flies: the one given, completed from the model's, or the model's."""
         return flown_pack(self.battery, self.vehicle.battery)
+
+    @property
+    def position_margin_m(self) -> float:
+        """How wrong the position may be: as stated, or as assumed of fences and terrain. [m]"""
+        return _position_margin_m(self.position_error_m)
 
     @property
     def flown_by(self) -> Autopilot:

@@ -611,7 +611,7 @@ class Fleet(Value):
     def widest_separation_m(self) -> float:
         """Most that any two keep beside each other, the errors of both places included. [m]"""
         kept_m = 0.0 if self.separation is None else self.separation.horizontal_m
-        return kept_m + 2.0 * max(one.setup.position_error_m for one in self.vehicles.values())
+        return kept_m + 2.0 * max(one.setup.position_margin_m for one in self.vehicles.values())
 
     @property
     def swap_s(self) -> float:

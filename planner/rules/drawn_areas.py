@@ -56,14 +56,14 @@ def _each_of(a: Assessment, reading: Fence) -> Fence | None:
     regions = [_region(polygon, frame) for polygon in insides]
     names, group = [polygon.area for polygon in insides], list(range(len(insides)))
     for (one, first), (other, second) in combinations(enumerate(regions), 2):
-        if is_thin(first.intersection(second)):
+        shared = first.intersection(second)
+        if is_thin(shared):
             continue
         group = [group[one] if number == group[other] else number for number in group]
-        # What lies within another of its name is no part of it.
-        for inner, rest in ((other, second.difference(first)), (one, first.difference(second))):
-            if insides[one].area == insides[other].area and is_thin(rest):
-                names[inner] = f"{insides[inner].area} {inner}"
-                break
+        # Parts of one are drawn beside each other: what lies within another of its name may be none.
+        inner = other if second.area <= first.area else one
+        if insides[one].area == insides[other].area and shared.area >= 0.5 * regions[inner].area:
+            names[inner] = f"{insides[inner].area} {inner}"
     areas = dict.fromkeys(zip(group, names, strict=True))
     if len(areas) == len(set(group)):
         return None

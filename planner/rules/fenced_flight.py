@@ -69,7 +69,7 @@ class FencedFlight(Value, eq=False, dict=True):
     @property
     def position_error_m(self) -> float:
         """How far the vehicle may be from where it takes itself to be. [m]"""
-        return self.assessment.setup.position_error_m
+        return self.assessment.setup.position_margin_m
 
     @cached_property
     def points_m(self) -> FloatArray:
@@ -344,7 +344,7 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         room=StopRoom(
             vehicle=a.vehicle, parameters=a.parameters, reaction_time_s=a.setup.reaction_time_s
         ),
-        margin_m=max(a.setup.position_error_m, fence_margin_m(a.own_parameters)),
+        margin_m=max(a.setup.position_margin_m, fence_margin_m(a.own_parameters)),
     )
 
 

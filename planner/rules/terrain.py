@@ -399,7 +399,7 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
     """
     from planner.flight.path import FlightLines, flown_lines
 
-    error_m, path = a.setup.position_error_m, flown.path
+    error_m, path = a.setup.position_margin_m, flown.path
     follows = [_follows_terrain(a, int(item)) for item in path.item[flown.legs]]
     lines = flown_lines(path, flown.legs[~np.array(follows)])
     if not len(lines.owner) or error_m <= 0.0:
@@ -442,14 +442,14 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
 
 
 def _beside_m(a: Assessment) -> str:
-    return quantity.height(a.setup.position_error_m)
+    return quantity.height(a.setup.position_margin_m)
 
 
 def _highest_beside(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> _Low | None:
     """Return where a line passes lowest by a centre of fine cells; ``None`` where by none too low."""
     import shapely
 
-    error_m, frame = a.setup.position_error_m, a.route.frame
+    error_m, frame = a.setup.position_margin_m, a.route.frame
     if terrain.cell_m >= 2.0 * error_m:
         return None
     ends_m = np.stack((lines.start_m, lines.end_m), axis=1)
@@ -698,7 +698,7 @@ def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> _
     corners_m = np.stack((over_m[:, :2], turn_m[:, 0, :2], turn_m[:, 1, :2]), axis=1)
     tree = shapely.STRtree(shapely.convex_hull(shapely.linestrings(corners_m)))
     peak, row = tree.query(
-        shapely.points(peaks_m), predicate="dwithin", distance=a.setup.position_error_m
+        shapely.points(peaks_m), predicate="dwithin", distance=a.setup.position_margin_m
     )
     # A place is over + u (turn_0 − over) + v (turn_1 − over); its height as straight lines have it.
     sides_m = corners_m[row, 1:] - corners_m[row, :1]
@@ -773,7 +773,7 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     slope_deg = np.degrees(np.arctan(np.hypot(*axes.T)))
     named = list(places.values())
     unknown = np.isnan(slope_deg)
-    away = np.hypot(*place_m[:, 0].T) > a.setup.position_error_m  # it stood at home
+    away = np.hypot(*place_m[:, 0].T) > a.setup.position_margin_m  # it stood at home
     if (unknown & away).any():
         lands, item = named[int((unknown & away).argmax())]
         yield NotEvaluated(

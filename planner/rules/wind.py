@@ -389,8 +389,8 @@ def _position_accuracy_low(a: Assessment, parameters: Px4Parameters) -> Iterator
     if not limit_m > 0.0 or action <= 0:
         return
     assumed_m, noise_m = ASSUMED_POSITION_ERROR_M, a.setup.position_noise_m or 0.0
-    is_stated = a.setup.position_error_m != assumed_m
-    error_m = max(a.setup.position_error_m if is_stated else 0.0, noise_m)
+    stated_m = a.setup.position_error_m  # None: what is assumed says nothing about the vehicle
+    error_m = max(stated_m or 0.0, noise_m)
     does, severity = _reaction(action)
     limit = quantity.height(limit_m)
     if limit_m < error_m:
@@ -400,7 +400,7 @@ def _position_accuracy_low(a: Assessment, parameters: Px4Parameters) -> Iterator
             f"is {limit}{does}",
             severity=severity,
         )
-    elif not is_stated and limit_m < assumed_m:
+    elif stated_m is None and limit_m < assumed_m:
         if action in _JUDGED_ACTIONS:
             yield a.finding(
                 POSITION_ACCURACY_LOW,

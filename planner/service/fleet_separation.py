@@ -207,7 +207,7 @@ def _alone(
         made = replace(
             whole,
             slack_s=_time_fraction(assessment) * np.clip(whole.end_s, 0.0, whole.duration_s),
-            grown_m=np.where(whole.is_rest & whole.is_low, 0.0, assessment.setup.position_error_m),
+            grown_m=np.where(whole.is_rest & whole.is_low, 0.0, assessment.setup.position_margin_m),
             stop_s=_stop_s(assessment, whole) if separation.may_stop else whole.stop_s,
         )
         pad = fleet.pad_of(one.sortie)
@@ -407,7 +407,7 @@ class _Pairs:
             least_m = self._separation.ground_m
             if least_m is None:
                 least_m = sum(
-                    assessment.setup.position_error_m
+                    assessment.setup.position_margin_m
                     for place in (first, second)
                     if (assessment := self._flown[place].assessment) is not None
                 )
@@ -572,7 +572,7 @@ def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
     return ReturnFlights(
         returns=assessment.returns,
         frame=frame,
-        grown_m=assessment.setup.position_error_m,
+        grown_m=assessment.setup.position_margin_m,
         time_fraction=_time_fraction(assessment),
     )
 

@@ -414,7 +414,7 @@ def _simulate_missions(
         agents,
         filed.record,
         vehicles=vehicles,
-        errors_m=[fleet.vehicles[one].setup.position_error_m for one in vehicles],
+        errors_m=[fleet.vehicles[one].setup.position_margin_m for one in vehicles],
         too_near=[one.approach for one in filed.too_near],
     )
     checks = [VehicleCheck(one.name, one.result, is_filed=True) for one in filed.sorties]

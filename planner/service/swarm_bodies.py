@@ -138,7 +138,7 @@ def _body(
             climb_s=float(durations[:lands].sum()),
             landing_s=float(durations[lands:].sum()),
             settle_s=settle_s,
-            error_m=setup.position_error_m,
+            error_m=setup.position_margin_m,
         ),
         setup=setup,
         vertical=vertical,

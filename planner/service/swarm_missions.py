@@ -316,7 +316,7 @@ def _stays(
     """Yield when sorties are on the ground, or so low that they count as on it."""
     stand_of = stands(fleet, flown)
     for row, (one, member) in enumerate(zip(flown, all_, strict=True)):
-        error_m = fleet.vehicles[one.sortie.vehicle].setup.position_error_m
+        error_m = fleet.vehicles[one.sortie.vehicle].setup.position_margin_m
         stand, path = stand_of[one.name], member.trajectory
         up = np.flatnonzero(~path.is_low)
         up_s, low_s = (path.start_s[up[0]], path.end_s[up[-1]]) if len(up) else (one.time_s, 0.0)

@@ -99,7 +99,7 @@ class StoppedSorties:
         self._frame = self._assessments[0].route.frame
         self._pilots = [make_pilot(one.setup, one.own_parameters) for one in self._assessments]
         self._errors_m = [
-            one.setup.position_error_m + more
+            one.setup.position_margin_m + more
             for one, more in zip(self._assessments, more_m or [0.0] * len(flown), strict=True)
         ]
         self._shaped_m = [

@@ -16,6 +16,7 @@ QUAD = load_vehicle("arducopter-sitl-quad")
 EAST_M = 111_194.9 * math.cos(math.radians(47.0))
 """Of a degree, to a thousandth."""
 AROUND, WEST, EAST, BESIDE = (-50.0, 250.0), (-50.0, 76.0), (76.0, 250.0), (300.0, 500.0)
+NEAR, FAR = (-51.0, 100.0), (20.0, 250.0)
 """From where to where areas reach east of home: around the whole flight, its halves, none of it. [m]"""
 
 
@@ -49,6 +50,7 @@ def errors(*areas: tuple[str, tuple[tuple[float, float], ...]], **properties: ob
         # parts of one, and what is called alike
         [("Flight area", (WEST, EAST))],
         [("Flight area 1", (WEST,)), ("Flight area 2", (EAST,))],
+        [("Flight area 1", ((-50.0, 89.0),)), ("Flight area 2", (FAR,))],
         [("Flight area", (AROUND, BESIDE))],
         # no flight is in both
         [("Flight area", (AROUND,)), ("Geofence", (BESIDE,))],
@@ -75,6 +77,9 @@ def test_a_flight_keeps_what_is_drawn(areas: list[tuple[str, tuple[tuple[float, 
         [("Geofence", (AROUND,)), ("Flight area", (WEST,)), ("Danger-free", (BESIDE,))],
         [("Geofence 1", (AROUND,)), ("Geofence 2", (WEST,))],
         [("Geofence 2", (WEST,)), ("Geofence 1", (AROUND,))],
+        # nor one that lies in it but for its edge, or as much in it as beside it
+        [("Geofence 1", (AROUND,)), ("Geofence 2", (NEAR,))],
+        [("Geofence 1", ((-50.0, 91.0),)), ("Geofence 2", (FAR,))],
         [("Survey area", (WEST,))],
         [("Survey area", (WEST,)), ("Field boundary", (BESIDE,))],
         [("House", (BESIDE,))],

@@ -157,6 +157,8 @@ def test_what_px4_does_of_itself_in_the_wind_and_off_its_position_decides(
         (5, 0.9, [], False),
         (5, 1.1, [ERROR], False),
         (3, 1.1, [ERROR], False),
+        (3, 2.5, [ERROR], False),  # as much as is assumed, but stated
+        (5, 2.5, [ERROR], False),
     ],
 )
 def test_a_tight_limit_of_the_position_is_judged_by_what_is_stated_not_by_what_is_assumed(

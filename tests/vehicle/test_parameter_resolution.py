@@ -383,3 +383,25 @@ def test_defaults_are_those_of_the_version() -> None:
     named = "# Version: 1.15.4\n1\t1\tMPC_XY_CRUISE\t7\t9\n"
     assert at(None, named).return_time_action == 3
     assert at(None, named + "1\t1\tCOM_FLTT_LOW_ACT\t1\t6\n").return_time_action == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "version", "corner_m_s2"),
+    [
+        ("", (4, 3), 5.0),
+        ("", (4, 4), 2.5),
+        ("", (4, 5), 5.0),
+        ("", None, 5.0),
+        ("WPNAV_ACCEL,150\nWPNAV_ACCEL_C,0\n", (4, 4), 1.5),
+        ("WPNAV_ACCEL,150\nWPNAV_ACCEL_C,200\n", (4, 4), 2.0),
+        ("WPNAV_ACCEL,150\nWPNAV_ACCEL_C,0\n", (4, 5), 3.0),
+    ],
+)
+def test_corners_of_ardupilot_4_4_are_accelerated_in_no_more_than_legs(
+    text: str, version: tuple[int, int] | None, corner_m_s2: float
+) -> None:
+    """A 0 meant WPNAV_ACCEL itself (#22431), before and after twice of it (#25928)."""
+    file = file_of(text) if text else None
+    values = resolve_parameters(Autopilot.ARDUPILOT, file=file, version=version).values
+    assert isinstance(values, ArduPilotParameters)
+    assert values.corner_acceleration_m_s2 == pytest.approx(corner_m_s2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from enum import StrEnum
 from functools import cache
 from typing import TYPE_CHECKING
@@ -43,10 +44,111 @@ PHRASES: Mapping[AreaSide, tuple[str, ...]] = {
     ),
 }
 """Words one after the other, | between those that do; of an area that is called so, among other words."""
+_ROMANCE_AREAS = (
+    "zone|zones|aire|aires|secteur|perimetre|zona|zonas|area|areas|aree|espacio|espaco|spazio "
+    "d|de|del|di|do|da"
+)
+_POLISH_AREAS = "strefa|obszar|teren|rejon|przestrzen|granica"
+FOREIGN_PHRASES: Mapping[str, Mapping[AreaSide, tuple[str, ...]]] = {
+    "French": {
+        AreaSide.OUTSIDE: (
+            f"{_ROMANCE_AREAS} vol|survol interdit|interdite|interdites",
+            "interdit|interdite|interdits|interdites|interdiction|reglemente|reglementee",
+            "dangereuse|dangereux|eviter",
+        ),
+        AreaSide.INSIDE: (
+            f"{_ROMANCE_AREAS} vol|vols|evolution|operation|operations",
+            "geocloture",
+        ),
+        AreaSide.WORK: (
+            f"{_ROMANCE_AREAS} interet|etude|travail|travaux|mission|recherche|recherches|projet|releve",
+        ),
+    },
+    "German": {
+        AreaSide.OUTSIDE: (
+            "flugverbot|flugverbotszone|flugverbotsgebiet|flugverbotsbereich|flugbeschrankungsgebiet",
+            "sperrzone|sperrgebiet|sperrbereich|sperrflache|verbotszone|tabuzone|tabuflache|verboten",
+            "gefahr|gefahrenzone|gefahrenbereich|gefahrengebiet|hindernis|hindernisse",
+        ),
+        AreaSide.INSIDE: (
+            "flugzone|fluggebiet|flugbereich|flugraum|fluggeografie|fluggeographie",
+            "betriebsgebiet|betriebsbereich|einsatzgebiet|einsatzbereich|geozaun",
+        ),
+        AreaSide.WORK: (
+            "arbeitsgebiet|arbeitsbereich|messgebiet|vermessungsgebiet|untersuchungsgebiet|suchgebiet",
+            "projektgebiet|kartiergebiet|interessengebiet|feldgrenze|grundstucksgrenze",
+        ),
+    },
+    "Italian": {
+        AreaSide.OUTSIDE: (
+            f"{_ROMANCE_AREAS} volo vietato|vietata|interdetto|interdetta",
+            "divieto|vietato|vietata|vietati|vietate|interdetto|interdetta|interdetti|interdette",
+            "esclusione|ristretta|regolamentata|pericolo|pericoli|pericoloso|pericolosa|ostacolo|ostacoli|evitare",
+        ),
+        AreaSide.INSIDE: (f"{_ROMANCE_AREAS} volo|operazione|operazioni",),
+        AreaSide.WORK: (
+            f"{_ROMANCE_AREAS} interesse|studio|lavoro|lavori|ricerca|rilievo|progetto",
+        ),
+    },
+    "Polish": {
+        AreaSide.OUTSIDE: (
+            "zakaz|zakazu lotu|lotow|wlotu|wstepu",
+            "ograniczony|ograniczona|ograniczen|zakaz|zakazu|zakazany|zakazana|zabroniony|zabroniona|wykluczenie|wykluczenia",
+            "niebezpieczny|niebezpieczna|zagrozenie|zagrozenia|przeszkoda|przeszkody",
+        ),
+        AreaSide.INSIDE: (f"{_POLISH_AREAS} lotu|lotow|operacji|operacyjna|operacyjny",),
+        AreaSide.WORK: (
+            f"{_POLISH_AREAS} prac|pracy|badan|pomiaru|pomiarow|poszukiwan|nalotu|projektu|zainteresowania",
+        ),
+    },
+    "Portuguese": {
+        AreaSide.OUTSIDE: (
+            "nao voar|sobrevoar|voo|entrar",
+            f"{_ROMANCE_AREAS} voo proibido|proibida|interdito|interdita",
+            "proibido|proibida|proibidos|proibidas|proibicao|interdito|interdita|interdicao",
+            "exclusao|perigo|perigos|perigoso|perigosa|restrito|restrita|evitar",
+        ),
+        AreaSide.INSIDE: (f"{_ROMANCE_AREAS} voo|voos|operacao|operacoes", "geocerca"),
+        AreaSide.WORK: (
+            f"{_ROMANCE_AREAS} interesse|estudo|trabalho|busca|projeto|levantamento|mapeamento",
+        ),
+    },
+    "Spanish": {
+        AreaSide.OUTSIDE: (
+            "no volar|vuelo|vuelos|sobrevolar|entrar|pasar",
+            f"{_ROMANCE_AREAS} vuelo prohibido|prohibida|restringido|restringida",
+            "prohibido|prohibida|prohibidos|prohibidas|prohibicion|restringido|restringida",
+            "peligro|peligros|peligroso|peligrosa|obstaculo|obstaculos|evitar",
+        ),
+        AreaSide.INSIDE: (
+            f"{_ROMANCE_AREAS} vuelo|vuelos|operacion|operaciones",
+            "geocerca|geovalla",
+        ),
+        AreaSide.WORK: (
+            f"{_ROMANCE_AREAS} interes|estudio|trabajo|trabajos|busqueda|mision|proyecto|levantamiento",
+        ),
+    },
+}
+"""The same in other languages, without accents."""
 FENCES = ("fence", "boundary", "perimeter")
 """What is to be stayed inside where it is the whole name."""
+_FOREIGN_FENCES = (
+    *("cloture", "limite", "perimetre"),
+    *("zaun", "grenze", "begrenzung", "umgrenzung"),
+    *("recinto", "recinzione", "confine", "perimetro"),
+    *("ogrodzenie", "granica"),
+    *("cerca", "valla"),
+)
 CONTRARY = "not|never|non|outside|beyond|without|free|except|unless"
 """What makes the contrary of what stands beside it: nothing is settled."""
+_FOREIGN_CONTRARY = (
+    "hors|sans|pas|jamais|sauf|dehors|nicht|nie|kein|keine|keinen|ohne|frei|freie|freies|ausser|ausserhalb|"
+    "fuori|senza|tranne|eccetto|poza|bez|oprocz|fora|sem|nao|nunca|exceto|exceptuado|fuera|sin|excepto|salvo"
+)
+
+
+_UNDIVIDED = str.maketrans({"ł": "l", "ø": "o", "đ": "d"})
+"""Letters whose stroke is no accent to Unicode."""
 
 
 def side_of(words: str) -> AreaSide | None:
@@ -54,9 +156,9 @@ def side_of(words: str) -> AreaSide | None:
     plain = plain_name(words)
     # A flight zone is none where there is no flight.
     rest, outs = _pattern(AreaSide.OUTSIDE).subn(";", plain)
-    if _contrary().search(plain):
+    if _contrary().search(rest):
         return None
-    is_fence = any(line in FENCES for line in rest.splitlines())
+    is_fence = any(line in {*FENCES, *_FOREIGN_FENCES} for line in rest.splitlines())
     is_inside = is_fence or _pattern(AreaSide.INSIDE).search(rest) is not None
     is_work = _pattern(AreaSide.WORK).search(rest) is not None
     if outs:
@@ -67,8 +169,14 @@ def side_of(words: str) -> AreaSide | None:
 
 
 def plain_name(words: str) -> str:
-    """Return names in small letters, a line each, without numbers and signs: alike for parts of one area."""
-    lines = re.sub(r"[^\w\n]|[_\d]", " ", words.lower()).splitlines()
+    """Return names in small letters, a line each, without accents, numbers and signs.
+
+    They are alike for parts of one area.
+    """
+    letters = unicodedata.normalize("NFKD", words.casefold().translate(_UNDIVIDED))
+    letters = "".join(one for one in letters if not unicodedata.combining(one))
+    letters = re.sub(r"\bno\W*(?=\d)", " ", letters)  # of No. 2
+    lines = re.sub(r"[^\w\n]|[_\d]", " ", letters).splitlines()
     return "\n".join(" ".join(line.split()) for line in lines)
 
 
@@ -79,12 +187,14 @@ def phrases_text(side: AreaSide) -> str:
 
 @cache
 def _pattern(side: AreaSide) -> re.Pattern[str]:
-    return re.compile("|".join(_phrase(phrase.split()) for phrase in PHRASES[side]))
+    languages = (PHRASES, *FOREIGN_PHRASES.values())
+    return re.compile("|".join(_phrase(one.split()) for each in languages for one in each[side]))
 
 
 @cache
 def _contrary() -> re.Pattern[str]:
-    return re.compile(_phrase([CONTRARY]))
+    # "no" alone counts things: only before what is to be stayed out of it makes the contrary of that.
+    return re.compile(rf"{_phrase([f'{CONTRARY}|{_FOREIGN_CONTRARY}'])}|\bno ?;")
 
 
 def _phrase(words: Iterable[str]) -> str:

@@ -99,7 +99,8 @@ _WITHOUT_PLACE = {
     Autopilot.PX4: "PX4 knows no 'here' and flies to whatever number is sent",
     Autopilot.ARDUPILOT: "ArduPilot refuses what is no number, 'here' is 0°, 0°",
 }
-"""What an autopilot makes of an item whose place is no number (``AP_Mission``: ``check_lat``)."""
+"""What an autopilot makes of an item whose place is no number: ``AP_Mission::mavlink_int_to_mission_cmd``
+refuses what ``check_lat`` holds for no latitude; at 0°, 0° ``ModeAuto::do_land`` lands where it is."""
 
 
 def is_on_earth(latitude_deg: float, longitude_deg: float) -> bool:
@@ -204,8 +205,9 @@ ZERO_POSITION = Rule(
     how="Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both "
     "zero, or not given.  Where PX4 flies this is an error: what is predicted is not its flight (it makes a "
     "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).  On "
-    "ArduPilot it is one where no number is given: that is no latitude, and the upload is refused, or what "
-    "the program that sends it makes of it.",
+    "ArduPilot 0°, 0° is 'here' (ModeAuto::do_land and its like); it is an error where no number is given: "
+    "what is sent then is no latitude and the upload is refused (AP_Mission::mavlink_int_to_mission_cmd, "
+    "check_lat), or is what the program that sends it makes of it.",
     fix="give the item the place it should be flown to",
     instead="a mission whose items have their places",
 )

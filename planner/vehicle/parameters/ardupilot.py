@@ -44,13 +44,14 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     climb_speed_m_s: float = _renamed("WP_SPD_UP m/s", "WPNAV_SPEED_UP cm/s", 2.5, _SPEED)
     descent_speed_m_s: float = _renamed("WP_SPD_DN m/s", "WPNAV_SPEED_DN cm/s", 1.5, _SPEED)
     acceleration_m_s2: float = _renamed("WP_ACC m/s²", "WPNAV_ACCEL cm/s²", 2.5, _ACCELERATION)
-    # acceleration in corners; 0: twice WP_ACC
+    # acceleration in corners; 0: twice WP_ACC, in 4.4 that itself (ArduPilot #22431, #25928)
     corner_acceleration_m_s2: float = _renamed(
         "WP_ACC_CNR m/s²",
         "WPNAV_ACCEL_C cm/s²",
         0.0,
         Range(0.0, 50.0),
         zero_means=("acceleration_m_s2", 2.0),
+        zero_meant=((4, 4), 1.0),
         usual=5.0,
     )
     vertical_acceleration_m_s2: float = _renamed(

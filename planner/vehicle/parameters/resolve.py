@@ -457,6 +457,12 @@ class _Resolution:
             if row.earlier
         }
         fields: dict[str, Any] = {**older, **self.values_si, "origins": origins}
+        for name, row in self.table.items():
+            if row.zero_means is None or row.zero_meant is None or fields.get(name):
+                continue
+            other, (version, factor) = row.zero_means[0], row.zero_meant
+            if version == self.flown_version:
+                fields[name] = factor * fields.get(other, self.table[other].default_si)
         flown: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
         for name, given_si in self.values_si.items():
             row, flown_si = self.table[name], getattr(flown, name)

@@ -78,6 +78,8 @@ class Parameter(Value):
     """A value inside the range that cannot be meant either."""
     zero_means: tuple[str, float] | None
     """(quantity, factor) whose value a 0 means."""
+    zero_meant: tuple[Version, float] | None
+    """(version, factor) of a firmware to which a 0 means another factor."""
     usual: float
     """A usual value in the unit of ``now``: the default, where that is not 0."""
     earlier: tuple[tuple[Version, float], ...] = ()
@@ -134,6 +136,7 @@ def parameter(
     since: Version | None = None,
     never: float | None = None,
     zero_means: tuple[str, float] | None = None,
+    zero_meant: tuple[Version, float] | None = None,
     usual: float | None = None,
     earlier: tuple[tuple[Version, float], ...] = (),
 ) -> Any:  # noqa: ANN401 -- a default of a number
@@ -152,6 +155,7 @@ def parameter(
         range=range,
         never=never,
         zero_means=zero_means,
+        zero_meant=zero_meant,
         usual=default if usual is None else usual,
         earlier=earlier,
     )
