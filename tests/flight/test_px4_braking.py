@@ -17,7 +17,7 @@ from planner.flight.motion.px4.braking import (
     braking_time_s,
     ramp_time_s,
 )
-from planner.flight.motion.px4.pieces import BrakeLaw, wright_omega
+from planner.flight.motion.px4.laws import BrakeLaw, wright_omega
 from planner.flight.motion.px4.pilot import fly_px4
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -37,14 +37,13 @@ def test_wrights_omega_vanishes_after_a_hold_of_days() -> None:
 
 
 def law(speed_m_s: float, final_m_s: float = 0.0) -> BrakeLaw:
-    return BrakeLaw(
-        aim_m=np.array([[100.0, 0.0, 50.0]]),
+    return BrakeLaw.to(
+        np.array([[100.0, 0.0, 50.0]]),
         direction=np.array([[1.0, 0.0, 0.0]]),
         start_m_s=np.array([speed_m_s]),
         final_m_s=np.array([final_m_s]),
         acceleration_m_s2=np.array([3.0]),
         half_b_m_s=np.array([4.5]),
-        rate=np.ones(1),
     )
 
 

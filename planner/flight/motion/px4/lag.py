@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import accumulate
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.moves import Moves
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -36,8 +36,6 @@ _ABREAST = 8
 """Steps that stretches of a recurrence take beside each other."""
 _ONE_BY_ONE = 64
 """Steps of a recurrence that are sooner taken one after the other."""
-
-Numbers = TypeVar("Numbers", "FloatArray", "ComplexArray")
 
 
 class Tracking(Value):
@@ -98,10 +96,9 @@ class TrackingLag(Value):
         parts, last = _Parts.of(ordered, moves), _last_flown(ordered, moves)
         rows = np.maximum(last, 0)
         _, displaced = self._followed(parts, ordered, moves, _ROUNDS_AHEAD)
-        off, velocity = displaced[rows], parts.level_m_s[-1, rows]
-        speed = np.abs(velocity)
-        ahead = quotient(_dot(off, velocity), speed, above=_STILL_M_S)
-        beside = np.sqrt(np.maximum(np.abs(off) ** 2 - ahead**2, 0.0))
+        off, velocity = displaced[:, rows], parts.level_m_s[:, -1, rows]
+        ahead = quotient(_dot(off, velocity), _size(velocity), above=_STILL_M_S)
+        beside = np.sqrt(np.maximum(_dot(off, off) - ahead**2, 0.0))
         flies = last >= 0
         return (
             np.where(flies, ahead, 0.0),
@@ -114,11 +111,11 @@ class TrackingLag(Value):
 
         The same law upwards, by MPC_Z_P, MPC_Z_VEL_P_ACC and MPC_Z_VEL_I_ACC; no time is stretched for it.
         """
-        p, edges = self.parameters, parts.climb_m_s
+        p, edges = self.parameters, parts.velocity_m_s[2]
         drag = 0.5 * self.drag_per_s * (edges[:-1] + edges[1:])
         rate_per_s = p.vertical_integral_gain_per_s2 / p.vertical_velocity_gain_per_s
         settled = -np.expm1(-parts.time_s * rate_per_s)
-        built = _smoothed(drag, settled, parts.first)[-1]
+        built = _smoothed(drag[None], settled, parts.first)[0, -1]
         force = self.drag_per_s * edges[-1] - built - (drag[-1] - built) * settled
         stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
         return np.asarray(-force * np.sign(edges[-1]) / stiffness)
@@ -153,57 +150,21 @@ class TrackingLag(Value):
         return speed_m_s / p.position_error_max_m * (p.velocity_gain_per_s + self.drag_per_s)
 
     def _off_m(
-        self,
-        force_m_s2: ComplexArray,
-        velocity_m_s: ComplexArray,
-        time_s: FloatArray,
-        first: IntArray,
-    ) -> ComplexArray:
-        """Return where vehicles are beside trajectories as pieces end. (p,) [m]
+        self, force_m_s2: FloatArray, velocity_m_s: FloatArray, time_s: FloatArray, first: IntArray
+    ) -> FloatArray:
+        """Return where vehicles are beside trajectories as pieces end. (2, p) [m]
 
         By D v_t − z and v_t of their parts.  They get there by ė = f/k − P e − v_t |e|/E: at P, and sooner
         where the trajectory waits.
         """
-        speed, still = np.abs(velocity_m_s), self._still_per_s2
+        speed, still = _size(velocity_m_s), self._still_per_s2
         heading = velocity_m_s / np.maximum(speed, _STILL_M_S)
         along = np.where(speed > _STILL_M_S, _dot(force_m_s2, heading), 0.0)
         stiffness = still + np.where(along > 0.0, self._waiting_per_s2(speed), 0.0)
         last = heading * (along * (1.0 / still - 1.0 / stiffness)) - force_m_s2 / still
         settled = -np.expm1(time_s * stiffness * (-1.0 / self.parameters.velocity_gain_per_s))
-        begun = _smoothed(last, settled, first)[-1]
-        return np.asarray(begun + (last[-1] - begun) * settled[-1])
-
-    def _error_m(
-        self,
-        force_m_s2: ComplexArray,
-        along: ComplexArray,
-        waiting: FloatArray,
-        comes_back: IntArray,
-    ) -> FloatArray:
-        """Return the errors that trajectories wait for. (n,) [m]
-
-        By D v_t − z, the direction of v_t (0 of one that stands) and its b (`_waiting_per_s2`).  A trajectory
-        that comes back to a vehicle which overshot waits for all of its error.
-
-        Notes
-        -----
-        With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
-        behind where f < b y: waited for is f/b, in the mean.
-        """
-        still, size = self._still_per_s2, np.abs(force_m_s2)
-        ahead = np.maximum((force_m_s2 * along.conj()).real, 0.0)
-        ahead_squared, waiting_squared = ahead * ahead, waiting * waiting
-        squared = np.maximum(size * size, ahead_squared)
-        # b² y², no more than f² is waited for
-        beside = (squared - ahead_squared) * (waiting_squared * (1.0 / still**2))
-        beside = np.minimum(beside, ahead_squared)
-        root = np.sqrt(squared - beside)
-        behind = ahead_squared - beside
-        behind /= np.maximum(still * ahead + waiting * root, _TINY)
-        beside /= np.maximum(waiting_squared, _TINY)
-        error: FloatArray = np.sqrt(behind * behind + beside)
-        error[:, comes_back] = size[:, comes_back] / (still + waiting[:, comes_back])
-        return error
+        begun = _smoothed(last, settled, first)[:, -1]
+        return np.asarray(begun + (last[:, -1] - begun) * settled[-1])
 
     def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what the tilt leaves of speeds, and the integral builds up of their drag. (n,), (n,) [-]
@@ -221,61 +182,139 @@ class TrackingLag(Value):
 
     def _followed(
         self, parts: _Parts, ordered: Ordered, moves: Moves, rounds: int
-    ) -> tuple[FloatArray, ComplexArray]:
-        """Return time scales, and where vehicles are beside trajectories as pieces end. (p,), (p,)"""
-        p, time_s = self.parameters, parts.time_s
-        begins, ends = parts.level_m_s[:-1], parts.level_m_s[1:]
-        velocity = 0.5 * (begins + ends)
-        speed, drag = np.abs(velocity), self.drag_per_s * velocity
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return time scales, and where vehicles are beside trajectories as pieces end. (p,), (2, p)"""
+        edges, time_s = parts.level_m_s, parts.time_s
+        velocity = 0.5 * (edges[:, :-1] + edges[:, 1:])
+        speed, drag = _size(velocity), self.drag_per_s * velocity
         tilted, most_of_drag = self._tilted(speed)
-        is_tilted = tilted < 1.0
-        asked, given_m_s2 = 1.0 + p.velocity_derivative_gain, (ends - begins) / time_s
-        comes_back = np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]])
-        along = quotient(1.0, speed, above=_STILL_M_S) * velocity
-        waiting = self._waiting_per_s2(speed)
+        given_m_s2 = np.diff(edges, axis=1) / time_s
+        asked_per_s = (1.0 + self.parameters.velocity_derivative_gain) / time_s
+        constants = time_s / self._settling_s
+        waits = _Waits.of(
+            velocity,
+            speed,
+            still_per_s2=self._still_per_s2,
+            waiting_per_s2=self._waiting_per_s2(speed),
+            comes_back=_comes_back(moves)[ordered.segment_move[ordered.segment]],
+        )
         scale, built, settled = tilted, drag, tilted
         for _ in range(rounds):
-            flown_s = time_s / scale
-            constants = flown_s / self._settling_s
             # Of a vehicle that flies the velocities of its trajectory at its scale.
-            around = _at_ends(scale)
-            sought = around[1:] * ends
-            sought -= around[:-1] * begins
-            sought *= asked / flown_s
+            sought = np.diff(_at_ends(scale) * edges, axis=1)
+            sought *= asked_per_s * scale
             sought -= given_m_s2
-            sought[is_tilted] = 0.0
+            sought *= tilted >= 1.0
             sought += drag * np.minimum(scale, most_of_drag)
-            settled = -np.expm1(-constants)
+            flown = constants / scale
+            settled = -np.expm1(-flown)
             built = _smoothed(sought, settled, parts.first)
-            mean = quotient(settled, constants, 1.0)
-            error_m = self._error_m((drag - built) * mean, along, waiting, comes_back)
-            slowed = np.maximum(1.0 - error_m / p.position_error_max_m, _LEAST_SCALE)
-            scale = np.minimum(slowed, tilted)
+            force = drag - built
+            force *= settled / flown
+            scale = 1.0 - waits.error_m(force) / self.parameters.position_error_max_m
+            np.maximum(scale, _LEAST_SCALE, out=scale)
+            np.minimum(scale, tilted, out=scale)
         flown_s = time_s / scale
         whole = quotient(ordered.duration_s, flown_s.sum(axis=0), 1.0)
-        force = self.drag_per_s * ends - built - (drag - built) * settled
-        return whole, self._off_m(force, ends, flown_s, parts.first)
+        force = self.drag_per_s * edges[:, 1:] - built - (drag - built) * settled
+        return whole, self._off_m(force, edges[:, 1:], flown_s, parts.first)
+
+
+class _Waits(Value, eq=False):
+    """What trajectories wait for while parts of pieces are flown, by D v_t − z alone."""
+
+    along: FloatArray
+    """Direction of v_t; 0 of one that stands. (2, k, p)"""
+    still_per_s2: float
+    """k P."""
+    waiting_per_s2: FloatArray
+    """b (`TrackingLag._waiting_per_s2`), like the next two. (k, p)"""
+    squared: FloatArray
+    """b², no less than divides nothing. [s⁻⁴]"""
+    share: FloatArray
+    """b²/(k P)². [-]"""
+    comes_back: IntArray
+    """The pieces in which a trajectory comes back."""
+
+    @classmethod
+    def of(
+        cls,
+        velocity_m_s: FloatArray,
+        speed_m_s: FloatArray,
+        *,
+        still_per_s2: float,
+        waiting_per_s2: FloatArray,
+        comes_back: BoolArray,
+    ) -> _Waits:
+        """Return what is the same for every D v_t − z."""
+        squared = waiting_per_s2 * waiting_per_s2
+        return cls(
+            along=quotient(1.0, speed_m_s, above=_STILL_M_S) * velocity_m_s,
+            still_per_s2=still_per_s2,
+            waiting_per_s2=waiting_per_s2,
+            squared=np.maximum(squared, _TINY),
+            share=squared * (1.0 / still_per_s2**2),
+            comes_back=np.flatnonzero(comes_back),
+        )
+
+    def error_m(self, force_m_s2: FloatArray) -> FloatArray:
+        """Return the errors that trajectories wait for, by D v_t − z. (k, p) [m]
+
+        A trajectory that comes back to a vehicle which overshot waits for all of its error.
+
+        Notes
+        -----
+        With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
+        behind where f < b y: waited for is f/b, in the mean.
+        """
+        ahead = np.maximum(_dot(force_m_s2, self.along), 0.0)
+        size_squared, ahead_squared = _dot(force_m_s2, force_m_s2), ahead * ahead
+        squared = np.maximum(size_squared, ahead_squared)
+        # b² y², no more than f² is waited for
+        beside = squared - ahead_squared
+        beside *= self.share
+        np.minimum(beside, ahead_squared, out=beside)
+        root = squared
+        root -= beside
+        np.sqrt(root, out=root)
+        root *= self.waiting_per_s2
+        ahead *= self.still_per_s2
+        root += ahead
+        np.maximum(root, _TINY, out=root)
+        behind = ahead_squared
+        behind -= beside
+        behind /= root
+        behind *= behind
+        beside /= self.squared
+        behind += beside
+        error: FloatArray = np.sqrt(behind, out=behind)
+        back = self.comes_back
+        if len(back):
+            stiffness = self.still_per_s2 + self.waiting_per_s2[:, back]
+            error[:, back] = np.sqrt(size_squared[:, back]) / stiffness
+        return error
 
 
 class _Parts(Value, eq=False):
     """p pieces cut into parts, of which each is a row: over it the velocity counts as constant."""
 
-    level_m_s: ComplexArray
-    """Horizontal velocity where parts begin and end: east + i north. (_PARTS + 1, p)"""
-    climb_m_s: FloatArray
-    """Climb rate there. (_PARTS + 1, p)"""
+    velocity_m_s: FloatArray
+    """East, north and up where parts begin and end. (3, _PARTS + 1, p)"""
     time_s: FloatArray
     """Duration of a part of each piece. (p,) [s]"""
     first: IntArray
     """The pieces that flights of their own begin with."""
 
+    @property
+    def level_m_s(self) -> FloatArray:
+        """East and north of the velocity. (2, _PARTS + 1, p)"""
+        return self.velocity_m_s[:2]
+
     @classmethod
     def of(cls, ordered: Ordered, moves: Moves) -> _Parts:
         """Return the parts of pieces in flown order."""
-        east, north, climb = ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1))
         return cls(
-            level_m_s=east + 1j * north,
-            climb_m_s=climb,
+            velocity_m_s=ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1)),
             time_s=ordered.duration_s / _PARTS,
             first=np.flatnonzero(np.diff(_flights(ordered, moves), prepend=-1)),
         )
@@ -297,14 +336,14 @@ def _flights(ordered: Ordered, moves: Moves) -> IntArray:
     return np.asarray(np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]])
 
 
-def _between_ends(off_m: ComplexArray, ordered: Ordered, is_first: BoolArray) -> FloatArray:
+def _between_ends(off_m: FloatArray, ordered: Ordered, is_first: BoolArray) -> FloatArray:
     """Return cubics of time through what pieces end with, of which none passes its ends. (p, 3, 4)
 
     Flights of their own begin with none.  The slope where two pieces meet is the harmonic mean of theirs, as
     the longer counts more (Fritsch and Butland 1984); on the ground nothing moves.
     """
     moving = ~ordered.is_grounded
-    end = np.where(moving, (off_m.real, off_m.imag), 0.0)
+    end = np.where(moving, off_m, 0.0)
     set_down = np.maximum.accumulate(np.where(moving | is_first, np.arange(len(moving)), 0))
     end = end[:, set_down]
     begin = np.where(is_first, 0.0, np.concatenate((end[:, :1], end[:, :-1]), axis=1))
@@ -326,9 +365,16 @@ def _between_ends(off_m: ComplexArray, ordered: Ordered, is_first: BoolArray) ->
     return cubics
 
 
-def _dot(one: ComplexArray, other: ComplexArray) -> FloatArray:
-    """Return the scalar products of horizontal vectors. (n,)"""
-    return np.asarray(one.real * other.real + one.imag * other.imag)
+def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the scalar products of horizontal vectors, east and north apart. (2, …), (2, …)"""
+    product: FloatArray = one[0] * other[0]
+    product += one[1] * other[1]
+    return product
+
+
+def _size(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of horizontal vectors, east and north apart. (2, …)"""
+    return np.asarray(np.sqrt(_dot(vectors, vectors)))
 
 
 def _last_flown(ordered: Ordered, moves: Moves) -> IntArray:
@@ -349,37 +395,53 @@ def _comes_back(moves: Moves) -> BoolArray:
     return np.asarray(moves.is_return & ~moves.is_landing & climbs)
 
 
-def _smoothed(values: Numbers, settled: FloatArray, first: IntArray) -> Numbers:
+def _smoothed(values: FloatArray, settled: FloatArray, first: IntArray) -> FloatArray:
     """Return what follows values, as each begins: z' = z + (value − z) settled, 0 as flights begin.
 
-    Of parts, (k, p), by the fractions of the way to the values that are gone while they last, (k, p) or
+    Of parts, (m, k, p), by the fractions of the way to the values that are gone while they last, (k, p) or
     (p,), and the pieces that flights begin with.
     """
-    left, gained = np.broadcast_to(1.0 - settled, values.shape).copy(), values * settled
-    left[-1, first - 1] = gained[-1, first - 1] = 0.0
-    after = _recurred(left, gained)
-    begin = np.concatenate((after[-1:], after[:-1]))
-    begin[0, 1:], begin[0, 0] = after[-1, :-1], 0.0
-    return begin
+    edges = np.empty((len(values), values.shape[1] + 1, values.shape[2]))
+    left, gained = np.empty(values.shape[1:]), edges[:, 1:]
+    np.subtract(1.0, settled, out=left)
+    np.multiply(values, settled, out=gained)
+    left[-1, first - 1] = gained[:, -1, first - 1] = 0.0
+    _recur(left, gained)
+    edges[:, 0, 1:], edges[:, 0, 0] = edges[:, -1, :-1], 0.0
+    return edges[:, :-1]
 
 
-def _recurred(left: FloatArray, gained: Numbers) -> Numbers:
-    """Return z of z' = z left + gained, from 0, after each step: down each column, then the next. (k, n)
+def _recur(left: FloatArray, gained: FloatArray) -> None:
+    """Make what is gained z of z' = z left + gained, from 0: down each column, then the next.
 
-    Columns are taken beside each other, each from 0; what they end with recurs the same way, in columns of
-    their own, and dies away in the column after.  Overwrites what it is given.
+    Of (k, n) and (m, k, n).  Columns are taken beside each other, each from 0; what they end with recurs the
+    same way, in columns of their own, and dies away in the column after.
     """
-    steps, columns = gained.shape
+    steps, columns = left.shape
     for step in range(1, steps):
-        gained[step] += gained[step - 1] * left[step]
+        gained[:, step] += gained[:, step - 1] * left[step]
         left[step] *= left[step - 1]
-    if 1 < columns <= _ONE_BY_ONE:
-        ends = zip(left[-1].tolist(), gained[-1].tolist(), strict=True)
-        before = list(accumulate(ends, lambda z, end: z * end[0] + end[1], initial=0.0))[:-1]
-        gained += left * np.array(before)
-    elif columns > 1:
+    if columns == 1:
+        return
+    if columns <= _ONE_BY_ONE:
+        after = [
+            list(accumulate(zip(left[-1].tolist(), one, strict=True), _next, initial=0.0))[1:-1]
+            for one in gained[:, -1].tolist()
+        ]
+        before: FloatArray = np.array(after)
+    else:
         filled = -columns % _ABREAST
-        longer = (np.append(one[-1], np.zeros(filled)) for one in (left, gained))
-        after = _recurred(*(one.reshape(-1, _ABREAST).T.copy() for one in longer))
-        gained[:, 1:] += left[:, 1:] * after.T.ravel()[: columns - 1]
-    return gained
+        own_left, own = (
+            np.concatenate((one, np.zeros((*one.shape[:-1], filled))), axis=-1)
+            .reshape(*one.shape[:-1], -1, _ABREAST)
+            .swapaxes(-1, -2)
+            .copy()
+            for one in (left[-1], gained[:, -1])
+        )
+        _recur(own_left, own)
+        before = own.swapaxes(1, 2).reshape(len(own), -1)[:, : columns - 1]
+    gained[..., 1:] += left[:, 1:] * before[:, None]
+
+
+def _next(z: float, end: tuple[float, float]) -> float:
+    return z * end[0] + end[1]

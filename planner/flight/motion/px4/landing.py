@@ -16,7 +16,8 @@ from planner.flight.motion.px4.braking import (
     half_b_m_s,
     vertical_limits,
 )
-from planner.flight.motion.px4.pieces import RAMP, Curves, Places, SettlingLaw, wright_omega
+from planner.flight.motion.px4.laws import SettlingLaw, wright_omega
+from planner.flight.motion.px4.pieces import RAMP, Curves, Places
 from planner.values import Value
 
 if TYPE_CHECKING:

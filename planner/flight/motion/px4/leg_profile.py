@@ -9,16 +9,8 @@ import numpy as np
 from planner.flight.motion.kinematics import dot, horizontal
 from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
-from planner.flight.motion.px4.pieces import (
-    BRAKE,
-    CRUISE,
-    HOLD,
-    PAUSE,
-    RAMP,
-    BrakeLaw,
-    Curves,
-    Places,
-)
+from planner.flight.motion.px4.laws import BrakeLaw
+from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Curves, Places
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -211,14 +203,13 @@ def _brake_law(
     limits, chosen = legs.limits, legs.limits.law(law)
     direction = limits.direction[rows]
     way = limits.length_m[rows] + limits.tail_m[rows] + beyond_m
-    return BrakeLaw(
-        aim_m=legs.straight_m[rows] + direction * way[:, None],
+    return BrakeLaw.to(
+        legs.straight_m[rows] + direction * way[:, None],
         direction=direction,
         start_m_s=start_m_s,
         final_m_s=chosen.final_m_s[rows],
         acceleration_m_s2=chosen.acceleration_m_s2[rows],
         half_b_m_s=half_b_m_s,
-        rate=np.ones(len(rows)),
     )
 
 

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    Columns,
-    KinematicState,
-    PolynomialLaw,
-    dot,
-    horizontal,
-    quotient,
-)
+from planner.flight.motion.kinematics import Columns, dot, horizontal, quotient
+from planner.flight.motion.px4.laws import BrakeLaw, CubicLaw, SettlingLaw
 from planner.physics.quadrature import unit_quadrature
-from planner.values import Value, field_values, replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.kinematics import MotionLaw
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -134,107 +127,6 @@ class Curves(Columns, eq=False):
         return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3)
 
 
-_NEWTON_ROUNDS = 4
-_VANISHING = -690.0
-"""Where ω is below 1e-299, which is nothing."""
-
-
-def wright_omega(y: FloatArray) -> FloatArray:
-    """Return ω with ω + ln ω = y, for real y.
-
-    Newton's method from e^y/(1 + e^y) or y − ln y y/(1 + y), both good to a few per cent.
-    """
-    vanishing = y < _VANISHING
-    y = np.maximum(y, _VANISHING)
-    small = np.exp(np.minimum(y, 1.0))
-    large = np.maximum(y, 1.0)
-    omega = np.where(y < 1.0, small / (1.0 + small), large - np.log(large) * large / (1.0 + large))
-    for _ in range(_NEWTON_ROUNDS):
-        omega = omega * (1.0 + (y - omega - np.log(omega)) / (1.0 + omega))
-    return np.where(vanishing, 0.0, omega)
-
-
-class BrakeLaw(Columns, eq=False):
-    """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines."""
-
-    aim_m: FloatArray
-    """Place to which d is counted: east, north, height above home. (rows, 3) [m]"""
-    direction: FloatArray
-    """Direction of flight, of length 1. (rows, 3) [-]"""
-    start_m_s: FloatArray
-    """Speed at time zero, greater than zero. (rows,) [m s⁻¹]"""
-    final_m_s: FloatArray
-    """v_f. (rows,) [m s⁻¹]"""
-    acceleration_m_s2: FloatArray
-    half_b_m_s: FloatArray
-    """b/2 = 2 a²/j. (rows,) [m s⁻¹]"""
-    rate: FloatArray
-    """Seconds of the law per second of flight: PX4 slows time down. (rows,) [-]"""
-
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time.
-
-        t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
-        t a/(b/2), with Wright's ω.
-        """
-        half_b, a = self.half_b_m_s[row], self.acceleration_m_s2[row]
-        start = self.start_m_s[row] / half_b
-        rate = self.rate[row]
-        speed = half_b * wright_omega(start + np.log(start) - time_s * rate * a / half_b)
-        left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
-        position = self.aim_m[row] - self.direction[row] * left[..., None]
-        velocity = self.direction[row] * (speed * rate)[..., None]
-        return KinematicState.of(np.moveaxis(position, -1, 0), np.moveaxis(velocity, -1, 0))
-
-
-class SettlingLaw(Columns, eq=False):
-    """On each axis a cubic of time plus what dies away: two exponentials on the map, one of the height."""
-
-    coefficients: FloatArray
-    """Rising powers of time for east, north, height above home. (rows, 3, 4) [m, m s⁻¹, …]"""
-    level_m: FloatArray
-    """East and north of each exponential. (rows, 2, 2) [m]"""
-    level_per_s: FloatArray
-    """Of their decay. (rows, 2) [s⁻¹]"""
-    height_m: FloatArray
-    height_per_s: FloatArray
-
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time."""
-        state = PolynomialLaw(coefficients=self.coefficients).state_at(row, time_s)
-        fading = self.height_m[row] * np.exp(-self.height_per_s[row] * time_s)
-        height, climb = state.height_m + fading, state.climb_m_s - self.height_per_s[row] * fading
-        east, north, east_m_s, north_m_s = (
-            state.east_m,
-            state.north_m,
-            state.east_m_s,
-            state.north_m_s,
-        )
-        for sizes, rates in zip(np.moveaxis(self.level_m, 2, 0), self.level_per_s.T, strict=True):
-            rate = rates[row]
-            fading = np.exp(-rate * time_s)
-            off_east, off_north = sizes[row, 0] * fading, sizes[row, 1] * fading
-            east, north = east + off_east, north + off_north
-            east_m_s, north_m_s = east_m_s - rate * off_east, north_m_s - rate * off_north
-        return KinematicState.of((east, north, height), (east_m_s, north_m_s, climb))
-
-
-class DisplacedLaw(Columns, eq=False):
-    """Another law, beside which the vehicle is by a cubic of time."""
-
-    law: BrakeLaw
-    coefficients: FloatArray
-    """Rising powers of time for east, north, height. (rows, 3, 4) [m, m s⁻¹, …]"""
-
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time."""
-        one = self.law.state_at(row, time_s)
-        other = PolynomialLaw(coefficients=self.coefficients).state_at(row, time_s)
-        return KinematicState(
-            **{name: column + getattr(other, name) for name, column in field_values(one).items()}
-        )
-
-
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
 """Segments a move may have, in flown order."""
 ORDERS = 24
@@ -242,8 +134,8 @@ ORDERS = 24
 
 _SHORTEST_S = 1e-9
 """Shorter pieces are left out. [s]"""
-_LAWS: tuple[type[Columns], ...] = (PolynomialLaw, BrakeLaw, SettlingLaw)
-_NOTHING = PolynomialLaw(coefficients=np.zeros((0, 3, 4)))
+_LAWS: tuple[type[CubicLaw], ...] = (CubicLaw, BrakeLaw, SettlingLaw)
+_NOTHING = CubicLaw(coefficients=np.zeros((0, 3, 4)))
 
 
 class Places(NamedTuple):
@@ -263,7 +155,7 @@ class Places(NamedTuple):
 class _Collected(NamedTuple):
     """Pieces of one kind, in the order they were added."""
 
-    law: PolynomialLaw | BrakeLaw | SettlingLaw
+    law: CubicLaw
     places: Places
     distance_m: FloatArray
     climb_m: FloatArray
@@ -309,24 +201,35 @@ class Px4Pieces:
         first = c[..., 1] * t / 3.0
         last = (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3])) * t / 3.0
         polygon = horizontal(first) + horizontal(last) + horizontal(moved - first - last)
-        law = _slowed(PolynomialLaw(coefficients=c), places.time_scale)
         distance = 0.5 * (polygon + horizontal(moved))
-        self.parts.append(_Collected(law, places, distance, moved[:, 2], is_grounded))
+        self._add(CubicLaw(coefficients=c), places, distance, moved[:, 2], is_grounded=is_grounded)
 
     def add_brakes(self, places: Places, law: BrakeLaw, way_m: FloatArray) -> None:
         """Add pieces of braking over ways, by rows of a law. (k,)"""
-        law = _slowed(law, places.time_scale)
         level, upward = horizontal(law.direction), law.direction[:, 2]
-        self.parts.append(_Collected(law, places, way_m * level, way_m * upward))
+        self._add(law, places, way_m * level, way_m * upward)
 
     def add_settlings(self, places: Places, law: SettlingLaw) -> None:
         """Add pieces that settle exponentially, by rows of a law. (k,)"""
-        law = _slowed(law, places.time_scale)
         rows = np.arange(len(places.duration_s))
         before = law.state_at(rows, np.zeros(len(rows)))
-        after = law.state_at(rows, places.duration_s / places.time_scale)
+        after = law.state_at(rows, places.duration_s)
         distance = horizontal(after.place_m - before.place_m)
-        self.parts.append(_Collected(law, places, distance, after.height_m - before.height_m))
+        self._add(law, places, distance, after.height_m - before.height_m)
+
+    def _add(
+        self,
+        law: CubicLaw,
+        places: Places,
+        distance_m: FloatArray,
+        climb_m: FloatArray,
+        *,
+        is_grounded: bool = False,
+    ) -> None:
+        scale = places.time_scale
+        if isinstance(scale, np.ndarray):
+            law = law.slowed(scale)
+        self.parts.append(_Collected(law, places, distance_m, climb_m, is_grounded))
 
 
 _LENGTH_NODES, _LENGTH_WEIGHTS = unit_quadrature(8)
@@ -336,11 +239,12 @@ _LENGTH_NODES, _LENGTH_WEIGHTS = unit_quadrature(8)
 class Ordered(Value, eq=False):
     """Pieces in flown order, and the segments they make."""
 
-    laws: tuple[Any, ...]
+    laws: tuple[CubicLaw, ...]
+    """The rows of each in flown order."""
     segment: IntArray
     """Segment each piece belongs to. (p,)"""
     law: IntArray
-    row: IntArray
+    """Position in ``laws``. (p,)"""
     offset_s: FloatArray
     """The law's own time at which each piece begins."""
     duration_s: FloatArray
@@ -355,17 +259,24 @@ class Ordered(Value, eq=False):
     noise_delay_s: float
     """How much longer all of it takes for the noise of the position. [s]"""
 
+    @property
+    def row(self) -> IntArray:
+        """Row of each piece in its law. (p,)"""
+        row = np.empty_like(self.law)
+        for pieces in self._pieces_of_laws():
+            row[pieces] = np.arange(len(pieces))
+        return row
+
+    def _pieces_of_laws(self) -> list[IntArray]:
+        return [np.flatnonzero(self.law == index) for index in range(len(self.laws))]
+
     def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
         """Return east, north and upward velocities at fractions of the time of each piece. (3, k, p)"""
-        velocity = np.empty((3, len(fractions), len(self.law)))
-        for index, law in enumerate(self.laws):
-            pieces = np.flatnonzero(self.law == index)
+        time_s = self.offset_s + fractions[:, None] * self.duration_s
+        velocity = np.empty((3, *time_s.shape))
+        for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True):
             if len(pieces):
-                time = self.offset_s[pieces, None] + self.duration_s[pieces, None] * fractions
-                state = law.state_at(self.row[pieces][:, None], time)
-                columns = (state.east_m_s, state.north_m_s, state.climb_m_s)
-                for own, column in zip(velocity, columns, strict=True):
-                    own[:, pieces] = column.T
+                velocity[:, :, pieces] = law.velocities_m_s(time_s[:, pieces])
         return velocity
 
     def divided(self, at_s: FloatArray) -> Ordered:
@@ -378,18 +289,13 @@ class Ordered(Value, eq=False):
         end_s = np.where(
             number + 1 < counts[piece], np.append(at_s, 0.0)[number], self.duration_s[piece]
         )
-        law, row = self.law[piece], np.empty(len(piece), dtype=np.intp)
-        laws: list[Any] = []
-        for index, one in enumerate(self.laws):
-            own = law == index
-            laws.append(one.select(self.row[piece[own]]))
-            row[own] = np.arange(int(own.sum()))
+        row = self.row[piece]
+        law = self.law[piece]
         return replace(
             self,
-            laws=tuple(laws),
+            laws=tuple(one.select(row[law == index]) for index, one in enumerate(self.laws)),
             segment=self.segment[piece],
             law=law,
-            row=row,
             offset_s=self.offset_s[piece] + begin_s,
             duration_s=end_s - begin_s,
             is_grounded=self.is_grounded[piece],
@@ -403,13 +309,13 @@ class Ordered(Value, eq=False):
         t = -self.offset_s[:, None]
         shifted = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
         coefficients = np.stack((*shifted, c2 + 3.0 * t * c3, c3), axis=-1)
-        laws = []
-        for index, law in enumerate(self.laws):
-            pieces = self.law == index
-            own = np.zeros((int(pieces.sum()), 3, 4))
-            own[self.row[pieces]] = coefficients[pieces]
-            laws.append(_displaced(law, own))
-        flown = replace(self, laws=tuple(laws))
+        flown = replace(
+            self,
+            laws=tuple(
+                law.displaced(coefficients[pieces])
+                for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True)
+            ),
+        )
         east, north, _ = flown.velocities_m_s(_LENGTH_NODES)
         way = _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north) * self.duration_s
         distance = np.bincount(self.segment, way).astype(np.float64)
@@ -417,47 +323,17 @@ class Ordered(Value, eq=False):
 
     def slowed(self, scale: FloatArray) -> Ordered:
         """Return the pieces flown in more time, each at its share of the speed. (p,)"""
-        laws = []
-        for index, law in enumerate(self.laws):
-            pieces = self.law == index
-            factor = np.ones(int(pieces.sum()))
-            factor[self.row[pieces]] = scale[pieces]
-            laws.append(_slowed(law, factor))
         duration = self.duration_s / scale
         return replace(
             self,
-            laws=tuple(laws),
+            laws=tuple(
+                law.slowed(scale[pieces])
+                for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True)
+            ),
             offset_s=self.offset_s / scale,
             duration_s=duration,
             segment_s=np.bincount(self.segment, duration).astype(np.float64),
         )
-
-
-def _displaced(law: MotionLaw, coefficients: FloatArray) -> MotionLaw:
-    """Return the rows of a law, beside which vehicles are by cubics of time."""
-    if isinstance(law, BrakeLaw):
-        return DisplacedLaw(law=law, coefficients=coefficients)
-    assert isinstance(law, PolynomialLaw | SettlingLaw)
-    return replace(law, coefficients=law.coefficients + coefficients)
-
-
-Piece = TypeVar("Piece", PolynomialLaw, BrakeLaw, SettlingLaw)
-
-
-def _slowed(law: Piece, factor: FloatArray | float) -> Piece:
-    """Return the rows of a law, each in a time of its own."""
-    if isinstance(law, BrakeLaw):
-        return replace(law, rate=law.rate * factor)
-    one = np.reshape(factor, (-1, 1, 1))
-    powers = np.concatenate((np.ones_like(one), one, one * one, one * one * one), axis=2)
-    slowed = replace(law, coefficients=law.coefficients * powers)
-    if isinstance(slowed, SettlingLaw):
-        return replace(
-            slowed,
-            level_per_s=slowed.level_per_s * one[:, 0],
-            height_per_s=slowed.height_per_s * factor,
-        )
-    return slowed
 
 
 def in_flown_order(pieces: Px4Pieces) -> Ordered:
@@ -474,16 +350,14 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         ):
             column[own] = given
     lasts = planned_s > _SHORTEST_S
-    law = np.repeat([_LAWS.index(type(part.law)) for part in parts], counts)
-    row = np.empty(len(law), dtype=np.intp)
-    laws: list[Any] = []
-    for index, kind in enumerate(_LAWS):
-        several = [part.law for part in parts if isinstance(part.law, kind)]
-        of_kind = law == index
-        row[of_kind] = np.cumsum(lasts[of_kind]) - 1
-        laws.append(kind.joined(several).select(lasts[of_kind]) if several else _NOTHING)
     flown = np.flatnonzero(lasts)
     flown = flown[np.argsort((move * ORDERS + order)[flown], kind="stable")]
+    law = np.repeat([_LAWS.index(type(part.law)) for part in parts], counts)
+    laws: list[CubicLaw] = []
+    for index, kind in enumerate(_LAWS):
+        several = [part.law for part in parts if type(part.law) is kind]
+        rows = (np.cumsum(law == index) - 1)[flown[law[flown] == index]]
+        laws.append(kind.joined(several).select(rows) if several else _NOTHING)
     key = (move * SLOTS + slot)[flown]
     begins = np.concatenate(([True], key[1:] != key[:-1]))
     segment = np.cumsum(begins) - 1
@@ -500,7 +374,6 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         laws=tuple(laws),
         segment=segment,
         law=law[flown],
-        row=row[flown],
         offset_s=np.zeros(len(flown)),
         duration_s=duration,
         is_grounded=np.repeat([part.is_grounded for part in parts], counts)[flown],
