@@ -14,13 +14,13 @@ table          holds
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from planner.errors import ProfileFileError, described, is_number, nearest_hint
 from planner.files import read_bounded, toml_document
 from planner.mission.commands import load_command_table
 from planner.values import Value
-from planner.vehicle.declared import POSITIVE, Key, Part, Range, read_fields
+from planner.vehicle.declared import POSITIVE, Annotated, Key, Part, Range, read_fields
 
 MOST_BYTES = 1 << 20
 _TABLES = ("site", "expect", "manual")

@@ -9,7 +9,6 @@ import math
 from collections.abc import Mapping
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from planner.vehicle.battery import Battery
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
+    Annotated,
     Key,
     Part,
     Problems,

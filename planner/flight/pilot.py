@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     import numpy.typing as npt
+    from typing_extensions import TypeIs
 
     from planner.arrays import FloatArray, IntArray
     from planner.autopilot import Target
@@ -199,13 +200,18 @@ def own_parameters_of(
     return resolved.values, reported
 
 
-def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:
-    """Return after what landings a mission goes on; ``None``: as the autopilot is delivered."""
+def is_of_ardupilot(parameters: FlightParameters | None) -> TypeIs[ArduPilotParameters]:
+    """Return whether parameters are those of ArduPilot."""
     if parameters is None:
-        return None
+        return False  # nothing of an autopilot is imported
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
-    if not isinstance(parameters, ArduPilotParameters):
+    return isinstance(parameters, ArduPilotParameters)
+
+
+def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:
+    """Return after what landings a mission goes on; ``None``: as the autopilot is delivered."""
+    if not is_of_ardupilot(parameters):
         return None
     lands = set()
     if parameters.mission_options & _CONTINUE_AFTER_LAND:
@@ -217,11 +223,9 @@ def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind]
 
 def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None) -> bool | None:
     """Return whether ArduPilot keeps the count of a jump that was counted to its end; ``None``: not known."""
-    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-
     if target is not None and target.version is not None and target.version < _COUNTS_ANEW:
         return True
-    if isinstance(parameters, ArduPilotParameters) and parameters.mission_options & _KEEP_COUNTS:
+    if is_of_ardupilot(parameters) and parameters.mission_options & _KEEP_COUNTS:
         return True
     return None if target is None or target.version is None else False
 

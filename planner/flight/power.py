@@ -10,7 +10,6 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.physics.atmosphere import SEA_LEVEL_PRESSURE_PA, air_density_kg_m3
-from planner.physics.rotor import Acceleration
 from planner.physics.wind import Wind
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, field_names, replace
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.physics.response import StepResponse
+    from planner.physics.rotor import Acceleration
     from planner.vehicle.model import Responses, VehicleModel
 
 
@@ -219,6 +219,8 @@ def _in_the_air(
     Of those a vehicle follows: one that leans 45 degrees, as far as autopilots lean by default, has that of
     gravity.  What references ask beyond it (the cusp of a spline) is flown otherwise, and not counted.
     """
+    from planner.physics.rotor import Acceleration
+
     is_followed = np.linalg.norm(acceleration_m_s2, axis=0) <= GRAVITY_M_S2
     east, north, up = acceleration_m_s2 * is_followed
     size = np.maximum(airspeed, _LEAST_SPEED_M_S)

@@ -8,7 +8,7 @@ import csv
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import median
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 from planner import quantity
 from planner.errors import LogFileError, UsageError, nearest_hint
@@ -21,6 +21,7 @@ from planner.values import Value, field_names, replace
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
+    Annotated,
     InvalidValueError,
     Key,
     KeyKind,

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import shown_airspeed_m_s
-from planner.flight.uncounted import Uncounted
 from planner.quantity import mean_of
 from planner.values import Value
 
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from planner.flight.reach import Situations
     from planner.flight.returns.path import Returns
     from planner.flight.returns.tightest import ReturnPlan
+    from planner.flight.uncounted import Uncounted
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
     from planner.setup import Setup
@@ -74,6 +74,8 @@ class Assessment(Value, eq=False, dict=True):
     @cached_property
     def uncounted(self) -> Uncounted:
         """What the flight may take above its prediction where the model says nothing."""
+        from planner.flight.uncounted import Uncounted
+
         return Uncounted.of(self.returns.flight, self.reach, self.shown_airspeed_m_s)
 
     @cached_property

@@ -12,7 +12,7 @@ from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, EXTREMES, PARAMETERS, PX4, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.table import OriginKind, parameter_table
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -90,7 +90,7 @@ def _cannot_descend(a: Assessment, parameters: Px4Parameters) -> Iterator[Found]
         return
     default = parameter_table(type(parameters))["hover_throttle"].default_si
     origin = parameters.origins.get("hover_throttle")
-    is_stated = origin is not None and origin.kind is not OriginKind.DEFAULT
+    is_stated = origin is not None and not origin.is_default
     if not is_stated or math.isclose(hover, default, rel_tol=_SAME_NUMBER):
         yield NotEvaluated(
             rule=CANNOT_DESCEND,

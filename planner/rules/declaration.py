@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 from planner.autopilot import Autopilot
 from planner.errors import PathTooLongError
+from planner.flight.pilot import is_of_ardupilot
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -82,11 +83,7 @@ def _px4(a: Assessment) -> Px4Parameters | None:
 
 
 def _ardupilot(a: Assessment) -> ArduPilotParameters | None:
-    if a.own_parameters is None:
-        return None
-    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-
-    return a.own_parameters if isinstance(a.own_parameters, ArduPilotParameters) else None
+    return a.own_parameters if is_of_ardupilot(a.own_parameters) else None
 
 
 def _fetch_marks(a: Assessment) -> tuple[FetchMark, FetchMark] | None:

@@ -15,7 +15,6 @@ from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.model import Basis
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage, lowest_voltage_v
-from planner.vehicle.parameters.table import OriginKind
 from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
@@ -420,7 +419,7 @@ def _capacity_setting_differs(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
     origin, set_ah = parameters.origins["battery_capacity_ah"], parameters.battery_capacity_ah
-    is_set = origin.kind is OriginKind.FILE and parameters.measures_battery and set_ah > 0.0
+    is_set = origin.is_file and parameters.measures_battery and set_ah > 0.0
     if not is_set or pack.charge_ah is None:
         return
     numbers = {} if a.setup.parameters is None else a.setup.parameters.numbers()

@@ -147,7 +147,7 @@ def _returned_by_older_px4(
     origin = parameters.origins.get("return_time_action")
     row = parameter_table(Px4Parameters)["return_time_action"]
     is_known = a.target is not None and a.target.version is not None
-    if is_known or origin is None or origin.kind is not OriginKind.DEFAULT or not row.earlier:
+    if is_known or origin is None or not origin.is_default or not row.earlier:
         return
     ((major, minor), action), *_ = row.earlier
     older = replace(parameters, return_time_action=int(action))
@@ -258,7 +258,7 @@ def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterato
     ):
         threshold = getattr(parameters, quantity_name)
         origin = parameters.origins.get(quantity_name)
-        is_given = origin is not None and origin.kind is OriginKind.FILE
+        is_given = origin is not None and origin.is_file
         if known is not None or threshold <= 0.0 or not is_given or not action:
             continue
         if name in {"BATT_LOW_MAH", "BATT_CRT_MAH"} and not parameters.measures_current:
@@ -545,7 +545,7 @@ def _not_armed_with(
 def _spelt(parameters: ArduPilotParameters, name: str) -> str:
     """Return the name of a parameter that is stated; empty where its default is assumed."""
     origin = parameters.origins.get(name)
-    return "" if origin is None or origin.kind is OriginKind.DEFAULT else origin.name
+    return "" if origin is None or origin.is_default else origin.name
 
 
 SECOND_BATTERY = Rule(

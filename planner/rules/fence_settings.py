@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.pilot import is_of_ardupilot
 from planner.mission.route.stage import FenceAction, StageKind
 from planner.values import Value
-from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray
     from planner.mission.route.stage import Route
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _CEILING, CIRCLE, AREAS, _FLOOR = 1, 2, 4, 8
@@ -63,11 +63,8 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
     is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
     for they were drawn to be kept; that they are off is F111.
     """
-    is_on = not isinstance(parameters, ArduPilotParameters) or fence_is_on(parameters)
-    again = (
-        isinstance(parameters, ArduPilotParameters)
-        and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
-    )
+    is_on = not is_of_ardupilot(parameters) or fence_is_on(parameters)
+    again = is_of_ardupilot(parameters) and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
     count = len(route.stages)
     areas, limits, floor = (np.full(count, on) for on in (True, is_on, is_on))
     events: list[tuple[int, FenceAction]] = [
@@ -91,8 +88,7 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
 def is_from_file(parameters: FlightParameters | None) -> bool:
     """Return whether a parameter file says anything of the fence."""
     return parameters is not None and any(
-        name.startswith("fence_") and origin.kind is OriginKind.FILE
-        for name, origin in parameters.origins.items()
+        name.startswith("fence_") and origin.is_file for name, origin in parameters.origins.items()
     )
 
 
@@ -102,7 +98,7 @@ def limits_from_parameters(
     """Return the limits around home that are enforced, or will be once the mission switches them on."""
     if parameters is None:
         return FenceLimits()
-    if not isinstance(parameters, ArduPilotParameters):
+    if not is_of_ardupilot(parameters):
         distance_m, ceiling_m = parameters.fence_distance_max_m, parameters.fence_height_max_m
         return FenceLimits(
             distance_m=distance_m or None,
@@ -129,14 +125,12 @@ def limits_in_use(route: Route, parameters: FlightParameters | None) -> FenceLim
 
 def inclusions_unite(parameters: FlightParameters | None) -> bool:
     """Return whether one inclusion area is enough."""
-    return isinstance(parameters, ArduPilotParameters) and bool(
-        parameters.fence_options & _ONE_INCLUSION_IS_ENOUGH
-    )
+    return is_of_ardupilot(parameters) and bool(parameters.fence_options & _ONE_INCLUSION_IS_ENOUGH)
 
 
 def fence_margin_m(parameters: FlightParameters | None) -> float:
     """Return the level distance the autopilot itself keeps from its fence. [m]"""
-    return parameters.fence_level_margin_m if isinstance(parameters, ArduPilotParameters) else 0.0
+    return parameters.fence_level_margin_m if is_of_ardupilot(parameters) else 0.0
 
 
 def why_not_enforced(
@@ -146,7 +140,7 @@ def why_not_enforced(
     if parameters is None:
         return None
     reasons: tuple[tuple[bool, str, str], ...]
-    if isinstance(parameters, ArduPilotParameters):
+    if is_of_ardupilot(parameters):
         reasons = (
             (not (fence_is_on(parameters) or is_switched_on), "fence_enable", "the fence is off"),
             (not parameters.fence_type & AREAS, "fence_type", "polygons and circles are off"),
@@ -158,7 +152,7 @@ def why_not_enforced(
         reasons = ((weak, "fence_action", f"PX4 {does} a breach"),)
     for holds, quantity, reason in reasons:
         origin = parameters.origins.get(quantity)
-        if holds and origin is not None and origin.kind is OriginKind.FILE:
+        if holds and origin is not None and origin.is_file:
             return f"{origin}: {reason}"
     return None
 

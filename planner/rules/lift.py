@@ -12,12 +12,10 @@ from planner.findings import Rule, Severity
 from planner.flight.pilot import airspeed_limit_m_s
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.rules.assessment import numbers
-from planner.rules.declaration import EXTREMES, PX4, Need, NotEvaluated, judges
+from planner.rules.declaration import ARDUPILOT, EXTREMES, PX4, Need, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 from planner.vehicle.model import NO_LEAN_THRUST
-from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-from planner.vehicle.parameters.table import OriginKind, parameter_table
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
@@ -117,8 +115,10 @@ def _hover_thrust(a: Assessment) -> _HoverThrust | None:
 def _by_throttle(a: Assessment, parameters: FlightParameters) -> Iterator[_HoverThrust]:
     """Yield what a hover takes by the throttle in the parameters, if anything says that one."""
     origin = parameters.origins.get("hover_throttle")
-    if (origin is None or origin.kind is OriginKind.DEFAULT) and _most_throttle(a) >= 1.0:
+    if (origin is None or origin.is_default) and _most_throttle(a) >= 1.0:
         return  # the default is of no vehicle in particular; under a lower MPC_THR_MAX it must be known
+    from planner.vehicle.parameters.table import parameter_table
+
     untouched = parameter_table(type(parameters))["hover_throttle"].default_si
     is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
     fraction = parameters.hover_throttle / max(_most_throttle(a), 1e-9)
@@ -207,8 +207,8 @@ def _carried_off(a: Assessment, hover: float) -> str:
     ``AC_AttitudeControl_Multi::update_althold_lean_angle_max``: acos(hover / 0.8), of which
     ``get_althold_lean_angle_max`` leaves 10° in any case.
     """
-    parameters = a.own_parameters
-    if not isinstance(parameters, ArduPilotParameters):
+    parameters = ARDUPILOT.of(a)
+    if parameters is None:
         return ""
     lean_rad = max(math.acos(min(hover / NO_LEAN_THRUST, 1.0)), _LEAST_LEAN_RAD)
     airspeed_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s

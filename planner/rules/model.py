@@ -14,7 +14,6 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
-from planner.flight.slow_landing import SlowLanding
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
@@ -24,9 +23,7 @@ from planner.rules.lift import measured_thrust
 from planner.rules.wind import known_text, shown_airspeed_text
 from planner.units import wh_from_j
 from planner.values import Value
-from planner.vehicle.law_factors import is_narrowable
 from planner.vehicle.model import NO_LEAN_THRUST
-from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -102,6 +99,8 @@ def _outside(
     **given: Any,  # noqa: ANN401 - as `Assessment.finding` takes them
 ) -> Finding:
     """Return what is outside of a model: of the flights in it, or of what its data sheet holds for."""
+    from planner.vehicle.law_factors import is_narrowable
+
     command = "vehicle refine" if is_narrowable(a.vehicle) else "identify"
     fix = f"{stay}, or log a flight beyond it and run mavjoule {command}"
     message = f"{what}; {known_text(a)} {limits}{so}"
@@ -779,7 +778,7 @@ def _is_px4(given: FlightParameters) -> TypeIs[Px4Parameters]:
 
 def _is_stated(given: FlightParameters, name: str) -> bool:
     origin = given.origins.get(name)
-    return origin is not None and origin.kind is OriginKind.FILE
+    return origin is not None and origin.is_file
 
 
 def _level_limit(given: FlightParameters, *, returning: bool) -> str:
@@ -864,6 +863,8 @@ def _slow_landing(
     With a height stated and no speed, only what lies above the 10 m of the defaults counts.
     ArduPilot without a rangefinder takes the level of its home for the ground, where that is lower.
     """
+    from planner.flight.slow_landing import SlowLanding
+
     columns = motion.segments
     slow = SlowLanding.of(given)
     stated = [

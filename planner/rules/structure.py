@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
-from planner.flight.failsafe import own_landing
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
     RELATIVE_FRAMES,
@@ -209,6 +208,8 @@ def _ends_in_the_air(a: Assessment) -> Iterator[Finding]:
     elif a.route.ends_in_air and all(one.code != ENDLESS.code for one in a.route.findings):
         place = "at the last item"
     elif over_home is not None:
+        from planner.flight.failsafe import own_landing
+
         name, _ = own_landing(a.own_parameters)
         yield a.finding(
             LANDING_MISSING,
@@ -243,6 +244,8 @@ def _until(name: str) -> str:
 
 def _until_what(a: Assessment) -> str:
     """Return what ends a hover at the end of the flight, and the time and energy until then."""
+    from planner.flight.failsafe import own_landing
+
     name, left_fraction = own_landing(a.own_parameters)
     until = _until(name)
     if a.battery is None or left_fraction is None:

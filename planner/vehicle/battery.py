@@ -2,7 +2,6 @@
 
 import math
 from functools import lru_cache
-from typing import Annotated
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from planner.values import replace
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
+    Annotated,
     Key,
     Part,
     Problems,

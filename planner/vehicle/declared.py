@@ -12,13 +12,24 @@ from enum import StrEnum
 from functools import lru_cache
 from itertools import pairwise
 from types import SimpleNamespace, UnionType
-from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, TypeAlias, Union, get_args, get_origin
 
 from msgspec import NODEFAULT
 
 from planner import quantity
 from planner.errors import described, is_number, nearest_hint, shortened
 from planner.values import Value
+
+if TYPE_CHECKING:
+    from typing import Annotated as Annotated  # noqa: PLC0414 - for the modules that declare
+else:
+
+    class _AsTuple:
+        def __getitem__(self, given: tuple[Any, "Key"]) -> tuple[Any, "Key"]:
+            return given
+
+    # What typing makes of a type and a key takes 2,000 times as long, for each field at every start.
+    Annotated = _AsTuple()
 
 Problem: TypeAlias = tuple[str, str]
 """(key, what is wrong with it)."""
@@ -301,9 +312,9 @@ def declared(part: type[Part]) -> Mapping[str, Field]:
     for base in reversed(part.__mro__):  # objects, as above: nothing is to be evaluated
         annotations |= vars(base).get("__annotations__", {})
     for name, annotation in annotations.items():
-        if get_origin(annotation) is not Annotated:
+        if not isinstance(annotation, tuple):
             continue
-        hint, key = get_args(annotation)
+        hint, key = annotation
         types = get_args(hint) if get_origin(hint) in {Union, UnionType} else (hint,)
         may_be_none = type(None) in types
         types = tuple(one for one in types if one is not type(None))

@@ -9,12 +9,12 @@ import datetime as dt
 import tomllib
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Any
 
 from planner.autopilot import Autopilot
 from planner.values import Value
 from planner.vehicle.battery import Battery
-from planner.vehicle.declared import POSITIVE, Key, Part, Problems, Range
+from planner.vehicle.declared import POSITIVE, Annotated, Key, Part, Problems, Range
 from planner.vehicle.figures import HoverFigure, read_hover
 from planner.vehicle.reader import SCHEMA_VERSION, Reading, models_root
 

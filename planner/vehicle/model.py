@@ -4,7 +4,7 @@ import datetime as dt
 import math
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from planner.vehicle.battery import Battery
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
+    Annotated,
     Draft,
     Interval,
     Key,

@@ -1,15 +1,15 @@
 """Laws of power: of hover over height, or over mass and air density; of level and vertical flight."""
 
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from planner.physics.rotor import Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
 from planner.values import field_values
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
+    Annotated,
     Key,
     Part,
     Problems,
@@ -303,6 +303,8 @@ def whole_power_w(
         raise ValueError(msg)
     if isinstance(law, LiuLaw):
         return law.power_w(airspeed_m_s, climb_rate_m_s, mass_kg)
+    from planner.physics.rotor import Rotor, momentum_power_w
+
     return momentum_power_w(
         airspeed_m_s,
         climb_rate_m_s,

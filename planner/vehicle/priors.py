@@ -15,7 +15,6 @@ import math
 import tomllib
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Annotated
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import hover_induced_velocity_m_s
 from planner.units import GRAVITY_M_S2, JOULES_PER_WATT_HOUR, SECONDS_PER_MINUTE
 from planner.values import Value
-from planner.vehicle.declared import Key, Part, Problems
+from planner.vehicle.declared import Annotated, Key, Part, Problems
 from planner.vehicle.drones import PublishedDrone, drone_table
 from planner.vehicle.figures import HoverKind
 from planner.vehicle.reader import Reading, models_root

@@ -227,8 +227,18 @@ class Origin(Value):
     """The file; empty for defaults."""
     line: int | None = None
 
+    @property
+    def is_file(self) -> bool:
+        """Whether it was given."""
+        return self.kind is OriginKind.FILE
+
+    @property
+    def is_default(self) -> bool:
+        """Whether nothing says it."""
+        return self.kind is OriginKind.DEFAULT
+
     def __str__(self) -> str:
         """Return for example ``WPNAV_SPEED, vehicle.param line 12``."""
-        if self.kind is OriginKind.DEFAULT:
+        if self.is_default:
             return f"{self.name}, default"
         return f"{self.name}, {self.source}" + ("" if self.line is None else f" line {self.line}")
