@@ -500,7 +500,7 @@ class Setup(_Vehicle):
                 Form(read_wind_profile, wind_profile_text),
                 Group.FLIGHT,
                 "how the wind grows with the height above home, and the height --wind is given for, "
-                "such as power:0.2@10; below home up to --wind",
+                "such as power:0.2@10; below home, and over ground that --terrain has lower, at least --wind",
                 key="wind_profile",
                 metavar="power:EXPONENT@M|log:ROUGHNESS_M@M",
                 unset="the same at every height",

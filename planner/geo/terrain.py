@@ -263,6 +263,19 @@ class TerrainGrid(Value):
         masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
         return masked
 
+    def lowest_amsl_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> float:
+        """Return the lowest height that is known at 129 places each way of a box, by its corners. [m]
+
+        NaN where none is.
+        """
+        (south, north), (west, east) = latitude_deg, longitude_deg
+        places = np.meshgrid(
+            np.linspace(south, north, _COMPARED),
+            west + np.linspace(0.0, (east - west) % 360.0, _COMPARED),
+        )
+        heights = self.height_amsl_m(*places).compressed()
+        return float(heights.min()) if len(heights) else math.nan
+
     def others(
         self, latitude_deg: FloatArray, longitude_deg: FloatArray
     ) -> tuple[OtherGround, ...]:

@@ -34,6 +34,8 @@ class Wind(Value):
     """Exponent of the power law. [-]"""
     roughness_length_m: float | None = None
     """Roughness length of the logarithmic law. [m]"""
+    ground_below_m: float = 0.0
+    """How far ground that is flown over lies below home, where a terrain is known; for the profile. [m]"""
     speed_sd_m_s: float = 0.0
     """Standard deviation of the speed; for the spread of a prediction alone. [m s⁻¹]"""
     from_sd_deg: float = 0.0
@@ -83,7 +85,9 @@ class Wind(Value):
         """Return the speed at heights above home over that at the reference height. [-]
 
         At the height of home the profiles have no wind.  Below it the ground lies lower, how much is not
-        asked: the profile as far above as below, up to the wind that is given.
+        asked: the profile as far above as below, up to the wind that is given.  Nor does the air stand
+        still over lower ground at the height of home: as high above the lowest that is known, up to the wind
+        that is given.
 
         Examples
         --------
@@ -96,7 +100,8 @@ class Wind(Value):
         height = np.asarray(height_m, dtype=np.float64)
         if self.reference_height_m is None:
             return np.ones(height.shape)
-        height = np.maximum(height, np.minimum(-height, self.reference_height_m))
+        above_ground_m = np.maximum(-height, height + self.ground_below_m)
+        height = np.maximum(height, np.minimum(above_ground_m, self.reference_height_m))
         if self.shear_exponent is not None:
             ratio = height / self.reference_height_m
             return np.asarray(ratio**self.shear_exponent)

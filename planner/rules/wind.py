@@ -15,6 +15,7 @@ from planner.flight.reach import GUST_SDS, SituationKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PX4, NotEvaluated, judges
 from planner.setup import ASSUMED_POSITION_ERROR_M
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -313,7 +314,7 @@ def _lean_near_ground(a: Assessment, parameters: ArduPilotParameters) -> Iterato
     highest_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
     if not height_m > 0.0 or highest_m_s is None:
         return
-    wind = a.setup.wind
+    wind = replace(a.setup.wind, ground_below_m=0.0)  # over the ground where it lands
     gust_m_s = (wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s) * float(wind.speed_factor(height_m))
     left = min(math.tan(_NEAR_GROUND_LEAN_RAD) / math.tan(parameters.lean_angle_max_rad), 1.0)
     if gust_m_s <= (1.0 + _ROUNDING) * left * highest_m_s:

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
+import numpy as np
+
 from planner import catalogue, quantity
 from planner.arrays import keep_freed_memory
 from planner.autopilot import Autopilot, Target
@@ -577,8 +579,31 @@ def _is_of_copter(setup: Setup) -> bool:
 
 def assess(prepared: Preparation) -> Assessment | None:
     """Return everything that is predicted of a flight of at least one stage; ``None``: nothing moves."""
+    prepared = over_its_ground(prepared)
     returns = fly(prepared)
     return None if returns is None else assess_flown(prepared, returns, _STEPS)
+
+
+def over_its_ground(prepared: Preparation) -> Preparation:
+    """Return what a flight is predicted from, with the lowest ground in its wind's profile."""
+    setup, route = prepared.setup, prepared.route
+    wind, terrain = setup.wind, setup.terrain
+    if wind.reference_height_m is None or terrain is None:
+        return prepared
+    rally = [(point.latitude_deg, point.longitude_deg) for point in prepared.mission.rally]
+    places_m = np.array(
+        [
+            (0.0, 0.0),
+            *((stage.east_m, stage.north_m) for stage in route.stages),
+            *(route.frame.east_north_m(*place) for place in rally),
+        ]
+    )
+    ends_m = np.stack((places_m.min(axis=0), places_m.max(axis=0)))
+    lowest_m = terrain.lowest_amsl_m(*route.frame.latitude_longitude_deg(*ends_m.T))
+    below_m = route.ground_datum_m - lowest_m
+    if not below_m > 0.0:
+        return prepared
+    return replace(prepared, setup=replace(setup, wind=replace(wind, ground_below_m=below_m)))
 
 
 def fly(

@@ -30,6 +30,26 @@ def test_the_power_law_by_pencil() -> None:
     assert wind.speed_factor(heights_m) == pytest.approx([1.0, 2.0, 0.0, 1.0, 1.0, 0.5])
 
 
+@pytest.mark.parametrize(
+    ("below_m", "expected"),
+    [
+        # as given from 10 m above the lowest ground, wherever that is: (0.3, 0.8)^0.2
+        (145.0, [1.0, 1.0, 1.0, 2.0]),
+        (10.0, [1.0, 1.0, 0.96875**0.2, 2.0]),
+        (3.0, [0.3**0.2, 0.8**0.2, 1.0, 2.0]),
+        (0.0, [0.0, 0.5**0.2, 0.5, 2.0]),
+    ],
+)
+def test_over_lower_ground_the_air_does_not_stand_still_at_the_height_of_home(
+    below_m: float, expected: list[float]
+) -> None:
+    wind = Wind(speed_m_s=5.0, reference_height_m=10.0, shear_exponent=0.2, ground_below_m=below_m)
+    heights_m = [0.0, 5.0, -10.0 / 32.0, 320.0]
+    if 0.0 < below_m < 10.0:
+        heights_m[2] = 7.0
+    assert wind.speed_factor(heights_m) == pytest.approx(expected)
+
+
 def test_the_logarithmic_law_by_pencil() -> None:
     wind = Wind(speed_m_s=5.0, reference_height_m=10.0, roughness_length_m=0.1)
     # ln(h / 0.1) / ln(100)

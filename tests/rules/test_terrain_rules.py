@@ -32,6 +32,7 @@ from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid
+from planner.physics.wind import Wind
 from planner.rules.ledger import Outcome
 from planner.service.preflight import check
 from planner.values import replace
@@ -767,3 +768,20 @@ def test_px4_goes_down_to_the_ground_over_a_rally_point_below_it(
         given = returns if vehicle.reference is Autopilot.PX4 else None
         found = check(one, vehicle, terrain=terrain, parameters=given).findings
         assert any(f.code == "A104" for f in found) is expected
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+@pytest.mark.parametrize(("valley_m", "is_as_given"), [(-40.0, True), (0.0, False)])
+def test_a_profile_leaves_the_wind_as_given_at_the_height_of_home_over_a_valley(
+    autopilot: Autopilot, valley_m: float, *, is_as_given: bool
+) -> None:
+    """5 m above home all the way: the profile takes 0.87 of the wind, where the ground is as high as home."""
+    low = mission(takeoff(5), waypoint(500, 5), waypoint(0, 5), rtl())
+    energies_wh = []
+    for profile in ({}, {"reference_height_m": 10.0, "shear_exponent": 0.2}):
+        wind = Wind(speed_m_s=8.0, from_deg=90.0, **profile)
+        done = check(
+            low, OF[Autopilot.ARDUPILOT], autopilot=autopilot, terrain=ground(valley_m), wind=wind
+        )
+        energies_wh.append(done.totals.energy_wh)
+    assert (energies_wh[1] == pytest.approx(energies_wh[0], rel=1e-9)) is is_as_given

@@ -35,6 +35,7 @@ from planner.service.preflight import (
     assess_flown,
     count_packs,
     fly,
+    over_its_ground,
     prepare,
 )
 from planner.setup import Setup
@@ -404,6 +405,7 @@ class RememberingSteps(WhatIfSteps):
 
     def assess(self, prepared: Preparation) -> Assessment | None:
         """Return everything that is predicted of a flight; ``None``: nothing moves."""
+        prepared = over_its_ground(prepared)
         returns, is_new = self._returns.recall(
             prepared.route, prepared.setup, lambda setup: self._fly(replace(prepared, setup=setup))
         )
