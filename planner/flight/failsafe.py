@@ -84,6 +84,8 @@ class BatteryProfile(Value, eq=False):
     """That the drop under load comes of; 0 where it is not known. [Ω]"""
     is_curve_assumed: bool
     """Whether the voltages are those of a kind of cell, not of this battery."""
+    times: float = 1.0
+    """What the flight takes over what is predicted. [-]"""
 
 
 def battery_profile(
@@ -124,20 +126,26 @@ def battery_profile(
         loaded_v=loaded_v,
         resistance_ohm=resistance_ohm,
         is_curve_assumed=curve is not None and curve.is_assumed,
+        times=times,
     )
 
 
 def px4_events(
-    returns: Returns, profile: BatteryProfile, battery: Battery, parameters: Px4Parameters
+    returns: Returns,
+    profile: BatteryProfile,
+    battery: Battery,
+    parameters: Px4Parameters,
+    *,
+    longer: float = 1.0,
 ) -> Iterator[FailsafeEvent]:
-    """Yield what PX4 decides along a flight, in no order.
+    """Yield what PX4 decides along a flight, in no order; ``longer`` is its time over that predicted. [-]
 
     ``battery.cpp``: the charge is the lesser of what the count leaves, if BAT1_CAPACITY is set, and what
     the voltage says between BAT1_V_EMPTY and BAT1_V_CHARGED; one that neither knows is taken as it is.
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
     if parameters.flight_time_max_s > 0.0:
-        found = _first_below(-profile.time_s, -parameters.flight_time_max_s)
+        found = _first_below(-longer * profile.time_s, -parameters.flight_time_max_s)
         if found is not None:
             limit = quantity.duration(parameters.flight_time_max_s)
             reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
@@ -256,7 +264,7 @@ def px4_time_events(
     time_s = np.arange(0.0, flight.time_s, step_s)
     if profile.loaded_v is not None:
         voltage_v = np.interp(time_s, profile.time_s, profile.loaded_v)
-    current_a = flight.power_w(time_s) / voltage_v
+    current_a = profile.times * flight.power_w(time_s) / voltage_v
     left_s = (
         np.interp(time_s, profile.time_s, px4_charge(profile, battery, parameters))
         * parameters.battery_capacity_ah

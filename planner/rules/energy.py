@@ -40,7 +40,7 @@ _USUAL_H = 2.1
 """The record until 2025, 2 h 6 min 7 s: more is not believed of a vehicle nobody described. [h]"""
 _MOST_VOLTS, _LARGE_W = 100.0, 10_000.0
 """Speed controllers for multicopters end at 24 cells, 91 V nominal; those beyond lift people."""
-_LEAST_RISK = 1e-6
+LEAST_RISK = 1e-6
 """No smaller chance is asked about: no sample shows it. [-]"""
 MOST_CHANCE_EMPTY = 0.01
 """Of landing with an empty battery, or of an empty one before home: one flight of a hundred is lost."""
@@ -612,7 +612,7 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
     if is_drawn or left_wh < 0.0 or off_wh >= 0.0:
         return
     note = f"{note}, which slows the vehicle" if is_slowed else note
-    allowed = NormalDist().inv_cdf(1.0 - max(a.setup.risk, _LEAST_RISK)) / sds
+    allowed = NormalDist().inv_cdf(1.0 - max(a.setup.risk, LEAST_RISK)) / sds
     if off_wh + a.battery.reserve_wh < 0.0:
         yield a.finding(
             EMPTY_AT_RISK,

@@ -35,7 +35,7 @@ from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
-from planner.rules.energy import ASSUMED_ERROR, MOST_CHANCE_EMPTY, place_along
+from planner.rules.energy import ASSUMED_ERROR, LEAST_RISK, MOST_CHANCE_EMPTY, place_along
 from planner.rules.fence_settings import AREAS, fence_is_on
 from planner.units import wh_from_j
 from planner.values import replace
@@ -126,11 +126,7 @@ def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding | NotEvaluated]:
     profile = _profile(a)
-    if isinstance(parameters, Px4Parameters):
-        events = list(px4_events(a.returns, profile, pack, parameters))
-    else:
-        events = list(ardupilot_events(profile, parameters))
-    found = list(_first_reported(a, events))
+    found = list(_first_reported(a, _events(a, profile, pack, parameters)))
     yield from found
     yield from _unwatched(profile, parameters)
     if any(one.severity is Severity.ERROR for one in found):
@@ -367,7 +363,8 @@ FAILSAFE_AT_RISK = Rule(
     how="E103 in the flight of a hundred that takes most, by the model's [spread] (the upper end of its "
     "interval), or standard deviations of 5 % of the energy, and by the charge as given: an error where it "
     "lands where it is or stops its motors there, or on the return that it begins.  A warning where the "
-    "vehicle returns in more flights than --risk allows.  Thresholds of time are left to E103.",
+    "vehicle returns in more flights than --risk allows.  COM_FLT_TIME_MAX likewise in the flight that takes "
+    "longest, by the interval of its time, or standard deviations of 5 %.",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge, or the parameters of --params",
 )
@@ -377,43 +374,64 @@ FAILSAFE_AT_RISK = Rule(
 def _failsafe_at_risk(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
-    upper_wh, flown_wh = a.totals.energy_wh_p90, a.totals.energy_wh
-    if not flown_wh or not parameters.measures_battery:
-        return
-    sd = ASSUMED_ERROR if upper_wh is None else (upper_wh / flown_wh - 1.0) / _SDS_BELOW_UPPER
     predicted = _profile(a)
-    taken = float(predicted.fraction[0] - predicted.fraction[-1])
-    if not taken > 0.0:
-        return
-    sds = np.array([sd_of(a.setup.charge), sd * taken])
-    # Of all that is as likely, what leaves least: by how much each of the two is off.
-    off = sds**2 / max(float(np.hypot(*sds)), _NO_DEVIATION)
-    if _first_acting(_in_time(a, _charge_events(predicted, pack, parameters))) is not None:
+    if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
         return  # E103
     from statistics import NormalDist  # it takes long to import
 
-    for chance in (MOST_CHANCE_EMPTY, max(a.setup.risk, MOST_CHANCE_EMPTY)):
-        less, more = NormalDist().inv_cdf(1.0 - chance) * off
-        times = 1.0 + float(more) / taken
-        profile = battery_profile(
-            a.returns, pack, a.discharge, charge=a.charge, times=times, less=float(less)
+    for chance, counts in (
+        (MOST_CHANCE_EMPTY, Severity.ERROR),
+        (max(a.setup.risk, LEAST_RISK), Severity.WARNING),
+    ):
+        for profile, longer, words in _worse_flights(
+            a, pack, parameters, NormalDist().inv_cdf(1.0 - chance)
+        ):
+            event = _first_acting(_in_time(a, _events(a, profile, pack, parameters, longer=longer)))
+            if event is None:
+                continue
+            cut = _first_on_return(a, event, profile, pack, parameters)
+            ends = event.action in _ENDS_FLYING or cut
+            severity = Severity.ERROR if ends else Severity.WARNING
+            if severity >= counts:
+                found = _reported(a, event, severity)
+                yield a.finding(
+                    FAILSAFE_AT_RISK,
+                    f"{found.message}{cut}; in a flight that {words}, as {quantity.percent(chance)} of "
+                    "flights do",
+                    severity=found.severity,
+                    item=found.item,
+                )
+                return
+
+
+def _worse_flights(
+    a: Assessment, pack: Battery, parameters: FlightParameters, sds: float
+) -> Iterator[tuple[BatteryProfile, float, str]]:
+    """Yield flights so many deviations off: the battery along each, its time over that predicted, in words.
+
+    One that takes more than predicted, and one that takes longer.
+    """
+    predicted, totals = _profile(a), a.totals
+    taken = float(predicted.fraction[0] - predicted.fraction[-1])
+    if parameters.measures_battery and totals.energy_wh and taken > 0.0:
+        of_flight = sds * _error(totals.energy_wh, totals.energy_wh_p90) * taken
+        of_charge = sds * sd_of(a.setup.charge)
+        # Of all that is as likely, what leaves least: by how much each of the two is off.
+        off = max(math.hypot(of_flight, of_charge), _NO_DEVIATION)
+        times, less = 1.0 + of_flight**2 / off / taken, of_charge**2 / off
+        hungry = battery_profile(
+            a.returns, pack, a.discharge, charge=a.charge, times=times, less=less
         )
-        event = _first_acting(_in_time(a, _charge_events(profile, pack, parameters)))
-        if event is None:
-            continue
-        cut = _first_on_return(a, event, profile, pack, parameters, times=times)
-        is_end = event.action in _ENDS_FLYING or bool(cut)
-        if is_end or chance > MOST_CHANCE_EMPTY:
-            found = _reported(a, event, Severity.ERROR if is_end else Severity.WARNING)
-            begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
-            yield a.finding(
-                FAILSAFE_AT_RISK,
-                f"{found.message}{cut}; in a flight that takes {quantity.percent(times - 1.0)} more than "
-                f"predicted{begun}, as {quantity.percent(chance)} of flights do",
-                severity=found.severity,
-                item=found.item,
-            )
-            return
+        begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
+        yield hungry, 1.0, f"takes {quantity.percent(times - 1.0)} more than predicted{begun}"
+    if isinstance(parameters, Px4Parameters) and parameters.flight_time_max_s > 0.0:
+        later = sds * _error(totals.time_s, totals.time_s_p90)
+        yield predicted, 1.0 + later, f"lasts {quantity.percent(later)} longer than predicted"
+
+
+def _error(mean: float, upper: float | None) -> float:
+    """Return the standard deviation of what one flight of ten has more of than ``upper``, or 5 %. [-]"""
+    return ASSUMED_ERROR if upper is None else (upper / mean - 1.0) / _SDS_BELOW_UPPER
 
 
 def _first_on_return(
@@ -422,14 +440,13 @@ def _first_on_return(
     profile: BatteryProfile,
     pack: Battery,
     parameters: FlightParameters,
-    *,
-    times: float,
 ) -> str:
     """Return what ends the return that a failsafe begins before it comes down, in words; empty: nothing."""
-    if event.action != RETURNS:
+    if event.action != RETURNS or not a.totals.energy_wh:
         return ""
     flown = a.returns.flown(_points(a, event))
     down = [state in _GOES_DOWN for state in range(flown.state_energy_j.shape[1])]
+    times = profile.times
     back_wh = times * float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum()))
 
     def at_return(row: FloatArray) -> FloatArray:
@@ -454,6 +471,20 @@ def _first_on_return(
         if one.action in _ENDS_FLYING and one.segment > 0
     ]
     return f", and on that return {cuts[0].action}: {cuts[0].reading}" if cuts else ""
+
+
+def _events(
+    a: Assessment,
+    profile: BatteryProfile,
+    pack: Battery,
+    parameters: FlightParameters,
+    *,
+    longer: float = 1.0,
+) -> list[FailsafeEvent]:
+    """Return what an autopilot decides along a flight, in no order."""
+    if isinstance(parameters, Px4Parameters):
+        return list(px4_events(a.returns, profile, pack, parameters, longer=longer))
+    return list(ardupilot_events(profile, parameters))
 
 
 def _charge_events(

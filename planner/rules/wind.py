@@ -212,8 +212,9 @@ CIRCLE_LEAN = Rule(
     how="At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
     "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U; of a model without airspeed_limit_m_s the "
     "highest airspeed it shows.  The time of the circle stays.  ArduCopter 4.7 flew circles of 30 m that "
-    "asked 1.4 times as much 15 m too wide and 22 m too narrow: with an area of the fence within 0.75 radii "
-    "of such a circle F107 is not checked (X904).",
+    "asked 1.4 times as much 15 m too wide and 22 m too narrow: with an area of the fence, or ground of "
+    "--terrain that comes as near to its height as --clearance, within 0.75 radii of such a circle F107 and "
+    "A102 are not checked (X904).",
     fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX, "
     "PSC_ANGLE_MAX)",
 )
@@ -257,22 +258,25 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fou
         f"lean of {needed_m_s[worst]:.1f} m/s of airspeed; the limit is {limit_m_s:.1f} m/s",
         item=first,
     )
-    if not a.mission.fence:
-        return
     from planner.rules.fence import LOITER_CROSSES
+    from planner.rules.terrain import BELOW_TERRAIN
 
-    for number in np.flatnonzero(some).tolist():
-        item = int(circles.item[number])
-        off_m = _WIDE_OR_NARROW * float(circles.speed_m_s[number] ** 2 / circles.turn_m_s2[number])
-        if _is_fenced(a, item, off_m):
-            yield NotEvaluated(
-                rule=LOITER_CROSSES,
-                asked_by=f"an area of the fence within {quantity.distance(off_m)} of a circle that this wind "
-                "widens or narrows (W105)",
-                needs="less wind, a slower circle or one farther from the fence",
-                item=item,
-            )
-            return
+    for rule, is_near, what in (
+        (LOITER_CROSSES, _is_fenced, "an area of the fence"),
+        (BELOW_TERRAIN, _is_beside_ground, "ground as high"),
+    ):
+        for number in np.flatnonzero(some).tolist():
+            item, speed_m_s = int(circles.item[number]), float(circles.speed_m_s[number])
+            off_m = _WIDE_OR_NARROW * speed_m_s**2 / float(circles.turn_m_s2[number])
+            if is_near(a, item, off_m):
+                yield NotEvaluated(
+                    rule=rule,
+                    asked_by=f"{what} within {quantity.distance(off_m)} of a circle that this wind widens or "
+                    "narrows (W105)",
+                    needs="less wind, a slower circle or one farther from it",
+                    item=item,
+                )
+                break
 
 
 _WIDE_OR_NARROW = 0.75
@@ -281,6 +285,8 @@ _WIDE_OR_NARROW = 0.75
 
 def _is_fenced(a: Assessment, item: int, within_m: float) -> bool:
     """Return whether the circle of an item is so near to the edge of an area of the fence, on either side."""
+    if not a.mission.fence:
+        return False
     from planner.rules.fenced_flight import make_fenced_flight
 
     flown = make_fenced_flight(a)
@@ -290,6 +296,37 @@ def _is_fenced(a: Assessment, item: int, within_m: float) -> bool:
         bool((barrier.leg_clearance(legs).clearance_m[flown.is_on(barrier)[rows]] < within_m).any())
         for barrier in flown.area.barriers
     )
+
+
+def _is_beside_ground(a: Assessment, item: int, within_m: float) -> bool:
+    """Return whether ground so near to the circle of an item is too high for it, or is not known."""
+    terrain, frame = a.setup.terrain, a.route.frame
+    if terrain is None:
+        return False
+    import shapely
+
+    from planner.flight.path import flown_path
+
+    path = flown_path(a.flight.motion, with_heights=True)
+    rows = np.flatnonzero((path.item == item) & path.is_circle)
+    if not len(rows):
+        return False
+    points = np.unique(np.concatenate((rows, rows + 1)))
+    line = shapely.linestrings(path.east_m[points], path.north_m[points])
+    around = line.buffer(within_m)
+    low_m = float(path.height_m[points].min()) - a.setup.clearance_m + a.route.ground_datum_m
+    west_m, south_m, east_m, north_m = around.bounds
+    corners_deg = frame.latitude_longitude_deg(
+        np.array([west_m, east_m, west_m, east_m]), np.array([south_m, south_m, north_m, north_m])
+    )
+    latitude, longitude, _ = terrain.peaks_above(low_m, *corners_deg)
+    peaks_m = np.column_stack(frame.east_north_m(latitude, longitude))
+    if len(peaks_m) and bool(shapely.dwithin(line, shapely.points(peaks_m), within_m).any()):
+        return True
+    # Ground is highest at the centre of a cell inside, or on the edge.
+    edge_m = shapely.get_coordinates(around.boundary.segmentize(0.5 * terrain.cell_m))
+    ground_m = terrain.height_amsl_m(*frame.latitude_longitude_deg(*edge_m.T))
+    return bool(np.ma.getmaskarray(ground_m).any() or (ground_m > low_m).any())
 
 
 _NEAR_GROUND_LEAN_RAD = math.radians(7.0)

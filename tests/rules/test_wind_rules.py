@@ -10,6 +10,7 @@ from fenced_missions import circle, rally
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
+from made_terrain import ground
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, found, vehicle_of
 
 from planner.findings import Severity
@@ -390,6 +391,28 @@ def _circle() -> Mission:
     """Return a mission with a circle of 20 m around home, flown at 5 m/s."""
     there = replace(waypoint(0, 20), command=18, param1=2.0, param3=20.0)
     return mission(takeoff(20), there, rtl())
+
+
+@pytest.mark.parametrize(
+    ("at_m", "hill_m", "wind_m_s", "is_open"),
+    [
+        # it may be flown up to 34 m from its middle; the hill's foot is a cell, 10 m, before its top
+        (46.0, 90.0, 9.3, False),
+        (40.0, 90.0, 9.3, True),  # 30 m high there
+        (40.0, 45.0, 9.3, False),  # 17 m
+        (32.0, 22.0, 9.3, True),
+        (32.0, 19.0, 9.3, False),
+        (32.0, 22.0, 8.9, False),  # W105 is silent
+    ],
+)
+def test_a_circle_that_is_not_flown_as_predicted_beside_a_hill_is_not_checked(
+    at_m: float, hill_m: float, wind_m_s: float, *, is_open: bool
+) -> None:
+    """20 m high and 20 m wide, over level ground but for a wall across the north."""
+    wind = Wind(speed_m_s=wind_m_s, from_deg=90.0)
+    given: dict[str, Any] = {"terrain": ground(hill_m, at_m=at_m), "wind": wind, "clearance_m": 0.0}
+    left_open = [one for one in of("X904", _circle(), **given) if "ground as high" in one.message]
+    assert bool(left_open) is is_open
 
 
 @pytest.mark.parametrize(
