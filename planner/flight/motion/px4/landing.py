@@ -300,7 +300,7 @@ _ASTRAY_M = 0.1
 
 def arrivals(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     """Return where straights end, and the velocities there. (n, 3) each [m], [m s⁻¹]"""
-    limits, speed = legs.limits, legs.straights.end_m_s
+    limits, speed = legs.limits, legs.straights.braking.end_m_s
     moving = (limits.length_m > STILL_M)[:, None]
     place = legs.straight_m + limits.direction * limits.length_m[:, None]
     return place, np.where(moving, limits.direction * speed[:, None], legs.velocity_m_s)
@@ -311,14 +311,13 @@ def creeps(legs: Px4Legs) -> tuple[BoolArray, FloatArray]:
 
     And b'/2 of the braking laws that lead there from where the legs end, at the speeds they end with.
     """
-    part, limits, speed = legs.planned, legs.limits, legs.straights.end_m_s
-    rows, near = np.arange(len(speed)), legs.straights.near
-    law = limits.law(near)
+    part, limits, speed = legs.planned, legs.limits, legs.straights.braking.end_m_s
+    law = legs.straights.braking.near
     half_b = law.acceleration_m_s2 * limits.tail_m / np.maximum(speed, 1e-9) - 0.5 * speed
-    fraction = half_b / law.half_b_m_s
+    fraction = half_b / half_b_m_s(law.acceleration_m_s2, law.jerk_m_s3)
     astray_m = lengths(limits.direction - part.direction) * part.tail_m
-    creeping = part.is_leg & (part.hold_s > 0.0) & limits.binds[rows, near]
-    creeping &= (law.final_m_s == 0.0) & (limits.length_m > STILL_M) & (speed > 0.0)
+    creeping = part.is_leg & (part.hold_s > 0.0) & (law.final_m_s == 0.0)
+    creeping &= (limits.length_m > STILL_M) & (speed > 0.0)
     creeping &= (fraction > _LEAST_PART) & (fraction < 1.0 + STILL_M) & (astray_m < _ASTRAY_M)
     return creeping, half_b
 
@@ -356,8 +355,8 @@ def ends_of_moves(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray,
     rows = np.flatnonzero(creeping)
     if len(rows):
         b, direction = half_b[rows], limits.direction[rows]
-        a = limits.law(legs.straights.near).acceleration_m_s2[rows]
-        begun = legs.straights.end_m_s[rows] / b
+        a = legs.straights.braking.near.acceleration_m_s2[rows]
+        begun = legs.straights.braking.end_m_s[rows] / b
         left = b * wright_omega(begun + np.log(begun) - part.hold_s[rows] * a / b)
         way = left * (left + 2.0 * b) / (2.0 * a)
         end[rows] += direction * (part.tail_m[rows] - way)[:, None]
@@ -382,17 +381,17 @@ def slowing_at_ends_m_s2(legs: Px4Legs) -> FloatArray:
     final speed is reached before the end.
     """
     limits, straights, part = legs.limits, legs.straights, legs.planned
-    end = straights.end_m_s
-    law = limits.law(straights.near).acceleration_m_s2 * end
-    braking = quotient(law, end + straights.half_b_m_s[:, 1])
-    onset = limits.ramp_m_s3 * straights.onset_s
-    slowing = np.where(straights.joined_m_s > end + _BEYOND_M_S, braking, onset)
+    end = straights.braking.end_m_s
+    law = straights.braking.near
+    braking = quotient(law.acceleration_m_s2 * end, end + law.half_b_m_s)
+    onset = limits.ramp_m_s3 * straights.braking.onset_s
+    slowing = np.where(straights.braking.joined_m_s > end + _BEYOND_M_S, braking, onset)
     # Taken back, it leaves no less than what is allowed there: v − a²/2j.
-    above = np.maximum(end - limits.lowest_allowed_m_s(limits.tail_m), 0.0)
+    above = np.maximum(end - limits.laws.lowest_allowed_m_s(limits.tail_m), 0.0)
     most = above * np.sqrt(2.0 * limits.ramp_m_s3 / (above + _ROUNDED_M_S))
     slowing = np.minimum(slowing, most)
     moving = part.is_leg & ~(part.hold_s > 0.0) & (limits.length_m > STILL_M)
-    return np.where(moving & (straights.final_m <= STILL_M), slowing, 0.0)
+    return np.where(moving & (straights.braking.final_m <= STILL_M), slowing, 0.0)
 
 
 LIFT_OFF_AFTER_S = 0.2

@@ -50,8 +50,10 @@ class CubicLaw(PolynomialLaw, eq=False):
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own: seconds of it per second of flight. (rows,)"""
-        powers = factor[:, None] ** np.arange(4.0)
-        return replace(self, coefficients=self.coefficients * powers[:, None])
+        powers = np.ones((len(factor), 1, 4))
+        for power in range(1, 4):
+            powers[:, 0, power] = powers[:, 0, power - 1] * factor
+        return replace(self, coefficients=self.coefficients * powers)
 
     def displaced(self, coefficients: FloatArray) -> Self:
         """Return the rows flown beside themselves by cubics of time. (rows, 3, 4)"""

@@ -11,11 +11,13 @@ from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time
 from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.laws import BrakeLaw
 from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Curves, Places
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
+    from planner.flight.motion.px4.straights import BrakingLaw
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 BRAKING_FRACTION = 0.98
@@ -64,7 +66,8 @@ def _add_turns(
     speed = horizontal(legs.velocity_m_s)
     braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
     turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
-    leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
+    rise = straights.rise
+    leaving = rise.from_m_s + 0.5 * legs.limits.ramp_m_s3 * rise.begun_s**2
     after = legs.limits.direction * leaving[:, None]
     # A turn that fills its leg hands on the velocity it is begun with (``ends_of_moves``).
     after = np.where((legs.limits.length_m > STILL_M)[:, None], after, legs.velocity_m_s)
@@ -94,25 +97,26 @@ def _add_changes(
     What of an onset keeps 98 % of the speed is still cruise.
     """
     limits, straights = legs.limits, legs.straights
-    zero, peak = np.zeros(len(move)), straights.peak_m_s
-    ramps = straights.ramps(limits)
-    begun, jerk = straights.ramp_begun_s, limits.ramp_m_s3
-    sign = np.where(peak < straights.ramp_from_m_s, -1.0, 1.0)
+    rise = straights.rise
+    zero, peak = np.zeros(len(move)), rise.peak_m_s
+    ramps = rise.ramps(limits)
+    begun, jerk = rise.begun_s, limits.ramp_m_s3
+    sign = np.where(peak < rise.from_m_s, -1.0, 1.0)
     ramp_jerk = sign * ramps.jerk_m_s3
     first = np.maximum(ramps.jerk_s - begun, 0.0)
     accelerated = ramp_jerk * np.maximum(ramps.jerk_s, begun)
     kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * peak / jerk)
-    kept = np.minimum(kept, straights.onset_s)
-    onset = straights.onset_s
+    kept = np.minimum(kept, straights.braking.onset_s)
+    onset = straights.braking.onset_s
     duration = np.stack(
-        (first, ramps.steady_s, ramps.back_s, kept, onset - kept, straights.steady_s)
+        (first, ramps.steady_s, ramps.back_s, kept, onset - kept, straights.braking.steady_s)
     )
     acceleration = np.stack(
         (ramp_jerk * begun, accelerated, accelerated, zero, -jerk * kept, -jerk * onset)
     )
     jerks = np.stack((ramp_jerk, zero, -ramp_jerk, -jerk, -jerk, zero))
     speed = np.empty_like(duration)
-    speed[0] = straights.ramp_from_m_s + 0.5 * ramp_jerk * begun**2
+    speed[0] = rise.from_m_s + 0.5 * ramp_jerk * begun**2
     speed[1] = speed[0] + first * (ramp_jerk * begun + 0.5 * ramp_jerk * first)
     speed[2] = speed[1] + ramps.steady_s * accelerated
     speed[3] = peak
@@ -166,12 +170,17 @@ def _add_steady_parts(
     """Add what is flown at constant speed: cruises, and between and after braking."""
     limits, straights = legs.limits, legs.straights
     level = horizontal(limits.direction)
-    held_from_m = limits.length_m + limits.tail_m - straights.near_way_m(limits) - straights.held_m
-    final_from_m = limits.length_m - straights.final_m
+    held_from_m = (
+        limits.length_m
+        + limits.tail_m
+        - straights.braking.near.way_m(straights.braking.crossing_m_s)
+    )
+    held_from_m -= straights.braking.held_m
+    final_from_m = limits.length_m - straights.braking.final_m
     for order, slot, speed, way, begins in (
-        (_CRUISE, CRUISE, straights.peak_m_s, straights.cruise_m, cruise_from_m),
-        (_HELD, BRAKE, straights.crossing_m_s, straights.held_m, held_from_m),
-        (_FINAL, BRAKE, straights.end_m_s, straights.final_m, final_from_m),
+        (_CRUISE, CRUISE, straights.rise.peak_m_s, straights.cruise_m, cruise_from_m),
+        (_HELD, BRAKE, straights.braking.crossing_m_s, straights.braking.held_m, held_from_m),
+        (_FINAL, BRAKE, straights.braking.end_m_s, straights.braking.final_m, final_from_m),
     ):
         row = np.flatnonzero((way > 0.0) & (speed > 0.0))
         v, direction = speed[row], limits.direction[row]
@@ -190,26 +199,18 @@ def _add_steady_parts(
         )
 
 
-def _brake_law(
-    legs: Px4Legs,
-    rows: IntArray,
-    law: IntArray,
-    start_m_s: FloatArray,
-    half_b_m_s: FloatArray,
-    *,
-    beyond_m: FloatArray | float = 0.0,
-) -> BrakeLaw:
-    """Return the braking of some legs by one of the laws of each leg, from speeds on."""
-    limits, chosen = legs.limits, legs.limits.law(law)
+def _brake_law(legs: Px4Legs, rows: IntArray, law: BrakingLaw, start_m_s: FloatArray) -> BrakeLaw:
+    """Return the braking of some legs by a law of each of them, from speeds on."""
+    limits = legs.limits
     direction = limits.direction[rows]
-    way = limits.length_m[rows] + limits.tail_m[rows] + beyond_m
+    way = limits.length_m[rows] + limits.tail_m[rows] + law.beyond_m
     return BrakeLaw.to(
         legs.straight_m[rows] + direction * way[:, None],
         direction=direction,
         start_m_s=start_m_s,
-        final_m_s=chosen.final_m_s[rows],
-        acceleration_m_s2=chosen.acceleration_m_s2[rows],
-        half_b_m_s=half_b_m_s,
+        final_m_s=law.final_m_s,
+        acceleration_m_s2=law.acceleration_m_s2,
+        half_b_m_s=law.half_b_m_s,
     )
 
 
@@ -218,15 +219,15 @@ def _add_brakes(
 ) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
-    crossing = straights.crossing_m_s
-    for order, part, law, start, end in (
-        (_FAR, 0, straights.far, straights.joined_m_s, crossing),
-        (_NEAR, 1, straights.near, crossing, straights.end_m_s),
+    crossing = straights.braking.crossing_m_s
+    for order, law, start, end in (
+        (_FAR, straights.braking.far, straights.braking.joined_m_s, crossing),
+        (_NEAR, straights.braking.near, crossing, straights.braking.end_m_s),
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
-        first, last, b = start[rows], end[rows], straights.half_b_m_s[rows, part]
-        brake = _brake_law(legs, rows, law, first, b, beyond_m=straights.beyond_m[rows, part])
-        a, level = brake.acceleration_m_s2, horizontal(brake.direction)
+        first, last = start[rows], end[rows]
+        brake = _brake_law(legs, rows, law.select(rows), first)
+        a, b, level = brake.acceleration_m_s2, brake.half_b_m_s, horizontal(brake.direction)
         pieces.add_brakes(
             Places(
                 move[rows],
@@ -248,10 +249,12 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> N
     move = np.flatnonzero(creeping)
     if len(move):
         direction, straights = flown.limits.direction[move], flown.straights
+        law = replace(straights.braking.near.select(move), half_b_m_s=half_b[move])
+        law = replace(law, beyond_m=np.zeros(len(move)))
         begin = flown.straight_m[move] + direction * flown.limits.length_m[move, None]
         pieces.add_brakes(
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
-            _brake_law(flown, move, straights.near, straights.end_m_s[move], half_b[move]),
+            _brake_law(flown, move, law, straights.braking.end_m_s[move]),
             dot(flown.end.place_m[move] - begin, direction),
         )
     move = np.flatnonzero(holding & ~creeping)

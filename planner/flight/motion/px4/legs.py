@@ -464,7 +464,7 @@ def _moves_before(planned: PlannedLegs) -> IntArray:
 def _guessed_ends(planned: PlannedLegs, parameters: Px4Parameters) -> Handed:
     """Return what is handed on by a vehicle that is never short of way."""
     limits = limits_along(planned.begins_m, planned.target_m, planned, parameters)
-    end_speed = np.minimum(limits.lowest_allowed_m_s(planned.tail_m), limits.cruise_m_s)
+    end_speed = np.minimum(limits.laws.lowest_allowed_m_s(planned.tail_m), limits.cruise_m_s)
     moving = (planned.is_leg & ~(planned.hold_s > 0.0))[:, None]
     return Handed(
         place_m=np.where(moving, planned.ends_m, planned.target_m),
@@ -497,7 +497,7 @@ def _flown(begun: LegStarts, parameters: Px4Parameters) -> Px4Legs:
     start = np.where(slowed, np.minimum(climbed_m_s, limits.cruise_m_s), start)
     start[climbing], acceleration[climbing] = part.takeoffs.speed_m_s[climbing], 0.0
     moving = np.flatnonzero(limits.length_m > STILL_M)
-    straights = _unmoved(start)
+    straights = Straights.unmoved(limits, start)
     if len(moving):
         flown_straights = fly_straights(
             limits.select(moving), start_m_s=start[moving], acceleration_m_s2=acceleration[moving]
@@ -565,48 +565,24 @@ def _starts(
     return start, np.where(turned, 0.0, turns.acceleration_m_s2 / scale)
 
 
-def _unmoved(speed_m_s: FloatArray) -> Straights:
-    """Return straights of no length, left at the speed they are begun with."""
-    zero, index = np.zeros_like(speed_m_s), np.zeros(len(speed_m_s), dtype=np.intp)
-    return Straights(
-        onset_s=zero.copy(),
-        steady_s=zero.copy(),
-        joined_m_s=speed_m_s.copy(),
-        left_m=zero.copy(),
-        far=index.copy(),
-        near=index.copy(),
-        crossing_m_s=speed_m_s.copy(),
-        held_m=zero.copy(),
-        end_m_s=speed_m_s.copy(),
-        final_m=zero.copy(),
-        half_b_m_s=np.ones((len(speed_m_s), 2)),
-        beyond_m=np.zeros((len(speed_m_s), 2)),
-        ramp_from_m_s=speed_m_s.copy(),
-        ramp_begun_s=zero.copy(),
-        is_cut=np.zeros(len(speed_m_s), dtype=np.bool_),
-        peak_m_s=speed_m_s.copy(),
-        cruise_m=zero.copy(),
-    )
-
-
 def flight_times_s(legs: Px4Legs) -> FloatArray:
     """Return the times from the beginning of moves to their arrival. (n,) [s]"""
-    limits, straights = legs.limits, legs.straights
-    end, joined = straights.end_m_s, straights.joined_m_s
+    limits, rise, braking = legs.limits, legs.straights.rise, legs.straights.braking
+    end, joined = braking.end_m_s, braking.joined_m_s
     brakes = (end > 0.0) & (joined > end)
     braking_s = braking_time_s(
         np.where(brakes, joined, 1.0),
         np.where(brakes, end, 1.0),
-        limits.law(straights.far).acceleration_m_s2,
-        straights.half_b_m_s[:, 0],
+        braking.far.acceleration_m_s2,
+        braking.far.half_b_m_s,
     )
     total = (
         legs.turn_s
-        + straights.ramps(limits).duration_s
-        - straights.ramp_begun_s
-        + quotient(straights.cruise_m, straights.peak_m_s)
-        + straights.onset_s
-        + straights.steady_s
+        + rise.ramps(limits).duration_s
+        - rise.begun_s
+        + quotient(legs.straights.cruise_m, rise.peak_m_s)
+        + braking.onset_s
+        + braking.steady_s
         + np.where(brakes, braking_s, 0.0)
     )
     return np.where(legs.planned.is_leg & (limits.length_m > 0.0), total, 0.0)

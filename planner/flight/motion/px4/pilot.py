@@ -306,7 +306,7 @@ def _segments(
     planned, straights = legs.planned, legs.straights
     move, slot = ordered.segment_move, ordered.segment_slot
     steep, upward = steep_moves(legs), legs.limits.direction[:, 2]
-    level, peak = horizontal(legs.limits.direction), straights.peak_m_s
+    level, peak = horizontal(legs.limits.direction), straights.rise.peak_m_s
     top = peak * np.where(steep, np.abs(upward), level)
     top = np.where(planned.is_landing, parameters.descent_speed_m_s, top)
     ramp_state = np.select(
@@ -315,7 +315,7 @@ def _segments(
             planned.is_takeoff,
             steep & (upward > 0.0),
             steep,
-            peak < straights.ramp_from_m_s,
+            peak < straights.rise.from_m_s,
         ],
         [
             STATE_INDEX[FlightState.LAND],

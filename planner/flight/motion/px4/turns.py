@@ -18,7 +18,7 @@ from planner.flight.motion.px4.braking import (
     vertical_limits,
 )
 from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S, directions
-from planner.flight.motion.px4.straights import fly_straights, limits_along
+from planner.flight.motion.px4.straights import limits_along, make_rises
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -626,18 +626,16 @@ class _Headway(Value, eq=False):
         limits = limits_along(
             place + units * slowed_m[:, None], place + join.way_m, part, parameters
         )
-        straights = fly_straights(
-            limits, start_m_s=begun_m_s, acceleration_m_s2=np.zeros_like(begun_m_s)
-        )
-        ramps, left_s = straights.ramps(limits), time - slowed_s
+        rises = make_rises(limits, begun_m_s, np.zeros_like(begun_m_s))
+        ramps, left_s = rises.ramps(limits), time - slowed_s
         ramp_s = np.minimum(left_s, ramps.duration_s)
         grown_m, grown_m_s, grown_m_s2 = ramps.gained(ramp_s)
-        faster = np.sign(straights.peak_m_s - begun_m_s)
+        faster = np.sign(rises.peak_m_s - begun_m_s)
         reached = begun_m_s + faster * grown_m_s
         far = slowed_m + begun_m_s * ramp_s + faster * grown_m
         length = lengths(join.way_m) + part.tail_m
         # From the top of the ramp on it keeps its speed until the way left allows no more.
-        kept_m = np.maximum(length - far - limits.reach_m(reached), 0.0)
+        kept_m = np.maximum(length - far - limits.laws.reach_m(reached), 0.0)
         kept_s = np.minimum(left_s - ramp_s, quotient(kept_m, reached))
         far, braked_s, last = far + kept_s * reached, left_s - ramp_s - kept_s, reached
         evenly = join.is_paced & (faster > 0.0) & (ramp_s < left_s)
@@ -645,7 +643,8 @@ class _Headway(Value, eq=False):
         before = np.where(evenly, begun_m_s, reached)
         for _ in range(3):
             braked_m = 0.5 * (before + last) * braked_s
-            last = limits.lowest_allowed_m_s(np.maximum(length - far - braked_m, part.tail_m))
+            left_m = np.maximum(length - far - braked_m, part.tail_m)
+            last = limits.laws.lowest_allowed_m_s(left_m)
             last = np.minimum(last, reached)
         # With what is across, which is half of it in the mean, it is flown as one cubic of time.
         velocity, level = begun.velocity_m_s[rows, :2], horizontal(units)
