@@ -127,7 +127,8 @@ CONDITION_NOT_MODELLED = Rule(
     "(298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with the cube beyond, or the time of flying "
     "no faster than that), and with 1/√density; of an uncertain wind at two standard deviations.  A "
     "step-response model uses only the fence of a parameter "
-    "file; speeds of it that are more than 3 % slower than predicted, and the heights below which "
+    "file; speeds of it that are more than 3 % slower than predicted, accelerations, jerk and turns by which "
+    "its autopilot takes more than 3 % longer between places, and the heights below which "
     "landings are slow, cost the longer time at hover power, an error where that takes the flight or the "
     "tightest return below the reserve.  A file of "
     "an unknown autopilot is an error where it holds a fence.",
@@ -166,9 +167,9 @@ def flight_parameters(
     if given is None:
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
-        f"{given.source}: accelerations and corners are not used: {vehicle.name} answers step "
-        "references, which parameters do not shape; slower speeds are counted, returns flown at their "
-        "heights, failsafes and fence judged",
+        f"{given.source}: accelerations and corners do not shape the flight: {vehicle.name} answers step "
+        "references; slower speeds and accelerations are counted, returns flown at their heights, "
+        "failsafes and fence judged",
         fix="use a vehicle model that is flown by that autopilot",
     )
     return None, [unused]
@@ -286,6 +287,25 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
         responses=vehicle.responses,
         terrain=setup.terrain,
     )
+
+
+def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot:
+    """Return who flies a vehicle of reference steps by the laws of its own autopilot, in calm air.
+
+    At the speed of its model, or a slower one that the parameters state; without the lag, of which the
+    model knows nothing.
+    """
+    from planner.flight.motion.px4.lag import Tracking
+    from planner.physics.wind import Wind
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    calm, speed_m_s = Wind(), vehicle.default_speed_m_s or math.inf
+    if parameters.origins["cruise_speed_m_s"].is_file:
+        speed_m_s = min(speed_m_s, parameters.cruise_speed_m_s)
+    own = replace(parameters, cruise_speed_m_s=speed_m_s)
+    if isinstance(own, Px4Parameters):
+        return Px4Pilot(parameters=own, wind=calm, airspeed_limit_m_s=None, tracking=Tracking())
+    return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None)
 
 
 RATED_WIND = 0.7

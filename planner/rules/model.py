@@ -11,7 +11,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import CONDITION_NOT_MODELLED
+from planner.flight.pilot import CONDITION_NOT_MODELLED, make_own_pilot
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.mission.route.stage import StageKind
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
     from planner.fetched import FetchMark
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import Motion
+    from planner.flight.motion.kinematics import Motion, SegmentColumns
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
@@ -678,6 +678,8 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     longer_s, slowest = _longer(a, given, motion, commanded & ~returning, returning)
     circling_s = _circling_longer_s(a, given)
     longer_s += circling_s
+    legs_s, shaping = _shaped_longer_s(a, given, longer_s)
+    longer_s += legs_s
     hover_w, in_all_s = a.flight.hover_near_home_w, float(np.sum(longer_s))
     had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
     # What wind and thin air may take comes on top: each alone may fit.
@@ -689,7 +691,9 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         back, points = sample.flight.motion.segments, sample.points
         always = np.ones(len(back.item), np.bool_)
         back_s, slowest_back = _longer(a, given, sample.flight.motion, ~always, always)
-        home_s = np.bincount(back.item, back_s, len(points.segment))
+        home_s = np.asarray(np.bincount(back.item, back_s, len(points.segment)), np.float64)
+        if shaping:
+            home_s = home_s + _way_longer_s(given, back, len(points.segment))
         before_s = np.concatenate(([0.0], np.cumsum(longer_s)))[points.segment]
         added_wh = wh_from_j(hover_w * np.asarray(before_s + home_s, np.float64))
         above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh
@@ -697,12 +701,15 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         left_wh = min(left_wh, float(lefts_wh.min()) - returned_wh)
         if slowest is None and slowest_back is not None and not in_all_s:
             slowest, in_all_s = slowest_back, float(home_s.max())
-    total_s = float(np.sum(circling_s))
+    total_s, shaped_s = float(np.sum(circling_s)), float(np.sum(legs_s))
     added = (
         f"{quantity.duration(in_all_s)} and {quantity.energy(wh_from_j(hover_w * in_all_s))} more than "
         "predicted" + f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)
     )
-    if total_s > 0.0 and (slowest is None or total_s > slowest.added_s):
+    slowest_s = 0.0 if slowest is None else slowest.added_s
+    if shaped_s > max(total_s, slowest_s):
+        said = f"{shaping}: the vehicle takes longer from place to place"
+    elif total_s > slowest_s:
         said = f"{given.origins['circle_rate_rad_s']}: circles take longer"
     elif slowest is not None:
         said = (
@@ -768,6 +775,68 @@ def _circling_longer_s(a: Assessment, given: FlightParameters) -> FloatArray:
             slower_s_per_rad = max(1.0 / rate_rad_s - abs(stage.radius_m) / speed_m_s, 0.0)
             longer_s[done] += stage.turns * 2.0 * math.pi * slower_s_per_rad
     return longer_s
+
+
+_SHAPING = (
+    "acceleration_m_s2",
+    "jerk_m_s3",
+    "corner_acceleration_m_s2",
+    "yaw_rate_rad_s",
+    "yaw_acceleration_rad_s2",
+    "responsiveness",
+    "yaw_mode",
+)
+"""What shapes the way from place to place beside speeds."""
+_STRAIGHT = frozenset({StageKind.GO, StageKind.LOITER, StageKind.CHANGE_HEIGHT, StageKind.SET_DOWN})
+
+
+def _shaped_longer_s(
+    a: Assessment, given: FlightParameters, longer_s: FloatArray
+) -> tuple[FloatArray, str]:
+    """Return how much longer accelerations, jerk and turns that are stated take, and which are.
+
+    By the segment that ends each stage, beyond what is counted already: how much later than the model it is
+    there as the autopilot flies, at most so far.  (s,) [s]
+    """
+    motion, more_s = a.flight.motion, np.zeros(len(longer_s))
+    stated = [str(given.origins[name]) for name in _SHAPING if _is_stated(given, name)]
+    counts = np.array([stage.kind in _STRAIGHT for stage in a.route.stages])
+    if not stated or not counts.any():
+        return more_s, ""
+    own, _ = make_own_pilot(a.vehicle, given).fly(a.route)
+    counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
+    flown_s = _stage_sums_s(own, own.segments.duration_s)
+    late_s = np.cumsum(np.where(counts, flown_s - counted_s, 0.0))
+    if late_s.max() > _OVERSHOOT * counted_s[counts].sum():
+        latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
+        np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
+    return more_s, " and ".join(stated[:2])
+
+
+def _stage_sums_s(motion: Motion, duration_s: FloatArray) -> FloatArray:
+    """Return the time of each stage, by that of the segments up to the one that ends it. (stages,) [s]"""
+    end_s = np.append(np.cumsum(duration_s), 0.0)[motion.done_segment]  # -1: none ends it
+    return np.diff(np.maximum.accumulate(end_s), prepend=0.0)
+
+
+def _way_longer_s(given: FlightParameters, back: SegmentColumns, count: int) -> FloatArray:
+    """Return how much longer the level ways of returns take, from rest to rest. (count,) [s]
+
+    v/a + a/J beyond d/v, a way too short for the speed no longer than 2 √(d/a) + a/J.
+    """
+    acceleration_m_s2 = given.acceleration_m_s2
+    takes_s = np.where(back.distance_m > 0.0, back.duration_s, 0.0)
+    way_m, flown_s = (np.bincount(back.item, one, count) for one in (back.distance_m, takes_s))
+    speed_m_s = np.full(count, 1e-9)
+    np.maximum.at(speed_m_s, back.item, back.speed_m_s)
+    ramp_s = speed_m_s / acceleration_m_s2
+    own_s = np.where(
+        way_m < speed_m_s * ramp_s,
+        2.0 * np.sqrt(way_m / acceleration_m_s2),
+        way_m / speed_m_s + ramp_s,
+    )
+    own_s += acceleration_m_s2 / given.jerk_m_s3
+    return np.where((way_m > 0.0) & (own_s > flown_s * (1.0 + _OVERSHOOT)), own_s - flown_s, 0.0)
 
 
 def _is_px4(given: FlightParameters) -> TypeIs[Px4Parameters]:

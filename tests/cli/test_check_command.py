@@ -171,7 +171,9 @@ def test_parameters_that_change_nothing_are_not_taken_in_silence(
 ) -> None:
     Path("mine.param").write_text("WPNAV_SPEED,500\n", encoding="utf-8")
     main(["check", mission, "--battery", "77Wh", "--params", "mine.param"])
-    assert "mine.param: accelerations and corners are not used" in capsys.readouterr().out
+    assert (
+        "mine.param: accelerations and corners do not shape the flight" in capsys.readouterr().out
+    )
     assert main(["check", mission, "--battery", "77Wh", "--params", "missing.param"]) == 2
     assert "missing.param: cannot be read" in capsys.readouterr().err
 

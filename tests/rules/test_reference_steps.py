@@ -100,7 +100,7 @@ def test_a_fence_of_parameters_is_judged_whoever_flies(
 
 def test_what_is_not_used_of_parameters_is_said_and_that_their_fence_is() -> None:
     [reported] = of("E108", found(OUT, STEP, "FENCE_ENABLE,0\nWPNAV_SPEED,1000\n"))
-    assert "accelerations and corners are not used" in reported.message
+    assert "accelerations and corners do not shape the flight" in reported.message
     assert "failsafes and fence judged" in reported.message
     assert reported.severity is Severity.WARNING
 
@@ -130,6 +130,61 @@ def test_slower_speeds_of_parameters_cost_their_time_at_hover_power(
     assert "E101" not in codes_of(FAR, battery)
     reported = of("E108", found(FAR, STEP, f"{parameters}\n", battery=battery))
     assert [one.severity for one in reported if "flies at most" in one.message] == severities
+
+
+THERE_AND_BACK = mission(takeoff(30), *(waypoint(100 * (n % 2), 30) for n in range(1, 11)), rtl())
+STRAIGHT_ON = mission(takeoff(30), *(waypoint(100 * n, 30) for n in range(1, 11)), rtl())
+LARGE = Battery(capacity_wh=400.0)
+
+
+def longer_s(one: Mission, parameters: str, battery: Battery = LARGE) -> tuple[float, Severity]:
+    """Return how much longer from place to place is told that the vehicle takes."""
+    for reported in of("E108", found(one, STEP, parameters, battery=battery)):
+        if told := re.search(
+            r"from place to place: (?:(\d+) min )?([\d.]+) s and", reported.message
+        ):
+            return 60.0 * int(told[1] or 0) + float(told[2]), reported.severity
+    return 0.0, Severity.INFO
+
+
+# From rest to rest 100 m take 2 √(d/a) = 28.3 s at 0.5 m/s², which does not come to 10 m/s before the
+# middle, and d/v + v/a = 20 s at 1 m/s².  Each of ten turns back begins within 2 m of its place.
+@pytest.mark.parametrize(
+    ("parameters", "leg_s"),
+    [
+        ("WPNAV_ACCEL,50\n", 28.3),
+        ("MPC_ACC_HOR,1\nMPC_XY_CRUISE,10\n", 20.0),
+        ("WPNAV_ACCEL,250\nWPNAV_JERK,1\n", 0.0),
+        ("WPNAV_SPEED,1000\n", 0.0),
+    ],
+)
+def test_slower_accelerations_of_parameters_cost_their_time(parameters: str, leg_s: float) -> None:
+    segments = checked(THERE_AND_BACK, "").segments
+    model_s = sum(one.duration_s for one in segments if 2 <= one.item <= 11)
+    expected_s = max(10.0 * leg_s - model_s, 0.0)
+    told_s, severity = longer_s(THERE_AND_BACK, parameters)
+    assert told_s == pytest.approx(expected_s, rel=0.2)
+    assert severity is (Severity.WARNING if expected_s else Severity.INFO)
+
+
+def test_accelerations_cost_little_where_the_autopilot_flies_through() -> None:
+    """To speed in the first 100 m, √(2 d/a) = 20 s, or once to rest at most; the model stops ten times."""
+    model_s = sum(one.duration_s for one in checked(STRAIGHT_ON, "").segments if one.item == 2)
+    told_s, _ = longer_s(STRAIGHT_ON, "WPNAV_ACCEL,50\n")
+    assert 20.0 - model_s - 0.5 < told_s < 28.3 - model_s
+
+
+@pytest.mark.parametrize(
+    ("margin_wh", "severity"), [(2.0, Severity.ERROR), (8.0, Severity.WARNING)]
+)
+def test_slower_accelerations_that_take_the_margin_are_an_error(
+    margin_wh: float, severity: Severity
+) -> None:
+    # Some 130 s at some 130 W of hover: 4.7 Wh.
+    used_wh = checked(THERE_AND_BACK, "").totals.energy_wh
+    battery = Battery(capacity_wh=(used_wh + margin_wh) / 0.8)  # with the reserve of 20 %
+    assert "E101" not in codes_of(THERE_AND_BACK, battery)
+    assert longer_s(THERE_AND_BACK, "WPNAV_ACCEL,50\n", battery)[1] is severity
 
 
 def test_a_speed_that_the_mission_commands_is_slower_only_where_px4_limits_it() -> None:
