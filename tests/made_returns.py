@@ -15,4 +15,5 @@ def to_home(
         ground_m=np.array([[0.0, 0.0, ground_m]] * returns),
         above_ground_m=np.full(returns, above_ground_m),
         datum_m=np.full(returns, datum_m),
+        return_ceiling_m=np.full(returns, np.nan),
     )

@@ -452,6 +452,7 @@ class StepPilot(Value):
             ground_m=places_m[1:][last],
             above_ground_m=np.array([one.above_ground_m for one in stages]),
             datum_m=np.array([one.datum_m for one in stages]),
+            return_ceiling_m=np.array([one.return_ceiling_m for one in stages], np.float64),
         )
         heights_m = self.return_heights_m(places_m[first], targets)
         return np.repeat(heights_m, last - first + 1), _return_wait_s(self.parameters)
@@ -673,7 +674,9 @@ def _return_heights_m(
 
         place_m = targets.ground_m.copy()
         place_m[:, 2] += targets.above_ground_m
-        return return_height_m(points_m, place_m, targets.datum_m, parameters)
+        return return_height_m(
+            points_m, place_m, targets.datum_m, targets.return_ceiling_m, parameters
+        )
     from planner.flight.motion.px4.moves import return_heights_m, return_path_height_m
 
     way = targets.ground_m - points_m

@@ -9,6 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
+from planner.flight.fence_schedule import fence_schedule
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
@@ -17,7 +18,6 @@ from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
 from planner.rules.fence_settings import (
-    fence_schedule,
     inclusions_unite,
     is_from_file,
     limits_in_use,

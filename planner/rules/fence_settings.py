@@ -4,24 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from planner.flight.fence_schedule import CEILING, fence_is_on
 from planner.flight.pilot import is_of_ardupilot
-from planner.mission.route.stage import FenceAction, StageKind
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray
     from planner.mission.route.stage import Route
-    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
-_CEILING, CIRCLE, AREAS, _FLOOR = 1, 2, 4, 8
+CIRCLE, AREAS, _FLOOR = 2, 4, 8
 """Bits of ArduPilot's FENCE_TYPE."""
 _ONE_INCLUSION_IS_ENOUGH = 2
 """Bit of ArduPilot's FENCE_OPTIONS."""
-_ON_AFTER_TAKEOFF = frozenset({1, 2})
-"""Values of FENCE_AUTOENABLE that switch the fence on when a take-off is done."""
 _PX4_WARNS = 1
 """GF_ACTION up to which PX4 does nothing about a breach."""
 
@@ -41,48 +35,6 @@ class FenceLimits(Value):
 
     def __bool__(self) -> bool:
         return (self.distance_m, self.ceiling_m, self.floor_m) != (None, None, None)
-
-
-class FenceSchedule(Value, eq=False):
-    """What of the fence is on while each stage of a route is flown. (stages,) each"""
-
-    areas: BoolArray
-    """The areas of the mission's file: unless the mission itself switches them off."""
-    limits: BoolArray
-    """The limits around home: as parameters and mission have it."""
-    floor: BoolArray
-
-
-def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSchedule:
-    """Return when the fence is on, by parameters and by the mission's DO_FENCE_ENABLE.
-
-    Notes
-    -----
-    ``AP_Mission::start_command_fence``; after a take-off of the mission FENCE_AUTOENABLE 1 and 2 switch
-    it on again (``auto_enable_fence_after_takeoff``).  What FENCE_AUTOENABLE switches off for a landing
-    is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
-    for they were drawn to be kept; that they are off is F111.
-    """
-    is_on = not is_of_ardupilot(parameters) or fence_is_on(parameters)
-    again = is_of_ardupilot(parameters) and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
-    count = len(route.stages)
-    areas, limits, floor = (np.full(count, on) for on in (True, is_on, is_on))
-    events: list[tuple[int, FenceAction]] = [
-        (one.first_stage, one.action) for one in route.fence_switches
-    ]
-    if again and events:
-        # It is on when the take-off is complete, before the items behind it are carried out.
-        events[:0] = [
-            (number + 1, FenceAction.ON)
-            for number, stage in enumerate(route.stages)
-            if stage.kind is StageKind.TAKEOFF
-        ]
-        events.sort(key=lambda event: event[0])
-    for first, action in events:
-        floor[first:] = action is FenceAction.ON
-        if action is not FenceAction.FLOOR_OFF:
-            areas[first:] = limits[first:] = action is FenceAction.ON
-    return FenceSchedule(areas=areas, limits=limits, floor=floor)
 
 
 def is_from_file(parameters: FlightParameters | None) -> bool:
@@ -110,7 +62,7 @@ def limits_from_parameters(
     return FenceLimits(
         distance_m=parameters.fence_radius_m if kind & CIRCLE else None,
         distance_name=f"FENCE_RADIUS ({parameters.fence_radius_m:g} m)",
-        ceiling_m=parameters.fence_height_max_m if kind & _CEILING else None,
+        ceiling_m=parameters.fence_height_max_m if kind & CEILING else None,
         ceiling_name="FENCE_ALT_MAX",
         floor_m=parameters.fence_height_min_m if kind & _FLOOR else None,
         floor_name="FENCE_ALT_MIN",
@@ -155,8 +107,3 @@ def why_not_enforced(
         if holds and origin is not None and origin.is_file:
             return f"{origin}: {reason}"
     return None
-
-
-def fence_is_on(parameters: ArduPilotParameters) -> bool:
-    """Return whether the parameters switch the fence on."""
-    return bool(parameters.fence_enable or parameters.fence_auto_enable)

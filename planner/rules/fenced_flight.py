@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch
+from planner.flight.fence_schedule import fence_schedule
 from planner.flight.motion.kinematics import lengths
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.flight.pilot import StopRoom
@@ -17,25 +18,21 @@ from planner.flight.returns.fan import return_fan
 from planner.geo.barrier import CircleBarrier, PathLegs, make_fence_frame, swept_areas
 from planner.geo.fence import Fence, make_fence_area
 from planner.geo.geodesy import bow_m, straight_length_m
-from planner.rules.fence_settings import (
-    fence_margin_m,
-    fence_schedule,
-    inclusions_unite,
-    limits_in_use,
-)
+from planner.rules.fence_settings import fence_margin_m, inclusions_unite, limits_in_use
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.fence_schedule import FenceSchedule
     from planner.flight.path import FlownPath
     from planner.geo.barrier import Barrier, SweptAreas
     from planner.geo.fence import FenceArea
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.stage import Route
     from planner.rules.assessment import Assessment
-    from planner.rules.fence_settings import FenceLimits, FenceSchedule
+    from planner.rules.fence_settings import FenceLimits
 
 _STANDING_M_S = 1e-6
 """Slower than this nothing moves ahead. [m s⁻¹]"""

@@ -112,7 +112,11 @@ def test_return_heights_are_those_of_the_source_whatever_home_and_goal(
         fence_height_max_m=90.0,
     )
     found = return_height_m(
-        np.array([[0.0, 0.0, alt]]), np.array([[way, 0.0, goal]]), np.array([home]), own
+        np.array([[0.0, 0.0, alt]]),
+        np.array([[way, 0.0, goal]]),
+        np.array([home]),
+        np.array([np.nan]),
+        own,
     )
     above_cm = target_cm(own, 100.0 * alt, 100.0 * goal, 100.0 * home, 100.0 * way)
     assert found == pytest.approx(home + above_cm / 100.0, abs=1e-9)

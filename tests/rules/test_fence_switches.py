@@ -9,13 +9,16 @@ import pytest
 from fenced_missions import at, box, findings_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import item, mission, rtl, takeoff
+from made_missions import item, mission, rtl, takeoff, waypoint
 from rule_cases.case import found
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.geo.fence import Fence, FencePolygon
+from planner.service.preflight import check
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -132,3 +135,32 @@ def test_a_flight_is_judged_as_far_as_its_fence_is_on(
     flown = (takeoff(20), *items[:off_at], OFF, *items[off_at:], rtl())
     told = findings_of(flown, AROUND, autopilot=autopilot)
     assert ("F101" in told) is any(leaves[:off_at])
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    enable=st.integers(0, 1),
+    auto=st.integers(0, 3),
+    switches=st.lists(st.sampled_from([None, ON, OFF, FLOOR_OFF]), min_size=2, max_size=2),
+)
+def test_a_return_keeps_below_the_ceiling_that_is_on_as_it_begins(
+    enable: int, auto: int, switches: list[MissionItem | None]
+) -> None:
+    """``ModeRTL::compute_return_target`` asks ``get_enabled_fences``: RTL_ALT of 300 m, or 60 m less 2 m."""
+    is_on = bool(enable or auto)  # FENCE_AUTOENABLE has switched it on when the take-off is done
+    items = [takeoff(40)]
+    for number, one in enumerate(switches, start=1):
+        if one is not None:
+            items.append(one)
+        is_on = {None: is_on, ON: True, OFF: False, FLOOR_OFF: is_on}[one]
+        items.append(waypoint(100 * number, 40))
+    given = f"FENCE_ENABLE,{enable}\nFENCE_AUTOENABLE,{auto}\nFENCE_TYPE,1\nFENCE_ALT_MAX,60\n"
+    done = check(
+        mission(*items, rtl()),
+        load_vehicle("arducopter-sitl-quad"),
+        parameters=parameters_from_text(
+            f"{given}FENCE_MARGIN,2\nRTL_ALT,30000\n".encode(), source="p.param"
+        ),
+    )
+    assert done.totals.climb_m == pytest.approx(58.0 if is_on else 300.0, abs=0.5)
+    assert not [one for one in done.findings if one.code == "F110"]

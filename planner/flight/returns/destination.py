@@ -74,6 +74,8 @@ class ReturnTargets(Value, eq=False):
     (n,) [m]"""
     datum_m: FloatArray
     """Height above the first home of the home that counts then. (n,) [m]"""
+    return_ceiling_m: FloatArray
+    """Height above that home at which the fence keeps the return; NaN: as the parameters have it. (n,) [m]"""
     paths: tuple[ReturnPath | None, ...] = ()
     """Of those that lead along the mission; empty where none does. (n,)"""
     stated_height_m: float | None = None
@@ -103,6 +105,8 @@ class Destinations(Value, eq=False):
     not return so, or it is not predicted."""
     stated_height_m: float | None = None
     """As of `ReturnTargets`. [m]"""
+    return_ceiling_m: FloatArray | None = None
+    """As of `ReturnTargets`, of each stage of the route. (stages,) [m]"""
     findings: tuple[Finding, ...] = ()
     """What of the vehicle's returns is not predicted as it flies them."""
 
@@ -147,6 +151,11 @@ class Destinations(Value, eq=False):
             ground_m=ground_m,
             above_ground_m=above_m,
             datum_m=datum_m,
+            return_ceiling_m=(
+                np.full(len(stage), np.nan)
+                if self.return_ceiling_m is None
+                else self.return_ceiling_m[stage]
+            ),
             paths=tuple(paths),
             stated_height_m=self.stated_height_m,
         )
@@ -251,7 +260,9 @@ def make_destinations(
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):
-        return straight
+        from planner.flight.fence_schedule import return_ceilings_m
+
+        return replace(straight, return_ceiling_m=return_ceilings_m(route, parameters))
     if not follows_mission and leads_along(mission, parameters.return_type):
         return straight
     return _with_mission(straight, mission, route, parameters.return_type, terrain)
@@ -275,6 +286,9 @@ def with_own_returns(route: Route, destinations: Destinations) -> Route:
         place_m = np.array([[before.east_m, before.north_m, before.height_m]])
         stage = np.array([first])
         chosen = destinations.chosen(place_m, stage)
+        if destinations.return_ceiling_m is not None:
+            own = replace(own, return_ceiling_m=float(destinations.return_ceiling_m[first]))
+            stages[number] = own
         if chosen[0] == HOME:
             continue
         targets = destinations.targets(stage, chosen, place_m)

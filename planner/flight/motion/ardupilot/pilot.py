@@ -125,14 +125,7 @@ def ardupilot_returns(
     """
     scale = metres_of_autopilot(home_latitude_deg)
     return _flown(
-        return_columns(
-            points_m,
-            targets.ground_m,
-            targets.above_ground_m,
-            targets.datum_m,
-            parameters,
-            scale=scale,
-        ),
+        return_columns(points_m, targets, parameters, scale=scale),
         parameters,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,

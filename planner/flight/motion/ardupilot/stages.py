@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, ComplexArray, FloatArray, IntArray
     from planner.findings import Finding
+    from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Stage
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -93,6 +94,8 @@ class StageColumns(Value, eq=False):
     """How far a load is lowered. (n,) [m]"""
     datum_m: FloatArray
     """Height above the first home of the home that counts during a return. (n,) [m]"""
+    return_ceiling_m: FloatArray
+    """Height above that home at which the fence keeps a return; NaN: as the parameters have it. (n,) [m]"""
     rise_m: FloatArray
     """How much higher than it begins the leg to a landing, or to where a load is set down, ends: the ground
     that it follows. (n,) [m]"""
@@ -154,7 +157,7 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
 
 _NUMBERS = (
     *("east_m", "north_m", "height_m", "speed_m_s", "climb_speed_m_s", "descent_speed_m_s"),
-    *("hold_s", "turns", "radius_m", "above_ground_m", "lowered_m", "datum_m"),
+    *("hold_s", "turns", "radius_m", "above_ground_m", "lowered_m", "datum_m", "return_ceiling_m"),
     *("is_speed_late", "is_next_unseen", "is_underway", "is_here"),
 )
 """What is taken of stages as it is; what is absent is no number."""
@@ -244,6 +247,7 @@ def stage_columns(
         above_ground_m=column("above_ground_m"),
         lowered_m=column("lowered_m"),
         datum_m=column("datum_m"),
+        return_ceiling_m=numbers["return_ceiling_m"],
         rise_m=rise,
     )
 
@@ -258,9 +262,7 @@ def _rise_m(stage: Stage) -> float:
 
 def return_columns(
     points_m: FloatArray,
-    home_m: FloatArray,
-    above_ground_m: FloatArray,
-    datum_m: FloatArray,
+    targets: ReturnTargets,
     parameters: ArduPilotParameters,
     *,
     scale: tuple[float, float],
@@ -268,13 +270,13 @@ def return_columns(
     """Return a return from each of n points, standing there; item i is point i."""
     count = len(points_m)
     zero, never = np.zeros(count), np.zeros(count, np.bool_)
-    start, home = points_m * (*scale, 1.0), home_m * (*scale, 1.0)
+    start, home = points_m * (*scale, 1.0), targets.ground_m * (*scale, 1.0)
     return StageColumns(
         kind=np.full(count, KIND_INDEX[StageKind.RETURN]),
         item=np.arange(count),
         start_m=start,
         place_m=home,
-        end_m=_return_end_m(home, datum_m, parameters),
+        end_m=_return_end_m(home, targets.datum_m, parameters),
         edge_m=home,
         speed_m_s=np.full(count, parameters.return_speed_m_s),
         commanded_m_s=np.full(count, parameters.return_speed_m_s),
@@ -290,9 +292,10 @@ def return_columns(
         is_speed_late=never,
         is_first_leg=never,
         from_ground=never,
-        above_ground_m=np.asarray(above_ground_m, np.float64),
+        above_ground_m=np.asarray(targets.above_ground_m, np.float64),
         lowered_m=zero,
-        datum_m=np.asarray(datum_m, np.float64),
+        datum_m=np.asarray(targets.datum_m, np.float64),
+        return_ceiling_m=targets.return_ceiling_m,
         rise_m=zero,
     )
 
@@ -336,7 +339,8 @@ def _chained(
                 )
                 home, datum_m = place_m[[last]], np.array([stages[last].datum_m])
                 home[:, 2] += stages[last].above_ground_m
-                end[row, 2] = return_height_m(before[None], home, datum_m, parameters)[0]
+                ceiling_m = np.array([stages[last].return_ceiling_m], np.float64)
+                end[row, 2] = return_height_m(before[None], home, datum_m, ceiling_m, parameters)[0]
             case StageKind.RETURN:
                 datum_m = np.array([stages[row].datum_m])
                 end[row] = _return_end_m(place_m[row : row + 1], datum_m, parameters)[0]
@@ -412,12 +416,16 @@ _HEADING_HELD = 0
 
 
 def return_height_m(
-    start_m: FloatArray, place_m: FloatArray, datum_m: FloatArray, parameters: ArduPilotParameters
+    start_m: FloatArray,
+    place_m: FloatArray,
+    datum_m: FloatArray,
+    ceiling_m: FloatArray,
+    parameters: ArduPilotParameters,
 ) -> FloatArray:
     """Return the height above the first home at which returns are flown. (n,) [m]
 
     ``place_m`` is where they lead to, at its altitude as the autopilot has it (n, 3); ``datum_m`` the
-    height of the home that counts above the first (n,).
+    height of the home that counts above the first (n,); ``ceiling_m`` as of `StageColumns` (n,).
 
     Notes
     -----
@@ -432,8 +440,9 @@ def return_height_m(
     if parameters.return_cone_slope >= _SHALLOWEST_CONE:
         cone = horizontal(start_m - place_m) * parameters.return_cone_slope
         height = np.minimum(height, np.maximum(cone, least))
-    if parameters.fence_enable and parameters.fence_type & _CEILING:
-        height = np.minimum(height, parameters.fence_height_max_m - parameters.fence_margin_m)
+    is_on = parameters.fence_enable and parameters.fence_type & _CEILING
+    own_m = parameters.fence_height_max_m - parameters.fence_margin_m if is_on else math.inf
+    height = np.minimum(height, np.where(np.isnan(ceiling_m), own_m, ceiling_m))
     return np.asarray(datum_m + np.maximum(height, present))
 
 
@@ -443,7 +452,9 @@ def over_home_m(
     """Return where returns arrive over home; on the way they keep their height. (n, 3) [m]"""
     start_m, over_m = stages.start_m[home], stages.place_m[home].copy()
     over_m[:, 2] += stages.above_ground_m[home]
-    height_m = return_height_m(start_m, over_m, stages.datum_m[home], parameters)
+    height_m = return_height_m(
+        start_m, over_m, stages.datum_m[home], stages.return_ceiling_m[home], parameters
+    )
     over_m[:, 2] = np.where(continues_return(stages, home), start_m[:, 2], height_m)
     return over_m
 

@@ -1,0 +1,85 @@
+"""When the fence is on: by parameters, and as the mission switches it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.pilot import is_of_ardupilot
+from planner.mission.route.stage import FenceAction, StageKind
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray
+    from planner.mission.route.stage import Route
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+CEILING = 1
+"""Bit of ArduPilot's FENCE_TYPE."""
+_ON_AFTER_TAKEOFF = frozenset({1, 2})
+"""Values of FENCE_AUTOENABLE that switch the fence on when a take-off is done."""
+
+
+class FenceSchedule(Value, eq=False):
+    """What of the fence is on while each stage of a route is flown. (stages,) each"""
+
+    areas: BoolArray
+    """The areas of the mission's file: unless the mission itself switches them off."""
+    limits: BoolArray
+    """The limits around home: as parameters and mission have it."""
+    floor: BoolArray
+
+
+def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSchedule:
+    """Return when the fence is on, by parameters and by the mission's DO_FENCE_ENABLE.
+
+    Notes
+    -----
+    ``AP_Mission::start_command_fence``; after a take-off of the mission FENCE_AUTOENABLE 1 and 2 switch
+    it on again (``auto_enable_fence_after_takeoff``).  What FENCE_AUTOENABLE switches off for a landing
+    is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
+    for they were drawn to be kept; that they are off is F111.
+    """
+    is_on = not is_of_ardupilot(parameters) or fence_is_on(parameters)
+    again = is_of_ardupilot(parameters) and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
+    count = len(route.stages)
+    areas, limits, floor = (np.full(count, on) for on in (True, is_on, is_on))
+    events: list[tuple[int, FenceAction]] = [
+        (one.first_stage, one.action) for one in route.fence_switches
+    ]
+    if again and events:
+        # It is on when the take-off is complete, before the items behind it are carried out.
+        events[:0] = [
+            (number + 1, FenceAction.ON)
+            for number, stage in enumerate(route.stages)
+            if stage.kind is StageKind.TAKEOFF
+        ]
+        events.sort(key=lambda event: event[0])
+    for first, action in events:
+        floor[first:] = action is FenceAction.ON
+        if action is not FenceAction.FLOOR_OFF:
+            areas[first:] = limits[first:] = action is FenceAction.ON
+    return FenceSchedule(areas=areas, limits=limits, floor=floor)
+
+
+def return_ceilings_m(route: Route, parameters: ArduPilotParameters) -> FloatArray:
+    """Return how high returns may climb that begin in each stage, above the home that counts. (stages,) [m]
+
+    ``ModeRTL::compute_return_target`` asks which limits are enabled as a return begins: FENCE_ALT_MAX less
+    FENCE_MARGIN where that is one of them, else infinite.
+    """
+    count = len(route.stages)
+    if not parameters.fence_type & CEILING:
+        return np.full(count, np.inf)
+    is_on = fence_schedule(route, parameters).limits.copy()
+    if not parameters.fence_enable and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF:
+        is_on &= [stage.kind is not StageKind.TAKEOFF for stage in route.stages]
+    ceiling_m = parameters.fence_height_max_m - parameters.fence_margin_m
+    return np.where(is_on, ceiling_m, np.inf)
+
+
+def fence_is_on(parameters: ArduPilotParameters) -> bool:
+    """Return whether the parameters switch the fence on."""
+    return bool(parameters.fence_enable or parameters.fence_auto_enable)
