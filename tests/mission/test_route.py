@@ -828,3 +828,32 @@ def test_a_return_drops_the_leg_that_ardupilot_planned_ahead(
     camera = item(206, frame=2)
     items = (takeoff(20), waypoint(60, 20), waypoint(0, 20), jump(6, 1), waypoint(900, 20), camera)
     assert ("T124" in codes(route(*items, comes, rtl(), dialect=ARDUPILOT))) is elsewhere
+
+
+GATE = item(4501, 47.01, 20.0)
+
+
+@pytest.mark.parametrize("dialect", [PX4, None])
+@pytest.mark.parametrize("end", [rtl(), item(21, north(300.0), 0.0)])
+def test_a_gate_is_no_place_of_the_way(dialect: Autopilot | None, end: MissionItem) -> None:
+    """PX4 flies straight to the next place (``Mission::setActiveMissionItems``), as without the gate."""
+    ahead, behind = (takeoff(20), waypoint(100, 20)), (waypoint(200, 20), end)
+    without, gated = (route(*ahead, *gate, *behind, dialect=dialect) for gate in ((), (GATE,)))
+    assert [replace(one, item=0) for one in gated.stages] == [
+        replace(one, item=0) for one in without.stages
+    ]
+    assert [f.severity for f in gated.findings if f.code == "T102"] == [Severity.WARNING]
+
+
+@pytest.mark.parametrize(
+    "behind", [(speed(3.0), waypoint(200, 20), rtl()), (item(21, north(300.0), 0.0),)]
+)
+def test_what_px4_does_as_it_passes_a_gate_is_not_predicted(
+    behind: tuple[MissionItem, ...],
+) -> None:
+    found = route(takeoff(20), waypoint(100, 20), GATE, *behind, dialect=PX4).findings
+    assert [f.severity for f in found if f.code == "T102"] == [Severity.WARNING, Severity.ERROR]
+    # at a place it is known again where the speed counts from
+    late = (waypoint(150, 20), speed(3.0), waypoint(200, 20), rtl())
+    found = route(takeoff(20), waypoint(100, 20), GATE, *late, dialect=PX4).findings
+    assert [f.severity for f in found if f.code == "T102"] == [Severity.WARNING]

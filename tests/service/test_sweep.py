@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import pytest
 from made_missions import mission as made_mission
-from made_missions import rtl, takeoff, waypoint
+from made_missions import rtl, speed, takeoff, waypoint
 
 import planner
 from planner.cli.main import main
@@ -99,6 +99,34 @@ def test_each_case_is_what_a_check_finds(mission: Mission, model: str) -> None:
             "lowest_voltage_v": found.battery.lowest_voltage_v,
         }
         assert {key: case[key] for key in expected} == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "vary", "verdict"),
+    [
+        (None, "charge=100%", "no-go"),
+        (10.0, "charge=100%", "no-go"),  # what is given for all cases is not flown
+        (None, "speed=10", "go"),  # what if it were
+    ],
+)
+def test_a_speed_that_does_not_vary_is_no_what_if(
+    speed_m_s: float | None, vary: str, verdict: str
+) -> None:
+    """2 km out at the 1 m/s of the file take 130 W for over half an hour: more than 62 Wh."""
+    slow = made_mission(takeoff(20.0), speed(1.0), waypoint(2000.0, 20.0), rtl())
+    setup = Setup.of(
+        {
+            "vehicle": "falkowski-2023-quadrotor",
+            "battery": planner.Battery(capacity_wh=77.0),
+            "speed_m_s": speed_m_s,
+        }
+    )
+    assert list(sweep(slow, setup, vary=[vary]).columns()["verdict"]) == [verdict]
+    if vary == "charge=100%":
+        assert (
+            planner.check(slow, setup.vehicle, battery=setup.battery, speed_m_s=speed_m_s).verdict
+            == verdict
+        )
 
 
 @pytest.mark.parametrize("model", ["falkowski-2023-quadrotor", "arducopter-sitl-quad"])

@@ -440,8 +440,8 @@ ITEMS_NOT_FLOWN = Rule(
     "where it landed (PX4 #20044; a warning where the autopilot is not known); and on PX4 where the next "
     "place is elsewhere: it flies there at a slant from the ground, without climbing first "
     "(MissionBase::checkClimbRequired; tried).",
-    fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF at "
-    "the place of the landing follow it, with MIS_OPTIONS 4 on ArduPilot",
+    fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF "
+    "follow it on ArduPilot, with MIS_OPTIONS 4, and fly two missions on PX4 (M101)",
     instead="a mission that ends with its landing",
 )
 
@@ -460,8 +460,8 @@ def _left_out(
         going = (n for n in after if is_destination(mission.items[n - 1].command))
         if (onward := next(going, None)) is not None:
             message = (
-                "PX4 flies on from the landing at a slant from the ground, which is not predicted: put a "
-                "NAV_TAKEOFF at the place of the landing before it"
+                "PX4 flies on from the landing at a slant from the ground, which is not predicted, and "
+                "refuses a second take-off: fly what follows as a mission of its own"
             )
             place = mission.items[onward - 1].place
             return [

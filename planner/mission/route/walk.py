@@ -247,7 +247,8 @@ ITEM_NOT_MODELLED = Rule(
     "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
     "there is a fence, a terrain or a limit of the site; where a gripper picks up a load after the take-off "
     "and no --payload is given; where DO_SET_HOME moves home up between two places that ArduPilot flies "
-    "through; where LOITER_TURNS counts below zero on ArduPilot.",
+    "through; where LOITER_TURNS counts below zero on ArduPilot; at a DO_CHANGE_SPEED or a landing behind a "
+    "CONDITION_GATE.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
@@ -380,6 +381,8 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
     is_over: bool = False
+    is_behind_gate: bool = False
+    """Whether a gate was the last item with a place."""
     moved_homes: list[HomePlace] = field(default_factory=list)
     """Set by DO_SET_HOME, still without east and north."""
     homes_deg: list[tuple[float, float]] = field(default_factory=list)
@@ -600,6 +603,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
 
     def _add(self, stage: Stage) -> None:
         """Add a stage to the present place."""
+        self.is_behind_gate = False
         self.stages.append(stage)
         self.places_deg.append((self.latitude_deg, self.longitude_deg))
 
@@ -669,6 +673,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
 
     def land(self, item: MissionItem) -> None:
         """Land at a place: the flight is over."""
+        self._remark_gate("how PX4 lands behind a CONDITION_GATE")
         self.move_to(item)
         self.height_m = self.ground_m()
         self._add(replace(self._stage(StageKind.LAND), yaw_deg=item.param4))
@@ -765,6 +770,26 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             severity=Severity.ERROR if longer else None,
         )
 
+    def gate(self, item: MissionItem) -> None:
+        """Leave out a gate, which no vehicle flies to.
+
+        ``Mission::setActiveMissionItems`` of PX4 sets course for the next item with a place; what stands in
+        between is carried out where the way there passes the gate.
+        """
+        if self.dialect is Autopilot.ARDUPILOT:
+            self.pass_by(item)
+            return
+        self.is_behind_gate = True
+        self.remark(
+            ITEM_NOT_MODELLED,
+            "CONDITION_GATE is not modelled: a straight flight past it to the next place is assumed, as PX4 "
+            "flies",
+        )
+
+    def _remark_gate(self, message: str) -> None:
+        if self.is_behind_gate:
+            self.remark(ITEM_NOT_MODELLED, f"{message} is not predicted", severity=Severity.ERROR)
+
     def guided(self, item: MissionItem) -> None:
         """Hand over to a companion computer, which decides when the mission continues."""
         if self.dialect is not Autopilot.ARDUPILOT:
@@ -778,6 +803,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
 
     def change_speed(self, item: MissionItem) -> None:
         """Take a new speed for what follows."""
+        self._remark_gate("where PX4 passes the CONDITION_GATE that this speed counts from")
         kind, speed = item.param1 or 0.0, item.param2
         if speed is not None and speed > FASTEST_M_S:
             self.refuse(item, f"a speed of {speed:g} m/s cannot be flown")
@@ -1054,6 +1080,7 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
     Command.NAV_DELAY: MissionState.delay,
     Command.NAV_PAYLOAD_PLACE: MissionState.set_down,
     Command.NAV_ARC_WAYPOINT: MissionState.arc,
+    Command.CONDITION_GATE: MissionState.gate,
     Command.NAV_GUIDED_ENABLE: MissionState.guided,
     Command.DO_CHANGE_SPEED: MissionState.change_speed,
     Command.DO_SET_HOME: MissionState.set_home,

@@ -31,7 +31,7 @@ from planner.rules.assessment import Assessment
 from planner.rules.registry import SUBJECTS, asked_checks, reported
 from planner.service.preflight import (
     Preparation,
-    WhatIfSteps,
+    Steps,
     assess_flown,
     count_packs,
     fly,
@@ -371,7 +371,7 @@ _PARTS = frozenset({"setup", "flight"})
 """Parts of an assessment of which rules look at parts."""
 
 
-class RememberingSteps(WhatIfSteps):
+class RememberingSteps(Steps):
     """The steps of checks that differ in little: each made where something it looks at has changed."""
 
     def __init__(self) -> None:

@@ -104,6 +104,8 @@ def _check(plan: SweepPlan, case: _Case, steps: Steps) -> CaseOutcome:
             return _check_fleet(plan.fleet, plan.missions, case.values)
         if setup is None:
             return CaseOutcome(verdict=None, refused=case.refused)
+        # What a mission comes to at other speeds is asked where they vary; at one that is given it is judged.
+        steps.judges_file = "speed_m_s" not in case.values
         return outcome_of(
             shielded(lambda: check_mission(plan.missions[name], setup, steps=steps), file=name)
         )
