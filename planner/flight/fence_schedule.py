@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
-CEILING = 1
-"""Bit of ArduPilot's FENCE_TYPE."""
+CEILING, FLOOR = 1, 8
+"""Bits of ArduPilot's FENCE_TYPE."""
 _ON_AFTER_TAKEOFF = frozenset({1, 2})
 """Values of FENCE_AUTOENABLE that switch the fence on when a take-off is done."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.flight.fence_schedule import CEILING, fence_is_on
+from planner.flight.fence_schedule import CEILING, FLOOR, fence_is_on
 from planner.flight.pilot import is_of_ardupilot
 from planner.values import Value
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.mission.route.stage import Route
     from planner.vehicle.parameters.resolve import FlightParameters
 
-CIRCLE, AREAS, _FLOOR = 2, 4, 8
+CIRCLE, AREAS = 2, 4
 """Bits of ArduPilot's FENCE_TYPE."""
 _ONE_INCLUSION_IS_ENOUGH = 2
 """Bit of ArduPilot's FENCE_OPTIONS."""
@@ -64,7 +64,7 @@ def limits_from_parameters(
         distance_name=f"FENCE_RADIUS ({parameters.fence_radius_m:g} m)",
         ceiling_m=parameters.fence_height_max_m if kind & CEILING else None,
         ceiling_name="FENCE_ALT_MAX",
-        floor_m=parameters.fence_height_min_m if kind & _FLOOR else None,
+        floor_m=parameters.fence_height_min_m if kind & FLOOR else None,
         floor_name="FENCE_ALT_MIN",
     )
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from functools import cache
-from math import hypot
+from math import hypot, inf
 from operator import attrgetter
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
+from planner.flight.fence_schedule import CEILING, FLOOR, fence_schedule
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
     RELATIVE_FRAMES,
@@ -32,6 +35,7 @@ from planner.rules.declaration import (
     TARGET,
     judges,
 )
+from planner.rules.fence_settings import is_from_file
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 
 if TYPE_CHECKING:
@@ -53,6 +57,8 @@ _AVOIDS_FENCES = 3
 """Default of AVOID_ENABLE; bit 0: fences."""
 _ALTITUDE_REACHED_M = 0.05
 """``ModeAuto::loiter_to_alt_run``. [m]"""
+_AVOIDS_FLOOR = (4, 6)
+"""The version from which no vehicle descends into the margin of FENCE_ALT_MIN, as far as is known."""
 _TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
@@ -160,27 +166,45 @@ def _never_turned(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]
 
 
 @judges(ENDLESS, needs=(ARDUPILOT,))
-def _never_high_enough(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    """``ModeAuto::loiter_to_alt_run`` climbs as AC_Avoid lets it: not into the margin of the ceiling."""
+def _never_at_height(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield a LOITER_TO_ALT into the margin of the fence, where AC_Avoid lets no vehicle climb or descend.
+
+    ``ModeAuto::loiter_to_alt_run`` takes its climb rate from ``AC_Avoid::adjust_velocity_z``, which asks what
+    is enabled then, by the height above the home that counts; the floor from 4.6 on.
+    """
     avoids = int(numbers(a).get("AVOID_ENABLE", _AVOIDS_FENCES)) & 1
-    is_on = parameters.fence_enable or parameters.fence_auto_enable
-    if not (avoids and is_on and parameters.fence_type & 1):
+    if not (avoids and is_from_file(parameters)):
         return
-    highest_m = parameters.fence_height_max_m - parameters.fence_margin_m
-    for stage in a.route.stages:
-        command = a.mission.items[stage.item - 1].command
-        if (
-            command == Command.NAV_LOITER_TO_ALT
-            and stage.height_m > highest_m + _ALTITUDE_REACHED_M
-        ):
-            yield a.finding(
-                ENDLESS,
-                f"waits for {quantity.height(stage.height_m)}: ArduPilot climbs no higher than "
-                f"{quantity.height(highest_m)}, FENCE_ALT_MAX less FENCE_MARGIN, and never goes on",
-                item=stage.item,
-                fix="loiter lower, or raise FENCE_ALT_MAX",
-            )
-            return
+    schedule, homes = fence_schedule(a.route, parameters), a.returns.destinations
+    version = None if a.target is None else a.target.version
+    margin_m, kind = parameters.fence_margin_m, parameters.fence_type
+    highest_m = parameters.fence_height_max_m - margin_m if kind & CEILING else inf
+    lowest_m = parameters.fence_height_min_m + margin_m if kind & FLOOR else -inf
+    if version is not None and version < _AVOIDS_FLOOR:
+        lowest_m = -inf
+    before_m = 0.0
+    for number, stage in enumerate(a.route.stages):
+        begun_m, before_m = before_m, stage.height_m
+        if a.mission.items[stage.item - 1].command != Command.NAV_LOITER_TO_ALT:
+            continue
+        datum_m = float(homes.home_datum_m[homes.home_of(np.array([number]))][0])
+        height_m, climbs = stage.height_m - datum_m, stage.height_m > begun_m
+        if climbs and schedule.limits[number] and height_m > highest_m + _ALTITUDE_REACHED_M:
+            does, limit_m, name = "climbs no higher", highest_m, "FENCE_ALT_MAX less"
+            fix = "loiter lower, or raise FENCE_ALT_MAX"
+        elif not climbs and schedule.floor[number] and height_m < lowest_m - _ALTITUDE_REACHED_M:
+            does, limit_m, name = "descends no lower", lowest_m, "FENCE_ALT_MIN and"
+            fix = "loiter higher, or lower FENCE_ALT_MIN"
+        else:
+            continue
+        yield a.finding(
+            ENDLESS,
+            f"waits for {quantity.height(height_m)}: ArduPilot {does} than {quantity.height(limit_m)}, "
+            f"{name} FENCE_MARGIN, and never goes on",
+            item=stage.item,
+            fix=fix,
+        )
+        return
 
 
 LANDING_MISSING = Rule(

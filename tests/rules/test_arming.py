@@ -8,10 +8,12 @@ import pytest
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, found
 
+from planner.autopilot import Target
 from planner.findings import Severity
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
+    from planner.mission.items import MissionItem
 
 NO_COMPASS = "CAL_MAG0_ID,0\nCAL_MAG1_ID,0\nCAL_MAG2_ID,0\nCAL_MAG3_ID,0\n"
 OUTSIDE = "EK3_SRC1_POSXY,6\nEK3_SRC1_VELXY,6\nEK3_SRC1_POSZ,1\nEK3_SRC1_VELZ,6\nEK3_SRC1_YAW,6\n"
@@ -257,6 +259,54 @@ def test_a_loiter_into_the_margin_of_the_ceiling_never_gets_there(
     assert ("T101" in {one.code for one in found(climb, ARDUPILOT, text)}) is (
         endless and not avoids
     )
+
+
+SWITCH = {action: item(207, frame=2, params=(action, 0.0, 0.0, 0.0)) for action in (0.0, 1.0, 2.0)}
+CEILING = "FENCE_TYPE,1\nFENCE_ALT_MAX,40\n"
+FLOOR = "FENCE_TYPE,8\nFENCE_ALT_MIN,10\n"
+
+
+def moved_home(up_m: float) -> MissionItem:
+    """Return a DO_SET_HOME so much higher than the first home, 400 m AMSL."""
+    return item(179, north(0), 400.0 + up_m, frame=0)
+
+
+@pytest.mark.parametrize(
+    ("text", "before", "height_m", "endless"),
+    [
+        # what is on then: FENCE_ENABLE, FENCE_AUTOENABLE, and what the mission switches
+        (f"{CEILING}FENCE_ENABLE,0\n", (), 39.0, False),
+        (f"{CEILING}FENCE_ENABLE,0\n", (SWITCH[1.0],), 39.0, True),
+        (f"{CEILING}FENCE_AUTOENABLE,1\n", (), 39.0, True),
+        (f"{CEILING}FENCE_ENABLE,1\n", (SWITCH[0.0],), 60.0, False),
+        (f"{CEILING}FENCE_ENABLE,1\n", (SWITCH[2.0],), 39.0, True),
+        # above the home that counts, 38 m of it
+        (f"{CEILING}FENCE_ENABLE,1\n", (moved_home(10.0),), 37.0, False),
+        (f"{CEILING}FENCE_ENABLE,1\n", (moved_home(-10.0),), 39.0, True),
+        # nor down into the margin of the floor, 12 m
+        (f"{FLOOR}FENCE_ENABLE,1\n", (), 12.0, False),
+        (f"{FLOOR}FENCE_ENABLE,1\n", (), 11.9, True),
+        (f"{FLOOR}FENCE_ENABLE,1\n", (SWITCH[2.0],), 11.9, False),
+        (f"{FLOOR}FENCE_ENABLE,0\n", (), 11.9, False),
+        (f"{FLOOR}FENCE_ENABLE,1\nAVOID_ENABLE,2\n", (), 11.9, False),
+    ],
+)
+def test_a_loiter_never_gets_into_the_margin_of_what_is_on(
+    text: str, before: tuple[MissionItem, ...], height_m: float, *, endless: bool
+) -> None:
+    loiter = item(31, north(100), height_m)
+    reported = found(mission(takeoff(20), *before, loiter, rtl()), ARDUPILOT, text)
+    assert ("T101" in {one.code for one in reported}) is endless
+
+
+@pytest.mark.parametrize(("version", "endless"), [((4, 5), False), ((4, 6), True), (None, True)])
+def test_the_floor_is_kept_from_a_version_on(
+    version: tuple[int, int] | None, *, endless: bool
+) -> None:
+    target = Target(ARDUPILOT, version) if version else None
+    loiter = mission(takeoff(20), item(31, north(100), 11.9), rtl())
+    reported = found(loiter, ARDUPILOT, f"{FLOOR}FENCE_ENABLE,1\n", target=target)
+    assert ("T101" in {one.code for one in reported}) is endless
 
 
 @pytest.mark.parametrize(

@@ -229,8 +229,9 @@ ENDLESS = Rule(
     how="A DO_JUMP with an endless count, LOITER_UNLIM, or LOITER_TURNS on ArduPilot with CIRCLE_RATE 0 "
     "(ModeAuto::verify_circle waits for turns that are never flown), or a heading on PX4 with MIS_YAW_ERR 0 "
     "and MIS_YAW_TMT not above 0 (MissionBlock::is_mission_item_reached), or LOITER_TO_ALT on ArduPilot "
-    "above FENCE_ALT_MAX less FENCE_MARGIN with AVOID_ENABLE bit 0 (AC_Avoid::adjust_velocity_z), is "
-    "reached in flown order.",
+    "that climbs above FENCE_ALT_MAX less FENCE_MARGIN, or from 4.6 on descends below FENCE_ALT_MIN and "
+    "FENCE_MARGIN, while that limit is on, with AVOID_ENABLE bit 0 (AC_Avoid::adjust_velocity_z), is reached "
+    "in flown order.",
     fix="give the jump a count, or end the mission with a return or a landing",
     instead="a count for the jump, turns that end, a return or a landing",
 )
