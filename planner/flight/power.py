@@ -321,11 +321,11 @@ class Transients(Value, eq=False):
         energy = np.zeros(len(self.segment))
         for rows, unit, window in self._known():
             pause_s = self.pause_s[rows]
-            at_pause = np.zeros(len(pause_s))
-            pauses = pause_s > 0.0
-            if pauses.any():
-                at_pause[pauses] = unit.value(self.pause_at_s[rows][pauses])
-            energy[rows] = self.amplitude[rows] * (_whole_j(unit, window) + at_pause * pause_s)
+            paused_j: FloatArray | float = 0.0
+            if pause_s.any():
+                at_s, which = np.unique(self.pause_at_s[rows], return_inverse=True)
+                paused_j = unit.value(at_s)[which] * pause_s
+            energy[rows] = self.amplitude[rows] * (_whole_j(unit, window) + paused_j)
         return energy
 
     def peak_times_s(self) -> FloatArray:

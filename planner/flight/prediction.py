@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -97,31 +98,41 @@ class Segments(Sequence[Segment]):
     def __getitem__(self, index: slice) -> tuple[Segment, ...]: ...
     def __getitem__(self, index: int | slice) -> Segment | tuple[Segment, ...]:
         if isinstance(index, slice):
-            return tuple(self[i] for i in range(*index.indices(len(self))))
-        index = range(len(self))[index]
-        columns = self._motion.segments
-        stopping_m = float(columns.stopping_distance_m[index])
-        stops, factor_p90 = not np.isnan(stopping_m), self._stopping_factor_p90
-        speed_m_s = float(columns.speed_m_s[index])
-        return Segment(
-            index=index,
-            item=int(columns.item[index]),
-            state=STATES[columns.state[index]],
-            start_s=float(self._motion.segment_start_s[index]),
-            duration_s=float(columns.duration_s[index]),
-            distance_m=float(columns.distance_m[index]),
-            climb_m=float(columns.climb_m[index]),
-            speed_m_s=speed_m_s,
-            energy_wh=float(wh_from_j(self._energy_j[index])),
-            stopping_distance_m=stopping_m if stops else None,
-            farthest_stop_m=stopping_m + speed_m_s * self._overshoot_s if stops else None,
-            stopping_distance_m_p90=(
-                stopping_m * factor_p90 if stops and factor_p90 is not None else None
-            ),
-        )
+            return tuple(self._made(index))
+        first = range(len(self))[index]
+        return next(self._made(slice(first, first + 1)))
 
     def __iter__(self) -> Iterator[Segment]:
-        return (self[index] for index in range(len(self)))
+        return self._made(slice(None))
+
+    def _made(self, rows: slice) -> Iterator[Segment]:
+        columns = self.columns(rows)
+        for row in zip(*columns.values(), strict=True):
+            yield Segment(**dict(zip(columns, row, strict=True)))
+
+    def columns(self, rows: slice = slice(None)) -> dict[str, list[Any]]:
+        """Return the fields of segments by name, in their order, as lists."""
+        columns = self._motion.segments
+        stopping_m, speed_m_s = columns.stopping_distance_m[rows], columns.speed_m_s[rows]
+        factor_p90 = np.nan if self._stopping_factor_p90 is None else self._stopping_factor_p90
+
+        def known(values: FloatArray) -> list[float | None]:
+            return [None if math.isnan(one) else one for one in values.tolist()]
+
+        return {
+            "index": [*range(len(self))[rows]],
+            "item": columns.item[rows].tolist(),
+            "state": [STATES[index] for index in columns.state[rows].tolist()],
+            "start_s": self._motion.segment_start_s[rows].tolist(),
+            "duration_s": columns.duration_s[rows].tolist(),
+            "distance_m": columns.distance_m[rows].tolist(),
+            "climb_m": columns.climb_m[rows].tolist(),
+            "speed_m_s": speed_m_s.tolist(),
+            "energy_wh": wh_from_j(self._energy_j[rows]).tolist(),
+            "stopping_distance_m": known(stopping_m),
+            "stopping_distance_m_p90": known(stopping_m * factor_p90),
+            "farthest_stop_m": known(stopping_m + speed_m_s * self._overshoot_s),
+        }
 
 
 class ItemArrival(Value, kw_only=False):
@@ -226,8 +237,20 @@ class Flight(Value, eq=False, dict=True):
         """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
         if not len(self.transients.start_s):
             return self.node_steady_w
+        return self.node_steady_w + self._transients_w[0]
+
+    @cached_property
+    def _peak_s(self) -> FloatArray:
+        """When the windows of transients are at their highest, since the start of the flight. [s]"""
+        return np.minimum(self.transients.peak_times_s(), self.time_s)
+
+    @cached_property
+    def _transients_w(self) -> tuple[FloatArray, FloatArray]:
+        """What transients add at the nodes of the quadrature, and at their peaks. (p, k) [W], [W]"""
         since_start_s = self.motion.piece_start_s()[:, None] + self.node_s
-        return self.node_steady_w + self.transients.total_power_w(since_start_s)
+        times_s = np.concatenate((since_start_s.ravel(), self._peak_s))
+        nodes_w, peaks_w = np.split(self.transients.total_power_w(times_s), [since_start_s.size])
+        return nodes_w.reshape(since_start_s.shape), peaks_w
 
     @cached_property
     def loads(self) -> PieceLoads:
@@ -285,8 +308,11 @@ class Flight(Value, eq=False, dict=True):
     @cached_property
     def peak_power_w(self) -> float:
         """Highest power, at the nodes of the quadrature or the peak of a transient. [W]"""
-        peaks = self.power_w(np.minimum(self.transients.peak_times_s(), self.time_s))
-        return float(np.max(self.node_power_w, initial=np.max(peaks, initial=0.0)))
+        highest_w = float(np.max(self.node_power_w, initial=0.0))
+        if not len(self.transients.start_s):
+            return highest_w
+        peaks_w = self._steady_w(self._peak_s) + self._transients_w[1]
+        return float(np.max(peaks_w, initial=highest_w))
 
     @cached_property
     def time_s(self) -> float:
@@ -300,12 +326,15 @@ class Flight(Value, eq=False, dict=True):
 
     def power_w(self, time_s: FloatArray) -> FloatArray:
         """Return the electrical power at times since the start of the flight. [W]"""
+        return self._steady_w(time_s) + self.transients.total_power_w(time_s)
+
+    def _steady_w(self, time_s: FloatArray) -> FloatArray:
+        """Return the power at such times without the transients. [W]"""
         motion = self.motion
         piece, own_s = motion.piece_at(time_s)
         state = motion.state_at(piece, own_s)
         changes = self._acceleration_m_s2(piece, own_s)
-        steady_w = _steady_power_w(motion, piece, state, self.power, changes)
-        return steady_w + self.transients.total_power_w(time_s)
+        return _steady_power_w(motion, piece, state, self.power, changes)
 
     def _acceleration_m_s2(self, piece: IntArray, own_s: FloatArray) -> FloatArray | None:
         """Return the acceleration at times of pieces, by the velocities at their nodes. (3, n) [m s⁻²]

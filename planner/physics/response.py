@@ -171,8 +171,9 @@ class TransferFunction(Value):
 class _Terms(Value, kw_only=False, eq=False):
     """What I_k of o orders k of a system, or of a stack of shape B, are made of."""
 
-    weights: tuple[tuple[FloatArray, FloatArray], ...]
-    """Re and Im of :math:`r_i p_i^{-(z+k)}`, a pair for each partial fraction, each of shape (o, …)."""
+    weights: tuple[tuple[FloatArray, FloatArray | None], ...]
+    """Re and Im of :math:`r_i p_i^{-(z+k)}`, a pair for each partial fraction, each of shape (o, …); no Im
+    where none of the poles turns."""
     steady: tuple[FloatArray, ...]
     """Coefficients of their polynomials in t, ascending.  (z + k, …) each"""
     series: FloatArray
@@ -233,9 +234,10 @@ class Modes(Value, eq=False, dict=True):
         before = t < 0.0
         if t.ndim and not self.feedthrough.ndim and before.any():
             after, result = ~before, np.zeros((len(orders), *t.shape))
-            for own, found in zip(result, self._after_impulse(t[after], orders), strict=True):
-                own[after] = found
+            result[:, after] = self._after_impulse(t[after], orders)
             return result
+        if not before.any():
+            return self._after_impulse(t, orders)
         return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), orders))
 
     def _after_impulse(self, t: FloatArray, orders: tuple[int, ...]) -> FloatArray:
@@ -249,33 +251,40 @@ class Modes(Value, eq=False, dict=True):
             soon = t[early]
             first = _polynomial(_series_at(early, terms.series), soon)
         slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
+        some_slow, (some_close, passes) = bool(slow.any()), self._kinds
         for row, (k, steady) in enumerate(zip(orders, terms.steady, strict=True)):
             own = totals[row, ...]
             if len(steady):
                 own += _polynomial(steady, t)
-            close = self.is_close | slow if len(steady) else self.is_close
-            if close.any():
-                mask = close & ~early
+            is_slow = some_slow and len(steady) > 0
+            if some_close or is_slow:
+                mask = (self.is_close | slow if is_slow else self.is_close) & ~early
                 own[mask] = self._by_differences(t[mask], mask, k)
             if some_early:
-                own[early] = soon ** max(k, 0) * first[row]
-            if k > 0 and self.feedthrough.any():
+                own[early] = soon**k * first[row] if k > 0 else first[row]
+            if k > 0 and passes:
                 own += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
         return totals
 
+    @cached_property
+    def _kinds(self) -> tuple[bool, bool]:
+        """Whether poles of any system are too close, and whether any has a direct term."""
+        return bool(self.is_close.any()), bool(self.feedthrough.any())
+
     def _by_fractions(
-        self, t: FloatArray, weights: tuple[tuple[FloatArray, FloatArray], ...], count: int
+        self, t: FloatArray, weights: tuple[tuple[FloatArray, FloatArray | None], ...], count: int
     ) -> FloatArray:
         """Return the sums over partial fractions, of so many orders. (count, …)"""
-        totals = np.zeros((count, *t.shape))
         lifted = (count, *(1,) * (t.ndim - self.feedthrough.ndim), *self.feedthrough.shape)
+        totals = None if weights else np.zeros((count, *t.shape))
         for (rate, turning, _), (real, imaginary) in zip(self.fractions, weights, strict=True):
             own = real.reshape(lifted)
-            if turning.any():
-                sine = imaginary.reshape(lifted) * np.sin(turning * t)
-                own = own * np.cos(turning * t) - sine
-            totals += np.exp(rate * t) * own
-        return totals
+            if imaginary is not None:
+                angle = turning * t
+                own = own * np.cos(angle) - imaginary.reshape(lifted) * np.sin(angle)
+            share = np.exp(rate * t) * own
+            totals = share if totals is None else totals + share
+        return np.asarray(totals)
 
     def _terms(self, orders: tuple[int, ...]) -> _Terms:
         """Return what the :math:`I_k` are made of; worked out once, as short flights ask for it often."""
@@ -289,11 +298,16 @@ class Modes(Value, eq=False, dict=True):
             series = [_over_factorials(self.markov[max(-k, 0) :], max(k, 0)) for k in orders]
             least = min(map(len, series))
             terms = _Terms(
-                tuple((one.real, one.imag) for one in weights),
+                tuple(
+                    (one.real, one.imag if turn.any() else None)
+                    for one, (_, turn, _) in zip(weights, self.fractions, strict=True)
+                ),
                 tuple(
                     _over_factorials(self.steady_series[: max(power, 0)][::-1]) for power in powers
                 ),
-                np.moveaxis(np.stack([one[:least] for one in series]), (1, 0), (-2, -1)),
+                np.moveaxis(
+                    _in_blocks(np.stack([one[:least] for one in series], axis=1)), (0, 1), (-2, -1)
+                ),
             )
             self._known_terms[orders] = terms
         return terms
@@ -440,13 +454,19 @@ _BLOCK = 4
 def _polynomial(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     """Sum of c_j t^j by Horner's rule: to the bit the same in any batch, as a matrix product is not."""
     if len(coefficients) > _BLOCK:
-        shape = coefficients.shape[1:]
-        whole = np.zeros((-(-len(coefficients) // _BLOCK) * _BLOCK, *shape))
-        whole[: len(coefficients)] = coefficients
+        whole, shape = _in_blocks(coefficients), coefficients.shape[1:]
         whole = whole.reshape(len(whole), *(1,) * (t.ndim - len(shape)), *shape)
         blocks = _horner([whole[first::_BLOCK] for first in range(_BLOCK)], t)
         return _horner(blocks, np.square(np.square(t)))  # t⁴, for each block
     return _horner(coefficients, t)
+
+
+def _in_blocks(coefficients: FloatArray) -> FloatArray:
+    """Return coefficients with as many of 0 behind them as make whole blocks."""
+    missing = -len(coefficients) % _BLOCK
+    if not missing:
+        return coefficients
+    return np.concatenate((coefficients, np.zeros((missing, *coefficients.shape[1:]))))
 
 
 def _horner(coefficients: Iterable[FloatArray], t: FloatArray) -> FloatArray:

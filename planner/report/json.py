@@ -12,12 +12,12 @@ import msgspec
 from planner.catalogue import entries, events_of
 from planner.findings import Severity
 from planner.flight.budget import Totals
-from planner.flight.prediction import ItemArrival, Segment
+from planner.flight.prediction import ItemArrival, Segment, Segments
 from planner.report.rule_text import way_off
 from planner.report.text import count_codes, well_formed
 from planner.service.preflight import CheckResult
 from planner.setup import conditions
-from planner.values import field_names, field_values, replace
+from planner.values import field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -195,11 +195,18 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
         "conditions": {row.key: plain(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),
-        "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
+        "segments": _segments(flown.segments) if flown else [],
         "items": [row for one in (flown.items if flown else ()) for row in _passes(one)],
         "checks": checks_document(result.checked),
         **found_document(result.findings, result.suppressed),
     }
+
+
+def _segments(segments: Sequence[Segment]) -> list[Document]:
+    if not isinstance(segments, Segments):  # none
+        return [values(one, SEGMENT_KEYS) for one in segments]
+    columns = [[*map(plain, column)] for column in segments.columns().values()]
+    return [dict(zip(SEGMENT_KEYS, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def _passes(arrival: ItemArrival) -> Iterator[Document]:
@@ -225,7 +232,7 @@ def setup_document(result: CheckResult | UnreadableMission) -> Document:
 
 def checks_document(checked: Sequence[LedgerEntry]) -> list[Document]:
     """Return what became of each rule."""
-    return [field_values(entry) for entry in checked]
+    return list[Document](msgspec.to_builtins(checked))
 
 
 def _parameters(result: CheckResult | None) -> Document:

@@ -48,11 +48,15 @@ _GRAVITY = (Outcome.NOT_APPLICABLE, Outcome.CHECKED, Outcome.NOT_CHECKED)
 """A rule of several checks is checked where one was made, and not checked where one could not be."""
 
 
+def _is_graver(one: Outcome, other: Outcome) -> bool:
+    return _GRAVITY.index(one) > _GRAVITY.index(other)
+
+
 def one_entry_each(entries: list[LedgerEntry]) -> tuple[LedgerEntry, ...]:
     """Return one entry for each rule, by its code."""
     by_code: dict[str, LedgerEntry] = {}
     for entry in entries:
         known = by_code.setdefault(entry.code, entry)
-        if _GRAVITY.index(entry.outcome) > _GRAVITY.index(known.outcome):
+        if entry is not known and _is_graver(entry.outcome, known.outcome):
             by_code[entry.code] = entry
     return tuple(by_code[code] for code in sorted(by_code))

@@ -77,15 +77,12 @@ def judge(
     for subject, needs in SUBJECTS.items():
         missing = next((need for need in needs if need.of(a) is None), None)
         if missing is not None:
-            entries += (ledger_entry(*one, missing) for one in _declared_in(subject))
+            entries += _unjudged_entries(subject, missing)
             continue
         asked = asked_checks(subject, selection)
         for check in checks_of(subject):
             if check not in asked:
-                entries += (
-                    ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}")
-                    for rule in check.rules
-                )
+                entries += _unasked_entries(check)
                 continue
             found = check(a)
             entries += _entries_of(check, found)
@@ -122,27 +119,33 @@ def _is_default(check: Check) -> bool:
     return any(rule.is_default for rule in check.rules)
 
 
-def _entries_of(check: Check, found: Need[Any] | tuple[Found, ...]) -> Iterator[LedgerEntry]:
-    """Yield the entries of a check by what it has come to."""
+def _entries_of(check: Check, found: Need[Any] | tuple[Found, ...]) -> tuple[LedgerEntry, ...]:
+    """Return the entries of a check by what it has come to."""
     if isinstance(found, Need):
-        yield from (ledger_entry(rule.code, rule.name, found) for rule in check.rules)
-        return
-    yield from _checked_entries(check)
-    for one in found:
-        if isinstance(one, NotEvaluated):
-            yield from (ledger_entry(rule.code, rule.name, one) for rule in (one.rule, *one.also))
+        return _check_entries(check, found)
+    lacks = [one for one in found if isinstance(one, NotEvaluated)]
+    return _check_entries(check, None) + tuple(
+        ledger_entry(rule.code, rule.name, one) for one in lacks for rule in (one.rule, *one.also)
+    )
 
 
 @cache
-def _checked_entries(check: Check) -> tuple[LedgerEntry, ...]:
-    return tuple(ledger_entry(rule.code, rule.name) for rule in check.rules)
+def _check_entries(check: Check, missing: Need[Any] | None) -> tuple[LedgerEntry, ...]:
+    return tuple(ledger_entry(rule.code, rule.name, missing) for rule in check.rules)
 
 
 @cache
-def _declared_in(subject: str) -> tuple[tuple[str, str], ...]:
-    """Return codes and names of the rules of a module, which may not be imported."""
+def _unasked_entries(check: Check) -> tuple[LedgerEntry, ...]:
     return tuple(
-        (code, one.name)
+        ledger_entry(rule.code, rule.name, f"--extend-select {rule.code}") for rule in check.rules
+    )
+
+
+@cache
+def _unjudged_entries(subject: str, missing: Need[Any]) -> tuple[LedgerEntry, ...]:
+    """Return the entries of the rules of a module, which is not imported: all lack the same."""
+    return tuple(
+        ledger_entry(code, one.name, missing)
         for code, one in catalogue.entries().items()
         if one.module == f"planner.rules.{subject}"
     )

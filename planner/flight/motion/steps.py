@@ -431,7 +431,9 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     )
     rows, only = np.arange(len(stage)), np.flatnonzero(cruising)
     reached = np.where(cruising, answer.reached_s, pulse)
-    reached_m, pulse_m = speed * unit.integral(reached), speed * unit.integral(pulse)
+    # what it comes to where the speed is reached, and at the end of the pulse
+    values, integrals = unit.value_and_integral(np.stack((reached, pulse)))
+    reached_m, pulse_m = speed * integrals
     steady_m_s = speed * steady
     peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)
 
@@ -451,7 +453,7 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
         stop - start,
         pieces=_pieces_between(breaks, row),
         distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
-        speed_m_s=np.concatenate((speed * unit.value(reached), steady_m_s[only], peak)),
+        speed_m_s=np.concatenate((speed * values[0], steady_m_s[only], peak)),
         stopping_distance_m=np.concatenate((reached * np.nan, stop_m, length - pulse_m)),
         step=step,
     )
