@@ -21,6 +21,7 @@ from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
+from planner.mission.route.queue import TURN_DEG_S
 from planner.mission.route.stage import StageKind, return_spans
 from planner.physics.response import farthest_stop_s
 from planner.units import GRAVITY_M_S2
@@ -229,6 +230,13 @@ def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None
     if is_of_ardupilot(parameters) and parameters.mission_options & _KEEP_COUNTS:
         return True
     return None if target is None or target.version is None else False
+
+
+def turn_rate_deg_s(parameters: FlightParameters | None) -> float:
+    """Return how fast ArduPilot turns to a heading, by its parameters or as delivered. [° s⁻¹]"""
+    if not is_of_ardupilot(parameters):
+        return TURN_DEG_S
+    return math.degrees(parameters.yaw_rate_rad_s)
 
 
 def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:

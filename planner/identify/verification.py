@@ -18,6 +18,7 @@ from planner.flight.pilot import (
     keeps_jump_counts,
     make_pilot,
     payload_waits_s,
+    turn_rate_deg_s,
 )
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
@@ -553,6 +554,7 @@ def verify_flight(
             continues_after=continues_after(flown_with),
             payload_waits_s=payload_waits_s(flown_with),
             keeps_counts=keeps_jump_counts(flown_with, target),
+            turn_deg_s=turn_rate_deg_s(flown_with),
         ),
         pilot,
     )

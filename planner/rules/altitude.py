@@ -148,7 +148,7 @@ def _home_mismatch(a: Assessment) -> Iterator[Finding]:
     if planned_m is not None and given_m is not None:
         if abs(given_m - planned_m) > _GIVEN_APART_M:
             yield a.finding(
-                HOME_MISMATCH, f"home planned at {_apart(planned_m, given_m, 'by --home-amsl')}"
+                HOME_MISMATCH, f"home planned at {_apart(planned_m, given_m, 'as given')}"
             )
     elif planned_m is not None and ground_m is not None:
         apart_m = abs(ground_m - planned_m)

@@ -13,11 +13,12 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.pilot import CONDITION_NOT_MODELLED
+from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
-from planner.rules.declaration import BUDGET, PACK, judges
+from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PX4, judges
 from planner.units import wh_from_j
 from planner.vehicle.pack import LIPO_CELL_V, chemistry_of
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 IN_SIGHT_M = 500.0
 """How far from its first place a mission without a home is taken to begin: as far as a small multicopter is
@@ -139,6 +142,53 @@ def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
         f"no home in the file: from {quantity.distance(IN_SIGHT_M)} away the way there and back takes "
         f"{quantity.energy(way_wh)} more, {quantity.energy(short_wh)} short of the reserve",
         severity=Severity.ERROR,
+    )
+
+
+_REQUIRED = 2
+"""A precision landing that searches for its target (PX4, ``PrecLandMode::Required``)."""
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
+def _target_searched(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Report landings that search for a target: ``PrecLand::run_state_search``, no longer than so often."""
+    items = [one.item for one in a.route.stages if _searches(a, one.item)]
+    by_return = parameters.return_precision_landing == _REQUIRED
+    if not items and not by_return:
+        return
+    search_s = parameters.target_searches * parameters.target_search_s
+    needed_wh = wh_from_j(a.flight.hover_near_home_w * search_s)
+    short_wh = needed_wh - _left_wh(a)
+    asked = "RTL_PLD_MD 2" if by_return else "NAV_LAND with a precision landing that is required"
+    yield a.finding(
+        SETTING_NOT_FOLLOWED,
+        f"{asked}: where it sees no target it hovers to search for it, up to {quantity.duration(search_s)}"
+        + f" and {quantity.energy(needed_wh)}" * math.isfinite(needed_wh)
+        + " that are not predicted"
+        + f"; {quantity.energy(short_wh)} short of the reserve" * (short_wh > 0.0),
+        item=items[0] if items else None,
+        severity=Severity.ERROR if short_wh > 0.0 else None,
+    )
+
+
+def _searches(a: Assessment, item: int) -> bool:
+    asked = a.mission.items[item - 1]
+    return asked.command == Command.NAV_LAND and asked.param2 == _REQUIRED
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT,))
+def _target_lost(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Report landings that wait for a target (``AC_PrecLand_StateMachine::get_target_lost_actions``)."""
+    strictness = parameters.precision_strictness if parameters.precision_landing else 0
+    if not strictness:
+        return
+    hovers = strictness > 1
+    then = "then stays in the air" if hovers else "is not predicted so"
+    yield a.finding(
+        SETTING_NOT_FOLLOWED,
+        f"PLND_STRICT {strictness}: a landing that loses its target climbs and tries again, and {then}",
+        severity=Severity.ERROR if hovers else None,
+        fix="set PLND_STRICT to 0, or PLND_ENABLED to 0 where no target is set up",
     )
 
 

@@ -386,9 +386,9 @@ class SortieChecks:
         mission, pad = self.written_mission(sortie), self._fleet.pad_of(sortie)
         if pad is None:
             return mission
-        amsl_m = pad.amsl_m
-        if amsl_m is None and mission.home is not None:
-            amsl_m = mission.home.altitude_amsl_m
+        # What it was planned from: that of the pad comes with the settings, and rules ask both.
+        planned_m = None if mission.home is None else mission.home.altitude_amsl_m
+        amsl_m = planned_m if pad.amsl_m is None else planned_m or pad.amsl_m
         home = Home(
             latitude_deg=pad.latitude_deg, longitude_deg=pad.longitude_deg, altitude_amsl_m=amsl_m
         )

@@ -33,6 +33,7 @@ from planner.flight.pilot import (
     make_pilot,
     own_parameters_of,
     payload_waits_s,
+    turn_rate_deg_s,
 )
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.reach import GUST_SDS
@@ -499,6 +500,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             continues_after=continues_after(own_parameters),
             payload_waits_s=payload_waits_s(own_parameters),
             keeps_counts=keeps_jump_counts(own_parameters, target),
+            turn_deg_s=turn_rate_deg_s(own_parameters),
         )
         if setup.speed_m_s is None:
             return route

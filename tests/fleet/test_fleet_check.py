@@ -391,6 +391,18 @@ def test_unknown_altitudes_of_homes_leave_the_separation_open() -> None:
     assert (result.verdict, result.verdict_text) == ("no-go", "NOT CHECKED")
 
 
+@pytest.mark.parametrize(("planned_m", "told"), [(400.0, 0), (480.0, 1), (0.0, 0)])
+def test_a_pad_at_another_altitude_than_the_mission_was_planned_from_is_told(
+    planned_m: float, told: int
+) -> None:
+    home = OUT.home
+    assert home is not None
+    tables = pad("a", 0, 0) + vehicles("a") + sortie("s1", "a", 0.0)  # at 400 m
+    result = checked(tables, out=replace(OUT, home=replace(home, altitude_amsl_m=planned_m)))
+    [flown] = result.sorties
+    assert [one.code for one in flown.result.findings].count("A115") == told
+
+
 def test_two_of_one_system_id_are_told() -> None:
     tables = (
         SEPARATION + pad("a", 0, 0) + pad("b", 0, 200) + vehicles("a", "b", more="system_id = 7")

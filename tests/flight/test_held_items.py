@@ -33,8 +33,10 @@ def distance(metres: float) -> MissionItem:
     return item(114, frame=2, params=(metres, 0.0, 0.0, 0.0))
 
 
-def yaw(degrees: float, *, rate: float = 0.0, relative: float = 0.0) -> MissionItem:
-    return item(115, frame=2, params=(degrees, rate, 1.0, relative))
+def yaw(
+    degrees: float, *, rate: float = 0.0, direction: float = 0.0, relative: float = 0.0
+) -> MissionItem:
+    return item(115, frame=2, params=(degrees, rate, direction, relative))
 
 
 def photo() -> MissionItem:
@@ -127,10 +129,17 @@ def test_conditions_are_met_one_after_the_other() -> None:
         (yaw(90.0, relative=1.0), 1.5),
         (yaw(90.0, rate=10.0, relative=1.0), 9.0),
         (yaw(0.0, rate=20.0), 9.0),
+        (yaw(0.0, rate=20.0, direction=-1.0), 18.0),  # all the way round
+        (yaw(0.0, rate=120.0), 3.0),  # no faster than the vehicle turns
     ],
 )
 def test_a_heading_takes_its_angle_over_its_rate(turn: MissionItem, seconds: float) -> None:
     assert condition_of(turn).wait_s == pytest.approx(seconds)
+
+
+def test_a_heading_takes_as_long_as_the_vehicle_turns_to_it() -> None:
+    assert condition_of(yaw(270.0), 5.0).wait_s == pytest.approx(180.0 / 5.0)
+    assert condition_of(yaw(90.0, rate=20.0, relative=1.0), 5.0).wait_s == pytest.approx(18.0)
 
 
 def test_a_delay_counts_through_a_hold_and_the_speed_from_the_next_leg_on() -> None:

@@ -50,6 +50,35 @@ def test_a_fence_switched_on_outside_is_left_at_once() -> None:
     assert told["F101"].item == 4
 
 
+# Half a turn at 60 °/s lets it off 3 s into a leg at 10 m/s, 30 m of 130 m to the circle; at 5 °/s after
+# 36 s, 360 m: outside.  A whole turn at 20 °/s takes 18 s, half of one 9 s, 90 m.
+@pytest.mark.parametrize(
+    ("rates", "turn", "leaves"),
+    [
+        ("", (270.0, 0.0, 0.0, 0.0), False),
+        ("ATC_SLEW_YAW,500\n", (270.0, 0.0, 0.0, 0.0), True),
+        ("ATC_RATE_Y_MAX,5\n", (270.0, 0.0, 0.0, 0.0), True),
+        ("ATC_RATE_Y_MAX,5\n", (270.0, 90.0, 0.0, 0.0), True),
+        ("", (270.0, 20.0, 0.0, 0.0), False),
+        ("", (270.0, 20.0, 1.0, 0.0), True),
+    ],
+)
+def test_a_fence_is_off_behind_a_turn_once_the_vehicle_has_turned(
+    rates: str, turn: tuple[float, ...], *, leaves: bool
+) -> None:
+    heading = item(115, frame=2, params=turn)
+    legs = (takeoff(20), at(0, 20), heading, OFF, at(0, 600), LANDS)
+    told = ARDUPILOT(legs, parameters=CIRCLE.format(1) + rates)
+    assert ("F101" in told) is leaves
+
+
+def test_a_fence_behind_a_turn_is_on_at_once() -> None:
+    """It may point there already: the leg back begins outside, and 36 s later would be inside."""
+    heading = item(115, frame=2, params=(270.0, 5.0, 0.0, 0.0))
+    legs = (takeoff(20), at(0, 300), heading, ON, at(0, 0), LANDS)
+    assert "F101" in ARDUPILOT(legs, parameters=CIRCLE.format(0))
+
+
 @pytest.mark.parametrize("areas", [(), (AROUND,)])
 def test_a_fence_the_mission_switches_off_before_leaving_it_is_a_note(
     areas: tuple[FencePolygon, ...],

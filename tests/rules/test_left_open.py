@@ -12,6 +12,8 @@ from rule_cases.case import ARDUPILOT, PX4, found
 from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
@@ -103,3 +105,46 @@ def test_a_margin_that_does_not_hold_500_m_more_is_an_error_without_a_home(
     flight = replace(mission(takeoff(20), waypoint(0, 20), waypoint(100, 20), rtl()), home=None)
     told = [f for f in found(flight, reserve=reserve) if f.code == "M107"]
     assert max(one.severity for one in told) is severity
+
+
+# Three searches of 10 s, the defaults, of 100 s, and none; at some 270 W of hover 2.3 and 23 Wh.
+@pytest.mark.parametrize(
+    ("parameters", "asked", "severities"),
+    [
+        ("RTL_PLD_MD,0\n", 0.0, []),
+        ("RTL_PLD_MD,1\n", 1.0, []),
+        ("RTL_PLD_MD,2\n", 0.0, [Severity.WARNING]),
+        ("RTL_PLD_MD,0\n", 2.0, [Severity.WARNING]),
+        ("RTL_PLD_MD,2\nPLD_SRCH_TOUT,100\n", 0.0, [Severity.ERROR]),
+        ("RTL_PLD_MD,2\nPLD_SRCH_TOUT,100\nPLD_MAX_SRCH,0\n", 0.0, [Severity.WARNING]),
+    ],
+)
+def test_a_landing_that_searches_for_its_target_is_told(
+    parameters: str, asked: float, severities: list[Severity]
+) -> None:
+    lands = item(21, north(100), 0.0, params=(0.0, asked, 0.0, None))
+    made = mission(takeoff(20), waypoint(100, 20), lands)
+    flown = found(
+        made,
+        PX4,
+        parameters,
+        battery=Battery(capacity_wh=25.0),
+        vehicle=load_vehicle("px4-quad-2kg"),
+    )
+    assert [one.severity for one in flown if one.code == "T110"] == severities
+
+
+@pytest.mark.parametrize(
+    ("parameters", "severities"),
+    [
+        ("PLND_ENABLED,0\nPLND_STRICT,2\n", []),
+        ("PLND_ENABLED,1\nPLND_STRICT,0\n", []),
+        ("PLND_ENABLED,1\n", [Severity.WARNING]),
+        ("PLND_ENABLED,1\nPLND_STRICT,2\n", [Severity.ERROR]),
+    ],
+)
+def test_a_landing_that_waits_for_its_target_is_told(
+    parameters: str, severities: list[Severity]
+) -> None:
+    flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, parameters)
+    assert [one.severity for one in flown if one.code == "T110"] == severities

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from planner.autopilot import Autopilot
@@ -364,6 +366,24 @@ def test_no_name_that_counts_is_a_slip_of_another(autopilot: Autopilot) -> None:
     for name in names:
         result = resolve_parameters(autopilot, file=file_of(f"{name},1\n"))
         assert not messages(result, "P110"), name
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "text", "rate_deg_s"),
+    [
+        (Autopilot.PX4, "MC_YAWRATE_MAX,10\n", 10.0),
+        (Autopilot.PX4, "MC_YAWRATE_MAX,45\nMPC_YAWRAUTO_MAX,30\n", 30.0),
+        (Autopilot.PX4, "MPC_YAWRAUTO_MAX,300\n", 200.0),  # the default of MC_YAWRATE_MAX
+        (Autopilot.ARDUPILOT, "ATC_RATE_Y_MAX,5\n", 5.0),
+        (Autopilot.ARDUPILOT, "ATC_RATE_Y_MAX,0\nATC_SLEW_YAW,9000\n", 90.0),
+        (Autopilot.ARDUPILOT, "ATC_RATE_Y_MAX,100\nATC_SLEW_YAW,9000\n", 90.0),
+    ],
+)
+def test_a_vehicle_turns_no_faster_than_its_attitude_is_let(
+    autopilot: Autopilot, text: str, rate_deg_s: float
+) -> None:
+    values = resolve_parameters(autopilot, file=file_of(text)).values
+    assert math.degrees(values.yaw_rate_rad_s) == pytest.approx(rate_deg_s)
 
 
 def test_defaults_are_those_of_the_version() -> None:

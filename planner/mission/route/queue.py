@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command, is_navigation
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.mission.items import MissionItem
 
 CONDITIONS = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE, Command.CONDITION_YAW})
@@ -22,10 +24,9 @@ HELD = frozenset({Command.DO_CHANGE_SPEED, Command.DO_SET_HOME, Command.DO_FENCE
 """Commands that change the flight or how it is judged; of any other it does not matter when."""
 JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
 """Followed when the next command is looked for (``AP_Mission::get_next_cmd``); a tag is carried out."""
-_TURN_DEG_S = 60.0
-"""Rate of a turn whose item gives none: the default of ATC_SLEW_YAW, as of AUTO_YAW_SLEW_RATE before it
-(ArduCopter, ``Mode::AutoYaw::set_fixed_yaw``). [° s⁻¹]"""
-_HALF_TURN_DEG = 180.0
+TURN_DEG_S = 60.0
+"""Greatest rate of a turn: the default of ATC_SLEW_YAW, as of AUTO_YAW_SLEW_RATE before it. [° s⁻¹]"""
+_HALF_TURN_DEG, _WHOLE_TURN_DEG = 180.0, 360.0
 
 HELD_BACK = Rule(
     "T115 held-back",
@@ -36,7 +37,9 @@ HELD_BACK = Rule(
     "never carried out.",
     how="DO_CHANGE_SPEED, DO_SET_HOME and DO_FENCE_ENABLE behind a condition, on ArduPilot: carried out "
     "so many seconds after the leg began, so near to its place, or after the longest turn to the "
-    "heading, as predicted.  A warning where the leg is over before.",
+    "heading, as predicted: half a turn, a whole one where the item says which way round, no faster than "
+    "ATC_SLEW_YAW.  A fence behind a turn is on at once: it may point there already.  A warning where the "
+    "leg is over before.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
 )
 
@@ -63,17 +66,29 @@ class Condition(Value):
         return f"{self.command.name} {quantity.duration(self.wait_s)}"
 
 
-def condition_of(item: MissionItem) -> Condition:
-    """Return the condition that an item sets; a turn lasts as long as the longest to its heading."""
+def condition_of(item: MissionItem, turn_deg_s: float = TURN_DEG_S) -> Condition:
+    """Return the condition that an item sets; a turn lasts as long as the longest to its heading.
+
+    No faster than the vehicle turns (ArduCopter, ``Mode::AutoYaw::set_fixed_yaw``). [° s⁻¹]
+    """
     command = Command(item.command)
     value = max(item.param1 or 0.0, 0.0)
     if command is Command.CONDITION_DISTANCE:
         return Condition(command=command, within_m=value)
     if command is Command.CONDITION_DELAY:
         return Condition(command=command, wait_s=value)
-    turn_deg = abs(item.param1 or 0.0) if item.param4 else _HALF_TURN_DEG
-    rate_deg_s = item.param2 if item.param2 is not None and item.param2 > 0.0 else _TURN_DEG_S
-    return Condition(command=command, wait_s=turn_deg / rate_deg_s)
+    longest_deg = _WHOLE_TURN_DEG if item.param3 else _HALF_TURN_DEG
+    turn_deg = abs(item.param1 or 0.0) if item.param4 else longest_deg
+    asked_deg_s = item.param2 if item.param2 is not None and item.param2 > 0.0 else turn_deg_s
+    return Condition(command=command, wait_s=turn_deg / min(asked_deg_s, turn_deg_s))
+
+
+def soonest(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
+    """Return conditions as they are met where no turn is left to make."""
+    return tuple(
+        replace(one, wait_s=0.0) if one.command is Command.CONDITION_YAW else one
+        for one in conditions
+    )
 
 
 class HeldItem(Value):

@@ -21,7 +21,7 @@ from planner.mission.commands import (
 )
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.order import FlownOrder, flown_order
-from planner.mission.route.queue import JUMPS
+from planner.mission.route.queue import JUMPS, TURN_DEG_S
 from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     ITEM_NOT_MODELLED,
@@ -63,6 +63,7 @@ def make_route(
     continues_after: frozenset[StageKind] | None = None,
     payload_waits_s: Mapping[int, float] | None = None,
     keeps_counts: bool | None = None,
+    turn_deg_s: float = TURN_DEG_S,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -84,6 +85,8 @@ def make_route(
         How long the vehicle waits at items of what it carries, by their command. [s]
     keeps_counts : bool, optional
         Whether ArduPilot keeps the count of a jump that was counted to its end; default not known.
+    turn_deg_s : float, optional
+        How fast ArduPilot turns to a heading that holds items back; default as it is delivered. [° s⁻¹]
 
     Raises
     ------
@@ -98,6 +101,7 @@ def make_route(
     if continues_after is None:
         continues_after = frozenset() if dialect is None else CONTINUES_AFTER[dialect]
     state.payload_waits_s = payload_waits_s or {}
+    state.turn_deg_s = turn_deg_s
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []

@@ -29,7 +29,15 @@ from planner.mission.commands import (
     is_navigation,
     support,
 )
-from planner.mission.route.queue import CONDITIONS, HELD, HeldItem, condition_of, is_queued
+from planner.mission.route.queue import (
+    CONDITIONS,
+    HELD,
+    TURN_DEG_S,
+    HeldItem,
+    condition_of,
+    is_queued,
+    soonest,
+)
 from planner.mission.route.stage import (
     LANDED_STAGES,
     LEVEL_FIRST,
@@ -394,6 +402,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     out; one that is not among them is dropped. [-]"""
     payload_waits_s: Mapping[int, float] = field(default_factory=dict)
     """By command. [s]"""
+    turn_deg_s: float = TURN_DEG_S
     visit: int = -1
     """Position of the item being followed among the reached."""
     queued: int = 0
@@ -447,15 +456,18 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         if self.dialect is Autopilot.PX4:
             return False
         if item.command in CONDITIONS:
-            self.conditions.append(condition_of(item))
+            self.conditions.append(condition_of(item, self.turn_deg_s))
             return True
         if not self.conditions or item.command not in HELD:
             return False
+        conditions = tuple(self.conditions)
+        if item.command == Command.DO_FENCE_ENABLE and item.param1:
+            conditions = soonest(conditions)
         one = HeldItem(
             visit=self.visit,
             item=self.number,
             command=Command(item.command),
-            conditions=tuple(self.conditions),
+            conditions=conditions,
             first_stage=0,
             last_stage=0,
         )

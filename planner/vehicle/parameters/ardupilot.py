@@ -73,6 +73,8 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     lean_angle_max_rad: float = parameter(
         "PSC_ANGLE_MAX deg", 0.0, Range(0.0, 1.5), zero_means=("attitude_lean_max_rad", 1.0)
     )
+    # of the attitude; 0: no limit (``AC_AttitudeControl::get_slew_yaw_max_degs``)
+    attitude_yaw_rate_rad_s: float = parameter("ATC_RATE_Y_MAX deg/s", 0.0, NOT_NEGATIVE)
     # time constant of the attitude; jerk rises within twice of it
     attitude_time_constant_s: float = parameter("ATC_INPUT_TC s", 0.15, Range(0.0, 1.0))
     circle_radius_m: float = _renamed("CIRCLE_RADIUS_M m", "CIRCLE_RADIUS cm", 10.0, NOT_NEGATIVE)
@@ -92,6 +94,9 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
         usual=1.5,
     )
     land_slow_height_m: float = _renamed("LAND_ALT_LOW_M m", "LAND_ALT_LOW cm", 10.0, _HEIGHT)
+    precision_landing: int = parameter("PLND_ENABLED", 0, NOT_NEGATIVE)
+    # what becomes of a landing that loses its target: 0 lands, 1 climbs and tries again, 2 then hovers
+    precision_strictness: int = parameter("PLND_STRICT", 1, NOT_NEGATIVE)
     # height over home of the way back; 0: as it is
     return_altitude_m: float = _renamed("RTL_ALT_M m", "RTL_ALT cm", 15.0, Range(0.0, 3000.0))
     # height at which a return ends; 0: landed
@@ -189,6 +194,10 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
         for quantity in ("acceleration_m_s2", "corner_acceleration_m_s2"):
             if getattr(self, quantity) > most_m_s2:
                 self.overwrite(limit, quantity, most_m_s2)
+        if 0.0 < self.attitude_yaw_rate_rad_s < self.yaw_rate_rad_s:
+            self.overwrite(
+                "attitude_yaw_rate_rad_s", "yaw_rate_rad_s", self.attitude_yaw_rate_rad_s
+            )
 
     @property
     def measures_current(self) -> bool:

@@ -68,6 +68,8 @@ class Px4Parameters(AutopilotParameters, eq=False):
     yaw_rate_rad_s: float = parameter(
         "MPC_YAWRAUTO_MAX deg/s", 60.0, POSITIVE, earlier=((_1_17, 45.0),)
     )
+    # of the attitude, which follows the heading no faster
+    attitude_yaw_rate_rad_s: float = parameter("MC_YAWRATE_MAX deg/s", 200.0, POSITIVE)
     yaw_acceleration_rad_s2: float = parameter(
         "MPC_YAWRAUTO_ACC deg/s²", 20.0, POSITIVE, earlier=((_1_17, 60.0),)
     )
@@ -91,6 +93,11 @@ class Px4Parameters(AutopilotParameters, eq=False):
     land_slowest_height_m: float = parameter("MPC_LAND_ALT2 m", 5.0, NOT_NEGATIVE)
     land_crawl_height_m: float = parameter("MPC_LAND_ALT3 m", 1.0, NOT_NEGATIVE)
     land_crawl_speed_m_s: float = parameter("MPC_LAND_CRWL m/s", 0.3, _SLOW)
+
+    # precision landings of returns: 0 none, 1 where a target is seen, 2 search for it
+    return_precision_landing: int = parameter("RTL_PLD_MD", 0, NOT_NEGATIVE)
+    target_search_s: float = parameter("PLD_SRCH_TOUT s", 10.0, NOT_NEGATIVE)
+    target_searches: int = parameter("PLD_MAX_SRCH", 3, NOT_NEGATIVE)
 
     # time from landed to disarmed; negative: never
     disarm_delay_s: float = parameter("COM_DISARM_LAND s", 2.0)
@@ -195,6 +202,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
             ("descent_speed_max_m_s", "descent_speed_m_s"),
             ("climb_speed_max_m_s", "takeoff_speed_m_s"),
             ("descent_speed_max_m_s", "land_speed_m_s"),
+            ("attitude_yaw_rate_rad_s", "yaw_rate_rad_s"),
         ):
             if getattr(self, quantity) > getattr(self, limit):
                 self.overwrite(limit, quantity, getattr(self, limit))
