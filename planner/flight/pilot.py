@@ -16,6 +16,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
+from planner.flight.motion.batches import batches_of
 from planner.flight.motion.followed_ground import ClimbLimits, follow_ground
 from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Target
     from planner.findings import Finding
     from planner.flight.motion.kinematics import Motion
-    from planner.flight.motion.px4.lag import Tracking
+    from planner.flight.motion.px4.pilot import Px4Pilot
     from planner.flight.power import Transients
     from planner.geo.terrain import TerrainGrid
     from planner.mission.route.stage import Route
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from planner.vehicle.model import Responses, VehicleModel
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.files import ParameterSet
-    from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
     from planner.vehicle.parameters.table import Version
 
@@ -260,7 +260,9 @@ def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:
     return dict.fromkeys(waiting, parameters.payload_wait_s)
 
 
-def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
+def make_pilot(
+    setup: Setup, parameters: FlightParameters | None
+) -> StepPilot | ArduPilotPilot | Px4Pilot:
     """Return who flies a vehicle: an autopilot with its parameters, else steps of the reference.
 
     Of steps the parameters, where they are known, set how high returns are flown and where they wait.
@@ -268,7 +270,6 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
     vehicle = setup.vehicle
     if parameters is None or setup.flown_by is Autopilot.STEP:
         return StepPilot(vehicle=vehicle, parameters=parameters, terrain=setup.terrain)
-    from planner.flight.motion.px4.lag import Tracking
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     limit_m_s = airspeed_limit_m_s(vehicle, parameters)
@@ -281,11 +282,14 @@ def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
                 f"({parameters.position_error_max_m:g} m), got {noise_m:g} m: PX4 would stand still"
             )
             raise UsageError(msg)
+        from planner.flight.motion.px4.pilot import Px4Pilot
+
         return Px4Pilot(
             parameters=parameters,
             wind=setup.wind,
             airspeed_limit_m_s=limit_m_s,
-            tracking=Tracking(noise_m=noise_m, drag_per_s=vehicle.drag_per_s),
+            noise_m=noise_m,
+            drag_per_s=vehicle.drag_per_s,
             heading_rad=None if setup.heading_deg is None else math.radians(setup.heading_deg),
         )
     return ArduPilotPilot(
@@ -373,22 +377,6 @@ def _held_lean_rad(vehicle: VehicleModel, kind: type[FlightParameters]) -> float
 
 _CLIMBS_M_S, _DESCENDS_M_S = 2.5, 1.5
 """WPNAV_SPEED_UP and WPNAV_SPEED_DN as ArduPilot is delivered: it alone follows the ground. [m s⁻¹]"""
-
-
-_MOST_TOGETHER = 4000
-"""Stages of flights that are flown as one motion, which then takes some ten megabytes."""
-
-
-def _batches(routes: Sequence[Route]) -> Iterator[tuple[int, Sequence[Route]]]:
-    """Yield routes that are flown as one motion, with the position of the first."""
-    first, stages = 0, 0
-    for position, route in enumerate(routes):
-        if first < position and stages + len(route.stages) > _MOST_TOGETHER:
-            yield first, routes[first:position]
-            first, stages = position, 0
-        stages += len(route.stages)
-    if first < len(routes):
-        yield first, routes[first:]
 
 
 def _numbered(motion: Motion, item: IntArray) -> Motion:
@@ -505,83 +493,6 @@ class StepPilot(Value):
         return self.vehicle.default_speed_m_s or 0.0
 
 
-class Px4Pilot(Value):
-    """PX4 with the vehicle's parameters."""
-
-    parameters: Px4Parameters
-    wind: Wind
-    airspeed_limit_m_s: float | None
-    """Airspeed at the greatest tilt; ``None``: not known. [m s⁻¹]"""
-    tracking: Tracking
-    heading_rad: float | None = None
-    """That it is armed with; ``None``: not known. [rad]"""
-
-    def fly(self, route: Route) -> tuple[Motion, Transients]:
-        """Return the motion along a route; PX4 shapes its references, so nothing rings."""
-        from planner.flight.motion.px4.pilot import fly_px4
-
-        motion = fly_px4(
-            route.stages,
-            self.parameters,
-            wind=self.wind,
-            airspeed_limit_m_s=self.airspeed_limit_m_s,
-            tracking=self.tracking,
-            heading_rad=self.heading_rad,
-        )
-        return motion, NO_TRANSIENTS
-
-    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
-        """Yield the flights along routes, many at once."""
-        from planner.flight.motion.px4.pilot import fly_px4_flights
-
-        for first, some in _batches(routes):
-            motion = fly_px4_flights(
-                [route.stages for route in some],
-                self.parameters,
-                wind=self.wind,
-                airspeed_limit_m_s=self.airspeed_limit_m_s,
-                tracking=self.tracking,
-                heading_rad=self.heading_rad,
-            )
-            yield _numbered(motion, motion.segments.item + first), NO_TRANSIENTS
-
-    def fly_returns(
-        self, points_m: FloatArray, targets: ReturnTargets, _route: Route
-    ) -> tuple[Motion, Transients]:
-        """Return the returns (RTL) from each point."""
-        from planner.flight.motion.px4.pilot import px4_returns
-
-        motion = px4_returns(
-            points_m,
-            targets,
-            self.parameters,
-            wind=self.wind,
-            airspeed_limit_m_s=self.airspeed_limit_m_s,
-            tracking=self.tracking,
-            heading_rad=self.heading_rad,
-        )
-        return motion, NO_TRANSIENTS
-
-    def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
-        """Return the heights of RTL_RETURN_ALT and its cone."""
-        return _return_heights_m(points_m, targets, self.parameters)
-
-    def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the distance and the time until a vehicle in mid-leg turns back."""
-        from planner.flight.motion.px4.braking import turning_back
-
-        p = self.parameters
-        return turning_back(speed_m_s, p.acceleration_m_s2, p.jerk_m_s3)
-
-    def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
-        """Return the distance until a vehicle in mid-leg turns back, which drag carries past it."""
-        from planner.flight.motion.px4.braking import passed_m
-
-        way_m, braking_s = self.stop(speed_m_s)
-        drag_per_s = self.tracking.drag_per_s or 0.0
-        return way_m + passed_m(speed_m_s, braking_s, self.parameters, drag_per_s)
-
-
 class ArduPilotPilot(Value):
     """ArduPilot's Copter with the vehicle's parameters."""
 
@@ -620,7 +531,7 @@ class ArduPilotPilot(Value):
         if self.terrain is not None:
             yield from _one_by_one(self, routes)
             return
-        for first, some in _batches(routes):
+        for first, some in batches_of(routes):
             motion = fly_ardupilot_flights(
                 [route.stages for route in some],
                 self.parameters,
@@ -685,16 +596,9 @@ def _return_heights_m(
         return return_height_m(
             points_m, place_m, targets.datum_m, targets.return_ceiling_m, parameters
         )
-    from planner.flight.motion.px4.moves import return_heights_m, return_path_height_m
+    from planner.flight.motion.px4.moves import heights_of_returns_m
 
-    way = targets.ground_m - points_m
-    datum = targets.ground_m[:, 2] + targets.above_ground_m
-    distance = np.hypot(way[:, 0], way[:, 1])
-    height_m = datum + return_heights_m(distance, points_m[:, 2] - datum, parameters)
-    for row, along in enumerate(targets.paths):
-        if along is not None:
-            height_m[row] = return_path_height_m(points_m[row], along, parameters)
-    return height_m
+    return heights_of_returns_m(points_m, targets, parameters)
 
 
 def _return_wait_s(parameters: FlightParameters) -> float:

@@ -7,6 +7,7 @@ import pytest
 from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from px4_flights import fly_px4
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES, FlightState
@@ -18,7 +19,6 @@ from planner.flight.motion.px4.braking import (
     ramp_time_s,
 )
 from planner.flight.motion.px4.laws import BrakeLaw, wright_omega
-from planner.flight.motion.px4.pilot import fly_px4
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 

@@ -9,9 +9,8 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from px4_flights import fly_px4
 
-from planner.flight.motion.px4.lag import Tracking
-from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -58,7 +57,7 @@ def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
 def test_pieces_follow_each_other_without_a_jump(
     stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
 ) -> None:
-    motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode), tracking=Tracking(noise_m=noise_m))
+    motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode), noise_m=noise_m)
     piece = np.arange(len(motion.piece_duration_s))
     begin = motion.state_at(piece, np.zeros(len(piece)))
     end = motion.state_at(piece, motion.piece_duration_s)
@@ -110,10 +109,7 @@ def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: i
 def test_noise_never_saves_time_and_never_takes_more_than_it_may(
     stages: tuple[Stage, ...], noise_m: float
 ) -> None:
-    quiet, noisy = (
-        fly_px4(stages, PX4, tracking=Tracking(noise_m=n)).segments.end_s[-1]
-        for n in (0.0, noise_m)
-    )
+    quiet, noisy = (fly_px4(stages, PX4, noise_m=n).segments.end_s[-1] for n in (0.0, noise_m))
     # Behind half of the time at 1 − noise/2 m, over a landing place all of the time.
     assert quiet <= noisy + 1e-6
     assert noisy <= quiet / (1.0 - 0.5 * noise_m) + 1e-6
@@ -122,7 +118,7 @@ def test_noise_never_saves_time_and_never_takes_more_than_it_may(
 @pytest.mark.parametrize("noise_m", [-0.1, 2.0])
 def test_a_noise_that_stops_time_is_refused(noise_m: float) -> None:
     with pytest.raises(ValueError, match="MPC_XY_ERR_MAX"):
-        fly_px4((takeoff(),), PX4, tracking=Tracking(noise_m=noise_m))
+        fly_px4((takeoff(),), PX4, noise_m=noise_m)
 
 
 @pytest.mark.parametrize(("climb_m", "measured_m_s"), [(150.0, 2.78), (-150.0, 1.38)])
@@ -132,7 +128,7 @@ def test_noise_of_03_m_slows_climbs_and_descents_as_measured(
     motion = fly_px4(
         (takeoff(200.0), go(0.0, 0.0, 200.0, hold=9.0), go(0.0, 0.0, 200.0 + climb_m)),
         PX4,
-        tracking=Tracking(noise_m=0.3),
+        noise_m=0.3,
     )
     middle = motion.segments.end_s[-1:] - 0.5 * motion.segments.duration_s[-1]
     assert np.abs(motion.state_at_time(middle).climb_m_s) == pytest.approx(measured_m_s, rel=0.01)
@@ -142,7 +138,7 @@ def test_noise_slows_a_landing_from_standing_as_recorded() -> None:
     # 20 s of hold at 100 m, then the landing: 94.0 s and 93.4 s until disarmed, at 0.32 to 0.35 m.
     # The landed flag of one came 3.5 s late.
     high = (takeoff(100.0), go(0.0, 0.0, 100.0, hold=25.0), stage(StageKind.LAND, 0.0, 0.0, 0.0))
-    motion = fly_px4(high, PX4, tracking=Tracking(noise_m=0.32))
+    motion = fly_px4(high, PX4, noise_m=0.32)
     assert motion.segments.duration_s[-1] == pytest.approx(93.7, rel=0.03)
 
 

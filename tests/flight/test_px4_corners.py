@@ -9,9 +9,8 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from px4_flights import fly_px4
 
-from planner.flight.motion.px4.lag import Tracking
-from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -23,7 +22,7 @@ def arrivals_s(
     *stages: Stage, parameters: Px4Parameters = PX4, noise_m: float = 0.0
 ) -> list[float]:
     """Return when each stage was reached, from the first on."""
-    motion = fly_px4(stages, parameters, tracking=Tracking(noise_m=noise_m))
+    motion = fly_px4(stages, parameters, noise_m=noise_m)
     end = motion.segments.end_s[motion.arrival_segment]
     return [float(time) for time in end - end[0]]
 

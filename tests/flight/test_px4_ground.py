@@ -10,9 +10,9 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from px4_flights import fly_px4
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters

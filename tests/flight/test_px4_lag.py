@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 from made_returns import to_home
+from px4_flights import fly_px4, px4_returns
 
-from planner.flight.motion.px4.lag import Tracking
-from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -28,7 +27,7 @@ SURVEY = ((0.0, 60.0), (0.0, -60.0), (12.0, -60.0), (12.0, 60.0), (24.0, 60.0), 
 def fly(places: tuple[tuple[float, float], ...], drag_per_s: float | None, speed: float) -> Motion:
     legs: list[Stage] = [replace(go(east, north), speed_m_s=speed) for east, north in places]
     home = stage(StageKind.RETURN, height_m=0.0)
-    return fly_px4((takeoff(), *legs, home), PX4, tracking=Tracking(drag_per_s=drag_per_s))
+    return fly_px4((takeoff(), *legs, home), PX4, drag_per_s=drag_per_s)
 
 
 def legs_s(motion: Motion, count: int) -> list[float]:
@@ -65,7 +64,7 @@ def test_a_vehicle_beside_its_trajectory_is_waited_for_by_turns() -> None:
     legs = [replace(go(*place), speed_m_s=15.0) for place in ((250.0, 0.0), (250.0, 200.0))]
     stages = (takeoff(20.0), *legs, replace(go(0.0, 200.0), speed_m_s=15.0))
     wide = replace(PX4, speed_max_m_s=15.0)
-    motion = fly_px4(stages, wide, tracking=Tracking(drag_per_s=1.0))
+    motion = fly_px4(stages, wide, drag_per_s=1.0)
     assert legs_s(motion, 2)[0] == pytest.approx(26.2, rel=0.02)
 
 
@@ -108,7 +107,7 @@ def test_a_vehicle_with_drag_passes_the_heights_its_trajectory_comes_to() -> Non
         go(0.0, height_m=30.0, hold=5.0),
         go(0.0, height_m=100.0),
     )
-    motion = fly_px4((takeoff(30.0), up, down, top), fast, tracking=Tracking(drag_per_s=1.0))
+    motion = fly_px4((takeoff(30.0), up, down, top), fast, drag_per_s=1.0)
     reached = motion.segments.end_s[motion.arrival_segment]
     assert reached[1:] == pytest.approx([31.08, 54.42, 70.34], rel=0.03)
 
@@ -129,7 +128,7 @@ def test_the_greatest_tilt_bounds_the_speed() -> None:
     lower = fly_px4(
         (takeoff(15.0), *(replace(go(*place), speed_m_s=8.0) for place in far)),
         replace(PX4, lean_angle_max_rad=math.radians(30.0)),
-        tracking=Tracking(drag_per_s=2.0),
+        drag_per_s=2.0,
     )
     speed = lower.state_at_time(np.arange(40.0, 80.0, 0.5)).ground_speed_m_s
     assert speed.max() == pytest.approx(9.80665 * math.tan(math.radians(30.0)) / 2.0, rel=0.01)
@@ -169,11 +168,10 @@ def test_what_a_vehicle_is_off_by_dies_away_over_a_long_cruise() -> None:
 
 def test_returns_lag_each_on_their_own() -> None:
     places = np.array([[300.0, 0.0, 40.0], [0.0, 200.0, 40.0], [120.0, 0.0, 40.0]])
-    tracking = Tracking(drag_per_s=1.0)
-    together = px4_returns(places, to_home(returns=len(places)), PX4, tracking=tracking).segments
+    together = px4_returns(places, to_home(returns=len(places)), PX4, drag_per_s=1.0).segments
     together_s = np.bincount(together.item, together.duration_s)
     for row, place in enumerate(places):
-        alone = px4_returns(place[None], to_home(), PX4, tracking=tracking).segments
+        alone = px4_returns(place[None], to_home(), PX4, drag_per_s=1.0).segments
         assert together_s[row] == pytest.approx(alone.end_s[-1], abs=1e-6)
 
 
@@ -188,9 +186,12 @@ def test_returns_lag_each_on_their_own() -> None:
 )
 def test_each_gain_of_the_controller_makes_it_lag_less(change: dict[str, float]) -> None:
     places = [replace(go(east, north), speed_m_s=8.0) for east, north in SURVEY]
-    stages, tracking = (takeoff(15.0), *places), Tracking(drag_per_s=1.0)
-    stiffer = fly_px4(stages, replace(PX4, **change), tracking=tracking)
-    assert stiffer.segments.end_s[-1] < fly_px4(stages, PX4, tracking=tracking).segments.end_s[-1]
+    stages = (takeoff(15.0), *places)
+    stiffer, softer = (
+        fly_px4(stages, parameters, drag_per_s=1.0).segments.end_s[-1]
+        for parameters in (replace(PX4, **change), PX4)
+    )
+    assert stiffer < softer
 
 
 def test_a_vehicle_that_overshoots_flies_farther_than_its_trajectory() -> None:

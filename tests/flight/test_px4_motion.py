@@ -14,6 +14,7 @@ from ardupilot_missions import go, stage, takeoff
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from made_returns import to_home
+from px4_flights import fly_px4, px4_returns
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.braking import (
@@ -22,8 +23,6 @@ from planner.flight.motion.px4.braking import (
     corner_speed_m_s,
     stopping_distance_m,
 )
-from planner.flight.motion.px4.lag import Tracking
-from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.mission.route.stage import Stage, StageKind
 from planner.physics.wind import Wind
 from planner.values import replace
@@ -198,10 +197,7 @@ def test_no_stop_is_shorter_than_the_jerk_lets_it(a: float, j: float, stop_m: fl
 
 def test_noise_slows_time_and_is_off_by_default() -> None:
     stages = (takeoff(100), go(0.0, 0.0, 200.0, hold=5.0))
-    quiet, noisy = (
-        fly_px4(stages, PX4, tracking=Tracking(noise_m=noise)).segments.end_s[-1]
-        for noise in (0.0, 0.3)
-    )
+    quiet, noisy = (fly_px4(stages, PX4, noise_m=noise).segments.end_s[-1] for noise in (0.0, 0.3))
     # All axes are slowed by 1 − 0.3 / MPC_XY_ERR_MAX, at most.
     assert quiet < noisy < quiet / (1.0 - 0.3 / 2.0)
 

@@ -7,11 +7,11 @@ import pytest
 from ardupilot_missions import go, takeoff
 from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
+from px4_flights import fly_px4
 
 from planner.autopilot import Autopilot
-from planner.flight.motion.px4.lag import Tracking
-from planner.flight.motion.px4.pilot import fly_px4
-from planner.flight.pilot import Px4Pilot, make_pilot
+from planner.flight.motion.px4.pilot import Px4Pilot
+from planner.flight.pilot import make_pilot
 from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
@@ -26,7 +26,7 @@ def flown_with_m(given_m: float | None) -> float:
     setup = Setup(load_vehicle("px4-sih-quad"), position_noise_m=given_m)
     pilot = make_pilot(setup, PX4)
     assert isinstance(pilot, Px4Pilot)
-    return pilot.tracking.noise_m
+    return pilot.noise_m
 
 
 def test_the_noise_is_the_models_unless_one_is_given() -> None:
@@ -49,7 +49,7 @@ def test_noise_that_was_assumed_is_said(given_m: float | None, says: int) -> Non
 @pytest.mark.parametrize("noise_m", [0.0, 0.31])
 def test_a_take_off_near_the_ground_is_not_slowed(noise_m: float) -> None:
     # The trajectory's height is kept at the vehicle's there: 10 m after 11.7 s, as measured.
-    motion = fly_px4((takeoff(60.0),), PX4, tracking=Tracking(noise_m=noise_m))
+    motion = fly_px4((takeoff(60.0),), PX4, noise_m=noise_m)
     time_s = np.linspace(0.0, motion.segments.end_s[-1], 4001)
     height_m = motion.state_at_time(time_s).height_m
     assert time_s[np.argmax(height_m >= 10.0)] == pytest.approx(11.7, abs=0.05)
@@ -59,8 +59,7 @@ def test_a_take_off_near_the_ground_is_not_slowed(noise_m: float) -> None:
 def test_climbs_and_descents_pay_for_noise_as_the_law_says(height_m: float) -> None:
     stages = (takeoff(60.0), go(0.0, 0.0, 60.0, hold=20.0), go(0.0, 0.0, height_m))
     quiet, noisy = (
-        np.diff(fly_px4(stages, PX4, tracking=Tracking(noise_m=noise)).segments.end_s)[-1]
-        for noise in (0.0, 0.3)
+        np.diff(fly_px4(stages, PX4, noise_m=noise).segments.end_s)[-1] for noise in (0.0, 0.3)
     )
     # Half of the time behind, at 1 − 0.3/2 of the pace: 1 − 0.075 in the mean.
     assert noisy / quiet == pytest.approx(1.0 / 0.925, rel=1e-3)
@@ -71,7 +70,7 @@ def test_the_greatest_error_moves_what_noise_costs(error_max_m: float) -> None:
     parameters = replace(PX4, position_error_max_m=error_max_m)
     stages = (takeoff(60.0), go(0.0, 0.0, 60.0, hold=20.0), go(0.0, 0.0, 160.0))
     quiet, noisy = (
-        np.diff(fly_px4(stages, parameters, tracking=Tracking(noise_m=noise)).segments.end_s)[-1]
+        np.diff(fly_px4(stages, parameters, noise_m=noise).segments.end_s)[-1]
         for noise in (0.0, 0.3)
     )
     # MPC_XY_ERR_MAX is the error at which time stands still.

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 from made_returns import to_home
+from px4_flights import fly_px4, px4_returns
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.lag import Tracking
 from planner.flight.motion.px4.moves import return_heights_m
-from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.flight.pilot import make_pilot
 from planner.mission.route.stage import Stage, StageKind
 from planner.setup import Setup
@@ -68,11 +67,7 @@ def test_a_return_from_above_its_height_does_not_climb() -> None:
 
 def test_a_return_takes_what_was_recorded() -> None:
     # 200 m away at 12 m: back, down and disarmed 86.9 s after the return began, with position noise.
-    motion = fly_px4(
-        (takeoff(12.0), go(0.0, 200.0, 12.0, hold=5.0), RETURN),
-        PX4,
-        tracking=Tracking(noise_m=0.32),
-    )
+    motion = fly_px4((takeoff(12.0), go(0.0, 200.0, 12.0, hold=5.0), RETURN), PX4, noise_m=0.32)
     end = motion.segments.end_s[motion.done_segment]
     assert end[2] - end[1] == pytest.approx(86.9, rel=0.03)
 
@@ -163,8 +158,7 @@ def test_drag_changes_nothing_of_a_return_that_only_goes_up_and_down(above_m: fl
     # On the map nothing moves that could lag; the heading of home is waited for alike.
     over_home = np.array([[0.0, 0.0, above_m]])
     lagging, rigid = (
-        px4_returns(over_home, to_home(), PX4, tracking=Tracking(drag_per_s=drag_per_s))
-        for drag_per_s in (0.3, None)
+        px4_returns(over_home, to_home(), PX4, drag_per_s=drag_per_s) for drag_per_s in (0.3, None)
     )
     assert lagging.segments.duration_s == pytest.approx(rigid.segments.duration_s, abs=1e-9)
     assert lagging.distance_m == pytest.approx(0.0, abs=1e-9)

@@ -14,9 +14,8 @@ import pytest
 from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from px4_flights import fly_px4
 
-from planner.flight.motion.px4.lag import Tracking
-from planner.flight.motion.px4.pilot import fly_px4
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -31,7 +30,7 @@ STANDING = (takeoff(), go(0.0, hold=30.0))
 
 def leg_s(leg: Stage, *after: Stage, noise_m: float = 0.0) -> float:
     """Return the time of a leg from standing until it is reported as reached. [s]"""
-    motion = fly_px4((*STANDING, leg, *after), PX4, tracking=Tracking(noise_m=noise_m))
+    motion = fly_px4((*STANDING, leg, *after), PX4, noise_m=noise_m)
     begun, reached = motion.segments.end_s[motion.arrival_segment[[1, 2]]]
     return float(reached - begun)
 
@@ -256,6 +255,6 @@ def test_a_vehicle_with_drag_waits_over_a_waypoint_for_its_height_alone() -> Non
     """It overshoots the waypoint; stepped with its controller it climbs the 1.5 m in 1.70 s."""
     places = [(30.0 * ((k + 1) // 2 % 2), 30.0, 20.0 + 1.5 * (k // 2)) for k in range(8)]
     legs = (replace(go(*place), speed_m_s=4.0) for place in places)
-    motion = fly_px4((takeoff(20.0), *legs), PX4, tracking=Tracking(drag_per_s=1.0))
+    motion = fly_px4((takeoff(20.0), *legs), PX4, drag_per_s=1.0)
     reached_s = motion.segments.end_s[motion.arrival_segment]
     assert np.diff(reached_s)[4:7:2] == pytest.approx(1.70, abs=0.1)

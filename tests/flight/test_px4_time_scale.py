@@ -11,12 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
+from px4_flights import fly_px4
 from scipy.stats import norm
 
 from planner.autopilot import Autopilot
-from planner.flight.motion.px4.lag import Tracking
 from planner.flight.motion.px4.pieces import TimeScale
-from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import StageKind
 from planner.service.preflight import check
 from planner.values import replace
@@ -113,7 +112,7 @@ def landing_s(east_m: float, hold_s: float, noise_m: float) -> float:
     """Return the time from the end of a hold 60 m over a landing place to disarmed."""
     high = go(east_m, 0.0, 60.0, hold=hold_s)
     ground = stage(StageKind.LAND, east_m, 0.0, 0.0)
-    motion = fly_px4((takeoff(60.0), high, ground), PX4, tracking=Tracking(noise_m=noise_m))
+    motion = fly_px4((takeoff(60.0), high, ground), PX4, noise_m=noise_m)
     return float(motion.segments.duration_s[-1])
 
 
@@ -129,7 +128,7 @@ def test_a_landing_that_still_creeps_to_its_place_waits_for_half_of_the_noise() 
     # rest, of what it takes without noise, at 0.84.
     near = (takeoff(60.0), go(30.0, 0.0, 60.0), stage(StageKind.LAND, 0.0, 0.0, 0.0))
     quiet, noisy = (
-        float(fly_px4(near, PX4, tracking=Tracking(noise_m=noise)).segments.duration_s[-1]) - 3.6
+        float(fly_px4(near, PX4, noise_m=noise).segments.duration_s[-1]) - 3.6
         for noise in (0.0, 0.32)
     )
     assert noisy == pytest.approx(20.7 / 0.92 + (quiet - 20.7) / 0.84, abs=0.15)
@@ -149,9 +148,7 @@ def test_a_vertical_flight_covers_the_ground_it_was_recorded_to() -> None:
         *(go(0.0, 0.0, height, hold=30.0) for height in (100.0, 200.0, 300.0, 200.0, 100.0)),
         stage(StageKind.LAND, 0.0, 0.0, 0.0),
     )
-    assert fly_px4(stages, PX4, tracking=Tracking(noise_m=0.33)).wander_m == pytest.approx(
-        112.2, rel=0.05
-    )
+    assert fly_px4(stages, PX4, noise_m=0.33).wander_m == pytest.approx(112.2, rel=0.05)
     assert fly_px4(stages, PX4).wander_m == 0.0
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 from made_returns import to_home
+from px4_flights import fly_px4, px4_returns
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.braking import yaw_time_s
-from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import msgspec
 
 from planner.flight.motion.kinematics import Motion
-from planner.flight.pilot import ArduPilotPilot, Px4Pilot, make_pilot
+from planner.flight.pilot import StepPilot, make_pilot
 from planner.flight.power import Transients
 from planner.flight.prediction import make_flight, steady_power
 from planner.flight.reach import situations
@@ -485,7 +485,7 @@ class RememberingSteps(Steps):
 
     def _pilot(self, setup: Setup, parameters: FlightParameters | None) -> Pilot:
         pilot = make_pilot(setup, parameters)
-        if isinstance(pilot, Px4Pilot | ArduPilotPilot) and pilot.airspeed_limit_m_s is None:
+        if not isinstance(pilot, StepPilot) and pilot.airspeed_limit_m_s is None:
             pilot = replace(pilot, wind=Wind())  # no wind slows it down: the motion is that of calm
         for known, kept in self._pilots:
             if known == pilot:

@@ -38,15 +38,6 @@ _ONE_BY_ONE = 64
 """Steps of a recurrence that are sooner taken one after the other."""
 
 
-class Tracking(Value):
-    """How a vehicle follows its trajectory."""
-
-    noise_m: float = 0.0
-    """Mean horizontal distance between where it should be and its own estimate in a hover. [m]"""
-    drag_per_s: float | None = None
-    """Deceleration by the air over airspeed; ``None``: it does not lag. [s⁻¹]"""
-
-
 _NO_INTEGRAL = 1e-9
 """A gain below this builds up nothing during any flight. [s⁻²]"""
 

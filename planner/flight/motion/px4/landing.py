@@ -23,7 +23,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import Px4Legs
-    from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
+    from planner.flight.motion.px4.pieces import Px4Pieces
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -102,14 +102,7 @@ class DescentProfile(Value):
         return np.clip(speed, self.slow_m_s, self.fast_m_s)
 
 
-def add_landings(
-    pieces: Px4Pieces,
-    legs: Px4Legs,
-    parameters: Px4Parameters,
-    *,
-    lands: BoolArray,
-    time_scale: TimeScale,
-) -> None:
+def add_landings(pieces: Px4Pieces, legs: Px4Legs, *, lands: BoolArray) -> None:
     """Add the pieces of moves that are landings.
 
     Below home they are slow from where they would be over it: without a range sensor, of which no parameter
@@ -123,14 +116,15 @@ def add_landings(
     behind all of the time: ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the
     error points backward.  Recorded: so in all of two landings from standing; from 12 s on in one.
     """
+    parameters = legs.parameters
     move = np.flatnonzero(lands)
     if not len(move):
         return
     landing = legs.select(move)
-    descents = _Descents.over(landing, parameters)
+    descents = _Descents.over(landing)
     lower_m = np.maximum(-landing.planned.target_m[:, 2], 0.0)
     descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters, lower_m)
-    descents.add_to(pieces, move, time_scale)
+    descents.add_to(pieces, move)
     disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
     grounded_s = LANDED_AFTER_S + disarm_s + landing.planned.hold_s
     pieces.add_lines(
@@ -154,13 +148,14 @@ class _Descents:
     """Start, duration, cubic of the height, amplitude and rate of its exponential."""
 
     @classmethod
-    def over(cls, legs: Px4Legs, parameters: Px4Parameters) -> _Descents:
+    def over(cls, legs: Px4Legs) -> _Descents:
         """Return landings about to begin.
 
         The offset from the place landed on dies away at the rate r of the speed allowed at its beginning.
         What the velocity has beyond that, Δ, does so besides at s = r + a/|Δ|, which asks for the
         acceleration a about: −Δ/(s − r) e^(−s t), taken from the amplitude of the other.
         """
+        parameters = legs.parameters
         ground = legs.planned.target_m
         offset = (legs.place_m - ground)[:, :2]
         off = horizontal(offset)
@@ -222,7 +217,7 @@ class _Descents:
         fine = greatest(np.abs(self.ground_m[:, :2])) <= _FINE_M
         return np.where(fine, creeping_s, np.inf)
 
-    def add_to(self, pieces: Px4Pieces, move: IntArray, time_scale: TimeScale) -> None:
+    def add_to(self, pieces: Px4Pieces, move: IntArray) -> None:
         """Add the parts as pieces, each at its mean time scale."""
         count = len(self.parts)
         rows = np.tile(np.arange(len(move)), count)
@@ -233,6 +228,7 @@ class _Descents:
         coefficients[:, :, 0] = self.ground_m[rows]
         coefficients[:, 2] += height
         creeping = np.clip(np.tile(self.resting_from_s(), count) - begun, 0.0, duration)
+        time_scale = pieces.time_scale
         flown_s = creeping / time_scale.upright + (duration - creeping) / time_scale.standing
         across = self.settling_per_s[rows]
         order = np.repeat(np.arange(count), len(move))
@@ -322,12 +318,13 @@ def creeps(legs: Px4Legs) -> tuple[BoolArray, FloatArray]:
     return creeping, half_b
 
 
-def settlings(legs: Px4Legs, parameters: Px4Parameters) -> Curves:
+def settlings(legs: Px4Legs) -> Curves:
     """Return how vehicles in motion settle on the targets near by.
 
     They take the time to stop and turn back, and for twice the way at the speed allowed at its
     beginning; but no longer than a cubic that does not pass the target, if they can stop in that.
     """
+    parameters = legs.parameters
     (begin, velocity), target = arrivals(legs), legs.planned.target_m
     way = lengths(target - begin)
     toward = quotient(dot(velocity, target - begin), way)
@@ -347,7 +344,7 @@ def settlings(legs: Px4Legs, parameters: Px4Parameters) -> Curves:
     )
 
 
-def ends_of_moves(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+def ends_of_moves(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     """Return where and how fast moves end, holds included. (n, 3) each [m], [m s⁻¹]"""
     part, limits = legs.planned, legs.limits
     end, velocity = arrivals(legs)
@@ -363,7 +360,7 @@ def ends_of_moves(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray,
         velocity[rows] = direction * left[:, None]
     rows = np.flatnonzero((part.hold_s > 0.0) & ~creeping & (part.is_leg | part.is_wait))
     if len(rows):
-        curves, hold = settlings(legs.select(rows), parameters), part.hold_s[rows]
+        curves, hold = settlings(legs.select(rows)), part.hold_s[rows]
         settle_s = curves.duration_s.sum(axis=1)
         over = (hold >= settle_s)[:, None]
         place, left_m_s = curves.state_at(np.minimum(hold, settle_s))
@@ -495,13 +492,14 @@ def make_takeoffs(
     )
 
 
-def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs, parameters: Px4Parameters) -> None:
+def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
     """Add the pieces of take-offs.
 
     Noise does not slow them: the height of the trajectory is kept at the vehicle's, which climbs at the
     speed ordered however far the trajectory's time has come (``_updateTrajConstraints``,
     ``forceSetPosition``).
     """
+    parameters = legs.parameters
     move = np.flatnonzero(legs.planned.is_takeoff)
     if not len(move):
         return

@@ -16,9 +16,8 @@ from planner.values import replace
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import Px4Legs
-    from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
+    from planner.flight.motion.px4.pieces import Px4Pieces
     from planner.flight.motion.px4.straights import BrakingLaw
-    from planner.vehicle.parameters.px4 import Px4Parameters
 
 BRAKING_FRACTION = 0.98
 """A vehicle brakes from where its speed has fallen to this fraction of the cruise. [-]"""
@@ -33,30 +32,22 @@ def steep_moves(legs: Px4Legs) -> BoolArray:
     return np.abs(direction[:, 2]) > horizontal(direction)
 
 
-def add_legs(
-    pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters, *, time_scale: TimeScale
-) -> None:
+def add_legs(pieces: Px4Pieces, flown: Px4Legs) -> None:
     """Add the pieces of all legs; those of steep ones are one segment."""
     move = np.flatnonzero(flown.planned.is_leg)
     if not len(move):
         return
     legs = flown.select(move)
     steep = steep_moves(legs)
-    _add_turns(pieces, move, legs, parameters, time_scale=time_scale)
-    cruise_from = _add_changes(pieces, move, legs, steep=steep, time_scale=time_scale)
-    _add_steady_parts(pieces, move, legs, cruise_from, steep=steep, time_scale=time_scale)
-    _add_brakes(pieces, move, legs, steep=steep, time_scale=time_scale)
+    _add_turns(pieces, move, legs)
+    cruise_from = _add_changes(pieces, move, legs, steep=steep)
+    _add_steady_parts(pieces, move, legs, cruise_from, steep=steep)
+    _add_brakes(pieces, move, legs, steep=steep)
 
 
-def _add_turns(
-    pieces: Px4Pieces,
-    move: IntArray,
-    legs: Px4Legs,
-    parameters: Px4Parameters,
-    *,
-    time_scale: TimeScale,
-) -> None:
+def _add_turns(pieces: Px4Pieces, move: IntArray, legs: Px4Legs) -> None:
     """Add turns, and the braking and waiting for a heading."""
+    parameters = legs.parameters
     turning = (legs.turn_s > 0.0) & ~legs.planned.is_takeoff
     if not turning.any():
         return
@@ -82,7 +73,7 @@ def _add_turns(
         level_m_s=planned.speed_m_s,
         upright_m_s=vertical_limits(rises, parameters)[0],
     )
-    turning_scale = time_scale.lagging(turn_s, speed, horizontal(after))
+    turning_scale = pieces.time_scale.lagging(turn_s, speed, horizontal(after))
     slot = np.where(pausing, PAUSE, RAMP)
     for duration, coefficients in curves.parts(turn_s):
         pieces.add_cubics(Places(move, _TURN, slot, duration, turning_scale), coefficients)
@@ -90,7 +81,7 @@ def _add_turns(
 
 
 def _add_changes(
-    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, time_scale: TimeScale
+    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray
 ) -> FloatArray:
     """Add ramps and the onsets of braking; return how far along their legs cruises begin. (n,) [m]
 
@@ -131,6 +122,7 @@ def _add_changes(
     slot[:3], slot[3], slot[4:] = RAMP, before, BRAKE
     level = horizontal(limits.direction)
     after = speed + duration * (acceleration + 0.5 * jerks * duration)
+    time_scale = pieces.time_scale
     time_scales = time_scale.between(level * speed, level * after)
     lagging = time_scale.lagging(duration[:3], level * speed[:3], level * after[:3])
     # Braking, the vehicle is ahead of its trajectory; what it lags by from standing, it nearly is ahead
@@ -159,13 +151,7 @@ def _add_changes(
 
 
 def _add_steady_parts(
-    pieces: Px4Pieces,
-    move: IntArray,
-    legs: Px4Legs,
-    cruise_from_m: FloatArray,
-    *,
-    steep: BoolArray,
-    time_scale: TimeScale,
+    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, cruise_from_m: FloatArray, *, steep: BoolArray
 ) -> None:
     """Add what is flown at constant speed: cruises, and between and after braking."""
     limits, straights = legs.limits, legs.straights
@@ -184,7 +170,7 @@ def _add_steady_parts(
     ):
         row = np.flatnonzero((way > 0.0) & (speed > 0.0))
         v, direction = speed[row], limits.direction[row]
-        time_scales = time_scale.between(level[row] * v, level[row] * v)
+        time_scales = pieces.time_scale.between(level[row] * v, level[row] * v)
         pieces.add_lines(
             Places(
                 move[row],
@@ -214,9 +200,7 @@ def _brake_law(legs: Px4Legs, rows: IntArray, law: BrakingLaw, start_m_s: FloatA
     )
 
 
-def _add_brakes(
-    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, time_scale: TimeScale
-) -> None:
+def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
     crossing = straights.braking.crossing_m_s
@@ -228,20 +212,21 @@ def _add_brakes(
         first, last = start[rows], end[rows]
         brake = _brake_law(legs, rows, law.select(rows), first)
         a, b, level = brake.acceleration_m_s2, brake.half_b_m_s, horizontal(brake.direction)
+        between = pieces.time_scale.between(level * first, level * last)
         pieces.add_brakes(
             Places(
                 move[rows],
                 order,
                 np.where(steep[rows], RAMP, BRAKE),
                 braking_time_s(first, last, a, b),
-                np.where(steep[rows], time_scale.between(level * first, level * last), 1.0),
+                np.where(steep[rows], between, 1.0),
             ),
             brake,
             (first - last) * (first + last + 2.0 * b) / (2.0 * a),
         )
 
 
-def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> None:
+def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
     """Add holds: going on to brake to the target, or settling on it."""
     planned = flown.planned
     holding = (planned.hold_s > 0.0) & (planned.is_leg | planned.is_wait)
@@ -261,7 +246,7 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> N
     if not len(move):
         return
     hold_s, target = planned.hold_s[move], planned.target_m[move]
-    curves = settlings(flown.select(move), parameters)
+    curves = settlings(flown.select(move))
     for duration, coefficients in curves.parts(hold_s):
         pieces.add_cubics(Places(move, _HOLD, HOLD, duration), coefficients)
     rest_s = hold_s - curves.duration_s.sum(axis=1)

@@ -87,8 +87,9 @@ def _turn_times_s(
     return yaw_time_s(np.where(known, angle, unknown), parameters)
 
 
-def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
+def pauses_s(moves: Moves, direction: FloatArray) -> FloatArray:
     """Return the waits before moves for the heading: MPC_YAW_MODE 4 turns first. (n,) [s]"""
+    parameters = moves.parameters
     if parameters.yaw_mode != _TURNS_FIRST:
         return np.zeros(len(direction))
     before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
@@ -98,20 +99,18 @@ def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> 
     return np.where(flies, _turn_times_s(before, wanted, parameters).mean(axis=0), 0.0)
 
 
-def yaw_waits_s(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
+def yaw_waits_s(legs: Px4Legs) -> FloatArray:
     """Return how long after their arrival waypoints still wait for a heading. (n,) [s]
 
     That asked for there, and before a landing that of the landing.  Where a heading is not known, the mean
     of all turns; but half a turn to that of home: vehicles are set down looking where they are to fly, and
     come home looking back.
     """
-    waits, landing = (of_each.mean(axis=0) for of_each in _waits_s(legs, parameters))
+    waits, landing = (of_each.mean(axis=0) for of_each in _waits_s(legs))
     return np.asarray(waits + np.append(landing[1:], 0.0))
 
 
-def _waits_s(
-    legs: Px4Legs, parameters: Px4Parameters, *, turns_about: bool = True
-) -> tuple[FloatArray, FloatArray]:
+def _waits_s(legs: Px4Legs, *, turns_about: bool = True) -> tuple[FloatArray, FloatArray]:
     """Return the waits for the headings that moves ask for, after waypoints and before landings. [s]
 
     The heading turns while the vehicle flies to a waypoint, and is waited for unless MIS_YAW_TMT is above
@@ -119,6 +118,7 @@ def _waits_s(
     MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).  Both are (k, n),
     a row for each turn that is equally likely.
     """
+    parameters = legs.parameters
     moves = legs.planned
     asked = ~np.isnan(moves.yaw_rad)
     flown = asked & ~moves.is_landing & (not parameters.yaw_timeout_s > 0.0)
@@ -163,11 +163,12 @@ def _turn_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
     return np.where(known, (turn + np.pi) % (2.0 * np.pi) - np.pi, np.pi)
 
 
-def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+def waits_unknown(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     """Return the waits for headings that are as far away as nobody knows. (k, n), (n,) [s]
 
     A row for each turn that is equally likely, from the least to the greatest; and what is taken for them.
     """
+    parameters = legs.parameters
     moves = legs.planned
     before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
     known = (np.isfinite(before) & np.isfinite(moves.yaw_rad)) | (before == moves.yaw_rad)
@@ -177,7 +178,7 @@ def waits_unknown(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray,
         0.0,
     )
     any_turn, taken = (
-        np.where(known, 0.0, sum(_waits_s(legs, parameters, turns_about=about))) + begun
+        np.where(known, 0.0, sum(_waits_s(legs, turns_about=about))) + begun
         for about in (False, True)
     )
     return any_turn, taken.mean(axis=0)
@@ -187,9 +188,7 @@ _SAME_PLACE_M = 0.001
 """Distance below which PX4 takes two places for one (``computeStartXYSpeedFromWaypoints``). [m]"""
 
 
-def final_speeds_m_s(
-    moves: Moves, direction: FloatArray, parameters: Px4Parameters
-) -> tuple[FloatArray, FloatArray]:
+def final_speeds_m_s(moves: Moves, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the horizontal and the vertical speed at which targets are to be passed. (n,) [m s⁻¹]
 
     Zero where the vehicle stops: a hold, a loiter, nothing to follow.  Else the corner speed of the two
@@ -197,6 +196,7 @@ def final_speeds_m_s(
     (``computeXYSpeedFromWaypoints``).  Vertically the same with NAV_MC_ALT_RAD and the angle between
     the legs in the plane of height and distance from the origin, as ``_getMaxZSpeed`` has it.
     """
+    parameters = moves.parameters
     count = len(moves.item)
     following = np.where(moves.is_delay | moves.is_return | moves.is_first, count, np.arange(count))
     nearest = np.minimum.accumulate(np.where(moves.is_delay, count, np.arange(count))[::-1])[::-1]
@@ -280,21 +280,21 @@ class PlannedLegs(Moves, eq=False):
     """Of the moves that are take-offs; of no meaning for others."""
 
 
-def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
+def plan_legs(moves: Moves) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
     begins = moves.beginnings_m()
-    direction, tail = _aims(moves, begins, parameters)
+    direction, tail = _aims(moves, begins)
     ends = moves.target_m - direction * tail[:, None]
-    reached = _reached_at_once(moves, begins, ends, parameters)
+    reached = _reached_at_once(moves, begins, ends)
     for _ in range(2 if moves.goes_on.any() else 0):  # one may follow another
         before_m = np.where(reached[:, None], begins, ends)
         begins = np.where(moves.goes_on[:, None], np.roll(before_m, 1, axis=0), begins)
-        direction, tail = _aims(moves, begins, parameters)
+        direction, tail = _aims(moves, begins)
         ends = moves.target_m - direction * tail[:, None]
     is_leg = ~reached & ~moves.is_landing
     is_wait = reached & (moves.hold_s > 0.0)
     first = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(begins)), 0))
-    final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
+    final_level, final_upright = final_speeds_m_s(moves, direction)
     # A flight of its own may begin with moves that are reached at once.
     own = replace(moves, start_m=moves.start_m[first])
     return PlannedLegs(
@@ -305,17 +305,16 @@ def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
         tail_m=tail,
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
-        pause_s=pauses_s(moves, direction, parameters),
+        pause_s=pauses_s(moves, direction),
         is_leg=is_leg,
         is_wait=is_wait,
-        takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, parameters),
+        takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, moves.parameters),
     )
 
 
-def _aims(
-    moves: Moves, begins_m: FloatArray, parameters: Px4Parameters
-) -> tuple[FloatArray, FloatArray]:
+def _aims(moves: Moves, begins_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the directions to targets, and how far before them they count as reached. (n, 3), (n,)"""
+    parameters = moves.parameters
     way = moves.target_m - begins_m
     way = np.where(np.abs(way) < STILL_M, 0.0, way)
     direction, _ = directions(way)
@@ -330,10 +329,9 @@ def _aims(
     return direction, np.where(np.isfinite(tail), tail, moves.reach_m)
 
 
-def _reached_at_once(
-    moves: Moves, begins_m: FloatArray, ends_m: FloatArray, parameters: Px4Parameters
-) -> BoolArray:
+def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> BoolArray:
     """Return which moves are reached where they begin. (n,)"""
+    parameters = moves.parameters
     way = moves.target_m - begins_m
     near = (horizontal(way) <= moves.reach_m + np.roll(moves.reach_m, 1)) & (
         np.abs(way[:, 2]) <= 2.0 * parameters.altitude_acceptance_m
@@ -383,6 +381,11 @@ class LegStarts(Handed, eq=False):
 
     planned: PlannedLegs
 
+    @property
+    def parameters(self) -> Px4Parameters:
+        """Those of the vehicle that flies them."""
+        return self.planned.parameters
+
     @classmethod
     def after(cls, before: IntArray, ends: Handed, planned: PlannedLegs) -> LegStarts:
         """Return moves begun after others, by rows of what these hand on; below 0 flights begin."""
@@ -408,25 +411,25 @@ class Px4Legs(LegStarts, eq=False):
     """As the next move begins."""
 
 
-def fly_legs(moves: Moves, parameters: Px4Parameters, *, waits: BoolArray | bool = True) -> Px4Legs:
+def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     """Return how moves, at least one, are flown, some or all with their waits for headings.
 
     Notes
     -----
     What waits stops, and is longer underway: the flights of which that is true are flown again.
     """
-    legs = _fly_moves(replace(moves, hold_s=moves.hold_s.copy()), parameters)  # overwritten below
+    legs = _fly_moves(replace(moves, hold_s=moves.hold_s.copy()))  # overwritten below
     flight = np.cumsum(moves.is_first)
     for _ in range(2):
-        hold_s = np.maximum(yaw_waits_s(legs, parameters) * waits, moves.hold_s)
+        hold_s = np.maximum(yaw_waits_s(legs) * waits, moves.hold_s)
         again = np.isin(flight, flight[hold_s != legs.planned.hold_s])
         if not again.any():
             break
-        legs.put(again, _fly_moves(replace(moves, hold_s=hold_s).select(again), parameters))
+        legs.put(again, _fly_moves(replace(moves, hold_s=hold_s).select(again)))
     return legs
 
 
-def _fly_moves(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
+def _fly_moves(moves: Moves) -> Px4Legs:
     """Return how moves, at least one, are flown.
 
     Notes
@@ -435,16 +438,16 @@ def _fly_moves(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     too short for the speed allowed at their end change those.  So all are flown at once, then those
     after a change again, until nothing changes.
     """
-    planned = plan_legs(moves, parameters)
-    before, guessed = _moves_before(planned), _guessed_ends(planned, parameters)
-    legs = _flown(LegStarts.after(before, guessed, planned), parameters)
+    planned = plan_legs(moves)
+    before, guessed = _moves_before(planned), _guessed_ends(planned)
+    legs = _flown(LegStarts.after(before, guessed, planned))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
         active = np.flatnonzero(np.append(changed, False)[before])
         if not len(active):
             break
         begun = LegStarts.after(before[active], legs.end, planned.select(active))
-        flown = _flown(begun, parameters)
+        flown = _flown(begun)
         changed = np.zeros(len(before), dtype=np.bool_)
         changed[active] = flown.end.is_moved(legs.end.select(active))
         legs.put(active, flown)
@@ -461,9 +464,9 @@ def _moves_before(planned: PlannedLegs) -> IntArray:
     return np.where((before >= first) & ~planned.is_first, before, -1)
 
 
-def _guessed_ends(planned: PlannedLegs, parameters: Px4Parameters) -> Handed:
+def _guessed_ends(planned: PlannedLegs) -> Handed:
     """Return what is handed on by a vehicle that is never short of way."""
-    limits = limits_along(planned.begins_m, planned.target_m, planned, parameters)
+    limits = limits_along(planned.begins_m, planned.target_m, planned)
     end_speed = np.minimum(limits.laws.lowest_allowed_m_s(planned.tail_m), limits.cruise_m_s)
     moving = (planned.is_leg & ~(planned.hold_s > 0.0))[:, None]
     return Handed(
@@ -473,23 +476,23 @@ def _guessed_ends(planned: PlannedLegs, parameters: Px4Parameters) -> Handed:
     )
 
 
-def _flown(begun: LegStarts, parameters: Px4Parameters) -> Px4Legs:
+def _flown(begun: LegStarts) -> Px4Legs:
     """Return moves as flown, after what those before hand on to them."""
     part = begun.planned
-    turns, upright_m_s = slowed_turns(begun, leg_entries(begun, parameters), parameters)
+    turns, upright_m_s = slowed_turns(begun, leg_entries(begun))
     slowed = upright_m_s > 0.0
-    turns = joined_turns(begun, turns, slowed, parameters)
-    turns = eased_turns(begun, turns, slowed, parameters)
+    turns = joined_turns(begun, turns, slowed)
+    turns = eased_turns(begun, turns, slowed)
     climbing = part.is_takeoff
     turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 
     ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
-    ends[:, 2] = _end_heights_m(turns.end_m, ends, part, parameters)
+    ends[:, 2] = _end_heights_m(turns.end_m, ends, part)
     way = part.target_m - begun.place_m
     shallow = slowed & (np.abs(way[:, 2]) <= horizontal(way))
     ends = np.where(shallow[:, None], _ends_straight_on_m(turns.end_m, ends, part), ends)
-    turns, ends = cut_short(begun, turns, ends, parameters)
-    limits = limits_along(turns.end_m, ends, part, parameters)
+    turns, ends = cut_short(begun, turns, ends)
+    limits = limits_along(turns.end_m, ends, part)
     held = climbing & ~part.takeoffs.is_free
     limits.cruise_m_s[held] = part.takeoffs.speed_m_s[held]
     start, acceleration = _starts(limits, turns, begun.velocity_m_s)
@@ -511,21 +514,20 @@ def _flown(begun: LegStarts, parameters: Px4Parameters) -> Px4Legs:
         straights=straights,
         end=begun,
     )
-    end_m, end_m_s = ends_of_moves(flown, parameters)
+    end_m, end_m_s = ends_of_moves(flown)
     slowing_m_s2 = slowing_at_ends_m_s2(flown)
     end = Handed(place_m=end_m, velocity_m_s=end_m_s, slowing_m_s2=slowing_m_s2)
     return replace(flown, end=end)
 
 
-def _end_heights_m(
-    place_m: FloatArray, ends_m: FloatArray, planned: PlannedLegs, parameters: Px4Parameters
-) -> FloatArray:
+def _end_heights_m(place_m: FloatArray, ends_m: FloatArray, planned: PlannedLegs) -> FloatArray:
     """Return the heights at which legs end that are straight from places. (n,) [m]
 
     A height that counts as reached already comes closer as the target does, or dies away at j/2a as the
     braking law has it, in the least time the way takes, (6 x/j)^(1/3) or x/v: the tail of a climb or descent
     that goes on beyond a level leg does not slow it.
     """
+    parameters = planned.parameters
     way, left = planned.target_m - place_m, planned.target_m - ends_m
     near = np.abs(way[:, 2]) <= parameters.altitude_acceptance_m + _ON_THE_EDGE_M
     near &= planned.is_leg & ~planned.is_takeoff & (planned.direction[:, 2] == 0.0)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import ReturnPath, Stage
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -97,6 +98,19 @@ def return_heights_m(
     return np.maximum(np.minimum(wanted, highest), height_m)
 
 
+def heights_of_returns_m(
+    points_m: FloatArray, targets: ReturnTargets, parameters: Px4Parameters
+) -> FloatArray:
+    """Return the heights above home at which returns from points are flown to targets. (n,) [m]"""
+    way = targets.ground_m - points_m
+    datum = targets.ground_m[:, 2] + targets.above_ground_m
+    height_m = datum + return_heights_m(horizontal(way), points_m[:, 2] - datum, parameters)
+    for row, along in enumerate(targets.paths):
+        if along is not None:
+            height_m[row] = return_path_height_m(points_m[row], along, parameters)
+    return height_m
+
+
 def return_looks_home(
     distance_m: FloatArray, leg: IntArray, parameters: Px4Parameters
 ) -> BoolArray:
@@ -160,6 +174,8 @@ _COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *6 * (np.bool_,))
 class Moves(Columns, eq=False):
     """Moves as columns of length n, in flown order; several flights may follow one another."""
 
+    parameters: Px4Parameters
+    """Those of the vehicle that flies them all."""
     stage: IntArray
     item: IntArray
     target_m: FloatArray
@@ -193,7 +209,7 @@ class Moves(Columns, eq=False):
         return np.where(self.is_first[:, None], self.start_m, before)
 
     @classmethod
-    def of(cls, rows: Sequence[Move]) -> Moves:
+    def of(cls, rows: Sequence[Move], parameters: Px4Parameters) -> Moves:
         """Return the rows of one flight, which begins at home with any heading, as columns."""
         columns = zip(Move._fields, zip(*rows, strict=True), _COLUMN_TYPES, strict=True)
         arrays: dict[str, Any] = {
@@ -202,6 +218,7 @@ class Moves(Columns, eq=False):
         # A place nearer than that is home: divisions by less overflow.
         arrays["target_m"][np.abs(arrays["target_m"]) < _AT_HOME_M] = 0.0
         return cls(
+            parameters=parameters,
             **arrays,
             is_first=np.arange(len(rows)) == 0,
             start_m=np.zeros((len(rows), 3)),
@@ -223,7 +240,8 @@ def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves
     Splines, circles and set-downs, which PX4 refuses at upload, are flown straight to their place.
     """
     navigator = _Navigator(parameters)
-    return Moves.of([move for k, s in enumerate(stages) for move in navigator.moves(k, s)])
+    rows = [move for k, s in enumerate(stages) for move in navigator.moves(k, s)]
+    return Moves.of(rows, parameters)
 
 
 def return_moves(
@@ -246,6 +264,7 @@ def return_moves(
     radius = np.full(len(flight), parameters.acceptance_radius_m)
     turns_home = return_looks_home(horizontal(home_m - places_m)[flight], kind, parameters)
     return Moves(
+        parameters=parameters,
         stage=flight,
         item=flight,
         target_m=targets,
@@ -285,7 +304,7 @@ def _moves_along(
             rows += navigator.straight_home(k, k, home_m[k], rally_m[k])
         else:
             rows += navigator.home_along(k, k, path)
-    moves = Moves.of(rows)
+    moves = Moves.of(rows, parameters)
     is_first = np.diff(moves.stage, prepend=-1) > 0
     return replace(moves, is_first=is_first, start_m=places_m[moves.stage])
 

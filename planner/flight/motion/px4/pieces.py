@@ -166,6 +166,7 @@ class _Collected(NamedTuple):
 class Px4Pieces:
     """Pieces while they are collected."""
 
+    time_scale: TimeScale
     parts: list[_Collected] = field(default_factory=list)
     delay_s: float = 0.0
     """Waited already in the durations of parts: what their time scales would say. [s]"""

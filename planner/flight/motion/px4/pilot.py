@@ -1,4 +1,4 @@
-"""A flight as PX4 flies it: stages in, motion out."""
+"""PX4 as a pilot: stages in, motion out; returns from any point; stops."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.findings import Finding, Rule, Severity
+from planner.flight.motion.batches import batches_of
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
@@ -15,8 +16,8 @@ from planner.flight.motion.kinematics import (
     SegmentColumns,
     horizontal,
 )
-from planner.flight.motion.px4.braking import stopping_distance_m
-from planner.flight.motion.px4.lag import Tracking, TrackingLag
+from planner.flight.motion.px4.braking import passed_m, stopping_distance_m, turning_back
+from planner.flight.motion.px4.lag import TrackingLag
 from planner.flight.motion.px4.landing import (
     LANDED_LATER_S,
     LANDED_SOONER_S,
@@ -25,7 +26,12 @@ from planner.flight.motion.px4.landing import (
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs, waits_unknown
-from planner.flight.motion.px4.moves import Moves, moves_of_stages, return_moves
+from planner.flight.motion.px4.moves import (
+    Moves,
+    heights_of_returns_m,
+    moves_of_stages,
+    return_moves,
+)
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,
@@ -36,8 +42,9 @@ from planner.flight.motion.px4.pieces import (
     TimeScale,
     in_flown_order,
 )
+from planner.flight.power import NO_TRANSIENTS
 from planner.mission.route.stage import StageKind
-from planner.values import replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -45,14 +52,13 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
     from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.pieces import Ordered
+    from planner.flight.power import Transients
     from planner.flight.returns.destination import ReturnTargets
-    from planner.mission.route.stage import Stage
+    from planner.mission.route.stage import Route, Stage
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
-FOLLOWS = Tracking()
-"""A vehicle that is where it should be."""
 _WORTH_SAYING_S = 0.5
 
 
@@ -101,22 +107,12 @@ def _assumed_headings(
         yield HEADING_ASSUMED.finding(message, item=int(legs.planned.item[move]))
 
 
-def fly_px4(
-    stages: Sequence[Stage],
-    parameters: Px4Parameters,
-    *,
-    tracking: Tracking = FOLLOWS,
-    wind: Wind | None = None,
-    airspeed_limit_m_s: float | None = None,
-    heading_rad: float | None = None,
-) -> Motion:
-    """Return how PX4 flies the stages of a route.
+class Px4Pilot(Value):
+    """PX4 with a vehicle's parameters.
 
-    The first of at least one stage begins at home, disarmed on the ground, with a heading that may not be
-    known.  Ground speed is held against
-    the wind until the tilt reaches its limit, at that airspeed.  Noise of the position slows PX4's time
-    down, 0.3 m measured in simulation, and is refused (ValueError) where it stops it; so does the lag
-    that drag causes.
+    Ground speed is held against the wind until the tilt reaches its limit, at that airspeed.  Noise of the
+    position slows PX4's time down, 0.3 m measured in simulation, and is refused (ValueError) where it stops
+    it; so does the lag that drag causes.
 
     Notes
     -----
@@ -124,152 +120,133 @@ def fly_px4(
     stops and nearly cancels: braking, the vehicle is 0.4 m ahead of the trajectory (there 0.3 s sooner);
     starting from standing, it lags and the trajectory waits for it (0.2 s later).
     """
-    moves = moves_of_stages(stages, parameters).armed_with(heading_rad)
-    if heading_rad is not None:
-        moves = replace(moves, start_yaw_rad=np.full(len(moves.item), heading_rad))
-    motion, legs = _fly(
-        moves,
-        len(stages),
-        parameters,
-        tracking=tracking,
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
-    any_turn_s, taken_s = waits_unknown(legs, parameters)
-    assumed = _assumed_headings(legs, any_turn_s, taken_s)
-    found = (*gap_findings(stages, parameters), *assumed)
-    motion = replace(motion, findings=motion.findings + found)
-    turned = np.flatnonzero(taken_s)
-    if not len(turned):
-        return motion
-    first = int(np.argmax(motion.segments.item == legs.planned.item[turned[0]]))
-    spread_s = any_turn_s.sum(axis=1) - taken_s.sum()
-    return replace(motion, heading_spread_s=spread_s, heading_segment=first)
+
+    parameters: Px4Parameters
+    wind: Wind | None = None
+    airspeed_limit_m_s: float | None = None
+    """Airspeed at the greatest tilt; ``None``: not known. [m s⁻¹]"""
+    noise_m: float = 0.0
+    """Mean horizontal distance between where it should be and its own estimate in a hover. [m]"""
+    drag_per_s: float | None = None
+    """Deceleration by the air over airspeed; ``None``: it does not lag. [s⁻¹]"""
+    heading_rad: float | None = None
+    """That it is armed with; ``None``: not known. [rad]"""
+
+    def fly(self, route: Route) -> tuple[Motion, Transients]:
+        """Return the motion along a route; PX4 shapes its references, so nothing rings."""
+        return self.flown(route.stages), NO_TRANSIENTS
+
+    def fly_all(self, routes: Sequence[Route]) -> Iterator[tuple[Motion, Transients]]:
+        """Yield the flights along routes, many at once."""
+        for first, some in batches_of(routes):
+            several, count = [], 0
+            for position, route in enumerate(some, start=first):
+                moves = self._moves(route.stages)
+                item = np.full_like(moves.item, position)
+                several.append(replace(moves, stage=moves.stage + count, item=item))
+                count += len(route.stages)
+            yield self._motion(Moves.joined(several), count)[0], NO_TRANSIENTS
+
+    def fly_returns(
+        self, points_m: FloatArray, targets: ReturnTargets, _route: Route | None = None
+    ) -> tuple[Motion, Transients]:
+        """Return the returns (RTL) from each point, (k, 3), a target each, from standing there."""
+        moves = return_moves(
+            points_m, targets.ground_m, self.parameters, targets.above_ground_m, targets.paths
+        )
+        moves = moves.armed_with(self.heading_rad)
+        return self._motion(moves, len(points_m))[0], NO_TRANSIENTS
+
+    def flown(self, stages: Sequence[Stage]) -> Motion:
+        """Return the motion of the stages of a route.
+
+        The first of at least one stage begins at home, disarmed on the ground, with a heading that may not
+        be known.
+        """
+        motion, legs = self._motion(self._moves(stages), len(stages))
+        any_turn_s, taken_s = waits_unknown(legs)
+        assumed = _assumed_headings(legs, any_turn_s, taken_s)
+        found = (*gap_findings(stages, self.parameters), *assumed)
+        motion = replace(motion, findings=motion.findings + found)
+        turned = np.flatnonzero(taken_s)
+        if not len(turned):
+            return motion
+        first = int(np.argmax(motion.segments.item == legs.planned.item[turned[0]]))
+        spread_s = any_turn_s.sum(axis=1) - taken_s.sum()
+        return replace(motion, heading_spread_s=spread_s, heading_segment=first)
+
+    def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
+        """Return the heights of RTL_RETURN_ALT and its cone."""
+        return heights_of_returns_m(points_m, targets, self.parameters)
+
+    def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the distance and the time until a vehicle in mid-leg turns back."""
+        p = self.parameters
+        return turning_back(speed_m_s, p.acceleration_m_s2, p.jerk_m_s3)
+
+    def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return the distance until a vehicle in mid-leg turns back, which drag carries past it."""
+        way_m, braking_s = self.stop(speed_m_s)
+        return way_m + passed_m(speed_m_s, braking_s, self.parameters, self.drag_per_s or 0.0)
+
+    def _moves(self, stages: Sequence[Stage]) -> Moves:
+        moves = moves_of_stages(stages, self.parameters).armed_with(self.heading_rad)
+        if self.heading_rad is None:
+            return moves
+        return replace(moves, start_yaw_rad=np.full(len(moves.item), self.heading_rad))
+
+    def _motion(self, moves: Moves, stages: int) -> tuple[Motion, Px4Legs]:
+        """Return the motion of moves that serve a number of stages, and the moves as flown."""
+        time_scale = TimeScale.of(self.noise_m, self.parameters)
+        lag = None
+        if self.drag_per_s:
+            lag = TrackingLag(drag_per_s=self.drag_per_s, parameters=self.parameters)
+            moves = replace(moves, late_s=np.full(len(moves.item), lag.climb_late_s()))
+            # The lag that a known drag causes is not counted twice.
+            time_scale = replace(time_scale, lag_s=0.0)
+        begins = moves.beginnings_m()
+        speed, slowed = held_speeds_m_s(
+            moves.speed_m_s,
+            (moves.target_m - begins)[:, :2],
+            moves.item,
+            height_m=np.stack((begins[:, 2], moves.target_m[:, 2]), axis=1),
+            wind=self.wind,
+            airspeed_limit_m_s=self.airspeed_limit_m_s,
+        )
+        moves = replace(moves, speed_m_s=speed)
+        if lag is not None:
+            moves = _reached_by(lag, moves, time_scale)
+        legs = fly_legs(moves)
+        ordered = in_flown_order(_pieces(legs, time_scale, lands=moves.is_landing))
+        if lag is not None:
+            ordered = lag.followed(ordered, moves)
+        # PX4 reports an item after its hold.
+        move_stage = moves.stage[ordered.segment_move]
+        done = np.searchsorted(move_stage, np.arange(stages), side="right") - 1
+        flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
+        landings = int(legs.planned.is_landing.sum())
+        aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
+        wandered_m = time_scale.wandered_m(aloft_s, ordered.segment_distance_m)
+        motion = Motion(
+            segments=_segments(ordered, legs, self.drag_per_s),
+            laws=ordered.laws,
+            piece_segment=ordered.segment,
+            piece_law=ordered.law,
+            piece_row=ordered.row,
+            piece_offset_s=ordered.offset_s,
+            piece_duration_s=ordered.duration_s,
+            arrival_segment=done,
+            done_segment=done,
+            piece_is_grounded=ordered.is_grounded,
+            wander_m=float(wandered_m.sum()),
+            noise_delay_s=ordered.noise_delay_s,
+            landing_spread_s=(landings * LANDED_SOONER_S, landings * LANDED_LATER_S),
+            slowed=slowed,
+        )
+        return motion, legs
 
 
-def fly_px4_flights(
-    flights: Sequence[Sequence[Stage]],
-    parameters: Px4Parameters,
-    *,
-    tracking: Tracking = FOLLOWS,
-    wind: Wind | None = None,
-    airspeed_limit_m_s: float | None = None,
-    heading_rad: float | None = None,
-) -> Motion:
-    """Return several flights as :func:`fly_px4` has each, one after the other, as one motion.
-
-    The item of a segment is the position of its flight.
-    """
-    several, count = [], 0
-    for position, stages in enumerate(flights):
-        moves = moves_of_stages(stages, parameters).armed_with(heading_rad)
-        item = np.full_like(moves.item, position)
-        several.append(replace(moves, stage=moves.stage + count, item=item))
-        count += len(stages)
-    moves = Moves.joined(several)
-    if heading_rad is not None:
-        moves = replace(moves, start_yaw_rad=np.full(len(moves.item), heading_rad))
-    motion, _ = _fly(
-        moves,
-        count,
-        parameters,
-        tracking=tracking,
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
-    return motion
-
-
-def px4_returns(
-    places_m: FloatArray,
-    targets: ReturnTargets,
-    parameters: Px4Parameters,
-    *,
-    tracking: Tracking = FOLLOWS,
-    wind: Wind | None = None,
-    airspeed_limit_m_s: float | None = None,
-    heading_rad: float | None = None,
-) -> Motion:
-    """Return how PX4 returns from places, each from standing there, as one motion.
-
-    Places are (k, 3), a target each.  The rest is as in :func:`fly_px4`.  The returns follow one another; the
-    item of a segment is the position of its place.
-    """
-    places = np.asarray(places_m, dtype=np.float64)
-    moves = return_moves(
-        places, targets.ground_m, parameters, targets.above_ground_m, targets.paths
-    )
-    motion, _ = _fly(
-        moves.armed_with(heading_rad),
-        len(places),
-        parameters,
-        tracking=tracking,
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
-    return motion
-
-
-def _fly(
-    moves: Moves,
-    stages: int,
-    parameters: Px4Parameters,
-    *,
-    tracking: Tracking,
-    wind: Wind | None,
-    airspeed_limit_m_s: float | None,
-) -> tuple[Motion, Px4Legs]:
-    """Return the motion of moves that serve a number of stages, and the moves as flown."""
-    time_scale = TimeScale.of(tracking.noise_m, parameters)
-    lag = None
-    if tracking.drag_per_s:
-        lag = TrackingLag(drag_per_s=tracking.drag_per_s, parameters=parameters)
-        moves = replace(moves, late_s=np.full(len(moves.item), lag.climb_late_s()))
-        # The lag that a known drag causes is not counted twice.
-        time_scale = replace(time_scale, lag_s=0.0)
-    begins = moves.beginnings_m()
-    speed, slowed = held_speeds_m_s(
-        moves.speed_m_s,
-        (moves.target_m - begins)[:, :2],
-        moves.item,
-        height_m=np.stack((begins[:, 2], moves.target_m[:, 2]), axis=1),
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
-    moves = replace(moves, speed_m_s=speed)
-    if lag is not None:
-        moves = _reached_by(lag, moves, parameters, time_scale)
-    legs = fly_legs(moves, parameters)
-    ordered = in_flown_order(_pieces(legs, parameters, time_scale, lands=moves.is_landing))
-    if lag is not None:
-        ordered = lag.followed(ordered, moves)
-    # PX4 reports an item after its hold.
-    done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
-    flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
-    landings = int(legs.planned.is_landing.sum())
-    aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
-    motion = Motion(
-        segments=_segments(ordered, legs, parameters, tracking.drag_per_s),
-        laws=ordered.laws,
-        piece_segment=ordered.segment,
-        piece_law=ordered.law,
-        piece_row=ordered.row,
-        piece_offset_s=ordered.offset_s,
-        piece_duration_s=ordered.duration_s,
-        arrival_segment=done,
-        done_segment=done,
-        piece_is_grounded=ordered.is_grounded,
-        wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
-        noise_delay_s=ordered.noise_delay_s,
-        landing_spread_s=(landings * LANDED_SOONER_S, landings * LANDED_LATER_S),
-        slowed=slowed,
-    )
-    return motion, legs
-
-
-def _reached_by(
-    lag: TrackingLag, moves: Moves, parameters: Px4Parameters, time_scale: TimeScale
-) -> Moves:
+def _reached_by(lag: TrackingLag, moves: Moves, time_scale: TimeScale) -> Moves:
     """Return moves that count as reached by the place of the vehicle, not that of its trajectory.
 
     What comes last decides nothing before: landings that end a flight, and the wait for a heading before
@@ -277,8 +254,8 @@ def _reached_by(
     """
     is_last = np.append(moves.is_first[1:], True)
     ends = moves.is_landing & is_last
-    legs = fly_legs(moves, parameters, waits=~np.append(ends[1:], False))
-    pieces = _pieces(legs, parameters, time_scale, lands=moves.is_landing & ~is_last)
+    legs = fly_legs(moves, waits=~np.append(ends[1:], False))
+    pieces = _pieces(legs, time_scale, lands=moves.is_landing & ~is_last)
     if not pieces.parts:
         return moves
     ahead, beside, past = lag.off_m(in_flown_order(pieces), moves)
@@ -287,23 +264,19 @@ def _reached_by(
     return replace(moves, reach_m=reach, past_m=past)
 
 
-def _pieces(
-    legs: Px4Legs, parameters: Px4Parameters, time_scale: TimeScale, *, lands: BoolArray
-) -> Px4Pieces:
+def _pieces(legs: Px4Legs, time_scale: TimeScale, *, lands: BoolArray) -> Px4Pieces:
     """Return the pieces of moves, of these landings alone, as a vehicle flies them that does not lag."""
-    pieces = Px4Pieces()
-    add_takeoffs(pieces, legs, parameters)
-    add_legs(pieces, legs, parameters, time_scale=time_scale)
-    add_holds(pieces, legs, parameters)
-    add_landings(pieces, legs, parameters, lands=lands, time_scale=time_scale)
+    pieces = Px4Pieces(time_scale)
+    add_takeoffs(pieces, legs)
+    add_legs(pieces, legs)
+    add_holds(pieces, legs)
+    add_landings(pieces, legs, lands=lands)
     return pieces
 
 
-def _segments(
-    ordered: Ordered, legs: Px4Legs, parameters: Px4Parameters, drag_per_s: float | None
-) -> SegmentColumns:
+def _segments(ordered: Ordered, legs: Px4Legs, drag_per_s: float | None) -> SegmentColumns:
     """Return the segments of flown moves as columns."""
-    planned, straights = legs.planned, legs.straights
+    planned, straights, parameters = legs.planned, legs.straights, legs.parameters
     move, slot = ordered.segment_move, ordered.segment_slot
     steep, upward = steep_moves(legs), legs.limits.direction[:, 2]
     level, peak = horizontal(legs.limits.direction), straights.rise.peak_m_s

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import PlannedLegs
-    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 _ROUNDS = 6
@@ -549,9 +548,7 @@ def _leaving(
     return np.where(within, met, tail_m), np.where(within, final, allowed + above)
 
 
-def limits_along(
-    start_m: FloatArray, end_m: FloatArray, planned: PlannedLegs, parameters: Px4Parameters
-) -> Limits:
+def limits_along(start_m: FloatArray, end_m: FloatArray, planned: PlannedLegs) -> Limits:
     """Return what limits the speed along the straights of legs, between these ends. (n, 3)
 
     Notes
@@ -562,6 +559,7 @@ def limits_along(
     v/c, a/c, j/c.  Below 0.5 m/s only the slow axis is slowed: a gentle slope that ends level does not
     stop the flight.  Each of the north and east axes has the whole acceleration to itself.
     """
+    parameters = planned.parameters
     direction, length = directions(end_m - start_m)
     speed, tail, jerk = planned.speed_m_s, planned.tail_m, parameters.jerk_m_s3
     parts = np.empty((2, len(length)))

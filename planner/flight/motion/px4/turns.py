@@ -49,7 +49,7 @@ class Turns(Columns, eq=False):
     """Acceleration there, zero or more: horizontal after a turn, along the leg after a reversal. [m s⁻²]"""
 
 
-def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
+def corner_turns(begun: LegStarts) -> Turns:
     """Return the turns into new legs at MPC_ACC_HOR and MPC_JERK_AUTO.
 
     Notes
@@ -75,22 +75,21 @@ def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
         acceleration_m_s2=np.zeros_like(speed),
     )
     if turning.any():
-        led, held_m_s, lead_s = _led_in(begun.select(turning), parameters)
-        approached, before_s = _approached(led, parameters)
-        swung = _swings(approached, held_m_s, parameters)
+        led, held_m_s, lead_s = _led_in(begun.select(turning))
+        approached, before_s = _approached(led)
+        swung = _swings(approached, held_m_s)
         duration_s = np.maximum(swung.duration_s + before_s - lead_s, 0.0)
         turns.put(turning, replace(swung, duration_s=duration_s))
     return turns
 
 
-def _led_in(
-    begun: LegStarts, parameters: Px4Parameters
-) -> tuple[LegStarts, FloatArray, FloatArray]:
+def _led_in(begun: LegStarts) -> tuple[LegStarts, FloatArray, FloatArray]:
     """Return vehicles as they would have begun to turn back without a deceleration, and by how much sooner.
 
     And the speeds held in the turns: what the way left allowed, which a deceleration trails.  What of it
     points along the new leg, −cos θ of it for a turn θ beyond the right angle, is part of the swing already.
     """
+    parameters = begun.parameters
     velocity = begun.velocity_m_s[:, :2]
     way = (begun.planned.target_m - begun.place_m)[:, :2]
     speed = horizontal(velocity)
@@ -108,7 +107,7 @@ def _led_in(
     return replace(begun, place_m=place, velocity_m_s=faster), held, lead_s
 
 
-def _approached(begun: LegStarts, parameters: Px4Parameters) -> tuple[LegStarts, FloatArray]:
+def _approached(begun: LegStarts) -> tuple[LegStarts, FloatArray]:
     """Return vehicles that all turn where they begin to turn onto their legs, and the times until then.
 
     Farther off than l, ``PositionSmoothing::_getL1Point`` has no point of the leg in reach, and the one
@@ -116,6 +115,7 @@ def _approached(begun: LegStarts, parameters: Px4Parameters) -> tuple[LegStarts,
     from farther away than the next.  From l on that point moves aside, in l/v; the velocity, which takes T
     to swing onto the leg, follows at once where T is shorter, else in the mean l/2v later.
     """
+    parameters = begun.parameters
     frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
     v, side = frame.speed_m_s, -np.sign(frame.y_m)
     along, across = -v * frame.cos_turn, v * (side - frame.sin_turn)
@@ -185,11 +185,11 @@ class _LegFrame(Value, eq=False):
         return begins_m[:, :2] + self.along * x_m[:, None] + self.across * y_m[:, None]
 
 
-def _swings(begun: LegStarts, held_m_s: FloatArray, parameters: Px4Parameters) -> Turns:
+def _swings(begun: LegStarts, held_m_s: FloatArray) -> Turns:
     """Return the turns of vehicles that all turn, to the speeds that are held in them."""
-    frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
+    parameters, frame = begun.parameters, _LegFrame.of(begun)
+    l1, most_m_s2 = np.maximum(begun.planned.radius_m, SHORTEST_L1_M), parameters.acceleration_m_s2
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
-    most_m_s2 = parameters.acceleration_m_s2
     height = begun.planned.target_m[:, 2] - begun.place_m[:, 2]
     vertical_m_s, vertical_m_s2 = vertical_limits(height > 0.0, parameters)
     # The point steered for lies on the leg, and is as much higher as the leg has risen by there.
@@ -353,9 +353,10 @@ _GROWTH_ROUNDS = 2
 """Each lets the time of a join and the speed reached in it agree more closely."""
 
 
-def leg_entries(begun: LegStarts, parameters: Px4Parameters) -> Turns:
+def leg_entries(begun: LegStarts) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
-    turns, part = corner_turns(begun, parameters), begun.planned
+    parameters = begun.parameters
+    turns, part = corner_turns(begun), begun.planned
     idle = part.is_wait | part.is_takeoff | ~part.is_leg
     pausing = part.pause_s > 0.0
     still = idle | pausing
@@ -375,9 +376,7 @@ def leg_entries(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     )
 
 
-def slowed_turns(
-    begun: LegStarts, turns: Turns, parameters: Px4Parameters
-) -> tuple[Turns, FloatArray]:
+def slowed_turns(begun: LegStarts, turns: Turns) -> tuple[Turns, FloatArray]:
     """Return turns onto legs too steep for the speed they are begun with, and the vertical speeds reached.
 
     Without a turn, the horizontal speed falls to what the vertical limit leaves, or to that of the leg,
@@ -386,6 +385,7 @@ def slowed_turns(
     or within the acceptance radius, where the height alone is waited for.  Of all other legs the vertical
     speed is 0. [m s⁻¹]
     """
+    parameters = begun.parameters
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     way = part.target_m - place
     level, height, upward = horizontal(way), np.abs(way[:, 2]), np.sign(way[:, 2])
@@ -398,7 +398,7 @@ def slowed_turns(
     steep = ((height > level) | near) & (horizontal(velocity) > SLOWEST_TURN_M_S)
     slows &= (left < turns.speed_m_s) | steep
     if slows.any():
-        sight = _Sight.of(begun, directions(way)[0], turns.speed_m_s, turns.speed_m_s, parameters)
+        sight = _Sight.of(begun, directions(way)[0], turns.speed_m_s, turns.speed_m_s)
         slows &= ~sight.counts | near
     upright_m_s = np.zeros_like(height)
     rows = np.flatnonzero(slows)
@@ -469,7 +469,6 @@ def joined_turns(
     begun: LegStarts,
     turns: Turns,
     slowed: BoolArray,
-    parameters: Px4Parameters,
     *,
     fraction: float = 1.0,
     reached_m_s: FloatArray | None = None,
@@ -483,10 +482,11 @@ def joined_turns(
     joins the leg at rest, with the acceleration it has by then.  Legs too short for that are joined at a
     fraction of the speed.
     """
+    parameters = begun.parameters
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     direction, length = directions(part.ends_m - place)
     reached_m_s = turns.speed_m_s if reached_m_s is None else reached_m_s
-    sight = _Sight.of(begun, direction, turns.speed_m_s, reached_m_s, parameters)
+    sight = _Sight.of(begun, direction, turns.speed_m_s, reached_m_s)
     direction, level_m_s = sight.direction, np.minimum(turns.speed_m_s, sight.speed_m_s)
     level, upright = horizontal(direction), np.abs(direction[:, 2])
     shallow = level >= upright
@@ -521,7 +521,7 @@ def joined_turns(
         held_s=np.minimum(turns.duration_s, time),
         is_paced=lift_s > level_s,
     )
-    along = _Headway.of(begun, join, parameters, grows=joins & shallow & (fraction == 1.0))
+    along = _Headway.of(begun, join, grows=joins & shallow & (fraction == 1.0))
     after = along.speed_m_s
     aside = velocity - direction * speed[:, None]
     end = place + direction * along.way_m[:, None] + 0.5 * aside * time[:, None]
@@ -560,14 +560,13 @@ def joined_turns(
                 begun.select(growing),
                 turns.select(growing),
                 slowed[growing],
-                parameters,
                 reached_m_s=(after * level)[growing],
                 rounds=rounds - 1,
             ),
         )
     if len(short) and fraction > _LEAST_FRACTION:
         some, turns_left = begun.select(short), turns.select(short)
-        slower = joined_turns(some, turns_left, slowed[short], parameters, fraction=0.5 * fraction)
+        slower = joined_turns(some, turns_left, slowed[short], fraction=0.5 * fraction)
         joined.put(short, slower)
     return joined
 
@@ -596,15 +595,14 @@ class _Headway(Value, eq=False):
     """Zero or more."""
 
     @classmethod
-    def of(
-        cls, begun: LegStarts, join: _Join, parameters: Px4Parameters, *, grows: BoolArray
-    ) -> _Headway:
+    def of(cls, begun: LegStarts, join: _Join, *, grows: BoolArray) -> _Headway:
         """Return the headway along the ways that are left, begun with speeds along them.
 
         What is across a leg changes beside what is along it: there a deceleration that the leg is begun
         with is taken back, and the speed goes on as on a leg that needs no join, once a turn is over that
         holds it.  Others keep their speed.
         """
+        parameters = begun.parameters
         headway = cls(
             way_m=join.speed_m_s * join.time_s,
             speed_m_s=join.speed_m_s.copy(),
@@ -623,9 +621,7 @@ class _Headway(Value, eq=False):
         begun_m_s = speed - 0.5 * slowing * slowed_s
         slowed_m += begun_m_s * np.maximum(join.held_s - slowed_s, 0.0)
         slowed_s = np.maximum(slowed_s, join.held_s)
-        limits = limits_along(
-            place + units * slowed_m[:, None], place + join.way_m, part, parameters
-        )
+        limits = limits_along(place + units * slowed_m[:, None], place + join.way_m, part)
         rises = make_rises(limits, begun_m_s, np.zeros_like(begun_m_s))
         ramps, left_s = rises.ramps(limits), time - slowed_s
         ramp_s = np.minimum(left_s, ramps.duration_s)
@@ -710,12 +706,7 @@ class _Sight(Value, eq=False):
 
     @classmethod
     def of(
-        cls,
-        begun: LegStarts,
-        direction: FloatArray,
-        begun_m_s: FloatArray,
-        after_m_s: FloatArray,
-        parameters: Px4Parameters,
+        cls, begun: LegStarts, direction: FloatArray, begun_m_s: FloatArray, after_m_s: FloatArray
     ) -> _Sight:
         """Return the sights for horizontal speeds at the beginning and at the end of the change.
 
@@ -724,6 +715,7 @@ class _Sight(Value, eq=False):
         climb, w = v (h − w₀ t/2)/(L − v₀ t/2), and the change from w₀ to w the time.  Where w is beyond
         its limit, v falls to what goes with that.
         """
+        parameters = begun.parameters
         climbing_m_s = begun.velocity_m_s[:, 2]
         way = begun.planned.target_m - begun.place_m
         level, height = horizontal(way), way[:, 2]
@@ -751,14 +743,13 @@ class _Sight(Value, eq=False):
         )
 
 
-def eased_turns(
-    begun: LegStarts, turns: Turns, slowed: BoolArray, parameters: Px4Parameters
-) -> Turns:
+def eased_turns(begun: LegStarts, turns: Turns, slowed: BoolArray) -> Turns:
     """Return turns by which legs that go straight on take back the deceleration they are begun with.
 
     The waypoint counts as reached while the vehicle brakes for it: a waypoint after it at once allows
     more, but the deceleration falls at limited jerk, and the speed with it until it has gone.
     """
+    parameters = begun.parameters
     part, velocity = begun.planned, begun.velocity_m_s
     speed, jerk = lengths(velocity), parameters.jerk_m_s3
     direction, _ = directions(part.ends_m - begun.place_m)
@@ -783,14 +774,13 @@ def eased_turns(
     )
 
 
-def cut_short(
-    begun: LegStarts, turns: Turns, ends_m: FloatArray, parameters: Px4Parameters
-) -> tuple[Turns, FloatArray]:
+def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray) -> tuple[Turns, FloatArray]:
     """Return turns that lead no further than the end of their leg, and ends not before their turn.
 
     A turn cut to next to nothing still takes the time to bring the vehicle across to its end, and to
     turn its velocity into the leg.
     """
+    parameters = begun.parameters
     part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
     goal = dot(ends_m - place, part.direction)
     turned = dot(turns.end_m - place, part.direction)
