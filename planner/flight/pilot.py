@@ -307,7 +307,6 @@ def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot
     At the speed of its model, or a slower one that the parameters state; without the lag, of which the
     model knows nothing.
     """
-    from planner.flight.motion.px4.lag import Tracking
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -316,7 +315,9 @@ def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot
         speed_m_s = min(speed_m_s, parameters.cruise_speed_m_s)
     own = replace(parameters, cruise_speed_m_s=speed_m_s)
     if isinstance(own, Px4Parameters):
-        return Px4Pilot(parameters=own, wind=calm, airspeed_limit_m_s=None, tracking=Tracking())
+        from planner.flight.motion.px4.pilot import Px4Pilot
+
+        return Px4Pilot(parameters=own, wind=calm)
     return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None)
 
 
