@@ -368,19 +368,23 @@ def _brakings(limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray) -> Bra
     if len(crosses):
         rows, crossing = rows[crosses], crossing[crosses]
         far, near, limits = far.select(crosses), near.select(crosses), limits.select(rows)
+        # Joined while trailing the other law, it is met above what it allows.
+        far = far.through(far.half_b_m_s, speed[rows], left[rows])
         leaves = np.where(crossing < speed[rows], far.way_m(crossing), left[rows])
-        nears, end, tail = near.way_m(crossing), end[rows], tail[rows]
+        near_m, end, tail = near.way_m(crossing), end[rows], tail[rows]
+        nears = np.minimum(near_m, leaves)
         final = np.maximum(near.way_m(end) - tail, 0.0)
-        # What asks for more than the vehicle can brake ends the same way faster.
+        # What is met late, or asks for more than the vehicle can brake, ends the same way faster.
         softest = np.maximum(near.half_b_m_s, _softest_m_s(limits, near, crossing))
-        softer, last = softest > near.half_b_m_s, near.through(softest, crossing, nears)
+        last = near.through(softest, crossing, nears)
+        faster = (softest > near.half_b_m_s) | (nears < near_m)
         crossed = replace(
             braking.select(rows),
             far=far,
             near=last,
             crossing_m_s=crossing,
-            held_m=np.maximum(leaves - nears, 0.0),
-            end_m_s=np.where(softer, last.end_m_s(crossing, nears - final - tail), end),
+            held_m=leaves - nears,
+            end_m_s=np.where(faster, last.end_m_s(crossing, nears - final - tail), end),
             final_m=final,
         )
         braking.put(rows, crossed)
