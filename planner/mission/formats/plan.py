@@ -467,8 +467,9 @@ def _check_keys(fields: JsonFields, keys: tuple[str, ...], remarks: Remarks) -> 
 def _read_rally_points(section: JsonFields, remarks: Remarks) -> tuple[RallyPoint, ...]:
     if not _is_current(section, "the list of rally points", remarks):
         return ()
+    if not (raw_points := section.listed("points")):
+        return ()  # as most: no place in the text is looked for
     points = []
-    raw_points = section.listed("points")
     places = section.document.element_places(section.value, "points")
     for index, (raw, place) in enumerate(zip(raw_points, places, strict=True)):
         if not isinstance(raw, list) or len(raw) != 3:
