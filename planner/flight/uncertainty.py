@@ -31,7 +31,7 @@ The samples are always the same: what differs between two predictions is never c
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -95,7 +95,7 @@ _LANDING, _FIRST_STATE = 3, 4
 _KINDS = [_FIRST_STATE + STATE_INDEX[kind_of(state)] for state in STATES]
 
 
-class ModelErrors(Value, eq=False):
+class ModelErrors(Value, eq=False, dict=True):
     """Errors of a model in each scenario; all (samples,), but those of the states."""
 
     time: FloatArray
@@ -108,12 +108,23 @@ class ModelErrors(Value, eq=False):
     state: FloatArray
     """(states, samples)"""
     stopping: FloatArray
+    """Relative, of a stopping distance. [-]"""
     landing_rank: FloatArray
     """Fraction of landings that are sooner found over."""
     heading_rank: FloatArray
     """Fraction of headings that are nearer to the one asked for."""
     noise: FloatArray
     """Relative, of the noise of the position. [-]"""
+
+    @cached_property
+    def stopping_factor(self) -> FloatArray:
+        """Stopping distances over those predicted. (samples,) [-]"""
+        return np.maximum(1.0 + self.stopping, 0.0)
+
+    @cached_property
+    def stopping_factor_p90(self) -> float:
+        """Exceeded by one stop of ten. [-]"""
+        return _p10_p90(self.stopping_factor)[1]
 
     def times_s(self, time_s: float, *, legs: int, landings: int) -> FloatArray:
         """Return what flights of a predicted time take, without what the autopilot adds. [s]"""
@@ -199,6 +210,7 @@ def spread_at_noise(
     )
 
 
+@lru_cache(maxsize=4)  # a spread is looked through whenever one is made
 def spread_in_wind(spread: ModelSpread, speed_m_s: float) -> ModelSpread:
     """Return the spread of energies in a wind: what it adds goes into what all states share."""
     if spread.energy_fraction is None or not spread.energy_fraction_s_m:
@@ -457,7 +469,7 @@ def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios
     """Return how long many flights of a mission last, and how far their stops get, in whatever air."""
     spread = spread_at_noise(spread, flight.power.vehicle, setup.position_noise_m)
     errors = sample_errors(spread)
-    time_s = stopping_factor = None
+    time_s = None
     if spread.time_fraction is not None:
         motion = flight.motion
         legs, landings = motion.leg_count, motion.landing_count
@@ -468,13 +480,12 @@ def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios
         if errors.landing_s is None:
             time_s += errors.landing_delay_s(*motion.landing_spread_s)
         time_s = np.maximum(time_s, 0.0)
-    if spread.stopping_distance_fraction is not None:
-        stopping_factor = np.maximum(1.0 + errors.stopping, 0.0)
+    stops = spread.stopping_distance_fraction is not None
     return Scenarios(
         time_s=time_s,
-        stopping_factor=stopping_factor,
+        stopping_factor=errors.stopping_factor if stops else None,
         time_band_s=None if time_s is None else _p10_p90(time_s),
-        stopping_factor_p90=None if stopping_factor is None else _p10_p90(stopping_factor)[1],
+        stopping_factor_p90=errors.stopping_factor_p90 if stops else None,
     )
 
 

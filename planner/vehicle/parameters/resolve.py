@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planner import quantity
@@ -262,6 +263,26 @@ def resolve_parameters(
     if autopilot not in PARAMETERS_OF:
         msg = f"{autopilot} has no parameters"
         raise ValueError(msg)
+    if file is None:
+        return _of_model(autopilot, model, version, has_rally=has_rally)
+    return _resolved(autopilot, file, model, version, has_rally=has_rally)
+
+
+@lru_cache(maxsize=16)  # asked for every mission again
+def _of_model(
+    autopilot: Autopilot, model: VehicleModel | None, version: Version | None, *, has_rally: bool
+) -> ResolvedParameters:
+    return _resolved(autopilot, None, model, version, has_rally=has_rally)
+
+
+def _resolved(
+    autopilot: Autopilot,
+    file: ParameterSet | None,
+    model: VehicleModel | None,
+    version: Version | None,
+    *,
+    has_rally: bool,
+) -> ResolvedParameters:
     resolution = _Resolution(autopilot, version, file)
     findings: list[Finding] = []
     if file is not None:
