@@ -124,7 +124,7 @@ class SteadyPower(Value):
             return power + moving - self._hover_w(cruise, density)
         above = cruise.above_hover_w(self.airspeed_m_s(state))
         if vehicle.reference is Autopilot.STEP:
-            level = np.isin(flight_state, _LEVEL)
+            level = (flight_state == _LEVEL[0]) | (flight_state == _LEVEL[1])
             above = np.where(level, self._stepped_w(cruise, state, commanded_speed_m_s), above)
         return power + above
 

@@ -298,6 +298,12 @@ class Flight(Value, eq=False, dict=True):
         vars(same).update({name: known[name] for name in _OF_POWER if name in known})
         return same
 
+    def with_stops(self, factor_p90: float) -> Flight:
+        """Return the same flight with the factor on stopping distances that one of ten exceeds."""
+        same = replace(self, stopping_factor_p90=factor_p90)
+        vars(same).update(vars(self))  # nothing that is worked out of a flight depends on it
+        return same
+
     @property
     def segments(self) -> Segments:
         """The segments one by one."""

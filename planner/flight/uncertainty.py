@@ -407,7 +407,7 @@ class Scenarios(Value, eq=False):
         Of battery and return it is the fraction of the flights that use part of the reserve.
         """
         if self.stopping_factor_p90 is not None:
-            flight = replace(flight, stopping_factor_p90=self.stopping_factor_p90)
+            flight = flight.with_stops(self.stopping_factor_p90)
         spread: dict[str, float] = {}
         if self.time_band_s is not None:
             spread["time_s_p10"], spread["time_s_p90"] = self.time_band_s
@@ -666,8 +666,12 @@ def _usable_wh(
 
 
 def _p10_p90(values: FloatArray) -> tuple[float, float]:
-    low, high = np.quantile(values, (LOW, HIGH))
-    return float(low), float(high)
+    # Of so many samples what `np.quantile` does besides is a fifth of it.
+    place = np.array((LOW, HIGH)) * (len(values) - 1)
+    below = place.astype(np.intp)
+    parted = np.partition(values, (*below, *(below + 1)))
+    found = parted[below] + (place - below) * (parted[below + 1] - parted[below])
+    return float(found[0]), float(found[1])
 
 
 def _fraction_below(margin_wh: FloatArray | None, limit_wh: float = 0.0) -> float | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 import numpy as np
 
 from planner.physics.quadrature import unit_derivative, unit_quadrature
-from planner.values import Value, field_names, field_values
+from planner.values import Value, field_names, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -107,6 +107,12 @@ class KinematicState(Value, eq=False):
     def velocity_m_s(self) -> FloatArray:
         """East, north and up beside each other. (…, 3) [m s⁻¹]"""
         return np.stack((self.east_m_s, self.north_m_s, self.climb_m_s), axis=-1)
+
+    def of_shape(self, shape: tuple[int, ...]) -> KinematicState:
+        """Return the same, what does not change in time repeated."""
+        columns = field_values(self)
+        uneven = {name for name, column in columns.items() if column.shape != shape}
+        return replace(self, **{name: np.broadcast_to(columns[name], shape) for name in uneven})
 
     @classmethod
     def of(
@@ -363,8 +369,7 @@ class Motion(Value, eq=False, dict=True):
         for index, law in enumerate(self.laws):
             chosen = np.flatnonzero(law_of == index)
             if len(chosen) == len(piece):  # most flights have no circles
-                columns = field_values(law.state_at(row, own_s)).items()
-                return KinematicState(**{n: np.broadcast_to(c, time_s.shape) for n, c in columns})
+                return law.state_at(row, own_s).of_shape(time_s.shape)
             if len(chosen):
                 for name, column in field_values(law.state_at(row[chosen], own_s[chosen])).items():
                     getattr(whole, name)[chosen] = column
@@ -525,7 +530,7 @@ def make_manoeuvres(
         stopping_distance_m=none if stopping_distance_m is None else stopping_distance_m,
         duration_s=duration_s,
         coefficients=np.stack((start, leaving, bend, jerk), axis=-1),
-        is_grounded=np.isin(np.arange(duration_s.shape[1]), grounded),
+        is_grounded=np.array([piece in grounded for piece in range(duration_s.shape[1])]),
     )
 
 

@@ -445,12 +445,26 @@ def _highest(
 
 
 def bisected(
-    holds: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray, rounds: int
+    holds: Callable[[FloatArray], BoolArray],
+    low: FloatArray,
+    high: FloatArray,
+    rounds: int,
+    *,
+    at_once: int = 1,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return bounds of where something ceases to hold, after so many halvings."""
+    """Return bounds of where something ceases to hold, after so many halvings. (n,)
+
+    So many of them ``at_once``: it is asked for rows of values then, (rows, n).
+    """
     width = high - low
-    for _ in range(rounds):
-        width = 0.5 * width
-        middle = low + width
-        low = np.where(holds(middle), middle, low)
+    if at_once == 1:
+        for _ in range(rounds):
+            width = 0.5 * width
+            middle = low + width
+            low = np.where(holds(middle), middle, low)
+        return low, low + width
+    steps = np.arange(1.0, 2.0**at_once)[:, None]
+    for _ in range(rounds // at_once):
+        width = 0.5**at_once * width
+        low = low + width * np.count_nonzero(holds(low + steps * width), axis=0)
     return low, low + width

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
 import numpy as np
@@ -601,17 +601,19 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             descent_speed_m_s=None,
         )
 
-    def _stage(self, kind: StageKind) -> Stage:
+    def _stage(self, kind: StageKind, **more: Any) -> Stage:  # noqa: ANN401 - fields of a stage
         """Return a stage to the present height, at the speeds commanded."""
-        at_m = (0.0, 0.0, self.height_m)
         return Stage(
             kind,
             self.number,
-            *at_m,
+            0.0,
+            0.0,
+            self.height_m,
             self.speed_m_s,
             self.climb_speed_m_s,
             self.descent_speed_m_s,
             is_speed_late=self.is_speed_late,
+            **more,
         )
 
     def _add(self, stage: Stage) -> None:
@@ -631,8 +633,8 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         if kind is StageKind.GO and item.param2 is not None and item.param2 > 0.0:
             acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
         self._add(
-            replace(
-                self._stage(kind),
+            self._stage(
+                kind,
                 hold_s=hold_s,
                 acceptance_radius_m=acceptance_radius_m,
                 yaw_deg=item.param4,
@@ -679,7 +681,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             self.move_to(item)
         self.height_m = self.height_of_m(item)
         is_first = not any(d.kind is not StageKind.DELAY for d in self.stages)
-        self._add(replace(self._stage(StageKind.TAKEOFF), yaw_deg=item.param4))
+        self._add(self._stage(StageKind.TAKEOFF, yaw_deg=item.param4))
         if is_first and self.height_m <= 0.0:
             height = quantity.height(self.height_m)
             self.remark(ZERO_TAKEOFF, f"take-off altitude {height} above home")
@@ -689,7 +691,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         self._remark_gate("how PX4 lands behind a CONDITION_GATE")
         self.move_to(item)
         self.height_m = self.ground_m()
-        self._add(replace(self._stage(StageKind.LAND), yaw_deg=item.param4))
+        self._add(self._stage(StageKind.LAND, yaw_deg=item.param4))
         self.is_over = True
 
     def circle(self, item: MissionItem) -> None:
@@ -755,14 +757,14 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             message = f"waits {wait} on the ground before the take-off: not counted"
             self.remark(WAIT_NOT_COUNTED, message)
         else:
-            self._add(replace(self._stage(StageKind.DELAY), hold_s=seconds))
+            self._add(self._stage(StageKind.DELAY, hold_s=seconds))
 
     def set_down(self, item: MissionItem) -> None:
         """Lower a load to the ground."""
         self.move_to(item)
         above_m = self.height_m - self.ground_m()
         deepest_m = max(item.param1 or 0.0, 0.0)
-        stage = replace(self._stage(StageKind.SET_DOWN), above_ground_m=above_m)
+        stage = self._stage(StageKind.SET_DOWN, above_ground_m=above_m)
         self._add(replace(stage, gives_up_m=deepest_m))
         known = self._known_ground_m() is not None
         level = "" if known else "touch the ground at home's level and to "
@@ -893,7 +895,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         """Follow an item that is no flight of its own, or none that is predicted."""
         wait_s = self.payload_waits_s.get(item.command, 0.0) if self._in_air else 0.0
         if wait_s > 0.0:
-            self._add(replace(self._stage(StageKind.DELAY), hold_s=wait_s))
+            self._add(self._stage(StageKind.DELAY, hold_s=wait_s))
         effect = command_effect(item.command)
         if effect is CommandEffect.NO_EFFECT or item.command in {
             Command.DO_JUMP,

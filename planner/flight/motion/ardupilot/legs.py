@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
 _BISECTIONS = 16
 """Halvings of a few seconds: to a tenth of a millisecond, where ArduPilot steps by 2.5 ms."""
+_MANY = 200
+"""Corners whose numbers take longer than the calls."""
 _BELOW = 1.0 - 1e-9
 """What is below a limit."""
 
@@ -92,16 +94,18 @@ class Corners(Value, eq=False):
         return _length(after, before, self.cosines[1])
 
     def allow(self, half_s: FloatArray, parameters: ArduPilotParameters) -> BoolArray:
-        """Return whether overlaps of twice ``half_s`` keep within all four limits. (n,)"""
-        way, speed, acceleration = self.ramps.begun(half_s)
+        """Return whether overlaps of twice ``half_s`` keep within all four limits. (…, n)"""
+        way, speed, acceleration = self.ramps.begun(half_s[..., None, :])
         climb = acceleration * self.upward
-        before, after = np.array((way, speed, acceleration * self.level)).swapaxes(0, 1)
-        distance, together, level = _length(after, before, self.cosines)
+        both = np.array((way, speed, acceleration * self.level))
+        cosines = self.cosines.reshape(3, *(1,) * (half_s.ndim - 1), -1)
+        distance, together, level = _length(both[..., 1, :], both[..., 0, :], cosines)
+        most_climb = parameters.vertical_acceleration_m_s2 * _BELOW
         return np.asarray(
             (distance < parameters.waypoint_radius_m)
             & (together <= self.speed_limit_m_s * _BELOW)
             & (level <= parameters.corner_acceleration_m_s2 * _BELOW)
-            & (np.abs(climb[1] - climb[0]) <= parameters.vertical_acceleration_m_s2 * _BELOW)
+            & (np.abs(climb[..., 1, :] - climb[..., 0, :]) <= most_climb)
         )
 
 
@@ -113,7 +117,11 @@ def half_overlap_s(corners: Corners, parameters: ArduPilotParameters) -> FloatAr
     """
     most = 0.5 * corners.ramps.duration_s.min(axis=0) * _BELOW
     half, _ = bisected(
-        lambda time: corners.allow(time, parameters), np.zeros_like(most), most, _BISECTIONS
+        lambda time: corners.allow(time, parameters),
+        np.zeros_like(most),
+        most,
+        _BISECTIONS,
+        at_once=4 if len(most) < _MANY else 1,
     )
     return np.where(corners.allow(most, parameters), most, half)
 
@@ -393,7 +401,7 @@ def plan_legs(
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
 
     # From its stopping point the vehicle moves back already.
-    moves = leads | np.isin(shortest, (_COORDINATE_M, _HERE_M))
+    moves = leads | (shortest == _COORDINATE_M) | (shortest == _HERE_M)
     wait_s = np.where(from_rest & moves, start_delay_s(direction, parameters), 0.0)
 
     def flown_curves(changed_s: FloatArray) -> SCurves:

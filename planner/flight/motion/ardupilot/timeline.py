@@ -267,7 +267,8 @@ def make_motion(
     idle = [*(source.is_grounded for source in sources), np.zeros(len(steady), np.bool_)]
     done = np.searchsorted(stage, np.arange(len(item)), side="right") - 1
     # Braking out of a circle comes after its last turn.
-    leaving = (done > 0) & np.isin(np.arange(len(item)), circles.stage)
+    leaving = np.zeros(len(item), np.bool_)
+    leaving[circles.stage] = done[circles.stage] > 0
     circle = circles.law.select(steady)
     return Motion(
         segments=SegmentColumns(
