@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
-CEILING, FLOOR = 1, 8
+CEILING, CIRCLE, AREAS, FLOOR = 1, 2, 4, 8
 """Bits of ArduPilot's FENCE_TYPE."""
 _ON_AFTER_TAKEOFF = frozenset({1, 2})
 """Values of FENCE_AUTOENABLE that switch the fence on when a take-off is done."""
@@ -78,6 +78,30 @@ def return_ceilings_m(route: Route, parameters: ArduPilotParameters) -> FloatArr
         is_on &= [stage.kind is not StageKind.TAKEOFF for stage in route.stages]
     ceiling_m = parameters.fence_height_max_m - parameters.fence_margin_m
     return np.where(is_on, ceiling_m, np.inf)
+
+
+def rally_is_taken(
+    route: Route, parameters: ArduPilotParameters, *, height_m: FloatArray, from_home_m: FloatArray
+) -> BoolArray:
+    """Return whether a return that begins in a stage may lead to a rally point. (stages, r)
+
+    ``AP_Rally_Copter::is_valid`` asks ``AC_Fence::check_destination_within_fence``: of the heights and of the
+    circle around home; a point outside of an area is an error of its own (F103).
+
+    Parameters
+    ----------
+    route, parameters
+        As of `fence_schedule`.
+    height_m : ndarray
+        Of each point above the home that counts. (r,) [m]
+    from_home_m : ndarray
+        Distance of each from the home that counts in a stage. (stages, r) [m]
+    """
+    schedule, kind = fence_schedule(route, parameters), parameters.fence_type
+    limits, floor = schedule.limits[:, None], schedule.floor[:, None]
+    is_out = limits & bool(kind & CEILING) & (height_m > parameters.fence_height_max_m)
+    is_out |= floor & bool(kind & FLOOR) & (height_m < parameters.fence_height_min_m)
+    return ~(is_out | limits & bool(kind & CIRCLE) & (from_home_m > parameters.fence_radius_m))
 
 
 def fence_is_on(parameters: ArduPilotParameters) -> bool:

@@ -12,9 +12,8 @@ import re
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from planner.flight.fence_schedule import fence_is_on
+from planner.flight.fence_schedule import AREAS, CIRCLE, fence_is_on
 from planner.mission.items import MissionFormat
-from planner.rules.fence_settings import AREAS, CIRCLE
 from planner.values import Value
 
 if TYPE_CHECKING:

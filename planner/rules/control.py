@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.mission.commands import Command
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, EXTREMES, PARAMETERS, PX4, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
@@ -153,13 +154,16 @@ PARACHUTE_RELEASED = Rule(
     summary="The vehicle descends so fast that it releases its parachute.",
     why="ArduPilot releases it, and stops its motors, where it has sunk faster than CHUTE_CRT_SINK for more "
     "than a second; a descent or a landing that is meant is no exception.",
-    how="CHUTE_ENABLED 1 and CHUTE_CRT_SINK above 0: the fastest descent of the flight, and of returns and "
-    "their landings from its greatest height (WP_SPD_DN, LAND_SPD_HIGH_MS above LAND_ALT_LOW_M, "
-    "LAND_SPD_MS): an error from CHUTE_CRT_SINK on, a warning from 0.8 of it, for a vehicle overshoots.",
+    how="CHUTE_ENABLED 1, or a DO_PARACHUTE that switches it on, and CHUTE_CRT_SINK above 0: the fastest "
+    "descent of the flight, and of returns and their landings from its greatest height (WP_SPD_DN, "
+    "LAND_SPD_HIGH_MS above LAND_ALT_LOW_M, LAND_SPD_MS): an error from CHUTE_CRT_SINK on, a warning from "
+    "0.8 of it, for a vehicle overshoots.",
     fix="raise CHUTE_CRT_SINK above the descents, or set it to 0",
     instead="the parameters of --params",
 )
 _NEAR_RELEASE = 0.8
+_SWITCHES_ON = 1.0
+"""First parameter of DO_PARACHUTE (``ModeAuto::do_parachute``)."""
 
 
 @judges(PARACHUTE_RELEASED, needs=(ARDUPILOT, EXTREMES))
@@ -168,7 +172,11 @@ def _parachute_released(
 ) -> Iterator[Finding]:
     values = numbers(a)
     limit_m_s = values.get("CHUTE_CRT_SINK", 0.0)
-    if not (values.get("CHUTE_ENABLED", 0.0) > 0.0 and limit_m_s > 0.0):
+    switched = (a.mission.items[number - 1] for number in a.route.reached)
+    is_on = values.get("CHUTE_ENABLED", 0.0) > 0.0 or any(
+        one.command == Command.DO_PARACHUTE and one.param1 == _SWITCHES_ON for one in switched
+    )
+    if not (is_on and limit_m_s > 0.0):
         return
     own_m_s = parameters.land_speed_m_s
     if max(extremes.highest_m, parameters.return_altitude_m) > parameters.land_slow_height_m:

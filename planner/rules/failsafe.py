@@ -25,7 +25,7 @@ from planner.flight.failsafe import (
     px4_time_events,
     px4_voltage_assumed,
 )
-from planner.flight.fence_schedule import fence_is_on
+from planner.flight.fence_schedule import AREAS, fence_is_on
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.commands import Command
@@ -37,7 +37,6 @@ from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import ASSUMED_ERROR, LEAST_RISK, MOST_CHANCE_EMPTY, place_along
-from planner.rules.fence_settings import AREAS
 from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters

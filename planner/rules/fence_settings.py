@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.flight.fence_schedule import CEILING, FLOOR, fence_is_on
+from planner.flight.fence_schedule import AREAS, CEILING, CIRCLE, FLOOR, fence_is_on
 from planner.flight.pilot import is_of_ardupilot
 from planner.values import Value
 
@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from planner.mission.route.stage import Route
     from planner.vehicle.parameters.resolve import FlightParameters
 
-CIRCLE, AREAS = 2, 4
-"""Bits of ArduPilot's FENCE_TYPE."""
 _ONE_INCLUSION_IS_ENOUGH = 2
 """Bit of ArduPilot's FENCE_OPTIONS."""
 _PX4_WARNS = 1

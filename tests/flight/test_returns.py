@@ -229,6 +229,41 @@ def test_a_rally_point_beyond_its_limit_is_not_taken_though_home_is_farther() ->
 
 
 @pytest.mark.parametrize(
+    ("given", "height_m", "taken"),
+    [
+        ({"fence_type": 1, "fence_height_max_m": 60.0}, 60.0, True),
+        ({"fence_type": 1, "fence_height_max_m": 60.0}, 60.1, False),
+        ({"fence_type": 8, "fence_height_max_m": 60.0}, 60.1, True),
+        ({"fence_type": 8, "fence_height_min_m": 30.0}, 30.0, True),
+        ({"fence_type": 8, "fence_height_min_m": 30.0}, 29.9, False),
+        ({"fence_type": 2, "fence_radius_m": 2001.0}, 20.0, True),
+        ({"fence_type": 2, "fence_radius_m": 1999.0}, 20.0, False),
+    ],
+)
+@pytest.mark.parametrize(
+    ("enable", "switched", "is_on"),
+    [(1, None, True), (0, None, False), (1, 0.0, False), (0, 1.0, True)],
+)
+def test_a_rally_point_beyond_the_limits_of_the_fence_is_not_taken(
+    given: dict[str, float],
+    height_m: float,
+    enable: int,
+    switched: float | None,
+    *,
+    taken: bool,
+    is_on: bool,
+) -> None:
+    """``AP_Rally_Copter::is_valid`` asks what is on as the return begins."""
+    items = [] if switched is None else [item(207, frame=2, params=(switched, 0.0, 0.0, 0.0))]
+    flown = mission(takeoff(50), *items, waypoint(2500, 50), rtl())
+    flown = replace(flown, rally=(rally(2000.0, height_m),))
+    parameters = replace(ARDUPILOT, fence_enable=enable, **given)
+    destinations = returns_of(flown, parameters).destinations
+    chosen = destinations.chosen(np.array([[0.0, 2000.0, 50.0]]), np.array([1]))
+    assert chosen.tolist() == [int(taken or not is_on)]
+
+
+@pytest.mark.parametrize(
     ("kind", "chosen"), [(0, 1), (1, 1), (2, -2), (3, 1), (4, -2), (5, 1), (6, 0)]
 )
 def test_px4_looks_at_rally_points_as_its_return_type_says(kind: int, chosen: int) -> None:

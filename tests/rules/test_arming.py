@@ -479,3 +479,17 @@ def test_a_descent_that_releases_the_parachute_is_an_error(
 ) -> None:
     told = [one.severity for one in found(PLAIN, ARDUPILOT, text) if one.code == "M132"]
     assert told == [severity] * bool(severity)
+
+
+@pytest.mark.parametrize(
+    ("enabled", "action", "releases"),
+    [(0, None, False), (0, 0.0, False), (0, 1.0, True), (1, None, True), (1, 1.0, True)],
+)
+def test_a_parachute_that_the_mission_switches_on_is_released_too(
+    enabled: int, action: float | None, *, releases: bool
+) -> None:
+    """``ModeAuto::do_parachute``; a return sinks at 1.5 m/s."""
+    switch = () if action is None else (item(208, frame=2, params=(action, 0.0, 0.0, 0.0)),)
+    flown = mission(takeoff(100), *switch, waypoint(100, 100), rtl())
+    reported = found(flown, ARDUPILOT, f"CHUTE_ENABLED,{enabled}\nCHUTE_CRT_SINK,1\n")
+    assert ("M132" in {one.code for one in reported}) is releases

@@ -261,6 +261,26 @@ def test_ardupilot_accelerates_no_more_than_its_position_controller_leans(
     assert values.corner_acceleration_m_s2 == pytest.approx(corner_m_s2, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("text", "jerk_m_s3"),
+    [
+        # the lesser of both times g: 3°/s are 0.5135 m/s³; none where one is 0
+        ("ATC_RATE_R_MAX,3\nATC_RATE_P_MAX,4\n", 0.513475),
+        ("ATC_RATE_R_MAX,4\nATC_RATE_P_MAX,3\n", 0.513475),
+        ("ATC_RATE_R_MAX,0\nATC_RATE_P_MAX,3\n", 1.0),
+        ("ATC_RATE_R_MAX,90\nATC_RATE_P_MAX,90\n", 1.0),
+        ("ATC_RATE_R_MAX,10\nATC_RATE_P_MAX,10\nWPNAV_JERK,10\n", 1.711584),
+    ],
+)
+def test_rates_of_the_attitude_limit_the_jerk_of_ardupilots_legs(
+    text: str, jerk_m_s3: float
+) -> None:
+    """``AC_WPNav::calc_scurve_jerk_and_snap``."""
+    values = flown(text, Autopilot.ARDUPILOT)
+    assert isinstance(values, ArduPilotParameters)
+    assert values.jerk_m_s3 == pytest.approx(jerk_m_s3, rel=1e-5)
+
+
 def test_px4_speeds_are_overwritten_by_the_common_ones() -> None:
     parameters = Px4Parameters(speed_all_m_s=8.0, climb_speed_all_m_s=2.0)
     assert (parameters.cruise_speed_m_s, parameters.speed_max_m_s) == (8.0, 8.0)

@@ -22,7 +22,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission, MissionItem
@@ -39,6 +39,7 @@ HERE = -3
 """Down where the vehicle is."""
 _NEARER_M = 2.0
 """A place this much nearer than home is taken: ``MIN_DIST_THRESHOLD`` of PX4's rtl.cpp. [m]"""
+_FARTHEST_M = 1e9
 _AT_HOME_M = 10.0
 """A rally point this near to home is home: ``MAX_DIST_FROM_HOME_FOR_LAND_APPROACHES``. [m]"""
 _RALLY_TYPES = frozenset({0, 1, 3, 5})
@@ -107,6 +108,9 @@ class Destinations(Value, eq=False):
     """As of `ReturnTargets`. [m]"""
     return_ceiling_m: FloatArray | None = None
     """As of `ReturnTargets`, of each stage of the route. (stages,) [m]"""
+    rally_is_taken: BoolArray | None = None
+    """Whether the fence lets returns that begin in a stage lead to a rally point; ``None``: it does.
+    (stages, r)"""
     findings: tuple[Finding, ...] = ()
     """What of the vehicle's returns is not predicted as it flies them."""
 
@@ -166,8 +170,9 @@ class Destinations(Value, eq=False):
         PX4 (``RTL::findRtlDestination``): with RTL_TYPE 0 the nearest of home and the rally points; 3 looks
         at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and lands
         where it is without; 2 and 4 lead along the mission.  ArduPilot
-        (``AP_Rally::calc_best_rally_or_home_location``): the nearest rally point, unless it is beyond
-        RALLY_LIMIT_KM, or home is nearer and RALLY_INCL_HOME is set.  Without parameters home alone is known.
+        (``AP_Rally::calc_best_rally_or_home_location``): the nearest rally point that is within the limits of
+        the fence that are on, unless it is beyond RALLY_LIMIT_KM, or home is nearer and RALLY_INCL_HOME is
+        set.  Without parameters home alone is known.
         """
         home = np.full(len(stage), HOME, dtype=np.intp)
         if self.along:
@@ -187,9 +192,12 @@ class Destinations(Value, eq=False):
             )
         if not len(self.rally_ground_m):
             return home
+        if self.rally_is_taken is not None:
+            rally_m = np.where(self.rally_is_taken[stage], rally_m, np.inf)
         nearest, nearest_m = rally_m.argmin(axis=1), rally_m.min(axis=1)
-        limit_m = parameters.rally_limit_m
-        far = (limit_m > 0.0) & (nearest_m > limit_m)
+        far = nearest_m > (
+            parameters.rally_limit_m if parameters.rally_limit_m > 0.0 else _FARTHEST_M
+        )
         taken = ~(far | ((home_m < nearest_m) & bool(parameters.rally_includes_home)))
         return np.where(taken, nearest + 1, home)
 
@@ -260,9 +268,20 @@ def make_destinations(
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):
-        from planner.flight.fence_schedule import return_ceilings_m
+        from planner.flight.fence_schedule import rally_is_taken, return_ceilings_m
 
-        return replace(straight, return_ceiling_m=return_ceilings_m(route, parameters))
+        home_m = straight.home_ground_m[straight.home_of(np.arange(len(route.stages))), :2]
+        away_m = straight.rally_ground_m[None, :, :2] - home_m[:, None]
+        return replace(
+            straight,
+            return_ceiling_m=return_ceilings_m(route, parameters),
+            rally_is_taken=rally_is_taken(
+                route,
+                parameters,
+                height_m=height,
+                from_home_m=np.hypot(away_m[..., 0], away_m[..., 1]),
+            ),
+        )
     if not follows_mission and leads_along(mission, parameters.return_type):
         return straight
     return _with_mission(straight, mission, route, parameters.return_type, terrain)

@@ -75,6 +75,9 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     )
     # of the attitude; 0: no limit (``AC_AttitudeControl::get_slew_yaw_max_degs``)
     attitude_yaw_rate_rad_s: float = parameter("ATC_RATE_Y_MAX deg/s", 0.0, NOT_NEGATIVE)
+    # of rolls and pitches, 0: none; they bound the jerk of legs
+    attitude_roll_rate_rad_s: float = parameter("ATC_RATE_R_MAX deg/s", 0.0, NOT_NEGATIVE)
+    attitude_pitch_rate_rad_s: float = parameter("ATC_RATE_P_MAX deg/s", 0.0, NOT_NEGATIVE)
     # time constant of the attitude; jerk rises within twice of it
     attitude_time_constant_s: float = parameter("ATC_INPUT_TC s", 0.15, Range(0.0, 1.0))
     circle_radius_m: float = _renamed("CIRCLE_RADIUS_M m", "CIRCLE_RADIUS cm", 10.0, NOT_NEGATIVE)
@@ -198,6 +201,11 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
             self.overwrite(
                 "attitude_yaw_rate_rad_s", "yaw_rate_rad_s", self.attitude_yaw_rate_rad_s
             )
+        # ``AC_WPNav::calc_scurve_jerk_and_snap``: of both the lesser, none where one is 0
+        rates = ("attitude_roll_rate_rad_s", "attitude_pitch_rate_rad_s")
+        slowest = min(rates, key=lambda name: float(getattr(self, name)))
+        if 0.0 < (most_m_s3 := GRAVITY_M_S2 * getattr(self, slowest)) < self.jerk_m_s3:
+            self.overwrite(slowest, "jerk_m_s3", most_m_s3)
 
     @property
     def measures_current(self) -> bool:
