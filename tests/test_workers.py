@@ -6,6 +6,11 @@ import math
 import multiprocessing
 import os
 import pickle
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -36,6 +41,66 @@ def test_a_worker_that_is_killed_is_told_in_a_sentence() -> None:
         done_in_order(os._exit, [1, 1], workers=2) as done,
     ):
         list(done)
+
+
+_FACTORIALS = """
+import math, os, sys, time
+from planner.workers import done_in_order
+
+def work(job):
+    os.write(2, f"{os.getpid()}\\n".encode())  # at once
+    time.sleep(float(sys.argv[1]))
+    return math.factorial(job)
+
+if __name__ == "__main__":
+    with done_in_order(work, [5, 3, 4], workers=2) as done:
+        print(*done)
+"""
+
+
+def _started(folder: Path, *arguments: str, threads: str) -> subprocess.Popen[str]:
+    script = folder / "factorials.py"
+    script.write_text(_FACTORIALS, encoding="utf-8")
+    return subprocess.Popen(
+        [sys.executable, str(script), *arguments],
+        env={**os.environ, "OPENBLAS_NUM_THREADS": threads},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+# By one thread the workers are copies of the process, by more they begin anew.
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_workers_do_the_same_however_they_begin(tmp_path: Path, threads: str) -> None:
+    with _started(tmp_path, "0", threads=threads) as process:
+        out, _ = process.communicate()
+    assert (process.returncode, out) == (0, "120 6 24\n")
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for the processes there")
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_workers_end_with_who_made_them(tmp_path: Path, threads: str) -> None:
+    with _started(tmp_path, "600", threads=threads) as process:
+        assert process.stderr is not None
+        workers = {int(process.stderr.readline()) for _ in range(2)}
+        process.kill()
+        for _ in range(600):
+            if not any(map(_runs, workers)):
+                break
+            time.sleep(0.1)
+        left = {one for one in workers if _runs(one)}
+        for one in left:
+            os.kill(one, signal.SIGKILL)
+        assert not left
+
+
+def _runs(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    except OSError:
+        return False
+    return state[0] != "Z"
 
 
 def test_an_error_about_a_file_is_the_same_from_another_process() -> None:
