@@ -608,7 +608,9 @@ def _return_wait_s(parameters: FlightParameters) -> float:
 
     if isinstance(parameters, Px4Parameters):
         return max(parameters.return_land_delay_s, 0.0)
-    return parameters.return_loiter_s
+    from planner.flight.motion.ardupilot.stages import return_wait_s
+
+    return return_wait_s(parameters)
 
 
 RETURN_HEIGHT_ASSUMED = Rule(

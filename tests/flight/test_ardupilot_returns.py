@@ -169,16 +169,24 @@ def test_rtl_alt_type_over_terrain_is_said_for_the_way_home_too() -> None:
     assert codes_of(DEFAULTS, home()) == []
 
 
-def test_a_return_that_may_wait_for_its_heading_says_so() -> None:
-    # Half a turn at 60°/s takes 3 s.
-    hasty = ArduPilotParameters(return_loiter_s=2.0)
-    assert codes_of(hasty, home()) == [("T107", Severity.INFO)]
-    assert codes_of(hasty, land()) == []
-    assert codes_of(ArduPilotParameters(return_loiter_s=3.1), home()) == []
-    held = ArduPilotParameters(return_loiter_s=2.0, yaw_behavior=0)
-    assert codes_of(held, home()) == []
-    slow = ArduPilotParameters(yaw_rate_rad_s=math.radians(30.0))
-    assert codes_of(slow, home()) == [("T107", Severity.INFO)]
+@pytest.mark.parametrize(
+    ("behavior", "yaw_deg_s", "wait_s"),
+    [
+        # ``AutoYaw::default_mode``: 1 and 3 turn back to the heading of the arming, half a turn at most
+        (1, 5.0, 36.0),
+        (3, 5.0, 36.0),
+        (0, 5.0, 5.0),
+        (2, 5.0, 5.0),
+        (1, 60.0, 5.0),  # 3 s, within RTL_LOIT_TIME
+    ],
+)
+def test_a_return_waits_over_home_for_the_heading_it_was_armed_with(
+    behavior: int, yaw_deg_s: float, wait_s: float
+) -> None:
+    parameters = ArduPilotParameters(yaw_behavior=behavior, yaw_rate_rad_s=math.radians(yaw_deg_s))
+    flights = (fly(takeoff(), go(500.0), home(), parameters=one) for one in (parameters, DEFAULTS))
+    slow_s, usual_s = (float(one.segments.duration_s.sum()) for one in flights)
+    assert slow_s - usual_s == pytest.approx(wait_s - 5.0, abs=1e-9)
 
 
 def test_a_return_starts_from_a_stop_and_its_speed_is_not_the_mission_s() -> None:

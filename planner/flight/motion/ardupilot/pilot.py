@@ -27,6 +27,7 @@ from planner.flight.motion.ardupilot.stages import (
     over_home_m,
     return_columns,
     return_findings,
+    return_wait_s,
     stage_columns,
 )
 from planner.flight.motion.ardupilot.timeline import make_motion
@@ -170,7 +171,7 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=lambda speed: stopping_distance_m(speed, parameters, speed_response),
-        findings=(*legs.findings, *spline_findings, *return_findings(stages, parameters)),
+        findings=(*legs.findings, *spline_findings, *return_findings(parameters)),
     )
     slowed = [
         one for one in (legs.slowed, None if splines is None else splines.slowed) if one is not None
@@ -220,7 +221,7 @@ def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeu
     spinning = stages.where(StageKind.CIRCLE)
     spinning = spinning[stages.radius_m[spinning] == 0.0]
     spinning_s = np.array([stages.circles[row].duration_s for row in spinning.tolist()])
-    loiter_s = np.full(len(home), parameters.return_loiter_s)
+    loiter_s = np.full(len(home), return_wait_s(parameters))
     holds = (
         (held * SLOTS + 1, stages.end_m[held], stages.hold_s[held]),
         (home * SLOTS + 2, over_home_m(stages, home, parameters), loiter_s),

@@ -16,7 +16,6 @@ from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_
 from planner.flight.motion.kinematics import horizontal, is_nonzero
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.stage import RETURN_STAGES, StageKind
-from planner.mission.route.walk import WAIT_NOT_COUNTED
 from planner.values import Value, field_names
 
 if TYPE_CHECKING:
@@ -411,8 +410,8 @@ _SHALLOWEST_CONE = 0.5
 """``RTL_MIN_CONE_SLOPE``: a shallower cone does not count. [-]"""
 _OVER_TERRAIN = 1
 """RTL_ALT_TYPE for heights above terrain."""
-_HEADING_HELD = 0
-"""WP_YAW_BEHAVIOR for a heading that is never changed."""
+_TURNS_BACK = frozenset({1, 3})
+"""WP_YAW_BEHAVIOR of which a return turns to the heading of its arming (``AutoYaw::default_mode``)."""
 
 
 def return_height_m(
@@ -475,32 +474,24 @@ RETURN_OVER_TERRAIN = Rule(
 )
 
 
-def return_findings(stages: StageColumns, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    """Yield what of returns is not, or not as the vehicle does it, predicted.
-
-    Notes
-    -----
-    ``ModeRTL::loiterathome_run`` waits for RTL_LOIT_TIME and then until the vehicle heads within 2° as
-    it was armed, unless WP_YAW_BEHAVIOR is 0.  Nowhere else does Copter wait for a heading in a
-    mission: ``ModeAuto::verify_command`` asks for none.
-    """
+def return_findings(parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield what of returns is not predicted as the vehicle does it."""
     if parameters.return_altitude_type == _OVER_TERRAIN:
         yield RETURN_OVER_TERRAIN.finding(
             "RTL_ALT_TYPE is 1: returns follow the terrain; they are predicted at least "
             f"{quantity.height(parameters.return_altitude_m)} above home"
         )
-    home = stages.where(StageKind.RETURN)
-    if not len(home):
-        return
-    item = int(stages.item[home[0]])
-    longer_s = math.pi / parameters.yaw_rate_rad_s - parameters.return_loiter_s
-    if longer_s > 0.0 and parameters.yaw_behavior != _HEADING_HELD:
-        yield WAIT_NOT_COUNTED.finding(
-            "the return waits over home for its arming heading: up to "
-            f"{quantity.duration(longer_s)} longer than RTL_LOIT_TIME",
-            severity=Severity.INFO,
-            item=item,
-        )
+
+
+def return_wait_s(parameters: ArduPilotParameters) -> float:
+    """Return how long a return waits over the place it leads to, at most. [s]
+
+    ``ModeRTL::loiterathome_run`` waits for RTL_LOIT_TIME, and until it heads as it was armed where it
+    turns to that: half a turn at most.  Nowhere else does Copter wait for a heading in a mission:
+    ``ModeAuto::verify_command`` asks for none.
+    """
+    turn_s = math.pi / parameters.yaw_rate_rad_s if parameters.yaw_behavior in _TURNS_BACK else 0.0
+    return max(parameters.return_loiter_s, turn_s)
 
 
 _STEP_S = 0.05
