@@ -67,7 +67,8 @@ FOREIGN_PHRASES: Mapping[str, Mapping[AreaSide, tuple[str, ...]]] = {
     "German": {
         AreaSide.OUTSIDE: (
             "flugverbot|flugverbotszone|flugverbotsgebiet|flugverbotsbereich|flugbeschrankungsgebiet",
-            "sperrzone|sperrgebiet|sperrbereich|sperrflache|verbotszone|tabuzone|tabuflache|verboten",
+            "sperrzone|sperrgebiet|sperrbereich|sperrflache|verbotszone|tabuzone|tabuflache",
+            "verboten|verbotene|verbotener|verbotenes|verbotenen",
             "gefahr|gefahrenzone|gefahrenbereich|gefahrengebiet|hindernis|hindernisse",
         ),
         AreaSide.INSIDE: (
@@ -145,6 +146,32 @@ _FOREIGN_CONTRARY = (
     "hors|sans|pas|jamais|sauf|dehors|nicht|nie|kein|keine|keinen|ohne|frei|freie|freies|ausser|ausserhalb|"
     "fuori|senza|tranne|eccetto|poza|bez|oprocz|fora|sem|nao|nunca|exceto|exceptuado|fuera|sin|excepto|salvo"
 )
+CLOSED = "closed|banned|denied|suspended"
+OTHERS = "manned|glider|paraglider|helicopter|military|model|crane|blasting"
+"""What leaves open whether a flight may be where flights are: it is closed, or others fly there."""
+_FOREIGN_CLOSED = (
+    *("fermee", "fermees", "suspendue", "gesperrt", "gesperrte", "gesperrtes", "tabu"),
+    *("chiusa", "chiuso", "chiuse", "sospesa", "zamkniety", "zamknieta", "wylaczony", "wylaczona"),
+    *("fechada", "fechado", "interditada", "interditado", "cerrada", "cerrado", "suspendida"),
+)
+_FOREIGN_OTHERS = (
+    *("planeur", "parapente", "militaire", "helicoptere", "grue"),
+    *("segelflug", "segelflieger", "gleitschirm", "hubschrauber", "militar", "modellflug", "kran"),
+    *("aliant", "parapendio", "elicotter"),
+    *("szybow", "paralotni", "smiglow", "wojsk", "dzwig"),
+    *(
+        "planador",
+        "planeador",
+        "helicopter",
+        "helikopter",
+        "grua",
+        "glid",
+        "paraglid",
+        "skydiv",
+        "parachut",
+    ),
+)
+"""As words begin."""
 
 
 _UNDIVIDED = str.maketrans({"ł": "l", "ø": "o", "đ": "d"})
@@ -163,6 +190,8 @@ def side_of(words: str) -> AreaSide | None:
     is_work = _pattern(AreaSide.WORK).search(rest) is not None
     if outs:
         return None if is_inside or is_work else AreaSide.OUTSIDE
+    if _closed().search(rest):
+        return None
     if is_inside:
         return AreaSide.INSIDE
     return AreaSide.WORK if is_work else None
@@ -195,6 +224,13 @@ def _pattern(side: AreaSide) -> re.Pattern[str]:
 def _contrary() -> re.Pattern[str]:
     # "no" alone counts things: only before what is to be stayed out of it makes the contrary of that.
     return re.compile(rf"{_phrase([f'{CONTRARY}|{_FOREIGN_CONTRARY}'])}|\bno ?;")
+
+
+@cache
+def _closed() -> re.Pattern[str]:
+    begun = rf"\b(?:{'|'.join((*OTHERS.split('|'), *_FOREIGN_OTHERS))})\w*"
+    closed = _phrase(["|".join((CLOSED, *_FOREIGN_CLOSED))])
+    return re.compile(rf"{closed}|{begun}|\bno$", re.MULTILINE)
 
 
 def _phrase(words: Iterable[str]) -> str:

@@ -15,9 +15,11 @@ from planner.findings import Place, Remarks, Rule, Severity
 from planner.geo.fence import Fence, FencePolygon
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.area_names import (
+    CLOSED,
     CONTRARY,
     FENCES,
     FOREIGN_PHRASES,
+    OTHERS,
     AreaSide,
     phrases_text,
     plain_name,
@@ -52,11 +54,12 @@ AREA_SIDE_UNKNOWN = Rule(
     f"them, are called.  To stay out of: {phrases_text(AreaSide.OUTSIDE)}.  To stay inside: "
     f"{phrases_text(AreaSide.INSIDE)}; {', '.join(FENCES)} alone.  Of the work: "
     f"{phrases_text(AreaSide.WORK)}; and their like in {', '.join(FOREIGN_PHRASES)}.  With the contrary "
-    f"({CONTRARY.replace('|', ', ')}), both sides or none of these nothing is settled, and the area is left "
-    "out of the fence.  It is enough to be inside one of those to stay inside.  Called alike, numbers aside, "
-    "they are parts of one, unless half of one or more lies within the other; of others that have places in "
-    "common a flight that is not inside each is not settled.  Nor is one that leaves the areas of the work "
-    "where nothing else is to be stayed inside.",
+    f"({CONTRARY.replace('|', ', ')}), both sides or none of these nothing is settled, nor inside where that "
+    f"is closed ({CLOSED.replace('|', ', ')}) or others fly ({OTHERS.replace('|', ', ')}), and the area is "
+    "left out of the fence.  It is enough to be inside one of those to stay inside.  Called alike, numbers "
+    "aside, they are parts of one, unless half of one or more lies within the other; of others that have "
+    "places in common a flight that is not inside each is not settled.  Nor is one that leaves the areas of "
+    "the work where nothing else is to be stayed inside.",
     fix="call the area 'stay inside' or 'no-fly', or give it the property inclusion, true or false; draw "
     "what is one area as one",
     instead="a name that says it",
