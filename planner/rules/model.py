@@ -681,6 +681,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     legs_s, shaping = _shaped_longer_s(a, given, longer_s)
     longer_s += legs_s
     hover_w, in_all_s = a.flight.hover_near_home_w, float(np.sum(longer_s))
+    ways_s, shaped_back_s = np.zeros(1), 0.0
     had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
     # What wind and thin air may take comes on top: each alone may fit.
     flown_wh, returned_wh = a.uncounted.energies_wh(a.return_plan)
@@ -693,7 +694,8 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         back_s, slowest_back = _longer(a, given, sample.flight.motion, ~always, always)
         home_s = np.asarray(np.bincount(back.item, back_s, len(points.segment)), np.float64)
         if shaping:
-            home_s = home_s + _way_longer_s(given, back, len(points.segment))
+            ways_s = _way_longer_s(given, back, len(points.segment))
+            home_s = home_s + ways_s
         before_s = np.concatenate(([0.0], np.cumsum(longer_s)))[points.segment]
         added_wh = wh_from_j(hover_w * np.asarray(before_s + home_s, np.float64))
         above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh
@@ -701,22 +703,28 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         left_wh = min(left_wh, float(lefts_wh.min()) - returned_wh)
         if slowest is None and slowest_back is not None and not in_all_s:
             slowest, in_all_s = slowest_back, float(home_s.max())
-    total_s, shaped_s = float(np.sum(circling_s)), float(np.sum(legs_s))
+        elif not in_all_s and left_wh < 0.0:
+            shaped_back_s = in_all_s = float(ways_s.max())
     added = (
         f"{quantity.duration(in_all_s)} and {quantity.energy(wh_from_j(hover_w * in_all_s))} more than "
         "predicted" + f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)
     )
-    slowest_s = 0.0 if slowest is None else slowest.added_s
-    if shaped_s > max(total_s, slowest_s):
-        said = f"{shaping}: the vehicle takes longer from place to place"
-    elif total_s > slowest_s:
-        said = f"{given.origins['circle_rate_rad_s']}: circles take longer"
-    elif slowest is not None:
+    causes = [
+        (float(np.sum(legs_s)), f"{shaping}: the vehicle takes longer from place to place"),
+        (shaped_back_s, f"{shaping}: returns take longer"),
+        (
+            float(np.sum(circling_s)),
+            f"{given.origins.get('circle_rate_rad_s')}: circles take longer",
+        ),
+    ]
+    if slowest is not None:
         said = (
             f"{slowest.origin}: the vehicle flies at most {quantity.speed(slowest.limit_m_s)}, predicted "
             f"at {quantity.speed(slowest.flown_m_s)}"
         )
-    else:
+        causes.insert(0, (slowest.added_s, said))
+    most_s, said = max(causes, key=lambda cause: cause[0])
+    if not most_s > 0.0:
         return
     yield a.finding(
         CONDITION_NOT_MODELLED,
@@ -807,7 +815,8 @@ def _shaped_longer_s(
     counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
     flown_s = _stage_sums_s(own, own.segments.duration_s)
     late_s = np.cumsum(np.where(counts, flown_s - counted_s, 0.0))
-    if late_s.max() > _OVERSHOOT * counted_s[counts].sum():
+    held_s = np.array([stage.hold_s for stage in a.route.stages])
+    if late_s.max() > _OVERSHOOT * (counted_s - held_s)[counts].sum():
         latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
         np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
     return more_s, " and ".join(stated[:2])

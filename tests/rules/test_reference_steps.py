@@ -23,7 +23,7 @@ from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.findings import Finding
-    from planner.mission.items import Mission
+    from planner.mission.items import Mission, MissionItem
 
 OUT = mission(takeoff(50), waypoint(300, 50), rtl())
 CURVED = mission(takeoff(50), item(82, north(100), 50.0), item(82, north(200), 50.0), rtl())
@@ -376,3 +376,31 @@ def test_a_load_is_set_down_at_the_level_of_home_and_the_way_up_is_flown_again()
     assert totals.climb_m == pytest.approx(100.0, abs=3.0)
     assert totals.descent_m == pytest.approx(100.0, abs=3.0)
     assert totals.distance_m == pytest.approx(600.0, abs=10.0)
+
+
+@pytest.mark.parametrize(
+    "waits",
+    [
+        item(19, north(100), 30.0, params=(3000.0, 0.0, 0.0, None)),
+        item(93, frame=2, params=(3000.0, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_no_hover_hides_what_slower_accelerations_cost(waits: MissionItem) -> None:
+    """As much as without one: a hold at a place, or a delay."""
+    ahead, behind = THERE_AND_BACK.items[:2], THERE_AND_BACK.items[2:]
+    told_s, _ = longer_s(THERE_AND_BACK, "WPNAV_ACCEL,50\n")
+    with_wait_s, _ = longer_s(mission(*ahead, waits, *behind), "WPNAV_ACCEL,50\n")
+    assert with_wait_s == pytest.approx(told_s, rel=0.1)
+
+
+@pytest.mark.parametrize(("margin_wh", "is_short"), [(0.2, True), (2.0, False)])
+def test_a_return_alone_that_is_slower_to_speed_up_is_counted(
+    margin_wh: float, *, is_short: bool
+) -> None:
+    """600 m out at 1 m/s take as long as predicted; back at 10 m/s v/a + a/J more, some 12 s and 0.5 Wh."""
+    slow_out = mission(takeoff(30), speed(1.0), waypoint(600, 30), rtl())
+    used_wh = checked(slow_out, "").totals.energy_wh
+    battery = Battery(capacity_wh=(used_wh + margin_wh) / 0.8)
+    found_so = of("E108", found(slow_out, STEP, "WPNAV_ACCEL,50\n", battery=battery))
+    errors = [one.message for one in found_so if one.severity is Severity.ERROR]
+    assert [("returns take longer" in one) for one in errors] == [True] * is_short
