@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import dot, horizontal
+from planner.flight.motion.kinematics import dot, horizontal, quotient
 from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.laws import BrakeLaw
@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 BRAKING_FRACTION = 0.98
 """A vehicle brakes from where its speed has fallen to this fraction of the cruise. [-]"""
 # Places among the pieces of a move; a take-off has some before.
-_TURN, _PAUSE, _RAMP, _CRUISE, _ONSET = 3, 4, 5, 8, 9
+_TURN, _PAUSE, _FIRST = 3, 4, 5
 _FAR, _HELD, _NEAR, _FINAL, _HOLD, _REST = range(12, 18)
+_PHASES = np.array([*range(_FIRST, _FAR), _HELD, _FINAL])
+"""Three of the ramp, the cruise, three of the onset of braking, and what is held between and after laws."""
+_RISEN, _CRUISED, _KEPT, _AT_CROSSING, _AT_END = 3, 3, 4, 7, 8
 
 
 def steep_moves(legs: Px4Legs) -> BoolArray:
@@ -40,8 +43,7 @@ def add_legs(pieces: Px4Pieces, flown: Px4Legs) -> None:
     legs = flown.select(move)
     steep = steep_moves(legs)
     _add_turns(pieces, move, legs)
-    cruise_from = _add_changes(pieces, move, legs, steep=steep)
-    _add_steady_parts(pieces, move, legs, cruise_from, steep=steep)
+    _add_phases(pieces, move, legs, steep=steep)
     _add_brakes(pieces, move, legs, steep=steep)
 
 
@@ -75,114 +77,70 @@ def _add_turns(pieces: Px4Pieces, move: IntArray, legs: Px4Legs) -> None:
     )
     turning_scale = pieces.time_scale.lagging(turn_s, speed, horizontal(after))
     slot = np.where(pausing, PAUSE, RAMP)
-    for duration, coefficients in curves.parts(turn_s):
-        pieces.add_cubics(Places(move, _TURN, slot, duration, turning_scale), coefficients)
+    pieces.add_curves(Places(move, _TURN, slot, turn_s, turning_scale), curves)
     pieces.add_lines(Places(move, _PAUSE, PAUSE, legs.turn_s - turn_s), legs.straight_m)
 
 
-def _add_changes(
-    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray
-) -> FloatArray:
-    """Add ramps and the onsets of braking; return how far along their legs cruises begin. (n,) [m]
+def _add_phases(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray) -> None:
+    """Add the phases of constant jerk along legs: ramps, cruises, onsets of braking, what is held.
 
     What of an onset keeps 98 % of the speed is still cruise.
     """
     limits, straights = legs.limits, legs.straights
-    rise = straights.rise
-    zero, peak = np.zeros(len(move)), rise.peak_m_s
-    ramps = rise.ramps(limits)
-    begun, jerk = rise.begun_s, limits.ramp_m_s3
-    sign = np.where(peak < rise.from_m_s, -1.0, 1.0)
-    ramp_jerk = sign * ramps.jerk_m_s3
-    first = np.maximum(ramps.jerk_s - begun, 0.0)
-    accelerated = ramp_jerk * np.maximum(ramps.jerk_s, begun)
-    kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * peak / jerk)
-    kept = np.minimum(kept, straights.braking.onset_s)
-    onset = straights.braking.onset_s
-    duration = np.stack(
-        (first, ramps.steady_s, ramps.back_s, kept, onset - kept, straights.braking.steady_s)
-    )
-    acceleration = np.stack(
-        (ramp_jerk * begun, accelerated, accelerated, zero, -jerk * kept, -jerk * onset)
-    )
-    jerks = np.stack((ramp_jerk, zero, -ramp_jerk, -jerk, -jerk, zero))
-    speed = np.empty_like(duration)
+    rise, braking = straights.rise, straights.braking
+    ramps, begun, jerk = rise.ramps(limits), rise.begun_s, limits.ramp_m_s3
+    slows = rise.peak_m_s < rise.from_m_s
+    ramp_jerk = np.where(slows, -1.0, 1.0) * ramps.jerk_m_s3
+    kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * rise.peak_m_s / jerk)
+    kept = np.minimum(kept, braking.onset_s)
+    duration, speed, acceleration, jerks, way = np.zeros((5, len(_PHASES), len(move)))
+    duration[:_RISEN] = np.maximum(ramps.jerk_s - begun, 0.0), ramps.steady_s, ramps.back_s
+    duration[_CRUISED] = quotient(straights.cruise_m, rise.peak_m_s)
+    duration[_KEPT:_AT_CROSSING] = kept, braking.onset_s - kept, braking.steady_s
+    duration[_AT_CROSSING] = quotient(braking.held_m, braking.crossing_m_s)
+    duration[_AT_END] = quotient(braking.final_m, braking.end_m_s)
+    jerks[0], jerks[2], jerks[4:6] = ramp_jerk, -ramp_jerk, -jerk
+    acceleration[0] = ramp_jerk * begun
+    acceleration[1:_RISEN] = ramp_jerk * np.maximum(ramps.jerk_s, begun)
+    acceleration[5:_AT_CROSSING] = -jerk * kept, -jerk * braking.onset_s
     speed[0] = rise.from_m_s + 0.5 * ramp_jerk * begun**2
-    speed[1] = speed[0] + first * (ramp_jerk * begun + 0.5 * ramp_jerk * first)
-    speed[2] = speed[1] + ramps.steady_s * accelerated
-    speed[3] = peak
-    speed[4] = peak - 0.5 * jerk * kept**2
-    speed[5] = peak - 0.5 * jerk * onset**2
+    speed[1] = speed[0] + duration[0] * (acceleration[0] + 0.5 * ramp_jerk * duration[0])
+    speed[2] = speed[1] + ramps.steady_s * acceleration[1]
+    speed[_CRUISED : _KEPT + 1] = rise.peak_m_s
+    speed[5] = rise.peak_m_s - 0.5 * jerk * kept**2
+    speed[6] = rise.peak_m_s - 0.5 * jerk * braking.onset_s**2
+    speed[_AT_CROSSING], speed[_AT_END] = braking.crossing_m_s, braking.end_m_s
     moved = duration * (speed + duration * (0.5 * acceleration + jerks * duration / 6.0))
-    moved[3] += straights.cruise_m
-    way = np.cumsum(moved, axis=0) - moved
-    way[3] += straights.cruise_m
-    before = np.where(straights.cruise_m > 0.0, CRUISE, BRAKE)
-    slot = np.empty(duration.shape, dtype=np.intp)
-    slot[:3], slot[3], slot[4:] = RAMP, before, BRAKE
+    way[1:_AT_CROSSING] = np.cumsum(moved, axis=0)[: _AT_CROSSING - 1]
+    way[_AT_CROSSING] = limits.length_m + limits.tail_m - braking.held_m
+    way[_AT_CROSSING] -= braking.near.way_m(braking.crossing_m_s)
+    way[_AT_END] = limits.length_m - braking.final_m
+    slot = np.full(duration.shape, BRAKE)
+    slot[:_RISEN], slot[_CRUISED] = RAMP, CRUISE
+    slot[_KEPT, straights.cruise_m > 0.0] = CRUISE
+    slot[:, steep] = RAMP
+
     level = horizontal(limits.direction)
     after = speed + duration * (acceleration + 0.5 * jerks * duration)
-    time_scale = pieces.time_scale
-    time_scales = time_scale.between(level * speed, level * after)
-    lagging = time_scale.lagging(duration[:3], level * speed[:3], level * after[:3])
+    time_scales = pieces.time_scale.between(level * speed, level * after)
+    lagging = pieces.time_scale.lagging(
+        duration[:_RISEN], level * speed[:_RISEN], level * after[:_RISEN]
+    )
     # Braking, the vehicle is ahead of its trajectory; what it lags by from standing, it nearly is ahead
     # by at the next stop.
-    time_scales[:3] = np.where(steep | (legs.turn_s == 0.0), time_scales[:3], lagging)
-    time_scales[:3] = np.where((sign < 0.0) & ~steep, 1.0, time_scales[:3])
-    time_scales[4:] = np.where(steep, time_scales[4:], 1.0)
-    order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])
-    part, row = np.nonzero(duration > 0.0)
-    direction = limits.direction[row]
+    rising = np.where(legs.turn_s == 0.0, time_scales[:_RISEN], lagging)
+    time_scales[:_RISEN] = np.where(steep, time_scales[:_RISEN], np.where(slows, 1.0, rising))
+    time_scales[_KEPT + 1 :] = np.where(steep, time_scales[_KEPT + 1 :], 1.0)
+    phase, row = np.nonzero(duration > 0.0)
+    at, direction = (phase, row), limits.direction[row]
     pieces.add_lines(
-        Places(
-            move[row],
-            order[part],
-            np.where(steep, RAMP, slot)[part, row],
-            duration[part, row],
-            time_scales[part, row],
-        ),
-        legs.straight_m[row] + direction * way[part, row, None],
+        Places(move[row], _PHASES[phase], slot[at], duration[at], time_scales[at]),
+        legs.straight_m[row] + direction * way[at][:, None],
         direction,
-        speed[part, row],
-        acceleration[part, row],
-        jerks[part, row],
+        speed[at],
+        acceleration[at],
+        jerks[at],
     )
-    return np.asarray(moved[:3].sum(axis=0))
-
-
-def _add_steady_parts(
-    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, cruise_from_m: FloatArray, *, steep: BoolArray
-) -> None:
-    """Add what is flown at constant speed: cruises, and between and after braking."""
-    limits, straights = legs.limits, legs.straights
-    level = horizontal(limits.direction)
-    held_from_m = (
-        limits.length_m
-        + limits.tail_m
-        - straights.braking.near.way_m(straights.braking.crossing_m_s)
-    )
-    held_from_m -= straights.braking.held_m
-    final_from_m = limits.length_m - straights.braking.final_m
-    for order, slot, speed, way, begins in (
-        (_CRUISE, CRUISE, straights.rise.peak_m_s, straights.cruise_m, cruise_from_m),
-        (_HELD, BRAKE, straights.braking.crossing_m_s, straights.braking.held_m, held_from_m),
-        (_FINAL, BRAKE, straights.braking.end_m_s, straights.braking.final_m, final_from_m),
-    ):
-        row = np.flatnonzero((way > 0.0) & (speed > 0.0))
-        v, direction = speed[row], limits.direction[row]
-        time_scales = pieces.time_scale.between(level[row] * v, level[row] * v)
-        pieces.add_lines(
-            Places(
-                move[row],
-                order,
-                np.where(steep[row], RAMP, slot),
-                way[row] / v,
-                np.where(steep[row] | (slot == CRUISE), time_scales, 1.0),
-            ),
-            legs.straight_m[row] + direction * begins[row, None],
-            direction,
-            v,
-        )
 
 
 def _brake_law(legs: Px4Legs, rows: IntArray, law: BrakingLaw, start_m_s: FloatArray) -> BrakeLaw:
@@ -247,7 +205,6 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
         return
     hold_s, target = planned.hold_s[move], planned.target_m[move]
     curves = settlings(flown.select(move))
-    for duration, coefficients in curves.parts(hold_s):
-        pieces.add_cubics(Places(move, _HOLD, HOLD, duration), coefficients)
+    pieces.add_curves(Places(move, _HOLD, HOLD, hold_s), curves)
     rest_s = hold_s - curves.duration_s.sum(axis=1)
     pieces.add_lines(Places(move, _REST, HOLD, rest_s), target)

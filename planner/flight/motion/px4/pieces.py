@@ -14,8 +14,6 @@ from planner.physics.quadrature import unit_quadrature
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -109,14 +107,6 @@ class Curves(Columns, eq=False):
             duration_s=np.where((duration_s > 0.0)[:, None], duration, 0.0), coefficients=parts
         )
 
-    def parts(self, until_s: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Yield duration and cubics of each part as far as it is flown until a time. (n,), (n, 3, 4)"""
-        left = until_s
-        for part in range(self.duration_s.shape[1]):
-            flown = np.clip(left, 0.0, self.duration_s[:, part])
-            yield flown, self.coefficients[:, part]
-            left = left - self.duration_s[:, part]
-
     def state_at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return places and velocities at times up to the duration. (n, 3), (n, 3) [m, m s⁻¹]"""
         ends = np.cumsum(self.duration_s, axis=1)
@@ -189,6 +179,15 @@ class Px4Pieces:
         flown = places._replace(duration_s=places.duration_s / scale, time_scale=1.0)
         self.delay_s += float((flown.duration_s - places.duration_s).sum())
         self.add_cubics(flown, cubics, is_grounded=is_grounded)
+
+    def add_curves(self, places: Places, curves: Curves) -> None:
+        """Add curves as far as they are flown in the durations of places."""
+        begins = np.cumsum(curves.duration_s, axis=1) - curves.duration_s
+        flown = np.clip(places.duration_s[:, None] - begins, 0.0, curves.duration_s)
+        row, part = np.nonzero(flown > _SHORTEST_S)
+        move, slot, scale = np.broadcast_arrays(places.move, places.slot, places.time_scale)
+        own = Places(move[row], places.order, slot[row], flown[row, part], scale[row])
+        self.add_cubics(own, curves.coefficients[row, part])
 
     def add_cubics(
         self, places: Places, coefficients: FloatArray, *, is_grounded: bool = False
