@@ -404,6 +404,8 @@ RECORDED_DRAG_PER_S = 0.15
 _LEFT_TO_LEG_M = 0.001
 """Least height left to the leg a take-off ends as, which hands on its speed. [m]"""
 
+_TAKEOFF_PHASES = 4
+"""Idle, the rest of the thrust ramp, speeding up, and steadily on."""
 IDLE_FRACTION = 0.5
 """Part of the thrust ramp that counts as waiting with idle motors: thrust grows evenly to that of the
 hover. [-]"""
@@ -503,23 +505,21 @@ def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
     move = np.flatnonzero(legs.planned.is_takeoff)
     if not len(move):
         return
-    takeoffs = legs.planned.takeoffs.select(move)
+    takeoffs, up = legs.planned.takeoffs.select(move), np.array([0.0, 0.0, 1.0])
     idle_s = parameters.spool_up_s + IDLE_FRACTION * parameters.takeoff_ramp_s
-    speed, zero = takeoffs.speed_m_s, np.zeros(len(move))
-    for order, (duration, height, v, a) in enumerate(
-        (
-            (zero + idle_s, zero, zero, zero),
-            (takeoffs.grounded_s - idle_s, zero, zero, zero),
-            (takeoffs.rise_s, zero, zero, quotient(speed, takeoffs.rise_s)),
-            (takeoffs.steady_s, 0.5 * speed * takeoffs.rise_s, speed, zero),
-        )
-    ):
-        up = np.array([0.0, 0.0, 1.0])
-        pieces.add_lines(
-            Places(move, order, RAMP, duration),
-            takeoffs.ground_m + height[:, None] * up,
-            up,
-            v,
-            a,
-            is_grounded=order == 0,
-        )
+    duration, height, speed, acceleration = np.zeros((4, _TAKEOFF_PHASES, len(move)))
+    duration[0], duration[1:] = (
+        idle_s,
+        (takeoffs.grounded_s - idle_s, takeoffs.rise_s, takeoffs.steady_s),
+    )
+    height[3], speed[3] = 0.5 * takeoffs.speed_m_s * takeoffs.rise_s, takeoffs.speed_m_s
+    acceleration[2] = quotient(takeoffs.speed_m_s, takeoffs.rise_s)
+    order, row = np.divmod(np.arange(duration.size), len(move))
+    pieces.add_lines(
+        Places(move[row], order, RAMP, duration.ravel()),
+        takeoffs.ground_m[row] + height.ravel()[:, None] * up,
+        up,
+        speed.ravel(),
+        acceleration.ravel(),
+        is_grounded=order == 0,
+    )

@@ -37,11 +37,10 @@ def wright_omega(y: FloatArray) -> FloatArray:
 class CubicLaw(PolynomialLaw, eq=False):
     """A cubic of time on each axis; a law of its kind adds something to it."""
 
-    def velocities_m_s(self, time_s: FloatArray) -> FloatArray:
-        """Return east, north and upward velocities at times of each row, (k, rows). (3, k, rows)"""
-        c1, c2, c3 = np.ascontiguousarray(self.coefficients[:, :, 1:].transpose(2, 1, 0))[
-            :, :, None
-        ]
+    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
+        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
+        powers = np.ascontiguousarray(self.coefficients[:, :axes, 1:].transpose(2, 1, 0))
+        c1, c2, c3 = powers[:, :, None]
         velocity: FloatArray = time_s * (3.0 * c3)
         velocity += 2.0 * c2
         velocity *= time_s
@@ -115,10 +114,12 @@ class BrakeLaw(CubicLaw, eq=False):
             ),
         )
 
-    def velocities_m_s(self, time_s: FloatArray) -> FloatArray:
-        """Return east, north and upward velocities at times of each row, (k, rows). (3, k, rows)"""
-        velocity = super().velocities_m_s(time_s)
-        velocity += self.direction.T[:, None] * (self._speed_m_s(slice(None), time_s) * self.rate)
+    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
+        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
+        velocity = super().velocities_m_s(time_s, axes)
+        velocity += self.direction.T[:axes, None] * (
+            self._speed_m_s(slice(None), time_s) * self.rate
+        )
         return velocity
 
     def slowed(self, factor: FloatArray) -> Self:
@@ -161,11 +162,12 @@ class SettlingLaw(CubicLaw, eq=False):
             place[axis], velocity[axis] = place[axis] + off_m, velocity[axis] + off_m_s
         return KinematicState.of(place, velocity)
 
-    def velocities_m_s(self, time_s: FloatArray) -> FloatArray:
-        """Return east, north and upward velocities at times of each row, (k, rows). (3, k, rows)"""
-        velocity = super().velocities_m_s(time_s)
+    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
+        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
+        velocity = super().velocities_m_s(time_s, axes)
         for axis, _, off_m_s in self._dying(slice(None), time_s):
-            velocity[axis] += off_m_s
+            if axis < axes:
+                velocity[axis] += off_m_s
         return velocity
 
     def slowed(self, factor: FloatArray) -> Self:

@@ -16,6 +16,13 @@ from planner.flight.motion.px4.braking import (
     vertical_limits,
     yaw_time_s,
 )
+from planner.flight.motion.px4.joins import (
+    cut_short,
+    eased_turns,
+    joined_turns,
+    leg_entries,
+    slowed_turns,
+)
 from planner.flight.motion.px4.landing import (
     Takeoffs,
     ends_of_moves,
@@ -25,13 +32,6 @@ from planner.flight.motion.px4.landing import (
 )
 from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, Moves, directions
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
-from planner.flight.motion.px4.turns import (
-    cut_short,
-    eased_turns,
-    joined_turns,
-    leg_entries,
-    slowed_turns,
-)
 from planner.values import field_values, replace
 
 if TYPE_CHECKING:

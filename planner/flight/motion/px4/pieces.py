@@ -149,7 +149,7 @@ class _Collected(NamedTuple):
     places: Places
     distance_m: FloatArray
     climb_m: FloatArray
-    is_grounded: bool = False
+    is_grounded: BoolArray | bool = False
 
 
 @dataclass(slots=True)
@@ -167,7 +167,7 @@ class Px4Pieces:
         place_m: FloatArray,
         direction: FloatArray | float = 0.0,
         *powers: FloatArray | float,
-        is_grounded: bool = False,
+        is_grounded: BoolArray | bool = False,
     ) -> None:
         """Add straight pieces by speed, acceleration and jerk; by default they stay where they are."""
         scale = places.time_scale
@@ -190,7 +190,7 @@ class Px4Pieces:
         self.add_cubics(own, curves.coefficients[row, part])
 
     def add_cubics(
-        self, places: Places, coefficients: FloatArray, *, is_grounded: bool = False
+        self, places: Places, coefficients: FloatArray, *, is_grounded: BoolArray | bool = False
     ) -> None:
         """Add pieces by their rising powers of time. (k, 3, 4)"""
         if not (places.duration_s > _SHORTEST_S).any():
@@ -224,7 +224,7 @@ class Px4Pieces:
         distance_m: FloatArray,
         climb_m: FloatArray,
         *,
-        is_grounded: bool = False,
+        is_grounded: BoolArray | bool = False,
     ) -> None:
         scale = places.time_scale
         if isinstance(scale, np.ndarray):
@@ -270,13 +270,13 @@ class Ordered(Value, eq=False):
     def _pieces_of_laws(self) -> list[IntArray]:
         return [np.flatnonzero(self.law == index) for index in range(len(self.laws))]
 
-    def velocities_m_s(self, fractions: FloatArray) -> FloatArray:
-        """Return east, north and upward velocities at fractions of the time of each piece. (3, k, p)"""
+    def velocities_m_s(self, fractions: FloatArray, axes: int = 3) -> FloatArray:
+        """Return east, north and upward velocities at fractions of the time of each piece. (axes, k, p)"""
         time_s = self.offset_s + fractions[:, None] * self.duration_s
-        velocity = np.empty((3, *time_s.shape))
+        velocity = np.empty((axes, *time_s.shape))
         for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True):
             if len(pieces):
-                velocity[:, :, pieces] = law.velocities_m_s(time_s[:, pieces])
+                velocity[:, :, pieces] = law.velocities_m_s(time_s[:, pieces], axes)
         return velocity
 
     def divided(self, at_s: FloatArray) -> Ordered:
@@ -316,7 +316,7 @@ class Ordered(Value, eq=False):
                 for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True)
             ),
         )
-        east, north, _ = flown.velocities_m_s(_LENGTH_NODES)
+        east, north = flown.velocities_m_s(_LENGTH_NODES, axes=2)
         way = _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north) * self.duration_s
         distance = np.bincount(self.segment, way).astype(np.float64)
         return replace(flown, segment_distance_m=distance)
@@ -342,11 +342,13 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
     counts = [len(part.distance_m) for part in parts]
     ends = np.cumsum(counts)
     move, order, slot = np.empty((3, ends[-1]), dtype=np.intp)
-    planned_s, time_scale = np.empty((2, ends[-1]))
+    (planned_s, time_scale), grounded = np.empty((2, ends[-1])), np.empty(ends[-1], dtype=np.bool_)
     for part, count, end in zip(parts, counts, ends.tolist(), strict=True):
         own = slice(end - count, end)
         for column, given in zip(
-            (move, order, slot, planned_s, time_scale), part.places, strict=True
+            (move, order, slot, planned_s, time_scale, grounded),
+            (*part.places, part.is_grounded),
+            strict=True,
         ):
             column[own] = given
     lasts = planned_s > _SHORTEST_S
@@ -376,7 +378,7 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         law=law[flown],
         offset_s=np.zeros(len(flown)),
         duration_s=duration,
-        is_grounded=np.repeat([part.is_grounded for part in parts], counts)[flown],
+        is_grounded=grounded[flown],
         piece_slot=key % SLOTS,
         segment_move=key[begins] // SLOTS,
         segment_slot=key[begins] % SLOTS,
