@@ -20,7 +20,12 @@ from planner.flight.motion.kinematics import (
 from planner.flight.prediction import PieceLoads, make_flight, segment_energies_j
 from planner.flight.reach import situations, slowed_situations
 from planner.flight.returns.destination import HOME
-from planner.flight.returns.sample import judged_segments, line_ends, sample_points
+from planner.flight.returns.sample import (
+    judged_segments,
+    landing_segments,
+    line_ends,
+    sample_points,
+)
 from planner.mission.route.stage import StageKind
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 from planner.values import Value, field_values, replace
@@ -278,6 +283,11 @@ class Returns(Value, eq=False, dict=True):
     def slowed(self) -> SlowedSituations | None:
         """Where the mission and returns are slower than commanded; ``None``: nowhere."""
         return slowed_situations(self)
+
+    @cached_property
+    def lands(self) -> BoolArray:
+        """Which segments come down where the vehicle lands, or are a return already. (s,)"""
+        return landing_segments(self)
 
     @cached_property
     def judged(self) -> tuple[BoolArray, BoolArray]:

@@ -33,7 +33,7 @@ def sample_points(returns: Returns) -> tuple[IntArray, FloatArray] | None:
     """
     judged, continues = returns.judged
     columns = returns.flight.motion.segments
-    lone_takeoff = (columns.state == _TAKEOFF) & ~_lands(returns) & ~np.append(judged[1:], False)
+    lone_takeoff = (columns.state == _TAKEOFF) & ~returns.lands & ~np.append(judged[1:], False)
     starts = np.flatnonzero(judged & ~continues[:-1])
     ends = np.flatnonzero((judged & ~continues[1:]) | lone_takeoff)
     if not len(ends):
@@ -93,7 +93,7 @@ def in_order(segment: IntArray, fraction: FloatArray) -> tuple[IntArray, FloatAr
     return segment[new], fraction[new]
 
 
-def _lands(returns: Returns) -> BoolArray:
+def landing_segments(returns: Returns) -> BoolArray:
     """Return whether segments come down where the vehicle lands, or are a return already. (s,)
 
     The way to the place of a landing is as any other: it may lead far from home.
@@ -116,7 +116,7 @@ def judged_segments(returns: Returns) -> tuple[BoolArray, BoolArray]:
 
     The one before is judged then, and home has not moved. (s,), (s + 1,)
     """
-    judged = ~_lands(returns) & (returns.flight.motion.segments.state != _TAKEOFF)
+    judged = ~returns.lands & (returns.flight.motion.segments.state != _TAKEOFF)
     home = returns.destinations.home_of(returns.segment_stage)
     continues = np.zeros(len(judged) + 1, dtype=np.bool_)
     continues[1:-1] = judged[1:] & judged[:-1] & (home[1:] == home[:-1])

@@ -156,7 +156,7 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
 
 _NUMBERS = (
     *("east_m", "north_m", "height_m", "speed_m_s", "climb_speed_m_s", "descent_speed_m_s"),
-    *("hold_s", "turns", "radius_m", "above_ground_m", "lowered_m", "datum_m", "return_ceiling_m"),
+    *("hold_s", "turns", "radius_m", "above_ground_m", "datum_m", "return_ceiling_m"),
     *("is_speed_late", "is_next_unseen", "is_underway", "is_here"),
 )
 """What is taken of stages as it is; what is absent is no number."""
@@ -190,9 +190,9 @@ def stage_columns(
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
     radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
-    rise = np.zeros(len(stages))
+    rise, lowered = np.zeros((2, len(stages)))
     for row in np.flatnonzero(is_kind(kind, *_LOWERS)).tolist():
-        rise[row] = _rise_m(stages[row])
+        rise[row], lowered[row] = _rise_m(stages[row]), stages[row].lowered_m
     start, end, edge, circles = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed, drag=drag
     )
@@ -244,7 +244,7 @@ def stage_columns(
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
         above_ground_m=column("above_ground_m"),
-        lowered_m=column("lowered_m"),
+        lowered_m=lowered,
         datum_m=column("datum_m"),
         return_ceiling_m=numbers["return_ceiling_m"],
         rise_m=rise,
