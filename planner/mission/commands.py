@@ -7,7 +7,7 @@ The table is generated from the dialects common and ardupilotmega as pymavlink c
 from __future__ import annotations
 
 from enum import IntEnum, StrEnum
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -150,6 +150,7 @@ def load_command_table() -> CommandTable:
     )
 
 
+@lru_cache(maxsize=1024)  # the same few of thousands of items
 def command_name(command: int) -> str:
     """Return ``NAV_WAYPOINT`` for 16; ``MAV_CMD 50001`` for a number MAVLink does not know."""
     definition = load_command_table().commands.get(command)
