@@ -120,9 +120,15 @@ def toml_document(
     raise error(msg, source=source)
 
 
+def _followed(path: Path) -> Path:
+    """Return the file that links lead to; a pipe behind /dev/stdout has no name but that."""
+    is_stream = path.exists() and not (path.is_file() or path.is_dir())
+    return path if is_stream else Path(os.path.realpath(path))
+
+
 def refuse_unwritable(path: Path) -> None:
     """Raise OutputError where a file cannot be written, before the work for it is done."""
-    target = Path(os.path.realpath(path))
+    target = _followed(path)
     folder = target.parent
     replaces = not target.exists() or target.is_file()
     cause = None
@@ -165,7 +171,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     OutputError
         If it cannot be written; what was there before is untouched.
     """
-    target = Path(os.path.realpath(path))
+    target = _followed(path)
     beside = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
     try:
         with beside.open("xb") as file:
@@ -289,7 +295,7 @@ def _at(contents: Mapping[Path, bytes], *stages: list[_Staged]) -> Path:
 
 def _stage(path: Path, data: bytes, staged: list[_Staged]) -> None:
     """Write a file beside its place, or a device as it is."""
-    target = Path(os.path.realpath(path))
+    target = _followed(path)
     beside = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
     one = _Staged(path=path, target=target, temporary=beside, before=beside.with_suffix(".before"))
     if target.exists() and not target.is_file():

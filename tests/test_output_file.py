@@ -14,7 +14,7 @@ from faulty_system import Command, faults_found, run
 
 from planner.cli.guard import DecisionLog
 from planner.errors import OutputError
-from planner.files import write_output_file, write_output_files
+from planner.files import refuse_unwritable, write_output_file, write_output_files
 from planner.guard.authorisation import Verdict
 from planner.guard.decision import Decision
 
@@ -171,3 +171,17 @@ def test_a_pair_whose_second_cannot_be_placed_is_put_back(
     with pytest.raises(OutputError, match="b: cannot be written: Input/output error"):
         write_output_files({one: "new", other: "new"})
     assert {path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"old"}
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="pipes have no names here")
+def test_a_pipe_behind_a_link_is_written_to() -> None:
+    """As ``-o /dev/stdout | jq`` and ``-o >(jq)`` are: what the link leads to has no name."""
+    reads, writes = os.pipe()
+    try:
+        path = Path(f"/dev/fd/{writes}")
+        refuse_unwritable(path)
+        write_output_file(path, "a report\n")
+        assert os.read(reads, 100) == b"a report\n"
+    finally:
+        os.close(reads)
+        os.close(writes)
