@@ -323,8 +323,9 @@ class Transients(Value, eq=False):
             pause_s = self.pause_s[rows]
             paused_j: FloatArray | float = 0.0
             if pause_s.any():
-                at_s, which = np.unique(self.pause_at_s[rows], return_inverse=True)
-                paused_j = unit.value(at_s)[which] * pause_s
+                pause_at_s = self.pause_at_s[rows]  # of one response all the same
+                at_s = sorted({*pause_at_s.tolist()})
+                paused_j = unit.value(at_s)[np.searchsorted(at_s, pause_at_s)] * pause_s
             energy[rows] = self.amplitude[rows] * (_whole_j(unit, window) + paused_j)
         return energy
 

@@ -343,10 +343,10 @@ def _at_two_deviations(
     if any(one.severity is Severity.ERROR for one in reported):
         return
     wind, vehicle = prepared.setup.wind, prepared.setup.vehicle
-    # Nothing is drawn about these: a model without a spread has nothing to draw by.
-    alone = replace(prepared.setup, vehicle=replace(vehicle, spread=None))
-    for setup, note, sds in _off_their_means(alone):
-        again = assess(prepare(prepared.mission, setup))
+    for setup, note, sds in _off_their_means(prepared.setup):
+        # Nothing is drawn about these: a model without a spread has nothing to draw by.
+        alone = replace(setup, vehicle=replace(vehicle, spread=None))
+        again = assess(prepare(prepared.mission, alone))
         if again is None:
             continue
         is_counted = setup.wind is not wind and setup.vehicle.knows_airspeed
