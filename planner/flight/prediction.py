@@ -281,14 +281,13 @@ class Flight(Value, eq=False, dict=True):
         """Return the flights of the first items alone, of those that are flights of their own."""
         motion, transients = self.motion.leading(items), self.transients
         pieces, segments = len(motion.piece_segment), len(motion.segments.item)
-        state = field_values(self.node_state)
         return replace(
             self,
             motion=motion,
             transients=transients.select(transients.segment < segments),
             segment_energy_j=self.segment_energy_j[:segments],
             node_s=self.node_s[:pieces],
-            node_state=KinematicState(**{name: of_all[:pieces] for name, of_all in state.items()}),
+            node_state=self.node_state.select(slice(pieces)),
             node_steady_w=self.node_steady_w[:pieces],
         )
 

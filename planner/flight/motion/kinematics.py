@@ -108,6 +108,11 @@ class KinematicState(Value, eq=False):
         """East, north and up beside each other. (…, 3) [m s⁻¹]"""
         return np.stack((self.east_m_s, self.north_m_s, self.climb_m_s), axis=-1)
 
+    def select(self, rows: slice) -> KinematicState:
+        """Return some of them."""
+        columns = field_values(self).items()
+        return KinematicState(**{name: column[rows] for name, column in columns})
+
     def of_shape(self, shape: tuple[int, ...]) -> KinematicState:
         """Return the same, what does not change in time repeated."""
         columns = field_values(self)

@@ -352,8 +352,8 @@ class Returns(Value, eq=False, dict=True):
         """Return where along the mission points of the flight are, by segment and fraction of its time."""
         segment = np.repeat([one for one, _ in at], 2)
         fraction = np.array([share for _, one in at for share in (0.0, one)])
-        time_s, state = self._passed(segment, fraction)
-        place_m = state.place_m
+        time_s, piece, own_s = self._pieces_at(segment, fraction)
+        place_m = self.flight.motion.state_at(piece, own_s).place_m
         begin_m, there_m = place_m[::2], place_m[1::2]
         # Inside a segment the flight is taken to be straight.
         inside_m = lengths((there_m - begin_m)[:, :2])
@@ -377,12 +377,8 @@ class Returns(Value, eq=False, dict=True):
 
     def places(self, segment: IntArray, fraction: FloatArray) -> StopPlaces:
         """Return where points of the flight are, and where and when vehicles there stand still. (n,)"""
-        time_s, state = self._passed(segment, fraction)
-        columns = self.flight.motion.segments
-        speed = state.ground_speed_m_s
-        moves = speed > _SLOWEST_M_S
-        safe = np.where(moves, speed, 1.0)
-        length_m, braking_s = self.pilot.stop(np.where(moves, speed, 0.0))
+        motion, count = self.flight.motion, len(segment)
+        columns = motion.segments
         brakes = columns.state[segment] == _BRAKE
         brake = np.minimum(segment + ~brakes, len(columns.item) - 1)
         brake_m = columns.distance_m[brake]
@@ -392,9 +388,17 @@ class Returns(Value, eq=False, dict=True):
             & (columns.state[brake] == _BRAKE)
             & (np.abs(columns.stopping_distance_m[brake] - brake_m) <= 1e-6 * brake_m)
         )
-        if (
-            self.flight.motion.piece_fall_m_s is not None
-        ):  # over the ground it has speeds of its own
+        # A response may swing about the place where its leg ends: the next segment begins there.
+        stands = np.flatnonzero(stops & brakes & (brake + 1 < len(columns.item)))
+        time_s, piece, own_s = self._pieces_at(segment, fraction)
+        piece = np.concatenate((piece, self.first_piece[brake[stands] + 1]))
+        both = motion.state_at(piece, np.concatenate((own_s, np.zeros(len(stands)))))
+        state, begin = both.select(slice(count)), both.select(slice(count, None))
+        speed = state.ground_speed_m_s
+        moves = speed > _SLOWEST_M_S
+        safe = np.where(moves, speed, 1.0)
+        length_m, braking_s = self.pilot.stop(np.where(moves, speed, 0.0))
+        if motion.piece_fall_m_s is not None:  # over the ground it has speeds of its own
             other = np.abs(speed - columns.speed_m_s[segment]) > _SAME_SPEED * speed
             stops &= brakes | ~other
         left = np.where(brakes, 1.0 - fraction, 1.0)
@@ -403,12 +407,7 @@ class Returns(Value, eq=False, dict=True):
         stop_m = place_m.copy()
         stop_m[:, 0] += length_m * state.east_m_s / safe
         stop_m[:, 1] += length_m * state.north_m_s / safe
-        # A response may swing about the place where its leg ends: the next segment begins there.
-        stands = np.flatnonzero(stops & brakes & (brake + 1 < len(columns.item)))
-        if len(stands):
-            after = self.first_piece[brake[stands] + 1]
-            begin = self.flight.motion.state_at(after, np.zeros(len(after)))
-            stop_m[stands, 0], stop_m[stands, 1] = begin.east_m, begin.north_m
+        stop_m[stands, 0], stop_m[stands, 1] = begin.east_m, begin.north_m
         braking, braking_m_s2 = _evenly_braked(state, braking_s)
         return StopPlaces(
             segment=segment,
@@ -427,8 +426,13 @@ class Returns(Value, eq=False, dict=True):
             brake_left=left,
         )
 
-    def _passed(self, segment: IntArray, fraction: FloatArray) -> tuple[FloatArray, KinematicState]:
-        """Return when points of the flight are passed, and in which states. (n,) [s]"""
+    def _pieces_at(
+        self, segment: IntArray, fraction: FloatArray
+    ) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Return when points of the flight are passed, in which pieces, how long after each began. (n,)
+
+        [s], -, [s]
+        """
         motion = self.flight.motion
         time_s = self.start_s[segment] + fraction * motion.segments.duration_s[segment]
         piece = np.clip(
@@ -437,7 +441,7 @@ class Returns(Value, eq=False, dict=True):
             self.first_piece[segment + 1] - 1,
         )
         own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
-        return time_s, motion.state_at(piece, own_s)
+        return time_s, piece, own_s
 
     def _braking_power_w(self, places: StopPlaces) -> FloatArray:
         """Return the mean power of stops, evenly braked. (n,) [W]"""
