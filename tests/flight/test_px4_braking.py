@@ -18,7 +18,7 @@ from planner.flight.motion.px4.braking import (
     braking_time_s,
     ramp_time_s,
 )
-from planner.flight.motion.px4.laws import BrakeLaw, wright_omega
+from planner.flight.motion.px4.laws import Brakes, Px4Law, wright_omega
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -36,15 +36,18 @@ def test_wrights_omega_vanishes_after_a_hold_of_days() -> None:
     assert wright_omega(np.array(-1e6)) == 0.0
 
 
-def law(speed_m_s: float, final_m_s: float = 0.0) -> BrakeLaw:
-    return BrakeLaw.to(
-        np.array([[100.0, 0.0, 50.0]]),
+def law(speed_m_s: float, final_m_s: float = 0.0) -> Px4Law:
+    aim = np.zeros((1, 3, 4))
+    aim[0, :, 0] = 100.0, 0.0, 50.0
+    brakes = Brakes(
         direction=np.array([[1.0, 0.0, 0.0]]),
         start_m_s=np.array([speed_m_s]),
         final_m_s=np.array([final_m_s]),
         acceleration_m_s2=np.array([3.0]),
         half_b_m_s=np.array([4.5]),
+        rate=np.ones(1),
     )
+    return Px4Law.of(aim, brakes)
 
 
 def test_braking_from_12_to_2_m_s_takes_6_seconds() -> None:

@@ -167,13 +167,15 @@ class Columns(Value, eq=False):
     @classmethod
     def joined(cls, several: Sequence[Self]) -> Self:
         """Return the rows of several as one."""
-        rows = {name: [getattr(one, name) for one in several] for name in field_names(cls)}
-        return cls(
-            **{
-                name: np.concatenate(columns) if isinstance(columns[0], np.ndarray) else columns[0]
-                for name, columns in rows.items()
-            }
-        )
+        every: dict[str, Any] = {}
+        for name in field_names(cls):
+            values = [getattr(one, name) for one in several]
+            every[name] = value = values[0]
+            if isinstance(value, np.ndarray):
+                every[name] = np.concatenate(values)
+            elif isinstance(value, Columns):
+                every[name] = type(value).joined(values)
+        return cls(**every)
 
 
 class SegmentColumns(Columns, eq=False):

@@ -16,7 +16,7 @@ from planner.flight.motion.px4.braking import (
     half_b_m_s,
     vertical_limits,
 )
-from planner.flight.motion.px4.laws import SettlingLaw, wright_omega
+from planner.flight.motion.px4.laws import Settlings, wright_omega
 from planner.flight.motion.px4.pieces import RAMP, Curves, Places
 from planner.values import Value
 
@@ -234,8 +234,8 @@ class _Descents:
         order = np.repeat(np.arange(count), len(move))
         pieces.add_settlings(
             Places(move[rows], order, RAMP, duration, quotient(duration, flown_s, 1.0)),
-            SettlingLaw(
-                coefficients=coefficients,
+            coefficients,
+            Settlings(
                 level_m=self.settling_m[rows] * np.exp(-across * begun[:, None])[:, None],
                 level_per_s=across,
                 height_m=amplitude,

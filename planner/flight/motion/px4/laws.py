@@ -1,4 +1,4 @@
-"""The laws that pieces of PX4's motion follow: cubics of time, and what braking or settling adds to them."""
+"""The law that pieces of PX4's motion follow: cubics of time, and what braking or settling adds to some."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.flight.motion.kinematics import KinematicState, PolynomialLaw
-from planner.values import replace
+from planner.flight.motion.kinematics import Columns, KinematicState, PolynomialLaw
+from planner.values import field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
 
 _NEWTON_ROUNDS = 4
 _VANISHING = -690.0
@@ -34,35 +34,10 @@ def wright_omega(y: FloatArray) -> FloatArray:
     return np.where(vanishing, 0.0, omega)
 
 
-class CubicLaw(PolynomialLaw, eq=False):
-    """A cubic of time on each axis; a law of its kind adds something to it."""
-
-    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
-        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
-        powers = np.ascontiguousarray(self.coefficients[:, :axes, 1:].transpose(2, 1, 0))
-        c1, c2, c3 = powers[:, :, None]
-        velocity: FloatArray = time_s * (3.0 * c3)
-        velocity += 2.0 * c2
-        velocity *= time_s
-        velocity += c1
-        return velocity
-
-    def slowed(self, factor: FloatArray) -> Self:
-        """Return the rows each in a time of its own: seconds of it per second of flight. (rows,)"""
-        powers = np.ones((len(factor), 1, 4))
-        for power in range(1, 4):
-            powers[:, 0, power] = powers[:, 0, power - 1] * factor
-        return replace(self, coefficients=self.coefficients * powers)
-
-    def displaced(self, coefficients: FloatArray) -> Self:
-        """Return the rows flown beside themselves by cubics of time. (rows, 3, 4)"""
-        return replace(self, coefficients=self.coefficients + coefficients)
-
-
-class BrakeLaw(CubicLaw, eq=False):
+class Brakes(Columns, eq=False):
     """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines.
 
-    The place to which d is counted is the cubic of time: it stays where it is, but beside a displaced law.
+    Added to the place to which d is counted: how far before it a vehicle is.
     """
 
     direction: FloatArray
@@ -77,58 +52,30 @@ class BrakeLaw(CubicLaw, eq=False):
     rate: FloatArray
     """Seconds of the law per second of flight: PX4 slows time down. (rows,) [-]"""
 
-    @classmethod
-    def to(cls, aim_m: FloatArray, **columns: FloatArray) -> Self:
-        """Return the braking to places, (rows, 3), by the columns of the law."""
-        cubics = np.zeros((len(aim_m), 3, 4))
-        cubics[..., 0] = aim_m
-        return cls(coefficients=cubics, rate=np.ones(len(aim_m)), **columns)
-
-    def _speed_m_s(self, row: IntArray | slice, time_s: FloatArray) -> FloatArray:
-        """Return speeds at times of the law.
+    def added(
+        self, row: IntArray, time_s: FloatArray
+    ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
+        """Yield axes, and what is added to places and velocities on them at times.
 
         t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
         t a/(b/2), with Wright's ω.
         """
-        half_b = self.half_b_m_s[row]
+        half_b, a, rate = self.half_b_m_s[row], self.acceleration_m_s2[row], self.rate[row]
         start = self.start_m_s[row] / half_b
-        rate = self.rate[row] * self.acceleration_m_s2[row] / half_b
-        return half_b * wright_omega(start + np.log(start) - time_s * rate)
-
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time."""
-        speed, aim = self._speed_m_s(row, time_s), super().state_at(row, time_s)
-        way = speed * (speed + 2.0 * self.half_b_m_s[row]) - self.final_m_s[row] ** 2
-        left, flown = way / (2.0 * self.acceleration_m_s2[row]), speed * self.rate[row]
-        along = np.moveaxis(self.direction[row], -1, 0)
-        return KinematicState.of(
-            (
-                aim.east_m - along[0] * left,
-                aim.north_m - along[1] * left,
-                aim.height_m - along[2] * left,
-            ),
-            (
-                aim.east_m_s + along[0] * flown,
-                aim.north_m_s + along[1] * flown,
-                aim.climb_m_s + along[2] * flown,
-            ),
-        )
-
-    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
-        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
-        velocity = super().velocities_m_s(time_s, axes)
-        velocity += self.direction.T[:axes, None] * (
-            self._speed_m_s(slice(None), time_s) * self.rate
-        )
-        return velocity
+        speed = half_b * wright_omega(start + np.log(start) - time_s * rate * a / half_b)
+        left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
+        speed *= rate
+        for axis in range(3):
+            along = self.direction[:, axis][row]
+            yield axis, -along * left, along * speed
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own."""
-        return replace(super().slowed(factor), rate=self.rate * factor)
+        return replace(self, rate=self.rate * factor)
 
 
-class SettlingLaw(CubicLaw, eq=False):
-    """The cubic of time plus what dies away: two exponentials on the map, one of the height."""
+class Settlings(Columns, eq=False):
+    """What dies away: two exponentials of time on the map, one of the height."""
 
     level_m: FloatArray
     """East and north of each exponential. (rows, 2, 2) [m]"""
@@ -137,14 +84,13 @@ class SettlingLaw(CubicLaw, eq=False):
     height_m: FloatArray
     height_per_s: FloatArray
 
-    def _dying(
-        self, row: IntArray | slice, time_s: FloatArray
+    def added(
+        self, row: IntArray, time_s: FloatArray
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-        """Yield what dies away at times of the law: its axis, place and velocity."""
-        east, north = np.moveaxis(self.level_m, 1, 0)
+        """Yield axes, and what is added to places and velocities on them at times."""
         for rates, sizes in (
-            (self.level_per_s[:, 0], ((0, east[:, 0]), (1, north[:, 0]))),
-            (self.level_per_s[:, 1], ((0, east[:, 1]), (1, north[:, 1]))),
+            (self.level_per_s[:, 0], tuple(enumerate(self.level_m[:, :, 0].T))),
+            (self.level_per_s[:, 1], tuple(enumerate(self.level_m[:, :, 1].T))),
             (self.height_per_s, ((2, self.height_m),)),
         ):
             rate = rates[row]
@@ -153,27 +99,105 @@ class SettlingLaw(CubicLaw, eq=False):
                 off = size[row] * fading
                 yield axis, off, -rate * off
 
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time."""
-        state = super().state_at(row, time_s)
-        place = [state.east_m, state.north_m, state.height_m]
-        velocity = [state.east_m_s, state.north_m_s, state.climb_m_s]
-        for axis, off_m, off_m_s in self._dying(row, time_s):
-            place[axis], velocity[axis] = place[axis] + off_m, velocity[axis] + off_m_s
-        return KinematicState.of(place, velocity)
-
-    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
-        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
-        velocity = super().velocities_m_s(time_s, axes)
-        for axis, _, off_m_s in self._dying(slice(None), time_s):
-            if axis < axes:
-                velocity[axis] += off_m_s
-        return velocity
-
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own."""
         return replace(
-            super().slowed(factor),
+            self,
             level_per_s=self.level_per_s * factor[:, None],
             height_per_s=self.height_per_s * factor,
+        )
+
+
+_CUBIC, _BRAKE, _SETTLING = range(3)
+_NO_BRAKES = Brakes(
+    direction=np.zeros((0, 3)),
+    start_m_s=np.zeros(0),
+    final_m_s=np.zeros(0),
+    acceleration_m_s2=np.zeros(0),
+    half_b_m_s=np.zeros(0),
+    rate=np.zeros(0),
+)
+_NO_SETTLINGS = Settlings(
+    level_m=np.zeros((0, 2, 2)),
+    level_per_s=np.zeros((0, 2)),
+    height_m=np.zeros(0),
+    height_per_s=np.zeros(0),
+)
+
+
+class Px4Law(PolynomialLaw, eq=False):
+    """A cubic of time on each axis, and what braking or settling adds to it."""
+
+    kind: IntArray
+    """What is added. (rows,)"""
+    brakes: Brakes
+    """Of the rows that brake, in their order; like the next."""
+    settlings: Settlings
+
+    @classmethod
+    def of(cls, cubics: FloatArray, added: Brakes | Settlings | None = None) -> Self:
+        """Return cubics, (rows, 3, 4), with what is added to each of them."""
+        is_brake, settles = isinstance(added, Brakes), isinstance(added, Settlings)
+        return cls(
+            coefficients=cubics,
+            kind=np.full(len(cubics), _BRAKE * is_brake + _SETTLING * settles),
+            brakes=added if isinstance(added, Brakes) else _NO_BRAKES,
+            settlings=added if isinstance(added, Settlings) else _NO_SETTLINGS,
+        )
+
+    def _additions(self) -> Iterator[tuple[BoolArray, Brakes | Settlings]]:
+        """Yield to which rows something is added, and what."""
+        for kind, added in ((_BRAKE, self.brakes), (_SETTLING, self.settlings)):
+            if len(next(iter(field_values(added).values()))):
+                yield self.kind == kind, added
+
+    def select(self, rows: IntArray | BoolArray) -> Self:
+        """Return some of the rows."""
+        rows = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
+        own = {}
+        for name, kind in (("brakes", _BRAKE), ("settlings", _SETTLING)):
+            are = self.kind == kind
+            own[name] = getattr(self, name).select((np.cumsum(are) - 1)[rows[are[rows]]])
+        cubics = self.coefficients.take(rows, axis=0)
+        return replace(self, coefficients=cubics, kind=self.kind[rows], **own)
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        state = super().state_at(row, time_s)
+        places = state.east_m, state.north_m, state.height_m
+        velocities = state.east_m_s, state.north_m_s, state.climb_m_s
+        for are, added in self._additions():
+            chosen = np.flatnonzero(are[row])
+            if len(chosen):
+                own = (np.cumsum(are) - 1)[row[chosen]]
+                for axis, place_m, velocity_m_s in added.added(own, time_s[chosen]):
+                    places[axis][chosen] += place_m
+                    velocities[axis][chosen] += velocity_m_s
+        return state
+
+    def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
+        """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
+        powers = np.ascontiguousarray(self.coefficients[:, :axes, 1:].transpose(2, 1, 0))
+        c1, c2, c3 = powers[:, :, None]
+        velocity: FloatArray = time_s * (3.0 * c3)
+        velocity += 2.0 * c2
+        velocity *= time_s
+        velocity += c1
+        for are, added in self._additions():
+            rows = np.flatnonzero(are)
+            for axis, _, velocity_m_s in added.added(np.arange(len(rows)), time_s[:, rows]):
+                if axis < axes:
+                    velocity[axis][:, rows] += velocity_m_s
+        return velocity
+
+    def slowed(self, factor: FloatArray) -> Self:
+        """Return the rows each in a time of its own: seconds of it per second of flight. (rows,)"""
+        powers = np.ones((len(factor), 1, 4))
+        for power in range(1, 4):
+            powers[:, 0, power] = powers[:, 0, power - 1] * factor
+        return replace(
+            self,
+            coefficients=self.coefficients * powers,
+            brakes=self.brakes.slowed(factor[self.kind == _BRAKE]),
+            settlings=self.settlings.slowed(factor[self.kind == _SETTLING]),
         )

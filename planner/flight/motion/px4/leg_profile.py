@@ -9,7 +9,7 @@ import numpy as np
 from planner.flight.motion.kinematics import dot, horizontal, quotient
 from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
-from planner.flight.motion.px4.laws import BrakeLaw
+from planner.flight.motion.px4.laws import Brakes
 from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Curves, Places
 from planner.values import replace
 
@@ -143,18 +143,19 @@ def _add_phases(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
     )
 
 
-def _brake_law(legs: Px4Legs, rows: IntArray, law: BrakingLaw, start_m_s: FloatArray) -> BrakeLaw:
-    """Return the braking of some legs by a law of each of them, from speeds on."""
-    limits = legs.limits
-    direction = limits.direction[rows]
-    way = limits.length_m[rows] + limits.tail_m[rows] + law.beyond_m
-    return BrakeLaw.to(
-        legs.straight_m[rows] + direction * way[:, None],
+def _braked(
+    legs: Px4Legs, rows: IntArray, law: BrakingLaw, start_m_s: FloatArray
+) -> tuple[FloatArray, Brakes]:
+    """Return how some legs are braked by a law of each of them, from speeds on, and to where. (k, 3)"""
+    direction = legs.limits.direction[rows]
+    way = legs.limits.length_m[rows] + legs.limits.tail_m[rows] + law.beyond_m
+    return legs.straight_m[rows] + direction * way[:, None], Brakes(
         direction=direction,
         start_m_s=start_m_s,
         final_m_s=law.final_m_s,
         acceleration_m_s2=law.acceleration_m_s2,
         half_b_m_s=law.half_b_m_s,
+        rate=np.ones(len(rows)),
     )
 
 
@@ -168,7 +169,7 @@ def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
         first, last = start[rows], end[rows]
-        brake = _brake_law(legs, rows, law.select(rows), first)
+        aim, brake = _braked(legs, rows, law.select(rows), first)
         a, b, level = brake.acceleration_m_s2, brake.half_b_m_s, horizontal(brake.direction)
         between = pieces.time_scale.between(level * first, level * last)
         pieces.add_brakes(
@@ -179,6 +180,7 @@ def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
                 braking_time_s(first, last, a, b),
                 np.where(steep[rows], between, 1.0),
             ),
+            aim,
             brake,
             (first - last) * (first + last + 2.0 * b) / (2.0 * a),
         )
@@ -197,7 +199,7 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
         begin = flown.straight_m[move] + direction * flown.limits.length_m[move, None]
         pieces.add_brakes(
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
-            _brake_law(flown, move, law, straights.braking.end_m_s[move]),
+            *_braked(flown, move, law, straights.braking.end_m_s[move]),
             dot(flown.end.place_m[move] - begin, direction),
         )
     move = np.flatnonzero(holding & ~creeping)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, dot, horizontal, quotient
-from planner.flight.motion.px4.laws import BrakeLaw, CubicLaw, SettlingLaw
+from planner.flight.motion.px4.laws import Brakes, Px4Law, Settlings
 from planner.physics.quadrature import unit_quadrature
 from planner.values import Value, replace
 
@@ -124,8 +124,6 @@ ORDERS = 24
 
 _SHORTEST_S = 1e-9
 """Shorter pieces are left out. [s]"""
-_LAWS: tuple[type[CubicLaw], ...] = (CubicLaw, BrakeLaw, SettlingLaw)
-_NOTHING = CubicLaw(coefficients=np.zeros((0, 3, 4)))
 
 
 class Places(NamedTuple):
@@ -145,7 +143,7 @@ class Places(NamedTuple):
 class _Collected(NamedTuple):
     """Pieces of one kind, in the order they were added."""
 
-    law: CubicLaw
+    law: Px4Law
     places: Places
     distance_m: FloatArray
     climb_m: FloatArray
@@ -202,15 +200,20 @@ class Px4Pieces:
         last = (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3])) * t / 3.0
         polygon = horizontal(first) + horizontal(last) + horizontal(moved - first - last)
         distance = 0.5 * (polygon + horizontal(moved))
-        self._add(CubicLaw(coefficients=c), places, distance, moved[:, 2], is_grounded=is_grounded)
+        self._add(Px4Law.of(c), places, distance, moved[:, 2], is_grounded=is_grounded)
 
-    def add_brakes(self, places: Places, law: BrakeLaw, way_m: FloatArray) -> None:
-        """Add pieces of braking over ways, by rows of a law. (k,)"""
-        level, upward = horizontal(law.direction), law.direction[:, 2]
-        self._add(law, places, way_m * level, way_m * upward)
+    def add_brakes(
+        self, places: Places, aim_m: FloatArray, brakes: Brakes, way_m: FloatArray
+    ) -> None:
+        """Add pieces of braking to places, (k, 3), over ways. (k,)"""
+        cubics = np.zeros((len(aim_m), 3, 4))
+        cubics[..., 0] = aim_m
+        level, upward = horizontal(brakes.direction), brakes.direction[:, 2]
+        self._add(Px4Law.of(cubics, brakes), places, way_m * level, way_m * upward)
 
-    def add_settlings(self, places: Places, law: SettlingLaw) -> None:
-        """Add pieces that settle exponentially, by rows of a law. (k,)"""
+    def add_settlings(self, places: Places, cubics: FloatArray, settlings: Settlings) -> None:
+        """Add pieces that settle exponentially, to cubics. (k, 3, 4)"""
+        law = Px4Law.of(cubics, settlings)
         rows = np.arange(len(places.duration_s))
         before = law.state_at(rows, np.zeros(len(rows)))
         after = law.state_at(rows, places.duration_s)
@@ -219,7 +222,7 @@ class Px4Pieces:
 
     def _add(
         self,
-        law: CubicLaw,
+        law: Px4Law,
         places: Places,
         distance_m: FloatArray,
         climb_m: FloatArray,
@@ -239,12 +242,10 @@ _LENGTH_NODES, _LENGTH_WEIGHTS = unit_quadrature(8)
 class Ordered(Value, eq=False):
     """Pieces in flown order, and the segments they make."""
 
-    laws: tuple[CubicLaw, ...]
-    """The rows of each in flown order."""
+    law: Px4Law
+    """A row for each piece."""
     segment: IntArray
     """Segment each piece belongs to. (p,)"""
-    law: IntArray
-    """Position in ``laws``. (p,)"""
     offset_s: FloatArray
     """The law's own time at which each piece begins."""
     duration_s: FloatArray
@@ -259,25 +260,10 @@ class Ordered(Value, eq=False):
     noise_delay_s: float
     """How much longer all of it takes for the noise of the position. [s]"""
 
-    @property
-    def row(self) -> IntArray:
-        """Row of each piece in its law. (p,)"""
-        row = np.empty_like(self.law)
-        for pieces in self._pieces_of_laws():
-            row[pieces] = np.arange(len(pieces))
-        return row
-
-    def _pieces_of_laws(self) -> list[IntArray]:
-        return [np.flatnonzero(self.law == index) for index in range(len(self.laws))]
-
     def velocities_m_s(self, fractions: FloatArray, axes: int = 3) -> FloatArray:
         """Return east, north and upward velocities at fractions of the time of each piece. (axes, k, p)"""
         time_s = self.offset_s + fractions[:, None] * self.duration_s
-        velocity = np.empty((axes, *time_s.shape))
-        for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True):
-            if len(pieces):
-                velocity[:, :, pieces] = law.velocities_m_s(time_s[:, pieces], axes)
-        return velocity
+        return self.law.velocities_m_s(time_s, axes)
 
     def divided(self, at_s: FloatArray) -> Ordered:
         """Return the pieces divided at times since their beginnings, as many as leave a part as long."""
@@ -289,13 +275,10 @@ class Ordered(Value, eq=False):
         end_s = np.where(
             number + 1 < counts[piece], np.append(at_s, 0.0)[number], self.duration_s[piece]
         )
-        row = self.row[piece]
-        law = self.law[piece]
         return replace(
             self,
-            laws=tuple(one.select(row[law == index]) for index, one in enumerate(self.laws)),
+            law=self.law.select(piece),
             segment=self.segment[piece],
-            law=law,
             offset_s=self.offset_s[piece] + begin_s,
             duration_s=end_s - begin_s,
             is_grounded=self.is_grounded[piece],
@@ -309,13 +292,8 @@ class Ordered(Value, eq=False):
         t = -self.offset_s[:, None]
         shifted = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
         coefficients = np.stack((*shifted, c2 + 3.0 * t * c3, c3), axis=-1)
-        flown = replace(
-            self,
-            laws=tuple(
-                law.displaced(coefficients[pieces])
-                for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True)
-            ),
-        )
+        law = replace(self.law, coefficients=self.law.coefficients + coefficients)
+        flown = replace(self, law=law)
         east, north = flown.velocities_m_s(_LENGTH_NODES, axes=2)
         way = _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north) * self.duration_s
         distance = np.bincount(self.segment, way).astype(np.float64)
@@ -326,10 +304,7 @@ class Ordered(Value, eq=False):
         duration = self.duration_s / scale
         return replace(
             self,
-            laws=tuple(
-                law.slowed(scale[pieces])
-                for law, pieces in zip(self.laws, self._pieces_of_laws(), strict=True)
-            ),
+            law=self.law.slowed(scale),
             offset_s=self.offset_s / scale,
             duration_s=duration,
             segment_s=np.bincount(self.segment, duration).astype(np.float64),
@@ -354,12 +329,6 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
     lasts = planned_s > _SHORTEST_S
     flown = np.flatnonzero(lasts)
     flown = flown[np.argsort((move * ORDERS + order)[flown], kind="stable")]
-    law = np.repeat([_LAWS.index(type(part.law)) for part in parts], counts)
-    laws: list[CubicLaw] = []
-    for index, kind in enumerate(_LAWS):
-        several = [part.law for part in parts if type(part.law) is kind]
-        rows = (np.cumsum(law == index) - 1)[flown[law[flown] == index]]
-        laws.append(kind.joined(several).select(rows) if several else _NOTHING)
     key = (move * SLOTS + slot)[flown]
     begins = np.concatenate(([True], key[1:] != key[:-1]))
     segment = np.cumsum(begins) - 1
@@ -373,9 +342,8 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         )
     )
     return Ordered(
-        laws=tuple(laws),
+        law=Px4Law.joined([part.law for part in parts]).select(flown),
         segment=segment,
-        law=law[flown],
         offset_s=np.zeros(len(flown)),
         duration_s=duration,
         is_grounded=grounded[flown],

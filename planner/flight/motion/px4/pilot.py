@@ -229,10 +229,10 @@ class Px4Pilot(Value):
         wandered_m = time_scale.wandered_m(aloft_s, ordered.segment_distance_m)
         motion = Motion(
             segments=_segments(ordered, legs, self.drag_per_s),
-            laws=ordered.laws,
+            laws=(ordered.law,),
             piece_segment=ordered.segment,
-            piece_law=ordered.law,
-            piece_row=ordered.row,
+            piece_law=np.zeros_like(ordered.segment),
+            piece_row=np.arange(len(ordered.segment)),
             piece_offset_s=ordered.offset_s,
             piece_duration_s=ordered.duration_s,
             arrival_segment=done,
