@@ -164,6 +164,8 @@ class TrackingLag(Value):
         """
         p, drag_m_s2 = self.parameters, self.drag_per_s * speed_m_s
         most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
+        if not (drag_m_s2 > most_m_s2).any():
+            return np.ones_like(speed_m_s), np.ones_like(speed_m_s)
         tilted = np.minimum(1.0, quotient(most_m_s2, drag_m_s2, 1.0))
         asked = speed_m_s + (1.0 - tilted) * p.position_gain_per_s * p.position_error_max_m
         error_m_s = np.minimum(asked, max(p.speed_max_m_s, 0.0)) - tilted * speed_m_s

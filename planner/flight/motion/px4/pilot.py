@@ -17,6 +17,7 @@ from planner.flight.motion.kinematics import (
     horizontal,
 )
 from planner.flight.motion.px4.braking import passed_m, stopping_distance_m, turning_back
+from planner.flight.motion.px4.headings import waits_unknown
 from planner.flight.motion.px4.lag import TrackingLag
 from planner.flight.motion.px4.landing import (
     LANDED_LATER_S,
@@ -25,7 +26,7 @@ from planner.flight.motion.px4.landing import (
     add_takeoffs,
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs, waits_unknown
+from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs
 from planner.flight.motion.px4.moves import (
     Moves,
     heights_of_returns_m,

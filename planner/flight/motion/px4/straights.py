@@ -316,7 +316,7 @@ def _cut_way_m(
 
 
 def fly_straights(
-    limits: Limits, *, start_m_s: FloatArray, acceleration_m_s2: FloatArray
+    limits: Limits, start_m_s: FloatArray, acceleration_m_s2: FloatArray
 ) -> Straights:
     """Return how straights are flown that begin at speeds and accelerations along them, zero or more.
 
