@@ -157,6 +157,47 @@ class TrackingLag(Value):
         begun = _smoothed(last, settled, first)[:, -1]
         return np.asarray(begun + (last[:, -1] - begun) * settled[-1])
 
+    def _error_m(
+        self,
+        force_m_s2: FloatArray,
+        along: FloatArray,
+        waiting_per_s2: FloatArray,
+        comes_back: IntArray,
+    ) -> FloatArray:
+        """Return the errors that trajectories wait for. (k, p) [m]
+
+        By D v_t − z, the direction of v_t (0 of one that stands) and its b (`_waiting_per_s2`).  A trajectory
+        that comes back to a vehicle which overshot waits for all of its error.
+
+        Notes
+        -----
+        With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
+        behind where f < b y: waited for is f/b, in the mean.
+        """
+        still, waiting_squared = self._still_per_s2, waiting_per_s2 * waiting_per_s2
+        ahead = np.maximum(_dot(force_m_s2, along), 0.0)
+        size_squared, ahead_squared = _dot(force_m_s2, force_m_s2), ahead * ahead
+        squared = np.maximum(size_squared, ahead_squared)
+        # b² y², no more than f² is waited for
+        beside = (squared - ahead_squared) * (waiting_squared * (1.0 / still**2))
+        np.minimum(beside, ahead_squared, out=beside)
+        squared -= beside
+        root = np.sqrt(squared, out=squared)
+        root *= waiting_per_s2
+        ahead *= still
+        root += ahead
+        behind = ahead_squared
+        behind -= beside
+        behind /= np.maximum(root, _TINY, out=root)
+        behind *= behind
+        beside /= np.maximum(waiting_squared, _TINY, out=waiting_squared)
+        behind += beside
+        error: FloatArray = np.sqrt(behind, out=behind)
+        if len(comes_back):
+            stiffness = still + waiting_per_s2[:, comes_back]
+            error[:, comes_back] = np.sqrt(size_squared[:, comes_back]) / stiffness
+        return error
+
     def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what the tilt leaves of speeds, and the integral builds up of their drag. (n,), (n,) [-]
 
@@ -184,13 +225,9 @@ class TrackingLag(Value):
         given_m_s2 = np.diff(edges, axis=1) / time_s
         asked_per_s = (1.0 + self.parameters.velocity_derivative_gain) / time_s
         constants = time_s / self._settling_s
-        waits = _Waits.of(
-            velocity,
-            speed,
-            still_per_s2=self._still_per_s2,
-            waiting_per_s2=self._waiting_per_s2(speed),
-            comes_back=_comes_back(moves)[ordered.segment_move[ordered.segment]],
-        )
+        along = quotient(1.0, speed, above=_STILL_M_S) * velocity
+        waiting = self._waiting_per_s2(speed)
+        comes_back = np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]])
         scale, built, settled = tilted, drag, tilted
         for _ in range(rounds):
             # Of a vehicle that flies the velocities of its trajectory at its scale.
@@ -204,88 +241,14 @@ class TrackingLag(Value):
             built = _smoothed(sought, settled, parts.first)
             force = drag - built
             force *= settled / flown
-            scale = 1.0 - waits.error_m(force) / self.parameters.position_error_max_m
+            error_m = self._error_m(force, along, waiting, comes_back)
+            scale = 1.0 - error_m / self.parameters.position_error_max_m
             np.maximum(scale, _LEAST_SCALE, out=scale)
             np.minimum(scale, tilted, out=scale)
         flown_s = time_s / scale
         whole = quotient(ordered.duration_s, flown_s.sum(axis=0), 1.0)
         force = self.drag_per_s * edges[:, 1:] - built - (drag - built) * settled
         return whole, self._off_m(force, edges[:, 1:], flown_s, parts.first)
-
-
-class _Waits(Value, eq=False):
-    """What trajectories wait for while parts of pieces are flown, by D v_t − z alone."""
-
-    along: FloatArray
-    """Direction of v_t; 0 of one that stands. (2, k, p)"""
-    still_per_s2: float
-    """k P."""
-    waiting_per_s2: FloatArray
-    """b (`TrackingLag._waiting_per_s2`), like the next two. (k, p)"""
-    squared: FloatArray
-    """b², no less than divides nothing. [s⁻⁴]"""
-    share: FloatArray
-    """b²/(k P)². [-]"""
-    comes_back: IntArray
-    """The pieces in which a trajectory comes back."""
-
-    @classmethod
-    def of(
-        cls,
-        velocity_m_s: FloatArray,
-        speed_m_s: FloatArray,
-        *,
-        still_per_s2: float,
-        waiting_per_s2: FloatArray,
-        comes_back: BoolArray,
-    ) -> _Waits:
-        """Return what is the same for every D v_t − z."""
-        squared = waiting_per_s2 * waiting_per_s2
-        return cls(
-            along=quotient(1.0, speed_m_s, above=_STILL_M_S) * velocity_m_s,
-            still_per_s2=still_per_s2,
-            waiting_per_s2=waiting_per_s2,
-            squared=np.maximum(squared, _TINY),
-            share=squared * (1.0 / still_per_s2**2),
-            comes_back=np.flatnonzero(comes_back),
-        )
-
-    def error_m(self, force_m_s2: FloatArray) -> FloatArray:
-        """Return the errors that trajectories wait for, by D v_t − z. (k, p) [m]
-
-        A trajectory that comes back to a vehicle which overshot waits for all of its error.
-
-        Notes
-        -----
-        With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
-        behind where f < b y: waited for is f/b, in the mean.
-        """
-        ahead = np.maximum(_dot(force_m_s2, self.along), 0.0)
-        size_squared, ahead_squared = _dot(force_m_s2, force_m_s2), ahead * ahead
-        squared = np.maximum(size_squared, ahead_squared)
-        # b² y², no more than f² is waited for
-        beside = squared - ahead_squared
-        beside *= self.share
-        np.minimum(beside, ahead_squared, out=beside)
-        root = squared
-        root -= beside
-        np.sqrt(root, out=root)
-        root *= self.waiting_per_s2
-        ahead *= self.still_per_s2
-        root += ahead
-        np.maximum(root, _TINY, out=root)
-        behind = ahead_squared
-        behind -= beside
-        behind /= root
-        behind *= behind
-        beside /= self.squared
-        behind += beside
-        error: FloatArray = np.sqrt(behind, out=behind)
-        back = self.comes_back
-        if len(back):
-            stiffness = self.still_per_s2 + self.waiting_per_s2[:, back]
-            error[:, back] = np.sqrt(size_squared[:, back]) / stiffness
-        return error
 
 
 class _Parts(Value, eq=False):
