@@ -89,6 +89,8 @@ INSIDE, OUTSIDE, WORK = AreaSide.INSIDE, AreaSide.OUTSIDE, AreaSide.WORK
         ("zone de vol Ferme Dupont", INSIDE),
         ("Flight area Norton", INSIDE),
         ("Flight area group 2", INSIDE),
+        ("model flying area", None),
+        ("3D model flight area", INSIDE),
     ],
 )
 def test_names_mean_a_side_in_their_own_language(name: str, side: AreaSide | None) -> None:

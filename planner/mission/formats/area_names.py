@@ -147,7 +147,7 @@ _FOREIGN_CONTRARY = (
     "fuori|senza|tranne|eccetto|poza|bez|oprocz|fora|sem|nao|nunca|exceto|exceptuado|fuera|sin|excepto|salvo"
 )
 CLOSED = "closed|banned|denied|suspended"
-OTHERS = "manned|glider|paraglider|helicopter|military|model|crane|blasting"
+OTHERS = "manned|glider|paraglider|helicopter|military|model flying|model aircraft|crane|blasting"
 """What leaves open whether a flight may be where flights are: it is closed, or others fly there."""
 _FOREIGN_CLOSED = (
     *("fermee", "fermees", "suspendue", "gesperrt", "gesperrte", "gesperrtes", "tabu"),
