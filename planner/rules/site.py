@@ -20,7 +20,9 @@ from planner.vehicle.parameters.table import parameter_table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
+    from planner.flight.path import FlownPath
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.site_profile import ExpectedValue, SiteProfile
@@ -158,9 +160,8 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
         return
     route, mission, limit_m = a.route, a.mission, profile.max_distance_m
     start = (route.frame.latitude_deg, route.frame.longitude_deg)
-    origin, origin_name = start, "home"
-    if profile.latitude_deg is not None and profile.longitude_deg is not None:
-        origin, origin_name = (profile.latitude_deg, profile.longitude_deg), "the site"
+    origin = _origin_deg(a, profile)
+    origin_name = "home" if origin == start else "the site"
     stages = route.frame.latitude_longitude_deg(
         [stage.east_m for stage in route.stages], [stage.north_m for stage in route.stages]
     )
@@ -199,7 +200,7 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     what, item = places[farthest][:2]
     farthest_m, beyond = float(away_m[farthest]), int((away_m > limit_m).sum())
     path = flown_path(a.flight.motion)
-    path_m = distance_m(*origin, *route.frame.latitude_longitude_deg(path.east_m, path.north_m))
+    path_m = path_distances_m(a, profile, path)
     point = int(np.argmax(path_m))
     if path_m[point] > max(farthest_m, limit_m) + _OVERSHOT_M:
         item = int(path.item[max(point - 1, 0)])
@@ -213,6 +214,19 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
         f"{what} is {away} from {origin_name}; {profile.source} allows {quantity.distance(limit_m)}{more}",
         item=item,
     )
+
+
+def _origin_deg(a: Assessment, profile: SiteProfile) -> tuple[float, float]:
+    """Return where distances of a site count from: its own place, else home. [°]"""
+    if profile.latitude_deg is not None and profile.longitude_deg is not None:
+        return profile.latitude_deg, profile.longitude_deg
+    return a.route.frame.latitude_deg, a.route.frame.longitude_deg
+
+
+def path_distances_m(a: Assessment, profile: SiteProfile, path: FlownPath) -> FloatArray:
+    """Return how far each point of a path is from the place of a site, else from home. (n + 1,) [m]"""
+    places_deg = a.route.frame.latitude_longitude_deg(path.east_m, path.north_m)
+    return np.asarray(distance_m(*_origin_deg(a, profile), *places_deg))
 
 
 ITEM_REQUIRED_BY_SITE = Rule(

@@ -212,9 +212,9 @@ CIRCLE_LEAN = Rule(
     how="At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
     "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U; of a model without airspeed_limit_m_s the "
     "highest airspeed it shows.  The time of the circle stays.  ArduCopter 4.7 flew circles of 30 m that "
-    "asked 1.4 times as much 15 m too wide and 22 m too narrow: with an area of the fence, or ground of "
-    "--terrain that comes as near to its height as --clearance, within 0.75 radii of such a circle F107 and "
-    "A102 are not checked (X904).",
+    "asked 1.4 times as much 15 m too wide and 22 m too narrow: with an area of the fence, ground of "
+    "--terrain that comes as near to its height as --clearance, or max_distance_m of the site within 0.75 "
+    "radii of such a circle F107, A102 and M122 are not checked (X904).",
     fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX, "
     "PSC_ANGLE_MAX)",
 )
@@ -259,11 +259,13 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fou
         item=first,
     )
     from planner.rules.fence import LOITER_CROSSES
+    from planner.rules.site import TOO_FAR_FOR_SITE
     from planner.rules.terrain import BELOW_TERRAIN
 
     for rule, is_near, what in (
         (LOITER_CROSSES, _is_fenced, "an area of the fence"),
         (BELOW_TERRAIN, _is_beside_ground, "ground as high"),
+        (TOO_FAR_FOR_SITE, _is_at_the_limit, "the site's max_distance_m"),
     ):
         for number in np.flatnonzero(some).tolist():
             item, speed_m_s = int(circles.item[number]), float(circles.speed_m_s[number])
@@ -327,6 +329,19 @@ def _is_beside_ground(a: Assessment, item: int, within_m: float) -> bool:
     edge_m = shapely.get_coordinates(around.boundary.segmentize(0.5 * terrain.cell_m))
     ground_m = terrain.height_amsl_m(*frame.latitude_longitude_deg(*edge_m.T))
     return bool(np.ma.getmaskarray(ground_m).any() or (ground_m > low_m).any())
+
+
+def _is_at_the_limit(a: Assessment, item: int, within_m: float) -> bool:
+    """Return whether the circle of an item is so near to the distance that the profile of the site allows."""
+    profile = a.setup.profile
+    if profile is None or profile.max_distance_m is None:
+        return False
+    from planner.flight.path import flown_path
+    from planner.rules.site import path_distances_m
+
+    path = flown_path(a.flight.motion)
+    away_m = path_distances_m(a, profile, path)[1:][(path.item == item) & path.is_circle]
+    return float(away_m.max(initial=0.0)) + within_m > profile.max_distance_m
 
 
 _NEAR_GROUND_LEAN_RAD = math.radians(7.0)

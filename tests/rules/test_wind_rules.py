@@ -17,6 +17,7 @@ from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.service.preflight import check
+from planner.site_profile import SiteProfile
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -413,6 +414,20 @@ def test_a_circle_that_is_not_flown_as_predicted_beside_a_hill_is_not_checked(
     given: dict[str, Any] = {"terrain": ground(hill_m, at_m=at_m), "wind": wind, "clearance_m": 0.0}
     left_open = [one for one in of("X904", _circle(), **given) if "ground as high" in one.message]
     assert bool(left_open) is is_open
+
+
+@pytest.mark.parametrize(
+    ("limit_m", "wind_m_s", "is_open"),
+    [(30.0, 9.3, True), (33.0, 9.3, True), (36.0, 9.3, False), (33.0, 8.9, False)],
+)
+def test_a_circle_that_is_not_flown_as_predicted_at_the_limit_of_a_site_is_not_checked(
+    limit_m: float, wind_m_s: float, *, is_open: bool
+) -> None:
+    """20 m around home, and 15 m more at most."""
+    wind = Wind(speed_m_s=wind_m_s, from_deg=90.0)
+    profile = SiteProfile(source="site.toml", max_distance_m=limit_m)
+    left_open = of("X904", _circle(), wind=wind, profile=profile)
+    assert any("max_distance_m" in one.message for one in left_open) is is_open
 
 
 @pytest.mark.parametrize(
