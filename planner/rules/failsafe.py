@@ -561,6 +561,13 @@ def _not_armed_with(
                 f"{quantity.decimals(least_v, 1)} V",
             )
             break
+    yield from _never_armed_with(a, parameters, monitor)
+
+
+def _never_armed_with(
+    a: Assessment, parameters: ArduPilotParameters, monitor: str
+) -> Iterator[Finding]:
+    """Yield why ArduPilot does not arm with one of its monitors, whatever battery it is on."""
     for name in ("arm_battery_min_ah", "battery_low_ah", "battery_critical_ah"):
         least_ah, spelt = getattr(parameters, name), _spelt(parameters, name)
         is_counted = parameters.measures_current or name == "arm_battery_min_ah"
@@ -586,7 +593,7 @@ SECOND_BATTERY = Rule(
     why="Any of them returns, lands or refuses to arm as the first does.",
     how="ArduPilot: BATT2_ to BATT9_, BATTA_ to BATTG_ with a _MONITOR above 0; PX4: BAT2_ and BAT3_ with a "
     "_SOURCE of 0 or more.  One whose _CAPACITY is that of the battery that flies, to 10 %, is judged as the "
-    "first (E103, E114); of any other a threshold that acts is not checked (X904).",
+    "first (E103, E114); of any other a threshold that acts, and _ARM_VOLT, is not checked (X904).",
     fix="",
 )
 _SAME_PACK = 0.1
@@ -618,12 +625,20 @@ def _further_monitors(
             yield from _first_reported(a, list(ardupilot_events(profile, own, monitor)))
             if is_checked(a, BATTERY):
                 yield from _not_armed_with(a, profile, own, monitor)
-        elif watched:
+            continue
+        needs = f"what it feeds; {monitor}_CAPACITY is not that of the battery that flies"
+        if watched:
             yield NotEvaluated(
-                rule=FAILSAFE_BEFORE_END,
-                asked_by=f"{watched[0]} of a further battery",
-                needs=f"what it feeds; {monitor}_CAPACITY is not that of the battery that flies",
+                rule=FAILSAFE_BEFORE_END, asked_by=f"{watched[0]} of a further battery", needs=needs
             )
+        if is_checked(a, BATTERY):
+            yield from _never_armed_with(a, own, monitor)
+            if own.arm_battery_min_v > 0.0:
+                yield NotEvaluated(
+                    rule=ARMING_REFUSED,
+                    asked_by=f"{monitor}_ARM_VOLT of a further battery",
+                    needs=needs,
+                )
 
 
 def _of_monitor(

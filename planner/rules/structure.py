@@ -57,6 +57,8 @@ _AVOIDS_FENCES = 3
 """Default of AVOID_ENABLE; bit 0: fences."""
 _ALTITUDE_REACHED_M = 0.05
 """``ModeAuto::loiter_to_alt_run``. [m]"""
+_HELD_WITHIN_M = 0.3
+"""So far off a vehicle may be that is level there: it has to climb or descend to be within the other. [m]"""
 _AVOIDS_FLOOR = (4, 6)
 """The version from which no vehicle descends into the margin of FENCE_ALT_MIN, as far as is known."""
 _TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
@@ -188,11 +190,19 @@ def _never_at_height(a: Assessment, parameters: ArduPilotParameters) -> Iterator
         if a.mission.items[stage.item - 1].command != Command.NAV_LOITER_TO_ALT:
             continue
         datum_m = float(homes.home_datum_m[homes.home_of(np.array([number]))][0])
-        height_m, climbs = stage.height_m - datum_m, stage.height_m > begun_m
-        if climbs and schedule.limits[number] and height_m > highest_m + _ALTITUDE_REACHED_M:
+        height_m, up_m = stage.height_m - datum_m, stage.height_m - begun_m
+        if (
+            up_m > -_HELD_WITHIN_M
+            and schedule.limits[number]
+            and height_m > highest_m + _ALTITUDE_REACHED_M
+        ):
             does, limit_m, name = "climbs no higher", highest_m, "FENCE_ALT_MAX less"
             fix = "loiter lower, or raise FENCE_ALT_MAX"
-        elif not climbs and schedule.floor[number] and height_m < lowest_m - _ALTITUDE_REACHED_M:
+        elif (
+            up_m < _HELD_WITHIN_M
+            and schedule.floor[number]
+            and height_m < lowest_m - _ALTITUDE_REACHED_M
+        ):
             does, limit_m, name = "descends no lower", lowest_m, "FENCE_ALT_MIN and"
             fix = "loiter higher, or lower FENCE_ALT_MIN"
         else:

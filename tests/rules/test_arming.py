@@ -287,6 +287,12 @@ def moved_home(up_m: float) -> MissionItem:
         (f"{FLOOR}FENCE_ENABLE,1\n", (), 12.0, False),
         (f"{FLOOR}FENCE_ENABLE,1\n", (), 11.9, True),
         (f"{FLOOR}FENCE_ENABLE,1\n", (SWITCH[2.0],), 11.9, False),
+        # level there it is off by some decimetres, and has to climb or descend
+        (f"{CEILING}FENCE_ENABLE,1\n", (waypoint(50, 39.0),), 39.0, True),
+        (f"{CEILING}FENCE_ENABLE,1\n", (waypoint(50, 39.2),), 39.0, True),
+        (f"{CEILING}FENCE_ENABLE,1\n", (waypoint(50, 39.6),), 39.0, False),
+        (f"{FLOOR}FENCE_ENABLE,1\n", (waypoint(50, 11.0),), 11.0, True),
+        (f"{FLOOR}FENCE_ENABLE,1\n", (waypoint(50, 10.5),), 11.0, False),
         (f"{FLOOR}FENCE_ENABLE,0\n", (), 11.9, False),
         (f"{FLOOR}FENCE_ENABLE,1\nAVOID_ENABLE,2\n", (), 11.9, False),
     ],
@@ -493,3 +499,19 @@ def test_a_parachute_that_the_mission_switches_on_is_released_too(
     flown = mission(takeoff(100), *switch, waypoint(100, 100), rtl())
     reported = found(flown, ARDUPILOT, f"CHUTE_ENABLED,{enabled}\nCHUTE_CRT_SINK,1\n")
     assert ("M132" in {one.code for one in reported}) is releases
+
+
+@pytest.mark.parametrize(
+    ("second", "codes"),
+    [
+        ("BATT2_ARM_VOLT,26\n", {"X904"}),
+        ("BATT2_ARM_MAH,99999\n", {"E114"}),
+        ("BATT2_ARM_MAH,1000\n", set()),
+        ("BATT2_ARM_VOLT,26\nARMING_CHECK,0\n", set()),
+        ("BATT2_LOW_VOLT,20\n", set()),
+    ],
+)
+def test_a_further_monitor_may_keep_the_vehicle_from_arming(second: str, codes: set[str]) -> None:
+    """``AP_BattMonitor::arming_checks`` asks each: of 1.3 Ah, it is on another battery."""
+    reported = found(PLAIN, ARDUPILOT, f"BATT2_MONITOR,4\nBATT2_CAPACITY,1300\n{second}")
+    assert {one.code for one in reported if one.severity is Severity.ERROR} == codes
