@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -11,9 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
 
+from planner.flight.motion.kinematics import PolynomialLaw
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.flight.motion.kinematics import Motion
 
 PX4 = Px4Parameters()
 
@@ -52,19 +58,46 @@ def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return tuple(stages)
 
 
+def jumps_m(motion: Motion) -> FloatArray:
+    """Return how far apart each piece ends and the next begins, on each axis. (3, n)"""
+    piece = np.arange(len(motion.piece_duration_s))
+    begin = motion.state_at(piece, np.zeros(len(piece))).place_m
+    end = motion.state_at(piece, motion.piece_duration_s).place_m
+    return np.abs(begin[1:] - end[:-1]).T
+
+
+@pytest.mark.parametrize(("north_m", "speed_m_s", "yaw_mode"), [(25.0, None, 0), (30.0, 9.0, 4)])
+def test_a_steep_leg_to_a_corner_is_braked_on_from_where_it_joins_its_second_law(
+    north_m: float, speed_m_s: float | None, yaw_mode: int
+) -> None:
+    """Joined while trailing the law of the other axis, it is met above what it allows: 0.21 m off."""
+    leg = replace(go(0.0, north_m, 16.0), speed_m_s=speed_m_s)
+    stages = (takeoff(1.0), leg, stage(StageKind.LAND, 0.0, north_m, 0.0))
+    motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode))
+    # A micrometre: what counts as no way at all.
+    assert jumps_m(motion).max() < 1e-6
+
+
+def test_what_is_said_to_be_a_cubic_of_time_is_one() -> None:
+    """The path over ground and trajectories of fleets look at its ends alone."""
+    stages = (takeoff(20.0), go(80.0, 0.0), go(80.0, 60.0, hold=5.0))
+    motion = fly_px4((*stages, stage(StageKind.RETURN, height_m=0.0)), PX4, drag_per_s=0.3)
+    are = np.array([isinstance(law, PolynomialLaw) for law in motion.laws])[motion.piece_law]
+    assert 0 < are.sum() < len(are)
+    piece, duration_s = np.flatnonzero(are), motion.piece_duration_s[are]
+    ends = motion.control_m(piece, np.zeros(len(piece)), duration_s)
+    middle = np.einsum("k,nkx->nx", np.array([1.0, 3.0, 3.0, 1.0]) / 8.0, ends)
+    assert motion.state_at(piece, 0.5 * duration_s).place_m == pytest.approx(middle, abs=1e-9)
+
+
 @settings(deadline=None, max_examples=40)
 @given(missions(), st.sampled_from([0, 4]), st.floats(0.0, 0.5))
 def test_pieces_follow_each_other_without_a_jump(
     stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
 ) -> None:
     motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode), noise_m=noise_m)
-    piece = np.arange(len(motion.piece_duration_s))
-    begin = motion.state_at(piece, np.zeros(len(piece)))
-    end = motion.state_at(piece, motion.piece_duration_s)
-    for axis in ("east_m", "north_m", "height_m"):
-        jump = np.abs(getattr(begin, axis)[1:] - getattr(end, axis)[:-1])
-        # Centimetres: what the solver leaves of a leg of any length.
-        assert jump.max(initial=0.0) < 0.03, axis
+    # Centimetres: what the solver leaves of a leg of any length.
+    assert jumps_m(motion).max(initial=0.0) < 0.03
     assert (motion.piece_duration_s > 0.0).all()
     assert (np.diff(motion.piece_segment) >= 0).all()
 

@@ -125,9 +125,11 @@ _NO_SETTLINGS = Settlings(
 )
 
 
-class Px4Law(PolynomialLaw, eq=False):
+class Px4Law(Columns, eq=False):
     """A cubic of time on each axis, and what braking or settling adds to it."""
 
+    coefficients: FloatArray
+    """Rising powers of time for east, north, height above home. (rows, 3, 4) [m, m s⁻¹, …]"""
     kind: IntArray
     """What is added. (rows,)"""
     brakes: Brakes
@@ -163,7 +165,7 @@ class Px4Law(PolynomialLaw, eq=False):
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
-        state = super().state_at(row, time_s)
+        state = PolynomialLaw(coefficients=self.coefficients).state_at(row, time_s)
         places = state.east_m, state.north_m, state.height_m
         velocities = state.east_m_s, state.north_m_s, state.climb_m_s
         for are, added in self._additions():
@@ -189,6 +191,16 @@ class Px4Law(PolynomialLaw, eq=False):
                 if axis < axes:
                     velocity[axis][:, rows] += velocity_m_s
         return velocity
+
+    def parted(self) -> tuple[tuple[PolynomialLaw, Px4Law], IntArray, IntArray]:
+        """Return the rows that are nothing but cubics, and the others; which of both, and where each is.
+
+        The ends of a cubic say what lies between them; of the others that has to be looked at.
+        """
+        is_cubic = self.kind == _CUBIC
+        row = np.where(is_cubic, np.cumsum(is_cubic), np.cumsum(~is_cubic)) - 1
+        cubics = PolynomialLaw(coefficients=self.coefficients[is_cubic])
+        return (cubics, self.select(~is_cubic)), np.asarray(~is_cubic, dtype=np.intp), row
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own: seconds of it per second of flight. (rows,)"""

@@ -228,12 +228,13 @@ class Px4Pilot(Value):
         landings = int(legs.planned.is_landing.sum())
         aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
         wandered_m = time_scale.wandered_m(aloft_s, ordered.segment_distance_m)
+        laws, law, row = ordered.law.parted()
         motion = Motion(
             segments=_segments(ordered, legs, self.drag_per_s),
-            laws=(ordered.law,),
+            laws=laws,
             piece_segment=ordered.segment,
-            piece_law=np.zeros_like(ordered.segment),
-            piece_row=np.arange(len(ordered.segment)),
+            piece_law=law,
+            piece_row=row,
             piece_offset_s=ordered.offset_s,
             piece_duration_s=ordered.duration_s,
             arrival_segment=done,
