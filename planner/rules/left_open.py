@@ -6,19 +6,22 @@ A mission's: where it takes off, how long another maker's drone waits; a battery
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
+from planner.flight.prediction import HOVER_HEIGHT_M
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
-from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PX4, judges
+from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PX4, NotEvaluated, judges
 from planner.units import wh_from_j
 from planner.vehicle.pack import LIPO_CELL_V, chemistry_of
 
@@ -150,25 +153,69 @@ _REQUIRED = 2
 
 
 @judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
-def _target_searched(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    """Report landings that search for a target: ``PrecLand::run_state_search``, no longer than so often."""
+def _target_searched(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding | NotEvaluated]:
+    """Report landings that search for a target: ``PrecLand::run_state_search``, no longer than so often.
+
+    ``switch_to_state_search`` climbs to PLD_SRCH_ALT; where the time is up the vehicle lands from there.
+    """
     items = [one.item for one in a.route.stages if _searches(a, one.item)]
     by_return = parameters.return_precision_landing == _REQUIRED
     if not items and not by_return:
         return
     search_s = parameters.target_searches * parameters.target_search_s
-    needed_wh = wh_from_j(a.flight.hover_near_home_w * search_s)
+    from_m = [
+        before.height_m for before, stage in pairwise(a.route.stages) if _searches(a, stage.item)
+    ]
+    from_m += [parameters.return_descend_altitude_m] * by_return
+    lowest_m, climb_m_s = min(from_m, default=0.0), parameters.climb_speed_m_s
+    up_m = min(parameters.target_search_height_m - lowest_m, climb_m_s * search_s)
+    up_m = max(up_m, 0.0)
+    hover_w = a.flight.hover_near_home_w
+    longer_s = search_s + up_m / parameters.descent_speed_m_s
+    more_w = max(_climb_w(a, climb_m_s) - hover_w, 0.0)
+    needed_wh = wh_from_j(hover_w * longer_s + more_w * up_m / climb_m_s)
     short_wh = needed_wh - _left_wh(a)
     asked = "RTL_PLD_MD 2" if by_return else "NAV_LAND with a precision landing that is required"
+    climbs = f"climbs by {quantity.height(up_m)} and " if up_m > 0.0 else ""
     yield a.finding(
         SETTING_NOT_FOLLOWED,
-        f"{asked}: where it sees no target it hovers to search for it, up to {quantity.duration(search_s)}"
+        f"{asked}: where it sees no target it {climbs}searches for it, up to {quantity.duration(longer_s)}"
         + f" and {quantity.energy(needed_wh)}" * math.isfinite(needed_wh)
         + " that are not predicted"
         + f"; {quantity.energy(short_wh)} short of the reserve" * (short_wh > 0.0),
         item=items[0] if items else None,
         severity=Severity.ERROR if short_wh > 0.0 else None,
     )
+    if up_m > 0.0:
+        yield from _searched_too_high(a, max(from_m, default=0.0), lowest_m + up_m)
+
+
+def _climb_w(a: Assessment, climb_m_s: float) -> float:
+    """Return the power of a climb low over home. [W]"""
+    place_m = np.array([[0.0], [0.0], [HOVER_HEIGHT_M]])
+    zero = np.zeros(1)
+    state = KinematicState.of(place_m, (zero, zero, np.array([climb_m_s])))
+    climbing = np.array([STATE_INDEX[FlightState.CLIMB]])
+    return float(a.flight.power.power_w(state, climbing, zero)[0])
+
+
+def _searched_too_high(a: Assessment, from_m: float, top_m: float) -> Iterator[NotEvaluated]:
+    """Yield the limits of height that a search for a target climbs beyond."""
+    from planner.rules.fence import FENCE_HEIGHT
+    from planner.rules.fence_settings import limits_in_use
+    from planner.rules.site import TOO_HIGH_FOR_SITE
+
+    profile = a.setup.profile
+    for rule, limit_m in (
+        (FENCE_HEIGHT, limits_in_use(a.route, a.own_parameters).ceiling_m),
+        (TOO_HIGH_FOR_SITE, None if profile is None else profile.max_height_above_home_m),
+    ):
+        if limit_m is not None and from_m <= limit_m < top_m:
+            yield NotEvaluated(
+                rule=rule,
+                asked_by=f"PLD_SRCH_ALT, {quantity.height(top_m)} above home",
+                needs=f"one below {quantity.height(limit_m)}",
+            )
 
 
 def _searches(a: Assessment, item: int) -> bool:

@@ -9,6 +9,7 @@ import pytest
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PX4, found
 
+from planner import quantity
 from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.values import replace
@@ -132,6 +133,32 @@ def test_a_landing_that_searches_for_its_target_is_told(
         vehicle=load_vehicle("px4-quad-2kg"),
     )
     assert [one.severity for one in flown if one.code == "T110"] == severities
+
+
+@pytest.mark.parametrize(
+    ("search_m", "ceiling_m", "more_s", "is_open"),
+    [
+        (10.0, 120.0, 30.0, False),  # where RTL_DESCEND_ALT is already
+        (40.0, 120.0, 50.0, False),  # 30 m down again at 1.5 m/s
+        (400.0, 120.0, 90.0, False),  # 90 m up at 3 m/s in the time of the search
+        (400.0, 99.0, 90.0, True),
+    ],
+)
+def test_a_search_for_a_target_climbs(
+    search_m: float, ceiling_m: float, more_s: float, *, is_open: bool
+) -> None:
+    """``PrecLand::switch_to_state_search``: to PLD_SRCH_ALT, and down from there."""
+    given = f"RTL_PLD_MD,2\nPLD_SRCH_ALT,{search_m}\nGF_MAX_VER_DIST,{ceiling_m}\n"
+    reported = found(
+        mission(takeoff(20), waypoint(100, 20), rtl()),
+        PX4,
+        given,
+        vehicle=load_vehicle("px4-quad-2kg"),
+    )
+    [told] = [one.message for one in reported if one.code == "T110"]
+    assert f"up to {quantity.duration(more_s)} and" in told
+    left_open = [one for one in reported if one.code == "X904" and "PLD_SRCH_ALT" in one.message]
+    assert bool(left_open) is is_open
 
 
 @pytest.mark.parametrize(

@@ -343,11 +343,12 @@ SETTING_NOT_FOLLOWED = Rule(
     why="A return that stays in the air, or leads elsewhere, takes other time and energy than "
     "predicted.",
     how="PX4's COM_DISARM_LAND is negative, or RTL_TYPE above 5; a precision landing that is required "
-    "(RTL_PLD_MD 2, a second parameter of 2 in NAV_LAND) searches PLD_MAX_SRCH times for PLD_SRCH_TOUT where "
-    "it sees no target, an error where the margin does not hold that; ArduPilot's with PLND_STRICT 1 climbs "
-    "and tries again, with 2 it stays in the air, an error.  An error where "
-    "RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps they "
-    "take (MissionBase::getNextPositionItems), and go round without end.",
+    "(RTL_PLD_MD 2, a second parameter of 2 in NAV_LAND) climbs to PLD_SRCH_ALT and searches PLD_MAX_SRCH "
+    "times for PLD_SRCH_TOUT where it sees no target, an error where the margin does not hold that, and not "
+    "checked where it climbs above a limit of height (X904); ArduPilot's with PLND_STRICT 1 climbs and tries "
+    "again, with 2 it stays in the air, an error.  An error where RTL_TYPE 1 to 4 leads along items that jump: "
+    "the returns of PX4 1.16 do not count the jumps they take (MissionBase::getNextPositionItems), and go "
+    "round without end.",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
     "yourself",
     instead="the parameters of --params",

@@ -98,6 +98,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
     return_precision_landing: int = parameter("RTL_PLD_MD", 0, NOT_NEGATIVE)
     target_search_s: float = parameter("PLD_SRCH_TOUT s", 10.0, NOT_NEGATIVE)
     target_searches: int = parameter("PLD_MAX_SRCH", 3, NOT_NEGATIVE)
+    target_search_height_m: float = parameter("PLD_SRCH_ALT m", 10.0, NOT_NEGATIVE)
 
     # time from landed to disarmed; negative: never
     disarm_delay_s: float = parameter("COM_DISARM_LAND s", 2.0)
