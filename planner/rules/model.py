@@ -676,7 +676,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     commanded = np.isin(item, [s.item for s in stages if s.speed_m_s is not None])
     returning = np.isin(item, [s.item for s in stages if s.kind is StageKind.RETURN])
     longer_s, slowest = _longer(a, given, motion, commanded & ~returning, returning)
-    circling_s = _circling_longer_s(a, given)
+    circling_s, round_by = _circling_longer_s(a, given)
     longer_s += circling_s
     legs_s, shaping = _shaped_longer_s(a, given, longer_s)
     longer_s += legs_s
@@ -712,10 +712,7 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     causes = [
         (float(np.sum(legs_s)), f"{shaping}: the vehicle takes longer from place to place"),
         (shaped_back_s, f"{shaping}: returns take longer"),
-        (
-            float(np.sum(circling_s)),
-            f"{given.origins.get('circle_rate_rad_s')}: circles take longer",
-        ),
+        (float(np.sum(circling_s)), f"{round_by}: circles take longer"),
     ]
     if slowest is not None:
         said = (
@@ -771,18 +768,27 @@ def _longer(
     return longer_s, slowest
 
 
-def _circling_longer_s(a: Assessment, given: FlightParameters) -> FloatArray:
-    """Return how much longer circles take at a stated CIRCLE_RATE, by the segment that ends each. (s,)"""
-    longer_s = np.zeros(len(a.flight.motion.segments.duration_s))
-    if _is_px4(given) or not _is_stated(given, "circle_rate_rad_s"):
-        return longer_s
+def _circling_longer_s(a: Assessment, given: FlightParameters) -> tuple[FloatArray, str]:
+    """Return how much longer ArduPilot's circles take, by the segment that ends each, and for what. (s,)"""
+    longer_s, why = np.zeros(len(a.flight.motion.segments.duration_s)), "circle_rate_rad_s"
+    if _is_px4(given):
+        return longer_s, ""
+    from planner.flight.motion.ardupilot.circle_path import CircleTask
+
     for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
-        rate_rad_s = abs(given.circle_rate_rad_s)  # 0 never ends: T101
-        if stage.kind is StageKind.CIRCLE and stage.radius_m and rate_rad_s:
-            speed_m_s = stage.speed_m_s or a.vehicle.default_speed_m_s or math.inf
-            slower_s_per_rad = max(1.0 / rate_rad_s - abs(stage.radius_m) / speed_m_s, 0.0)
-            longer_s[done] += stage.turns * 2.0 * math.pi * slower_s_per_rad
-    return longer_s
+        if stage.kind is not StageKind.CIRCLE or not stage.radius_m:
+            continue
+        size_m = abs(stage.radius_m)
+        speed_m_s = stage.speed_m_s or a.vehicle.default_speed_m_s or math.inf
+        own = CircleTask.of(
+            size_m, stage.turns, start_m=size_m, speed_m_s=speed_m_s, parameters=given, drag=0.0
+        )
+        counted_s = stage.turns * 2.0 * math.pi * size_m / speed_m_s
+        if own.duration_s > (1.0 + _OVERSHOOT) * counted_s:
+            longer_s[done] += own.duration_s - counted_s
+            if own.rate_rad_s < abs(given.circle_rate_rad_s):
+                why = "acceleration_m_s2"
+    return longer_s, str(given.origins[why])
 
 
 _SHAPING = (

@@ -285,17 +285,27 @@ def test_what_parameters_ask_of_the_vehicle_is_judged_whoever_flies(text: str, c
     assert code not in {one.code for one in checked(HOME, off).findings}
 
 
-# Two circles of 20 m at 10 m/s take 25 s; at 1 degree a second 720 s: 695 s of 130 W are 25 Wh.
+# Two circles of 20 m at 10 m/s take 25 s; at 1 degree a second 720 s: 695 s of 130 W are 25 Wh.  Half of
+# WPNAV_ACCEL, 2.5 m/s², is left for a turn (``AC_Circle::calc_velocities``): 5 m/s at 20 m, 10 m/s at 80 m.
 @pytest.mark.parametrize(
-    ("rate", "battery_wh", "severities"),
-    [("90", 60.0, []), ("1", 60.0, [Severity.WARNING]), ("1", 30.0, [Severity.ERROR])],
+    ("parameters", "radius_m", "battery_wh", "severities"),
+    [
+        ("CIRCLE_RATE,90\n", 80.0, 60.0, []),
+        ("CIRCLE_RATE,90\n", 20.0, 60.0, [Severity.WARNING]),
+        ("WPNAV_ACCEL,50\n", 80.0, 60.0, [Severity.WARNING]),
+        ("WPNAV_ACCEL,50\n", 80.0, 12.0, [Severity.ERROR]),
+        ("CIRCLE_RATE,1\n", 20.0, 60.0, [Severity.WARNING]),
+        ("CIRCLE_RATE,1\n", 20.0, 30.0, [Severity.ERROR]),
+        ("MPC_XY_CRUISE,10\n", 20.0, 60.0, []),
+    ],
 )
-def test_a_slow_circle_rate_costs_its_time(
-    rate: str, battery_wh: float, severities: list[Severity]
+def test_circles_that_the_autopilot_flies_slower_cost_their_time(
+    parameters: str, radius_m: float, battery_wh: float, severities: list[Severity]
 ) -> None:
-    one = mission(takeoff(50), item(18, north(100), 50.0, params=(2.0, 0.0, 20.0, 0.0)), rtl())
+    turns = item(18, north(100), 50.0, params=(2.0, 0.0, radius_m, 0.0))
+    one = mission(takeoff(50), turns, rtl())
     battery = Battery(capacity_wh=battery_wh)
-    reported = of("E108", found(one, STEP, f"CIRCLE_RATE,{rate}\n", battery=battery))
+    reported = of("E108", found(one, STEP, parameters, battery=battery))
     assert [r.severity for r in reported if "circles take longer" in r.message] == severities
 
 
