@@ -5,12 +5,11 @@ from __future__ import annotations
 import gc
 import os
 import signal
-import sys
 from collections import deque
 from collections.abc import Sized
 from contextlib import contextmanager
 from itertools import islice
-from threading import Thread, active_count, current_thread, main_thread
+from threading import Thread, current_thread, main_thread
 from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import WorkersError
@@ -76,7 +75,7 @@ def done_in_order(
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    context = get_context("fork" if _may_be_copied() else "spawn")
+    context = get_context("spawn")
     stop = context.Event()
     with ProcessPoolExecutor(
         workers, mp_context=context, initializer=_obey, initargs=(stop, start)
@@ -92,15 +91,6 @@ def done_in_order(
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
-
-
-def _may_be_copied() -> bool:
-    """Return whether processes may begin as copies of this one, with all that it has imported.
-
-    Where the system copies safely, and neither this process nor its matrices have further threads.
-    """
-    has_one_thread = active_count() == 1 and os.environ.get(_THREADS) == "1"
-    return sys.platform == "linux" and has_one_thread
 
 
 def _in_order(

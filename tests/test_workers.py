@@ -44,7 +44,8 @@ def test_a_worker_that_is_killed_is_told_in_a_sentence() -> None:
 
 
 _FACTORIALS = """
-import math, os, sys, time
+import math, os, signal, sys, time
+from planner.errors import WorkersError
 from planner.workers import done_in_order
 
 def work(job):
@@ -53,35 +54,35 @@ def work(job):
     return math.factorial(job)
 
 if __name__ == "__main__":
-    with done_in_order(work, [5, 3, 4], workers=2) as done:
-        print(*done)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as the command does
+    try:
+        with done_in_order(work, [5, 3, 4], workers=2) as done:
+            print(*done)
+    except WorkersError as error:
+        print(error)
 """
 
 
-def _started(folder: Path, *arguments: str, threads: str) -> subprocess.Popen[str]:
+def _started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
     script = folder / "factorials.py"
     script.write_text(_FACTORIALS, encoding="utf-8")
     return subprocess.Popen(
         [sys.executable, str(script), *arguments],
-        env={**os.environ, "OPENBLAS_NUM_THREADS": threads},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
 
 
-# By one thread the workers are copies of the process, by more they begin anew.
-@pytest.mark.parametrize("threads", ["1", "2"])
-def test_workers_do_the_same_however_they_begin(tmp_path: Path, threads: str) -> None:
-    with _started(tmp_path, "0", threads=threads) as process:
+def test_workers_of_a_script_do_its_work(tmp_path: Path) -> None:
+    with _started(tmp_path, "0") as process:
         out, _ = process.communicate()
     assert (process.returncode, out) == (0, "120 6 24\n")
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for the processes there")
-@pytest.mark.parametrize("threads", ["1", "2"])
-def test_workers_end_with_who_made_them(tmp_path: Path, threads: str) -> None:
-    with _started(tmp_path, "600", threads=threads) as process:
+def test_workers_end_with_who_made_them(tmp_path: Path) -> None:
+    with _started(tmp_path, "600") as process:
         assert process.stderr is not None
         workers = {int(process.stderr.readline()) for _ in range(2)}
         process.kill()
@@ -93,6 +94,19 @@ def test_workers_end_with_who_made_them(tmp_path: Path, threads: str) -> None:
         for one in left:
             os.kill(one, signal.SIGKILL)
         assert not left
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no process is killed that way")
+def test_who_made_workers_ends_with_one_that_is_killed(tmp_path: Path) -> None:
+    with _started(tmp_path, "600") as process:
+        assert process.stderr is not None
+        first, _ = (int(process.stderr.readline()) for _ in range(2))
+        os.kill(first, signal.SIGKILL)
+        try:
+            out, _ = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert "a process of this call was killed" in out
 
 
 def _runs(process: int) -> bool:
