@@ -10,6 +10,7 @@ import numpy as np
 
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
+from planner.units import wh_from_j
 from planner.values import Value
 from planner.vehicle.pack import ASSUMED_CHEMISTRY, LIPO_CELL_V, is_of_another_kind, rest_curve
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -84,6 +85,8 @@ class BatteryProfile(Value, eq=False):
     """That the drop under load comes of; 0 where it is not known. [Ω]"""
     is_curve_assumed: bool
     """Whether the voltages are those of a kind of cell, not of this battery."""
+    later_s: FloatArray
+    """How much later than predicted the vehicle is there. (s + 1,) [s]"""
     times: float = 1.0
     """What the flight takes over what is predicted. [-]"""
 
@@ -96,11 +99,12 @@ def battery_profile(
     charge: float,
     times: float = 1.0,
     less: float = 0.0,
+    later_s: FloatArray | None = None,
 ) -> BatteryProfile:
     """Return the battery along a flight: by its curve where that is known, else by its energy.
 
     Predicted from a charge; ``times`` is what the flight takes over what is predicted, from so much ``less``.
-    [-]
+    [-]  What segments take longer, ``later_s``, takes the power of a hover. (s,) [s]
     """
     rest_v = loaded_v = None
     resistance_ohm = 0.0
@@ -108,7 +112,11 @@ def battery_profile(
         predicted = charge - returns.used_wh / battery.energy_wh
     else:
         predicted = np.concatenate(([charge], discharge.state_of_charge))
-    fraction = charge - less - times * (charge - predicted)
+    late_s = np.zeros(len(predicted))
+    if later_s is not None and later_s.any():
+        late_s[1:] = np.cumsum(later_s)
+    late_wh = wh_from_j(returns.flight.hover_near_home_w * late_s)
+    fraction = charge - less - times * (charge - predicted + late_wh / battery.energy_wh)
     curve = rest_curve(battery)
     if curve is not None:
         rest_v = np.interp(fraction, curve.state_of_charge, curve.voltage_v)
@@ -126,6 +134,7 @@ def battery_profile(
         loaded_v=loaded_v,
         resistance_ohm=resistance_ohm,
         is_curve_assumed=curve is not None and curve.is_assumed,
+        later_s=late_s,
         times=times,
     )
 
@@ -145,7 +154,8 @@ def px4_events(
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
     if parameters.flight_time_max_s > 0.0:
-        found = _first_below(-longer * profile.time_s, -parameters.flight_time_max_s)
+        flown_s = longer * (profile.time_s + profile.later_s)
+        found = _first_below(-flown_s, -parameters.flight_time_max_s)
         if found is not None:
             limit = quantity.duration(parameters.flight_time_max_s)
             reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"

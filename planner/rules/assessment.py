@@ -13,6 +13,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     import numpy as np
 
+    from planner.arrays import FloatArray
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
@@ -85,7 +86,16 @@ class Assessment(Value, eq=False, dict=True):
             return None
         from planner.flight.failsafe import battery_profile
 
-        return battery_profile(self.returns, self.pack, self.discharge, charge=self.charge)
+        return battery_profile(
+            self.returns, self.pack, self.discharge, charge=self.charge, later_s=self.later_s
+        )
+
+    @cached_property
+    def later_s(self) -> FloatArray:
+        """How much longer each segment takes by the vehicle's own parameters (E108). (s,) [s]"""
+        from planner.rules.model import later_s
+
+        return later_s(self)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

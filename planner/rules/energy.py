@@ -12,7 +12,7 @@ from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
-from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 from planner.vehicle.model import Basis
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage, lowest_voltage_v
 from planner.vehicle.reader import load_chemistry
@@ -563,12 +563,14 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way = a.return_plan
     is_assumed = budget.empty_probability is None
     landing = budget.empty_probability
-    left_wh = budget.margin_wh + budget.reserve_wh
-    if landing is None:
-        landing = _chance_empty(a, left_wh, budget)
+    late_wh = wh_from_j(a.flight.hover_near_home_w * float(a.later_s.sum()))
+    left_wh = budget.margin_wh + budget.reserve_wh - late_wh
+    if landing is None or late_wh > 0.0:
+        landing = max(landing or 0.0, _chance_empty(a, left_wh, budget))
     returning = None if way is None else way.empty_probability
-    if way is not None and way.margin_wh is not None and returning is None:
-        returning = _chance_empty(a, way.margin_wh + budget.reserve_wh, budget)
+    if way is not None and way.margin_wh is not None and (returning is None or late_wh > 0.0):
+        at_home_wh = way.margin_wh + budget.reserve_wh - late_wh
+        returning = max(returning or 0.0, _chance_empty(a, at_home_wh, budget))
     by = "" if not is_assumed else f"; an error of {quantity.percent(ASSUMED_ERROR)} assumed"
     if landing > MOST_CHANCE_EMPTY and budget.margin_wh >= 0.0:
         chance = quantity.beside(landing, MOST_CHANCE_EMPTY, quantity.chance)

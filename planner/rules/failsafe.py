@@ -420,7 +420,7 @@ def _worse_flights(
         off = max(math.hypot(of_flight, of_charge), _NO_DEVIATION)
         times, less = 1.0 + of_flight**2 / off / taken, of_charge**2 / off
         hungry = battery_profile(
-            a.returns, pack, a.discharge, charge=a.charge, times=times, less=less
+            a.returns, pack, a.discharge, charge=a.charge, times=times, less=less, later_s=a.later_s
         )
         begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
         yield hungry, 1.0, f"takes {quantity.percent(times - 1.0)} more than predicted{begun}"
@@ -460,6 +460,7 @@ def _first_on_return(
     returning = replace(
         profile,
         time_s=np.arange(3.0),
+        later_s=np.zeros(3),
         fraction=at_return(profile.fraction),
         used_ah=None if used_ah is None else at_return(used_ah),
         rest_v=None,

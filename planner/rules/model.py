@@ -665,6 +665,19 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
         )
 
 
+def later_s(a: Assessment) -> FloatArray:
+    """Return how much longer the vehicle takes than its model of reference steps, by segment. (s,) [s]"""
+    given, motion, stages = a.own_parameters, a.flight.motion, a.route.stages
+    item = motion.segments.item
+    if a.autopilot is not Autopilot.STEP or given is None:
+        return np.zeros(len(item))
+    commanded = np.isin(item, [s.item for s in stages if s.speed_m_s is not None])
+    returning = np.isin(item, [s.item for s in stages if s.kind is StageKind.RETURN])
+    longer_s, _ = _longer(a, given, motion, commanded & ~returning, returning)
+    longer_s += _circling_longer_s(a, given)[0]
+    return longer_s + _shaped_longer_s(a, given, longer_s)[0]
+
+
 @judges(CONDITION_NOT_MODELLED)
 def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     """Count what the vehicle's own slower speeds take: a step-response model flies the model's."""

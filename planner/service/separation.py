@@ -72,8 +72,8 @@ SEPARATION_UNCHECKED = Rule(
     how="--separation requires it, and another mission could not be read or flies nothing, the flight "
     "never rises to --min-nav-alt, or the altitude of a home is unknown (none, or 0) where homes are "
     "more than 1 m apart: heights are then compared above home.  An error in a fleet file, and where one "
-    "waits on the ground for what its times do not count (T107), or flies a spline that a step-response "
-    "model is predicted to fly straight.",
+    "waits on the ground for what its times do not count (T107), is slower by its parameters than its "
+    "step-response model (E108), or flies a spline that such a model is predicted to fly straight.",
     fix="correct what is named, and check again",
     leaves_open=True,
 )
@@ -82,6 +82,8 @@ SEPARATION_UNCHECKED = Rule(
 _OWN_CODES = frozenset(
     rule.code for rule in (SEPARATION, DUPLICATE_SYSTEM_ID, SEPARATION_UNCHECKED)
 )
+_LATE = 0.03
+"""Of a flight's time: what the times of reference steps are off without that. [-]"""
 _SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
 
 
@@ -288,6 +290,9 @@ def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
     """Return what a flight waits for, where that is not in its times; empty: it waits for nothing else."""
     if not isinstance(result, CheckResult) or result.assessment is None:
         return ""
+    late_s = float(result.assessment.later_s.sum())
+    if late_s > _LATE * result.assessment.flight.time_s:
+        return f"flies slower than its model of reference steps, {quantity.duration(late_s)} in all (E108)"
     items, setup = result.assessment.mission.items, result.assessment.setup
     for one in (*result.findings, *result.suppressed):
         if one.code != WAIT_NOT_COUNTED.code or one.item is None:

@@ -293,10 +293,8 @@ def test_a_flight_that_takes_more_draws_more_from_less() -> None:
     a = result.assessment
     assert a is not None
     assert a.pack is not None
-    plain, more = (
-        battery_profile(a.returns, a.pack, a.discharge, charge=1.0, **other)
-        for other in ({}, {"times": 1.2, "less": 0.1})
-    )
+    plain = battery_profile(a.returns, a.pack, a.discharge, charge=1.0)
+    more = battery_profile(a.returns, a.pack, a.discharge, charge=1.0, times=1.2, less=0.1)
     assert more.fraction == pytest.approx(0.9 - 1.2 * (1.0 - plain.fraction), abs=1e-12)
     assert plain.used_ah is not None
     assert more.used_ah == pytest.approx(1.2 * plain.used_ah, abs=1e-9)
@@ -534,6 +532,7 @@ def test_px4_takes_the_drop_over_its_own_resistance_out_of_the_voltage(
         loaded_v=np.array([16.2, 14.6]),
         resistance_ohm=0.03,
         is_curve_assumed=False,
+        later_s=np.zeros(2),
     )
     pack = Battery(capacity_ah=5.0, nominal_voltage_v=14.8, cells_in_series=4)
     parameters = Px4Parameters(battery_cell_resistance_ohm=cell_ohm)

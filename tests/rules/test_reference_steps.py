@@ -16,6 +16,7 @@ from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
+from planner.service.separation import check_together
 from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -414,3 +415,50 @@ def test_a_return_alone_that_is_slower_to_speed_up_is_counted(
     found_so = of("E108", found(slow_out, STEP, "WPNAV_ACCEL,50\n", battery=battery))
     errors = [one.message for one in found_so if one.severity is Severity.ERROR]
     assert [("returns take longer" in one) for one in errors] == [True] * is_short
+
+
+KILOMETRE = mission(takeoff(30), waypoint(1000, 30), rtl())
+
+
+@pytest.mark.parametrize(
+    ("parameters", "code"),
+    [
+        # 1000 m at 2 m/s, there and back: by 400 s the model is home, the vehicle not there
+        ("MPC_XY_CRUISE,2\nCOM_FLT_TIME_MAX,400\n", "E103"),
+        # 5.2 Ah of 77 Wh: 130 W for over 1,000 s are 36 Wh, 2,440 mAh
+        ("WPNAV_SPEED,200\nBATT_CAPACITY,5200\nBATT_LOW_MAH,3400\nBATT_FS_LOW_ACT,1\n", "E103"),
+    ],
+)
+def test_failsafes_come_as_soon_as_the_vehicle_is_slow(parameters: str, code: str) -> None:
+    battery = read_battery("5.2Ah@14.8V")
+    name = parameters.partition(",")[0]
+    given = found(KILOMETRE, STEP, parameters, battery=battery)
+    fast = found(KILOMETRE, STEP, parameters.replace(f"{name},2", f"{name},10"), battery=battery)
+    assert code in {one.code for one in given if one.severity is Severity.ERROR}
+    assert code not in {one.code for one in fast if one.severity is Severity.ERROR}
+
+
+def test_what_a_slow_vehicle_takes_counts_in_the_chance_of_an_empty_battery() -> None:
+    """1000 m at 2 m/s there and back for 10 m/s: 800 s at 130 W, 29 Wh more; 1.7 is a 20th of it all."""
+    used_wh = checked(KILOMETRE, "").totals.energy_wh
+    battery = Battery(capacity_wh=used_wh + 30.5)
+    reported = found(KILOMETRE, STEP, "MPC_XY_CRUISE,2\n", battery=battery, reserve=0.0)
+    assert "E124" in {one.code for one in reported if one.severity is Severity.ERROR}
+    plain = found(KILOMETRE, STEP, "MPC_XY_CRUISE,10\n", battery=battery, reserve=0.0)
+    assert "E124" not in {one.code for one in plain}
+
+
+@pytest.mark.parametrize(("speed_m_s", "is_open"), [(2.0, True), (10.0, False)])
+def test_separation_of_a_vehicle_slower_than_its_model_is_not_checked(
+    speed_m_s: float, *, is_open: bool
+) -> None:
+    given = parameters_from_text(f"MPC_XY_CRUISE,{speed_m_s}\n".encode(), source="p.params")
+    results = [
+        check(one, vehicle_of(STEP), battery=Battery(capacity_wh=400.0), parameters=given)
+        for one in (KILOMETRE, KILOMETRE)
+    ]
+    together = check_together(results, separation_m=10.0, starts_s=(0.0, 600.0))
+    codes = {
+        one.code for result in together for one in result.findings if one.severity is Severity.ERROR
+    }
+    assert ("S104" in codes) is is_open
