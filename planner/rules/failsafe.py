@@ -364,7 +364,8 @@ FAILSAFE_AT_RISK = Rule(
     "interval), or standard deviations of 5 % of the energy, and by the charge as given: an error where it "
     "lands where it is or stops its motors there, or on the return that it begins.  A warning where the "
     "vehicle returns in more flights than --risk allows.  COM_FLT_TIME_MAX likewise in the flight that takes "
-    "longest, by the interval of its time, or standard deviations of 5 %.",
+    "longest, by the interval of its time, or standard deviations of 5 %.  And in the flight that takes all "
+    "that the model does not count of wind, air and airspeed (E105, E108).",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge, or the parameters of --params",
 )
@@ -383,9 +384,10 @@ def _failsafe_at_risk(
         (MOST_CHANCE_EMPTY, Severity.ERROR),
         (max(a.setup.risk, LEAST_RISK), Severity.WARNING),
     ):
-        for profile, longer, words in _worse_flights(
-            a, pack, parameters, NormalDist().inv_cdf(1.0 - chance)
-        ):
+        so_many = f"as {quantity.percent(chance)} of flights do"
+        worse = _worse_flights(a, pack, parameters, NormalDist().inv_cdf(1.0 - chance))
+        flights = [(*one, so_many) for one in worse]
+        for profile, longer, words, why in (*_uncounted_flight(a, pack, parameters), *flights):
             event = _first_acting(_in_time(a, _events(a, profile, pack, parameters, longer=longer)))
             if event is None:
                 continue
@@ -396,12 +398,27 @@ def _failsafe_at_risk(
                 found = _reported(a, event, severity)
                 yield a.finding(
                     FAILSAFE_AT_RISK,
-                    f"{found.message}{cut}; in a flight that {words}, as {quantity.percent(chance)} of "
-                    "flights do",
+                    f"{found.message}{cut}; in a flight that {words}, {why}",
                     severity=found.severity,
                     item=found.item,
                 )
                 return
+
+
+def _uncounted_flight(
+    a: Assessment, pack: Battery, parameters: FlightParameters
+) -> Iterator[tuple[BatteryProfile, float, str, str]]:
+    """Yield the flight that takes all that its model does not count, as `_worse_flights`, and why it may."""
+    more_wh, _ = a.uncounted.energies_wh(a.return_plan)
+    flown_wh = a.totals.energy_wh
+    if not (parameters.measures_battery and flown_wh > 0.0 and 0.0 < more_wh < math.inf):
+        return
+    more = more_wh / flown_wh
+    profile = battery_profile(
+        a.returns, pack, a.discharge, charge=a.charge, times=1.0 + more, later_s=a.later_s
+    )
+    words = f"takes {quantity.percent(more)} more than predicted"
+    yield profile, 1.0, words, "which its model does not count (E105, E108)"
 
 
 def _worse_flights(
