@@ -448,11 +448,18 @@ def test_what_a_slow_vehicle_takes_counts_in_the_chance_of_an_empty_battery() ->
     assert "E124" not in {one.code for one in plain}
 
 
-@pytest.mark.parametrize(("speed_m_s", "is_open"), [(2.0, True), (10.0, False)])
+@pytest.mark.parametrize(
+    ("parameters", "is_open"),
+    [
+        ("MPC_XY_CRUISE,2\n", True),
+        ("MPC_XY_CRUISE,10\n", False),
+        ("WPNAV_SPEED,1000\nLAND_SPEED,30\n", False),  # over its own place, and the last of it
+    ],
+)
 def test_separation_of_a_vehicle_slower_than_its_model_is_not_checked(
-    speed_m_s: float, *, is_open: bool
+    parameters: str, *, is_open: bool
 ) -> None:
-    given = parameters_from_text(f"MPC_XY_CRUISE,{speed_m_s}\n".encode(), source="p.params")
+    given = parameters_from_text(parameters.encode(), source="p.params")
     results = [
         check(one, vehicle_of(STEP), battery=Battery(capacity_wh=400.0), parameters=given)
         for one in (KILOMETRE, KILOMETRE)
