@@ -18,7 +18,7 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.flight.motion.batches import batches_of
 from planner.flight.motion.followed_ground import ClimbLimits, follow_ground
-from planner.flight.motion.steps import StepLegs, fly_step_references
+from planner.flight.motion.steps import StepLegs, StepSpeeds, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
@@ -310,15 +310,36 @@ def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
 
-    calm, speed_m_s = Wind(), vehicle.default_speed_m_s or math.inf
-    if parameters.origins["cruise_speed_m_s"].is_file:
-        speed_m_s = min(speed_m_s, parameters.cruise_speed_m_s)
+    calm, speed_m_s = Wind(), step_speeds_m_s(vehicle, parameters).own_m_s
     own = replace(parameters, cruise_speed_m_s=speed_m_s)
     if isinstance(own, Px4Parameters):
         from planner.flight.motion.px4.pilot import Px4Pilot
 
         return Px4Pilot(parameters=own, wind=calm)
     return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None)
+
+
+def step_speeds_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> StepSpeeds:
+    """Return the level speeds of a vehicle of reference steps: its model's, or slower ones that are stated.
+
+    Of what limits a speed the most special that is stated; MPC_XY_VEL_MAX limits PX4's commanded ones too.
+    """
+    own_m_s = vehicle.default_speed_m_s or math.inf  # a model of steps has one
+
+    def stated_m_s(*names: str) -> float:
+        for name in names:
+            origin = None if parameters is None else parameters.origins.get(name)
+            if origin is not None and origin.is_file:
+                return float(getattr(parameters, name))
+        return math.inf
+
+    return StepSpeeds(
+        own_m_s=min(own_m_s, stated_m_s("cruise_speed_m_s", "speed_max_m_s")),
+        returning_m_s=min(
+            own_m_s, stated_m_s("return_speed_m_s", "cruise_speed_m_s", "speed_max_m_s")
+        ),
+        commanded_m_s=stated_m_s("speed_max_m_s"),
+    )
 
 
 RATED_WIND = 0.7
@@ -403,13 +424,13 @@ class StepPilot(Value):
         """Return the motion along a route and its power transients."""
         legs = StepLegs.of(
             route.stages,
-            default_speed_m_s=self._speed_m_s,
+            speeds=self._speeds,
             over_home=self._over_home(route),
             set_down_s=getattr(self.parameters, "place_delay_s", 0.0),
         )
         motion, transients = self._along(legs)
         limits = ClimbLimits(
-            cruise_m_s=self._speed_m_s,
+            cruise_m_s=self._speeds.own_m_s,
             climb_m_s=getattr(self.parameters, "climb_speed_m_s", _CLIMBS_M_S),
             descent_m_s=getattr(self.parameters, "descent_speed_m_s", _DESCENDS_M_S),
         )
@@ -431,7 +452,7 @@ class StepPilot(Value):
             wait_s = 0.0 if self.parameters is None else _return_wait_s(self.parameters)
             over_home = self.return_heights_m(points_m, targets), wait_s
         legs = StepLegs.home_from(
-            points_m, targets.ground_m, speed_m_s=self._speed_m_s, over_home=over_home
+            points_m, targets.ground_m, speed_m_s=self._speeds.returning_m_s, over_home=over_home
         )
         return self._along(legs)
 
@@ -478,7 +499,8 @@ class StepPilot(Value):
         if (ramps := self.vehicle.ramps) is not None:
             return self.farthest_stop_m(speed_m_s), speed_m_s / ramps.braking_m_s2
         residence_s = _residence_s(self.vehicle)
-        fraction = np.minimum(speed_m_s / self._speed_m_s, 1.0)
+        full_m_s = self.vehicle.default_speed_m_s or math.inf
+        fraction = np.minimum(speed_m_s / full_m_s, 1.0)
         return speed_m_s * residence_s, 2.0 * residence_s * fraction
 
     def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
@@ -489,9 +511,8 @@ class StepPilot(Value):
         return _farthest_step_stop_m(self.vehicle, speed_m_s)
 
     @property
-    def _speed_m_s(self) -> float:
-        # A model of step references has one: __post_init__ of the model sees to it.
-        return self.vehicle.default_speed_m_s or 0.0
+    def _speeds(self) -> StepSpeeds:
+        return step_speeds_m_s(self.vehicle, self.parameters)
 
 
 class ArduPilotPilot(Value):

@@ -14,7 +14,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED, make_own_pilot
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
 from planner.quantity import mean_of, sd_of
@@ -680,15 +680,14 @@ def later_s(a: Assessment) -> FloatArray:
 
 @judges(CONDITION_NOT_MODELLED)
 def _slower_parameters(a: Assessment) -> Iterator[Finding]:
-    """Count what the vehicle's own slower speeds take: a step-response model flies the model's."""
+    """Count what its own slower climbs, landings, accelerations and circles take a step-response model."""
     given, sample = a.own_parameters, a.returns.sample
     if a.autopilot is not Autopilot.STEP or given is None:
         return
-    motion, stages = a.flight.motion, a.route.stages
-    item = motion.segments.item
-    commanded = np.isin(item, [s.item for s in stages if s.speed_m_s is not None])
-    returning = np.isin(item, [s.item for s in stages if s.kind is StageKind.RETURN])
-    longer_s, slowest = _longer(a, given, motion, commanded & ~returning, returning)
+    motion = a.flight.motion
+    homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
+    returning = np.isin(motion.segments.item, homeward)
+    longer_s, slowest = _longer(a, given, motion, returning)
     circling_s, round_by = _circling_longer_s(a, given)
     longer_s += circling_s
     legs_s, shaping = _shaped_longer_s(a, given, longer_s)
@@ -704,11 +703,10 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     if sample is not None and a.battery is not None:
         back, points = sample.flight.motion.segments, sample.points
         always = np.ones(len(back.item), np.bool_)
-        back_s, slowest_back = _longer(a, given, sample.flight.motion, ~always, always)
+        back_s, slowest_back = _longer(a, given, sample.flight.motion, always)
         home_s = np.asarray(np.bincount(back.item, back_s, len(points.segment)), np.float64)
-        if shaping:
-            ways_s = _way_longer_s(given, back, len(points.segment))
-            home_s = home_s + ways_s
+        ways_s = _way_longer_s(given, back, len(points.segment))
+        home_s = home_s + ways_s
         before_s = np.concatenate(([0.0], np.cumsum(longer_s)))[points.segment]
         added_wh = wh_from_j(hover_w * np.asarray(before_s + home_s, np.float64))
         above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh
@@ -754,16 +752,12 @@ class _Slower(Value, kw_only=False):
 
 
 def _longer(
-    a: Assessment,
-    given: FlightParameters,
-    motion: Motion,
-    commanded: BoolArray,
-    returning: BoolArray,
+    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
 ) -> tuple[FloatArray, _Slower | None]:
     """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most."""
     longer_s = np.zeros(len(motion.segments.duration_s))
     slowest: _Slower | None = None
-    limits = _speed_limits(a, given, motion, commanded, returning)
+    limits = _speed_limits(a, given, motion, returning)
     for name, limit_m_s, way_m, spent_s in limits:
         flown_m_s = way_m / np.maximum(spent_s, 1e-9)
         is_slower = limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s
@@ -814,22 +808,25 @@ _SHAPING = (
     "yaw_mode",
 )
 """What shapes the way from place to place beside speeds."""
-_STRAIGHT = frozenset({StageKind.GO, StageKind.LOITER, StageKind.CHANGE_HEIGHT, StageKind.SET_DOWN})
+_BY_MODEL = RETURN_STAGES | {StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE}
+"""What is counted apart, or as the model has it."""
 
 
 def _shaped_longer_s(
     a: Assessment, given: FlightParameters, longer_s: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Return how much longer accelerations, jerk and turns that are stated take, and which are.
+    """Return how much longer the ways of its own autopilot take, and what of its file shapes them.
 
     By the segment that ends each stage, beyond what is counted already: how much later than the model it is
     there as the autopilot flies, at most so far.  (s,) [s]
     """
     motion, more_s = a.flight.motion, np.zeros(len(longer_s))
     stated = [str(given.origins[name]) for name in _SHAPING if _is_stated(given, name)]
-    counts = np.array([stage.kind in _STRAIGHT for stage in a.route.stages])
-    if not stated or not counts.any():
-        return more_s, ""
+    source = "" if a.setup.parameters is None else a.setup.parameters.source
+    shaping = " and ".join(stated[:2]) or f"{source}, as its autopilot flies"
+    counts = np.array([stage.kind not in _BY_MODEL for stage in a.route.stages])
+    if not counts.any():
+        return more_s, shaping
     own, _ = make_own_pilot(a.vehicle, given).fly(a.route)
     counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
     flown_s = _stage_sums_s(own, own.segments.duration_s)
@@ -838,7 +835,7 @@ def _shaped_longer_s(
     if late_s.max() > _OVERSHOOT * (counted_s - held_s)[counts].sum():
         latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
         np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
-    return more_s, " and ".join(stated[:2])
+    return more_s, shaping
 
 
 def _stage_sums_s(motion: Motion, duration_s: FloatArray) -> FloatArray:
@@ -878,20 +875,8 @@ def _is_stated(given: FlightParameters, name: str) -> bool:
     return origin is not None and origin.is_file
 
 
-def _level_limit(given: FlightParameters, *, returning: bool) -> str:
-    """Return what limits a level speed that nothing commands: the most special that is stated."""
-    special = () if _is_px4(given) or not returning else ("return_speed_m_s",)
-    general = ("speed_max_m_s",) if _is_px4(given) else ()
-    names = (*special, "cruise_speed_m_s", *general)
-    return next((name for name in names if _is_stated(given, name)), "cruise_speed_m_s")
-
-
 def _speed_limits(
-    a: Assessment,
-    given: FlightParameters,
-    motion: Motion,
-    commanded: BoolArray,
-    returning: BoolArray,
+    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
 ) -> Iterator[tuple[str, FloatArray | float, FloatArray, FloatArray]]:
     """Yield what limits a speed, to what, the way it limits in each segment and the time spent on it.
 
@@ -899,19 +884,7 @@ def _speed_limits(
     step it was identified on.
     """
     columns = motion.segments
-    own = ~commanded & ~returning
-    level_m, level_s = columns.distance_m, columns.duration_s
-    levels = [
-        (_level_limit(given, returning=False), own),
-        (_level_limit(given, returning=True), returning),
-    ]
-    slow_up = "climb_speed_m_s"
-    if _is_px4(given):
-        levels.append(("speed_max_m_s", commanded))
-        slow_up = "takeoff_speed_m_s"
-    for name, counts in levels:
-        if _is_stated(given, name):
-            yield name, float(getattr(given, name)), np.where(counts, level_m, 0.0), level_s
+    slow_up = "takeoff_speed_m_s" if _is_px4(given) else "climb_speed_m_s"
     altitude = a.vehicle.responses.altitude
     longest_m = math.inf if altitude is None else altitude.identified_step_m + _HEIGHT_SLACK_M
     unknown = returning & (np.abs(columns.climb_m) > longest_m)

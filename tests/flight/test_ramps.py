@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.ramps import fly_ramps
-from planner.flight.motion.steps import StepLegs
+from planner.flight.motion.steps import StepLegs, StepSpeeds
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.model import Ramps
@@ -43,7 +43,7 @@ OUT_AND_DOWN = (
 
 
 def test_every_segment_takes_what_hand_calculation_gives() -> None:
-    motion = fly_ramps(StepLegs.of(OUT_AND_DOWN, default_speed_m_s=8.0), RAMPS)
+    motion = fly_ramps(StepLegs.of(OUT_AND_DOWN, speeds=StepSpeeds(8.0, 8.0)), RAMPS)
     told = [
         (STATES[state].value, round(duration, 6))
         for state, duration in zip(
@@ -79,7 +79,7 @@ def test_every_segment_takes_what_hand_calculation_gives() -> None:
 
 
 def test_position_and_velocity_do_not_jump() -> None:
-    motion = fly_ramps(StepLegs.of(OUT_AND_DOWN, default_speed_m_s=8.0), RAMPS)
+    motion = fly_ramps(StepLegs.of(OUT_AND_DOWN, speeds=StepSpeeds(8.0, 8.0)), RAMPS)
     ends = motion.piece_start_s()[1:]
     before, after = motion.state_at_time(ends - 1e-9), motion.state_at_time(ends + 1e-9)
     np.testing.assert_allclose(before.north_m, after.north_m, atol=1e-6)
@@ -104,7 +104,7 @@ def test_legs_arrive_where_they_are_sent(
         _stage(StageKind.GO, north_m, height_m, speed_m_s=speed_m_s),
         _stage(StageKind.LAND, north_m, 0.0),
     )
-    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=8.0), ramps)
+    motion = fly_ramps(StepLegs.of(stages, speeds=StepSpeeds(8.0, 8.0)), ramps)
     end = motion.state_at_time(motion.segments.end_s[-1:])
     assert end.north_m[0] == pytest.approx(north_m)
     assert end.height_m[0] == pytest.approx(0.0, abs=1e-9)
@@ -118,5 +118,5 @@ def test_circles_are_flown_at_the_commanded_speed() -> None:
         _stage(StageKind.TAKEOFF, 0.0, 30.0),
         _stage(StageKind.CIRCLE, 100.0, 30.0, speed_m_s=5.0, turns=2.0, radius_m=10.0),
     )
-    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=8.0), RAMPS)
+    motion = fly_ramps(StepLegs.of(stages, speeds=StepSpeeds(8.0, 8.0)), RAMPS)
     assert motion.segments.duration_s[-1] == pytest.approx(2.0 * 2.0 * np.pi * 10.0 / 5.0)

@@ -7,7 +7,7 @@ import pytest
 
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState, KinematicState
 from planner.flight.motion.ramps import fly_ramps
-from planner.flight.motion.steps import StepLegs
+from planner.flight.motion.steps import StepLegs, StepSpeeds
 from planner.flight.power import NO_TRANSIENTS, SteadyPower
 from planner.flight.prediction import make_flight
 from planner.mission.route.stage import Stage, StageKind
@@ -219,7 +219,7 @@ def test_a_predicted_leg_takes_the_power_of_its_acceleration() -> None:
         Stage(kind=StageKind.TAKEOFF, item=1, east_m=0.0, north_m=0.0, height_m=30.0),
         Stage(kind=StageKind.GO, item=2, east_m=200.0, north_m=0.0, height_m=30.0, speed_m_s=8.0),
     )
-    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=8.0), ramps)
+    motion = fly_ramps(StepLegs.of(stages, speeds=StepSpeeds(8.0, 8.0)), ramps)
     power = SteadyPower(
         vehicle=vehicle,
         mass_kg=vehicle.mass_kg,
@@ -261,7 +261,7 @@ def test_the_rounding_of_a_speed_in_a_piece_of_no_length_is_no_acceleration() ->
         Stage(kind=StageKind.TAKEOFF, item=1, east_m=0.0, north_m=0.0, height_m=30.0),
         Stage(kind=StageKind.GO, item=2, east_m=200.0, north_m=0.0, height_m=30.0, speed_m_s=8.0),
     )
-    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=8.0), vehicle.ramps)
+    motion = fly_ramps(StepLegs.of(stages, speeds=StepSpeeds(8.0, 8.0)), vehicle.ramps)
     least = min(vehicle.ramps.acceleration_m_s2, vehicle.ramps.braking_m_s2)
     cruise = int(np.argmax(motion.segments.state == STATE_INDEX[FlightState.CRUISE]))
     piece = int(np.argmax(motion.piece_segment == cruise))

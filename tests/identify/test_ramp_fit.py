@@ -12,7 +12,7 @@ from made_record import make_record
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
 from planner.flight.motion.ramps import fly_ramps
-from planner.flight.motion.steps import StepLegs
+from planner.flight.motion.steps import StepLegs, StepSpeeds
 from planner.identify.assembly import IdentificationSettings
 from planner.identify.identification import identify_vehicle
 from planner.identify.power import at_mean_load, identify_manoeuvre_power, manoeuvre_powers
@@ -56,7 +56,7 @@ def _flown(height_m: float, speed_m_s: float, seed: int, ramps: Ramps = TRUTH) -
             (StageKind.LAND, 0.0, 0.0, 0.0),
         )
     ]
-    motion = fly_ramps(StepLegs.of(stages, default_speed_m_s=speed_m_s), ramps)
+    motion = fly_ramps(StepLegs.of(stages, speeds=StepSpeeds(speed_m_s, speed_m_s)), ramps)
     time_s = np.arange(0.0, float(motion.segments.duration_s.sum()), 0.1)
     state = motion.state_at_time(time_s)
     noise = np.random.default_rng(seed)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -96,6 +97,26 @@ _TAKEOFF, _CLIMB, _BRAKE, _DESCEND, _LAND = (
 )
 
 
+class StepSpeeds(NamedTuple):
+    """Level speeds of a vehicle of reference steps. [m s⁻¹]"""
+
+    own_m_s: float
+    """Where nothing commands one."""
+    returning_m_s: float
+    commanded_m_s: float = math.inf
+    """The most that is flown where one is commanded."""
+
+    def of(self, stage: Stage) -> float:
+        """Return the level speed a stage is flown at."""
+        if stage.kind in RETURN_STAGES:
+            return (
+                self.returning_m_s
+                if stage.speed_m_s is None
+                else min(stage.speed_m_s, self.returning_m_s)
+            )
+        return self.own_m_s if stage.speed_m_s is None else min(stage.speed_m_s, self.commanded_m_s)
+
+
 class StepLegs(Value, eq=False):
     """Stages as columns, one row per stage; each begins and ends standing still."""
 
@@ -121,7 +142,7 @@ class StepLegs(Value, eq=False):
         cls,
         stages: Sequence[Stage],
         *,
-        default_speed_m_s: float,
+        speeds: StepSpeeds,
         over_home: tuple[FloatArray, float] | None = None,
         set_down_s: float = 0.0,
     ) -> StepLegs:
@@ -151,13 +172,13 @@ class StepLegs(Value, eq=False):
         for row, s in enumerate(flown):
             if s.kind is StageKind.CIRCLE:
                 end[row, :2] = _edge_m(end[row, :2], end[row - 1, :2], abs(s.radius_m))
-        speeds = [default_speed_m_s if s.speed_m_s is None else s.speed_m_s for s in flown]
+        speeds_m_s = [speeds.of(stage) for stage in flown]
         takeoff = np.array([s.kind is StageKind.TAKEOFF for s in flown])
         return cls(
             item=np.array([s.item for s in flown]),
             start_m=np.vstack((np.zeros((1, 3)), end[:-1])),
             end_m=end,
-            speed_m_s=np.array(speeds),
+            speed_m_s=np.array(speeds_m_s),
             hold_s=hold_s,
             centre_m=centre,
             circle_m=np.array([s.radius_m for s in flown]),
