@@ -24,6 +24,7 @@ from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
 from planner.mission.route.queue import TURN_DEG_S
 from planner.mission.route.stage import StageKind, return_spans
+from planner.mission.route.walk import VehicleHabits
 from planner.physics.response import farthest_stop_s
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
@@ -127,11 +128,11 @@ CONDITION_NOT_MODELLED = Rule(
     "tightest return: power grows from the ground speed to the airspeed as a recorded survey quadrotor's "
     "(298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with the cube beyond, or the time of flying "
     "no faster than that), and with 1/√density; of an uncertain wind at two standard deviations.  A "
-    "step-response model uses only the fence of a parameter "
-    "file; speeds of it that are more than 3 % slower than predicted, accelerations, jerk and turns by which "
-    "its autopilot takes more than 3 % longer between places, and the heights below which "
-    "landings are slow, cost the longer time at hover power, an error where that takes the flight or the "
-    "tightest return below the reserve.  A file of "
+    "step-response model flies the level speeds of a parameter file where they are slower than its own; "
+    "climbs and descents that are more than 3 % slower than predicted, ways and circles its autopilot takes "
+    "more than 3 % longer for, by its own laws in calm air, and the heights below which landings are slow "
+    "cost the longer time at hover power, an error where that takes the flight or the tightest return below "
+    "the reserve.  A file of "
     "an unknown autopilot is an error where it holds a fence.",
     fix="use a vehicle model that has the missing quantity",
     instead="a model that counts it with --vehicle",
@@ -169,8 +170,8 @@ def flight_parameters(
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
         f"{given.source}: accelerations and corners do not shape the flight: {vehicle.name} answers step "
-        "references; slower speeds and accelerations are counted, returns flown at their heights, "
-        "failsafes and fence judged",
+        "references; slower level speeds are flown, what else its autopilot takes longer is counted, returns "
+        "are flown at their heights, failsafes and fence judged",
         fix="use a vehicle model that is flown by that autopilot",
     )
     return None, [unused]
@@ -211,7 +212,19 @@ def is_of_ardupilot(parameters: FlightParameters | None) -> TypeIs[ArduPilotPara
     return isinstance(parameters, ArduPilotParameters)
 
 
-def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:
+def habits_of(parameters: FlightParameters | None, target: Target | None) -> VehicleHabits:
+    """Return how a vehicle carries out items, by its parameters and the version it runs."""
+    return VehicleHabits(
+        continues_after=_continues_after(parameters),
+        payload_waits_s=_payload_waits_s(parameters),
+        keeps_counts=_keeps_jump_counts(parameters, target),
+        turn_deg_s=math.degrees(parameters.yaw_rate_rad_s)
+        if is_of_ardupilot(parameters)
+        else TURN_DEG_S,
+    )
+
+
+def _continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:
     """Return after what landings a mission goes on; ``None``: as the autopilot is delivered."""
     if not is_of_ardupilot(parameters):
         return None
@@ -223,7 +236,7 @@ def continues_after(parameters: FlightParameters | None) -> frozenset[StageKind]
     return frozenset(lands)
 
 
-def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None) -> bool | None:
+def _keeps_jump_counts(parameters: FlightParameters | None, target: Target | None) -> bool | None:
     """Return whether ArduPilot keeps the count of a jump that was counted to its end; ``None``: not known."""
     if target is not None and target.version is not None and target.version < _COUNTS_ANEW:
         return True
@@ -232,14 +245,7 @@ def keeps_jump_counts(parameters: FlightParameters | None, target: Target | None
     return None if target is None or target.version is None else False
 
 
-def turn_rate_deg_s(parameters: FlightParameters | None) -> float:
-    """Return how fast ArduPilot turns to a heading, by its parameters or as delivered. [° s⁻¹]"""
-    if not is_of_ardupilot(parameters):
-        return TURN_DEG_S
-    return math.degrees(parameters.yaw_rate_rad_s)
-
-
-def payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:
+def _payload_waits_s(parameters: FlightParameters | None) -> Mapping[int, float]:
     """Return how long an autopilot waits at items of what a vehicle carries, by their command. [s]
 
     Notes
@@ -424,13 +430,13 @@ class StepPilot(Value):
         """Return the motion along a route and its power transients."""
         legs = StepLegs.of(
             route.stages,
-            speeds=self._speeds,
+            speeds=self.speeds,
             over_home=self._over_home(route),
             set_down_s=getattr(self.parameters, "place_delay_s", 0.0),
         )
         motion, transients = self._along(legs)
         limits = ClimbLimits(
-            cruise_m_s=self._speeds.own_m_s,
+            cruise_m_s=self.speeds.own_m_s,
             climb_m_s=getattr(self.parameters, "climb_speed_m_s", _CLIMBS_M_S),
             descent_m_s=getattr(self.parameters, "descent_speed_m_s", _DESCENDS_M_S),
         )
@@ -452,7 +458,7 @@ class StepPilot(Value):
             wait_s = 0.0 if self.parameters is None else _return_wait_s(self.parameters)
             over_home = self.return_heights_m(points_m, targets), wait_s
         legs = StepLegs.home_from(
-            points_m, targets.ground_m, speed_m_s=self._speeds.returning_m_s, over_home=over_home
+            points_m, targets.ground_m, speed_m_s=self.speeds.returning_m_s, over_home=over_home
         )
         return self._along(legs)
 
@@ -511,7 +517,8 @@ class StepPilot(Value):
         return _farthest_step_stop_m(self.vehicle, speed_m_s)
 
     @property
-    def _speeds(self) -> StepSpeeds:
+    def speeds(self) -> StepSpeeds:
+        """Level speeds it flies at."""
         return step_speeds_m_s(self.vehicle, self.parameters)
 
 

@@ -12,14 +12,7 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.flight.held_items import route_with_queue
 from planner.flight.motion.kinematics import STATES, FlightState
-from planner.flight.pilot import (
-    continues_after,
-    flight_parameters,
-    keeps_jump_counts,
-    make_pilot,
-    payload_waits_s,
-    turn_rate_deg_s,
-)
+from planner.flight.pilot import flight_parameters, habits_of, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
     BEGUN_IN_AIR,
@@ -551,10 +544,7 @@ def verify_flight(
             dialect=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
             home_amsl_m=setup.home_amsl_m,
             firings=firings,
-            continues_after=continues_after(flown_with),
-            payload_waits_s=payload_waits_s(flown_with),
-            keeps_counts=keeps_jump_counts(flown_with, target),
-            turn_deg_s=turn_rate_deg_s(flown_with),
+            habits=habits_of(flown_with, target),
         ),
         pilot,
     )

@@ -27,13 +27,10 @@ from planner.findings import Rule, Severity
 from planner.flight.budget import NOTHING_FLOWN, flight_batteries
 from planner.flight.pilot import (
     NOISE_ASSUMED,
-    continues_after,
     flight_parameters,
-    keeps_jump_counts,
+    habits_of,
     make_pilot,
     own_parameters_of,
-    payload_waits_s,
-    turn_rate_deg_s,
 )
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.reach import GUST_SDS
@@ -497,10 +494,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             home_amsl_m=setup.home_amsl_m,
             terrain=setup.terrain,
             firings=firings,
-            continues_after=continues_after(own_parameters),
-            payload_waits_s=payload_waits_s(own_parameters),
-            keeps_counts=keeps_jump_counts(own_parameters, target),
-            turn_deg_s=turn_rate_deg_s(own_parameters),
+            habits=habits_of(own_parameters, target),
         )
         if setup.speed_m_s is None:
             return route

@@ -11,7 +11,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
-from planner.flight.pilot import airspeed_limit_m_s
+from planner.flight.pilot import airspeed_limit_m_s, step_speeds_m_s
 from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, routes_at_speeds
 from planner.presented import Presented
@@ -380,7 +380,7 @@ def _highest_m_s(assessment: Assessment) -> float:
 def _own_speed_m_s(assessment: Assessment) -> float | None:
     """Return the speed of legs for which a mission commands none."""
     if assessment.autopilot is Autopilot.STEP:
-        return assessment.vehicle.default_speed_m_s
+        return step_speeds_m_s(assessment.vehicle, assessment.own_parameters).own_m_s
     return None if assessment.parameters is None else assessment.parameters.cruise_speed_m_s
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.fleet.swarm.dynamics import Dynamics
+from planner.flight.pilot import StepPilot
 from planner.physics.response import TransferFunction
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ def agent_dynamics(setup: Setup, pilot: Pilot) -> tuple[Dynamics, float]:
     which takes a / 2j of that lag.
     """
     vehicle = setup.vehicle
-    speed_m_s = setup.speed_m_s or vehicle.default_speed_m_s
+    own_m_s = pilot.speeds.own_m_s if isinstance(pilot, StepPilot) else vehicle.default_speed_m_s
+    speed_m_s = setup.speed_m_s or own_m_s
     if speed_m_s is None:
         speed_m_s = float(pilot.parameters.cruise_speed_m_s)  # type: ignore[attr-defined]
     if vehicle.responses.speed is not None and vehicle.ramps is None:

@@ -24,6 +24,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import FenceAction, Route, StageKind
+from planner.mission.route.walk import VehicleHabits
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
@@ -324,7 +325,11 @@ def test_a_wait_for_the_load_is_only_in_the_air() -> None:
     waits = {int(Command.DO_GRIPPER): 5.0}
     grip = item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0))
     held = [
-        make_route(mission(*items, rtl()), dialect=Autopilot.PX4, payload_waits_s=waits).stages
+        make_route(
+            mission(*items, rtl()),
+            dialect=Autopilot.PX4,
+            habits=VehicleHabits(payload_waits_s=waits),
+        ).stages
         for items in ((grip, TAKEOFF, LEG), (TAKEOFF, LEG, grip))
     ]
     assert [[stage.hold_s for stage in stages] for stages in held] == [

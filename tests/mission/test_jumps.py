@@ -7,7 +7,7 @@ from made_missions import item, jump, mission, north, takeoff, waypoint
 
 from planner.autopilot import Autopilot, Target
 from planner.findings import Severity
-from planner.flight.pilot import keeps_jump_counts
+from planner.flight.pilot import habits_of
 from planner.mission.route.order import MOST_VISITS, flown_order
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.resolve import resolve_parameters
@@ -128,7 +128,7 @@ def test_copter_keeps_counts_before_4_7_or_where_it_is_told_to(
 ) -> None:
     given = parameters_from_text(text.encode(), source="p.param")
     values = resolve_parameters(Autopilot.ARDUPILOT, file=given).values
-    assert keeps_jump_counts(values, target) is keeps
+    assert habits_of(values, target).keeps_counts is keeps
 
 
 def test_ardupilot_carries_out_a_tag_as_it_does_any_other_item() -> None:

@@ -16,6 +16,7 @@ from made_missions import HOME, item, jump, mission, rtl, speed, takeoff, waypoi
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.route.route import make_route
+from planner.mission.route.walk import VehicleHabits
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -123,7 +124,11 @@ def test_places_speeds_and_fences_follow_each_other_as_ardupilot_carries_them_ou
     items: tuple[MissionItem, ...],
     keeps_counts: bool,  # noqa: FBT001
 ) -> None:
-    route = make_route(mission(*items), dialect=Autopilot.ARDUPILOT, keeps_counts=keeps_counts)
+    route = make_route(
+        mission(*items),
+        dialect=Autopilot.ARDUPILOT,
+        habits=VehicleHabits(keeps_counts=keeps_counts),
+    )
     if any(f.severity is Severity.ERROR and f.code != "T101" for f in route.findings):
         return
     told = planned(route, items)

@@ -16,6 +16,7 @@ from planner.findings import Severity
 from planner.mission.items import Home, MissionFormat, MissionItem, VehicleEvidence, VehicleKind
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import Route, StageKind
+from planner.mission.route.walk import VehicleHabits
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -293,7 +294,7 @@ def test_a_landing_that_goes_on_to_no_take_off_leaves_the_vehicle_there(
     made = make_route(
         mission(takeoff(20), item(21, north(90), 0.0), *behind),
         dialect=Autopilot.ARDUPILOT,
-        continues_after=frozenset({StageKind.LAND} if goes_on else ()),
+        habits=VehicleHabits(continues_after=frozenset({StageKind.LAND} if goes_on else ())),
     )
     assert [f.severity for f in made.findings if f.code == "T104"] == [severity]
 

@@ -21,13 +21,15 @@ from planner.mission.commands import (
 )
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.order import FlownOrder, flown_order
-from planner.mission.route.queue import JUMPS, TURN_DEG_S
+from planner.mission.route.queue import JUMPS
 from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
+    AS_DELIVERED,
     ITEM_NOT_MODELLED,
     LIFTS_OFF,
     TAKEOFFS,
     MissionState,
+    VehicleHabits,
     counts_from_sea,
     ground_amsl_m,
     is_on_earth,
@@ -60,10 +62,7 @@ def make_route(
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
     firings: Mapping[int, float] | None = None,
-    continues_after: frozenset[StageKind] | None = None,
-    payload_waits_s: Mapping[int, float] | None = None,
-    keeps_counts: bool | None = None,
-    turn_deg_s: float = TURN_DEG_S,
+    habits: VehicleHabits = AS_DELIVERED,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
 
@@ -78,15 +77,8 @@ def make_route(
     firings : Mapping, optional
         Where on their legs items that conditions hold back are carried out, by position among the
         reached items; any other is dropped. [-]
-    continues_after : frozenset of StageKind, optional
-        Stages that land and after which the mission goes on where a take-off comes next; default those of
-        the dialect's own settings.
-    payload_waits_s : Mapping, optional
-        How long the vehicle waits at items of what it carries, by their command. [s]
-    keeps_counts : bool, optional
-        Whether ArduPilot keeps the count of a jump that was counted to its end; default not known.
-    turn_deg_s : float, optional
-        How fast ArduPilot turns to a heading that holds items back; default as it is delivered. [° s⁻¹]
+    habits : VehicleHabits, optional
+        How the vehicle carries out items; default as its autopilot is delivered.
 
     Raises
     ------
@@ -95,13 +87,13 @@ def make_route(
     MissionFileError
         If an item holds a number no vehicle can fly.
     """
-    order = flown_order(mission.items, dialect, keeps_counts=keeps_counts)
+    order = flown_order(mission.items, dialect, keeps_counts=habits.keeps_counts)
     state, findings = _begin(mission, dialect, home_amsl_m, terrain)
     state.firings = firings or {}
+    continues_after = habits.continues_after
     if continues_after is None:
         continues_after = frozenset() if dialect is None else CONTINUES_AFTER[dialect]
-    state.payload_waits_s = payload_waits_s or {}
-    state.turn_deg_s = turn_deg_s
+    state.habits = habits
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []

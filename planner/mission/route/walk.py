@@ -48,7 +48,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
-from planner.values import field, replace
+from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -360,6 +360,23 @@ def _acts_at_the_end(stage: Stage, one: HeldItem, item: MissionItem) -> bool:
     return True
 
 
+class VehicleHabits(Value):
+    """How the vehicle that flies carries out items, by its settings."""
+
+    continues_after: frozenset[StageKind] | None = None
+    """Stages that land and after which the mission goes on where a take-off comes next; ``None``: as its
+    autopilot is delivered."""
+    payload_waits_s: Mapping[int, float] = {}
+    """How long it waits at items of what it carries, by their command. [s]"""
+    keeps_counts: bool | None = None
+    """Whether it keeps the count of a jump that was counted to its end; ``None``: not known."""
+    turn_deg_s: float = TURN_DEG_S
+    """How fast it turns to a heading that holds items back. [° s⁻¹]"""
+
+
+AS_DELIVERED = VehicleHabits()
+
+
 class MissionState(msgspec.Struct, kw_only=True, eq=False):
     """A mission half followed: place, height, speeds, home, and the stages so far."""
 
@@ -400,9 +417,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     firings: Mapping[int, float] = field(default_factory=dict)
     """Of items held back, by their position among the reached, how far along its leg each is carried
     out; one that is not among them is dropped. [-]"""
-    payload_waits_s: Mapping[int, float] = field(default_factory=dict)
-    """By command. [s]"""
-    turn_deg_s: float = TURN_DEG_S
+    habits: VehicleHabits = AS_DELIVERED
     visit: int = -1
     """Position of the item being followed among the reached."""
     queued: int = 0
@@ -456,7 +471,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         if self.dialect is Autopilot.PX4:
             return False
         if item.command in CONDITIONS:
-            self.conditions.append(condition_of(item, self.turn_deg_s))
+            self.conditions.append(condition_of(item, self.habits.turn_deg_s))
             return True
         if not self.conditions or item.command not in HELD:
             return False
@@ -893,7 +908,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
 
     def pass_by(self, item: MissionItem) -> None:
         """Follow an item that is no flight of its own, or none that is predicted."""
-        wait_s = self.payload_waits_s.get(item.command, 0.0) if self._in_air else 0.0
+        wait_s = self.habits.payload_waits_s.get(item.command, 0.0) if self._in_air else 0.0
         if wait_s > 0.0:
             self._add(self._stage(StageKind.DELAY, hold_s=wait_s))
         effect = command_effect(item.command)
