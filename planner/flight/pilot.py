@@ -128,7 +128,7 @@ CONDITION_NOT_MODELLED = Rule(
     "tightest return: power grows from the ground speed to the airspeed as a recorded survey quadrotor's "
     "(298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with the cube beyond, or the time of flying "
     "no faster than that), and with 1/√density; of an uncertain wind at two standard deviations.  A "
-    "step-response model flies the level speeds of a parameter file where they are slower than its own; "
+    "step-response model flies the level speeds that a parameter file states; "
     "climbs and descents that are more than 3 % slower than predicted, ways and circles its autopilot takes "
     "more than 3 % longer for, by its own laws in calm air, and the heights below which landings are slow "
     "cost the longer time at hover power, an error where that takes the flight or the tightest return below "
@@ -170,7 +170,7 @@ def flight_parameters(
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
         f"{given.source}: accelerations and corners do not shape the flight: {vehicle.name} answers step "
-        "references; slower level speeds are flown, what else its autopilot takes longer is counted, returns "
+        "references; its level speeds are flown, what else its autopilot takes longer is counted, returns "
         "are flown at their heights, failsafes and fence judged",
         fix="use a vehicle model that is flown by that autopilot",
     )
@@ -310,8 +310,8 @@ def make_pilot(
 def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot:
     """Return who flies a vehicle of reference steps by the laws of its own autopilot, in calm air.
 
-    At the speed of its model, or a slower one that the parameters state; without the lag, of which the
-    model knows nothing.
+    At the speed that its parameters state, else at its model's; without the lag, of which the model knows
+    nothing.
     """
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -326,25 +326,23 @@ def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot
 
 
 def step_speeds_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> StepSpeeds:
-    """Return the level speeds of a vehicle of reference steps: its model's, or slower ones that are stated.
+    """Return the level speeds of a vehicle of reference steps: those that are stated, else its model's.
 
-    Of what limits a speed the most special that is stated; MPC_XY_VEL_MAX limits PX4's commanded ones too.
+    MPC_XY_VEL_MAX limits commanded ones too.
     """
-    own_m_s = vehicle.default_speed_m_s or math.inf  # a model of steps has one
 
-    def stated_m_s(*names: str) -> float:
-        for name in names:
-            origin = None if parameters is None else parameters.origins.get(name)
-            if origin is not None and origin.is_file:
-                return float(getattr(parameters, name))
-        return math.inf
+    def stated_m_s(name: str, else_m_s: float) -> float:
+        origin = None if parameters is None else parameters.origins.get(name)
+        is_stated = origin is not None and origin.is_file
+        return float(getattr(parameters, name)) if is_stated else else_m_s
 
+    most_m_s = stated_m_s("speed_max_m_s", math.inf)
+    model_m_s = vehicle.default_speed_m_s or math.inf  # a model of steps has one
+    own_m_s = min(stated_m_s("cruise_speed_m_s", model_m_s), most_m_s)
     return StepSpeeds(
-        own_m_s=min(own_m_s, stated_m_s("cruise_speed_m_s", "speed_max_m_s")),
-        returning_m_s=min(
-            own_m_s, stated_m_s("return_speed_m_s", "cruise_speed_m_s", "speed_max_m_s")
-        ),
-        commanded_m_s=stated_m_s("speed_max_m_s"),
+        own_m_s=own_m_s,
+        returning_m_s=stated_m_s("return_speed_m_s", own_m_s),
+        commanded_m_s=most_m_s,
     )
 
 

@@ -13,7 +13,6 @@ from planner.values import Value
 if TYPE_CHECKING:
     import numpy as np
 
-    from planner.arrays import FloatArray
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from planner.flight.uncounted import Uncounted
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
+    from planner.rules.model import Lateness
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -87,15 +87,19 @@ class Assessment(Value, eq=False, dict=True):
         from planner.flight.failsafe import battery_profile
 
         return battery_profile(
-            self.returns, self.pack, self.discharge, charge=self.charge, later_s=self.later_s
+            self.returns,
+            self.pack,
+            self.discharge,
+            charge=self.charge,
+            later_s=self.lateness.in_all_s,
         )
 
     @cached_property
-    def later_s(self) -> FloatArray:
-        """How much longer each segment takes by the vehicle's own parameters (E108). (s,) [s]"""
-        from planner.rules.model import later_s
+    def lateness(self) -> Lateness:
+        """How much longer the vehicle takes than its model of reference steps."""
+        from planner.rules.model import lateness_of
 
-        return later_s(self)
+        return lateness_of(self)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

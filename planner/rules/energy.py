@@ -563,7 +563,7 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way = a.return_plan
     is_assumed = budget.empty_probability is None
     landing = budget.empty_probability
-    late_wh = wh_from_j(a.flight.hover_near_home_w * float(a.later_s.sum()))
+    late_wh = wh_from_j(a.flight.hover_near_home_w * float(a.lateness.in_all_s.sum()))
     left_wh = budget.margin_wh + budget.reserve_wh - late_wh
     if landing is None or late_wh > 0.0:
         landing = max(landing or 0.0, _chance_empty(a, left_wh, budget))

@@ -415,7 +415,7 @@ def _uncounted_flight(
         return
     more = more_wh / flown_wh
     profile = battery_profile(
-        a.returns, pack, a.discharge, charge=a.charge, times=1.0 + more, later_s=a.later_s
+        a.returns, pack, a.discharge, charge=a.charge, times=1.0 + more, later_s=a.lateness.in_all_s
     )
     words = f"takes {quantity.percent(more)} more than predicted"
     yield profile, 1.0, words, "which its model does not count (E105, E108)"
@@ -437,7 +437,13 @@ def _worse_flights(
         off = max(math.hypot(of_flight, of_charge), _NO_DEVIATION)
         times, less = 1.0 + of_flight**2 / off / taken, of_charge**2 / off
         hungry = battery_profile(
-            a.returns, pack, a.discharge, charge=a.charge, times=times, less=less, later_s=a.later_s
+            a.returns,
+            pack,
+            a.discharge,
+            charge=a.charge,
+            times=times,
+            less=less,
+            later_s=a.lateness.in_all_s,
         )
         begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
         yield hungry, 1.0, f"takes {quantity.percent(times - 1.0)} more than predicted{begun}"

@@ -11,7 +11,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import CONDITION_NOT_MODELLED, make_own_pilot
+from planner.flight.pilot import CONDITION_NOT_MODELLED, make_own_pilot, step_speeds_m_s
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.mission.route.stage import RETURN_STAGES, StageKind
@@ -121,22 +121,29 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
         return
     if a.autopilot is not Autopilot.STEP:
         return  # judged as it is flown
+    speeds, own_m_s = step_speeds_m_s(a.vehicle, a.own_parameters), a.vehicle.default_speed_m_s
+    level = (s for s in a.route.stages if s.kind not in {StageKind.TAKEOFF, StageKind.DELAY})
+    flown = [(stage.speed_m_s, speeds.of(stage), stage) for stage in level]
     beyond = [
-        (stage.speed_m_s, stage)
-        for stage in a.route.stages
-        if stage.speed_m_s is not None and stage.speed_m_s not in limit
+        (asked, speed, stage.item)
+        for asked, speed, stage in flown
+        if speed not in limit and (asked is not None or speed != own_m_s)
     ]
-    if not beyond:
+    back_m_s = speeds.returning_m_s
+    if not beyond and (back_m_s in limit or back_m_s == own_m_s):
         return
     highest = quantity.speed(limit.high)
+    asked, fastest_m_s, _ = max(beyond, key=lambda one: one[1], default=(None, back_m_s, 0))
+    by = "commanded" if asked is not None else "by the parameters"
+    legs = quantity.count(len(beyond), "leg") if beyond else "returns"
     yield _outside(
         a,
-        f"{quantity.speed(max(speed for speed, _ in beyond))} commanded",
+        f"{quantity.speed(fastest_m_s)} {by}",
         f"from {quantity.decimals(limit.low, 1)} to {highest}",
-        so=f": time and energy of {quantity.count(len(beyond), 'leg')} are unreliable",
+        so=f": time and energy of {legs} are unreliable",
         stay=f"command {highest} or less",
         severity=Severity.ERROR,
-        item=beyond[0][1].item,
+        item=beyond[0][2] if beyond else None,
     )
 
 
@@ -665,17 +672,42 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
         )
 
 
-def later_s(a: Assessment) -> FloatArray:
-    """Return how much longer the vehicle takes than its model of reference steps, by segment. (s,) [s]"""
-    given, motion, stages = a.own_parameters, a.flight.motion, a.route.stages
-    item = motion.segments.item
+class Lateness(Value, eq=False):
+    """How much longer segments take than a model of reference steps has it, by cause. (s,) [s]"""
+
+    climbs_s: FloatArray
+    """Slower climbs, descents and landings."""
+    circles_s: FloatArray
+    ways_s: FloatArray
+    """As its own autopilot flies from place to place."""
+    slowest: _Slower | None = None
+    circled_by: str = ""
+    shaped_by: str = ""
+
+    @property
+    def in_all_s(self) -> FloatArray:
+        """Of all causes. (s,) [s]"""
+        return self.climbs_s + self.circles_s + self.ways_s
+
+
+def lateness_of(a: Assessment) -> Lateness:
+    """Return how much longer the vehicle takes than its model of reference steps."""
+    given, motion = a.own_parameters, a.flight.motion
+    none_s = np.zeros(len(motion.segments.item))
     if a.autopilot is not Autopilot.STEP or given is None:
-        return np.zeros(len(item))
-    commanded = np.isin(item, [s.item for s in stages if s.speed_m_s is not None])
-    returning = np.isin(item, [s.item for s in stages if s.kind is StageKind.RETURN])
-    longer_s, _ = _longer(a, given, motion, commanded & ~returning, returning)
-    longer_s += _circling_longer_s(a, given)[0]
-    return longer_s + _shaped_longer_s(a, given, longer_s)[0]
+        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s)
+    homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
+    climbs_s, slowest = _longer(a, given, motion, np.isin(motion.segments.item, homeward))
+    circles_s, circled_by = _circling_longer_s(a, given)
+    ways_s, shaped_by = _shaped_longer_s(a, given, climbs_s + circles_s)
+    return Lateness(
+        climbs_s=climbs_s,
+        circles_s=circles_s,
+        ways_s=ways_s,
+        slowest=slowest,
+        circled_by=circled_by,
+        shaped_by=shaped_by,
+    )
 
 
 @judges(CONDITION_NOT_MODELLED)
@@ -684,14 +716,8 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     given, sample = a.own_parameters, a.returns.sample
     if a.autopilot is not Autopilot.STEP or given is None:
         return
-    motion = a.flight.motion
-    homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
-    returning = np.isin(motion.segments.item, homeward)
-    longer_s, slowest = _longer(a, given, motion, returning)
-    circling_s, round_by = _circling_longer_s(a, given)
-    longer_s += circling_s
-    legs_s, shaping = _shaped_longer_s(a, given, longer_s)
-    longer_s += legs_s
+    late = a.lateness
+    longer_s, slowest, shaping = late.in_all_s, late.slowest, late.shaped_by
     hover_w, in_all_s = a.flight.hover_near_home_w, float(np.sum(longer_s))
     ways_s, shaped_back_s = np.zeros(1), 0.0
     had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
@@ -721,9 +747,9 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
         "predicted" + f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)
     )
     causes = [
-        (float(np.sum(legs_s)), f"{shaping}: the vehicle takes longer from place to place"),
+        (float(np.sum(late.ways_s)), f"{shaping}: the vehicle takes longer from place to place"),
         (shaped_back_s, f"{shaping}: returns take longer"),
-        (float(np.sum(circling_s)), f"{round_by}: circles take longer"),
+        (float(np.sum(late.circles_s)), f"{late.circled_by}: circles take longer"),
     ]
     if slowest is not None:
         said = (

@@ -297,7 +297,7 @@ def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
     # What the last landing takes longer changes no way before it, and is over its own place.
     flies = a.flight.motion.segments.state != STATE_INDEX[FlightState.LAND]
     until = int(np.flatnonzero(flies)[-1]) + 1 if flies.any() else 0
-    late_s = float(a.later_s[:until].sum())
+    late_s = float(a.lateness.in_all_s[:until].sum())
     if late_s > _LATE * a.flight.time_s:
         return f"flies slower than its model of reference steps, {quantity.duration(late_s)} in all (E108)"
     items, setup = result.assessment.mission.items, result.assessment.setup

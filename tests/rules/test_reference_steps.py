@@ -110,11 +110,11 @@ FAR = mission(takeoff(100), waypoint(2000, 100), rtl())
 
 
 # 2 km out and back at 10 m/s in the model: 400 s.  At 5 m/s they take 400 s more; home alone at 1 m/s takes
-# 1,800 s more; both at 9.8 m/s 8 s.
+# 1,800 s more; both at 9.8 m/s 8 s, at 15 m/s 133 s less.
 @pytest.mark.parametrize(
     ("parameters", "longer_s"),
     [
-        ("WPNAV_SPEED,1500", 0.0),
+        ("WPNAV_SPEED,1500", -133.3),
         ("WPNAV_SPEED,980", 8.2),
         ("WPNAV_SPEED,500", 400.0),
         ("RTL_SPEED,100\nWPNAV_SPEED,1000", 1800.0),
@@ -124,7 +124,7 @@ FAR = mission(takeoff(100), waypoint(2000, 100), rtl())
         ("MPC_XY_VEL_MAX,20", 0.0),
     ],
 )
-def test_slower_speeds_of_parameters_are_flown(parameters: str, longer_s: float) -> None:
+def test_speeds_of_parameters_are_flown(parameters: str, longer_s: float) -> None:
     at_models = "MPC_XY_CRUISE,10\n" if "MPC" in parameters else "WPNAV_SPEED,1000\n"
     slow, fast = (checked(FAR, text) for text in (f"{parameters}\n", at_models))
     # The gain of the article's speed response is not exactly 1.
@@ -139,6 +139,27 @@ def test_slower_speeds_of_parameters_count_for_the_battery() -> None:
         for text in ("WPNAV_SPEED,500\n", "WPNAV_SPEED,1000\n")
     )
     assert "E101" in slow - fast
+
+
+@pytest.mark.parametrize(
+    ("parameters", "of_what"),
+    [
+        ("WPNAV_SPEED,1500\n", "15.0 m/s by the parameters"),
+        ("MPC_XY_CRUISE,15\nMPC_XY_VEL_MAX,16\n", "15.0 m/s by the parameters"),
+        ("MPC_XY_CRUISE,15\nMPC_XY_VEL_MAX,10\n", ""),
+        ("WPNAV_SPEED,1000\nRTL_SPEED,2000\n", "20.0 m/s by the parameters"),
+        ("WPNAV_SPEED,1000\nRTL_SPEED,1000\n", ""),
+    ],
+)
+@pytest.mark.parametrize("returns", [True, False])
+def test_speeds_of_parameters_beyond_the_identified_are_an_error_as_commanded_ones(
+    parameters: str, of_what: str, *, returns: bool
+) -> None:
+    one = FAR if returns else mission(takeoff(100), waypoint(500, 100), item(21, north(500), 0.0))
+    told = [
+        f.message for f in of("E105", found(one, STEP, parameters)) if f.severity is Severity.ERROR
+    ]
+    assert [message.startswith(of_what) for message in told] == [True] * bool(of_what)
 
 
 # The last 10 m of the landing at 0.1 m/s take 100 s and 3.6 Wh, for some 3 s of the model.
@@ -482,18 +503,18 @@ def test_what_a_slow_vehicle_takes_counts_in_the_chance_of_an_empty_battery() ->
 @pytest.mark.parametrize(
     ("parameters", "is_open"),
     [
-        ("MPC_XY_CRUISE,2\n", True),
-        ("MPC_XY_CRUISE,10\n", False),
+        ("WPNAV_ACCEL,50\n", True),
+        ("WPNAV_ACCEL,250\n", False),
         ("WPNAV_SPEED,1000\nLAND_SPEED,30\n", False),  # over its own place, and the last of it
     ],
 )
 def test_separation_of_a_vehicle_slower_than_its_model_is_not_checked(
     parameters: str, *, is_open: bool
 ) -> None:
-    given = parameters_from_text(parameters.encode(), source="p.params")
+    given = parameters_from_text(parameters.encode(), source="p.param")
     results = [
         check(one, vehicle_of(STEP), battery=Battery(capacity_wh=400.0), parameters=given)
-        for one in (KILOMETRE, KILOMETRE)
+        for one in (THERE_AND_BACK, THERE_AND_BACK)
     ]
     together = check_together(results, separation_m=10.0, starts_s=(0.0, 600.0))
     codes = {
