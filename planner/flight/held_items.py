@@ -16,7 +16,7 @@ from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Container, Iterator, Mapping
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -36,6 +36,12 @@ _NEAR_M = 2.0 * _AT_AN_END_M
 """Places on a leg nearer to each other than this are one, where no prediction agrees with itself. [m]"""
 _CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE})
 """Stages that are not divided where a speed changes."""
+_LEG_ERROR = 0.05
+"""How far the time of a leg may be off. [-]"""
+_OF_CONSEQUENCE = frozenset(
+    {Command.DO_CHANGE_SPEED, Command.DO_FENCE_ENABLE, Command.DO_SET_HOME, Command.DO_PARACHUTE}
+)
+"""Commands whose carrying out or not changes what is judged."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -50,11 +56,13 @@ def route_with_queue(
     """
     firings: dict[int, float] = {}
     before: dict[int, float] = {}
+    close: set[int] = set()
     route = make(firings)
     for _ in range(_MOST_PASSES):
         if not route.held or not route.stages:
             return route
         times = _Times(route, pilot.fly(route)[0])
+        close |= {one.item for one in route.held if times.is_close(one)}
         found: dict[int, float] = {}
         bounded: list[Finding] = []
         for one in route.held:
@@ -69,7 +77,7 @@ def route_with_queue(
         if found.keys() == firings.keys() and all(
             abs(found[visit] - firings[visit]) < _SAME for visit in found
         ):
-            reported = (*bounded, *_reported(mission, route.held, times))
+            reported = (*bounded, *_reported(mission, route.held, times, close))
             return replace(route, findings=(*route.findings, *reported))
         before, firings = firings, found
         route = make(firings)
@@ -78,7 +86,9 @@ def route_with_queue(
         times = _Times(route, pilot.fly(route)[0])
         if (last := _Times(other, pilot.fly(other)[0])).flight_s > times.flight_s:
             route, times = other, last
-        return replace(route, findings=(*route.findings, *_reported(mission, route.held, times)))
+        return replace(
+            route, findings=(*route.findings, *_reported(mission, route.held, times, close))
+        )
     one = route.held[0]
     unsettled = ITEM_NOT_MODELLED.finding(
         f"{one.command.name}: when its condition is met cannot be predicted",
@@ -172,6 +182,14 @@ class _Times:
                 at_s = float(every[near[0]])
         return at_s
 
+    def is_close(self, one: HeldItem) -> bool:
+        """Return whether a wait ends so near to its leg that either may be over first."""
+        begin_s, end_s = self.span_s(one)
+        if any(condition.within_m is not None for condition in one.conditions):
+            return False
+        wait_s = sum(condition.wait_s for condition in one.conditions)
+        return wait_s > 0.0 and abs(begin_s + wait_s - end_s) < _LEG_ERROR * (end_s - begin_s)
+
     def fraction(self, one: HeldItem) -> float | None:
         """Return how far along its leg an item is carried out; ``None`` where it never is. [-]"""
         at_s = self.fires_s(one)
@@ -196,7 +214,9 @@ class _Times:
         return self._motion.state_at_time(time_s).place_m
 
 
-def _reported(mission: Mission, held: tuple[HeldItem, ...], times: _Times) -> Iterator[Finding]:
+def _reported(
+    mission: Mission, held: tuple[HeldItem, ...], times: _Times, close: Container[int]
+) -> Iterator[Finding]:
     """Yield of each item that is held back what becomes of it the first time."""
     seen: set[int] = set()
     for one in held:
@@ -216,3 +236,11 @@ def _reported(mission: Mission, held: tuple[HeldItem, ...], times: _Times) -> It
             item=one.item,
             place=mission.items[one.item - 1].place,
         )
+        if one.item in close and one.command in _OF_CONSEQUENCE:
+            yield ITEM_NOT_MODELLED.finding(
+                f"{after}, and the leg is over within {quantity.percent(_LEG_ERROR)} of that: whether it is "
+                "carried out cannot be predicted",
+                severity=Severity.ERROR,
+                item=one.item,
+                place=mission.items[one.item - 1].place,
+            )

@@ -365,3 +365,24 @@ def test_a_return_with_a_speed_held_back_takes_what_its_two_spans_take(
     shares = ((first, 1.0 - fraction), (then, fraction))
     by_hand = sum(share * home_s(speed(each)) for each, share in shares)
     assert held == pytest.approx(by_hand, abs=2.0 * (fast / 2.5 + 2.5) + 6.0)
+
+
+@pytest.mark.parametrize(
+    ("share", "made", "expected"),
+    [
+        (0.90, speed(3.0), False),
+        (0.97, speed(3.0), True),
+        (1.03, speed(3.0), True),
+        (1.10, speed(3.0), False),
+        (0.97, photo(), False),  # changes nothing that is judged
+    ],
+)
+def test_a_wait_that_ends_with_its_leg_is_not_predicted(
+    share: float, made: MissionItem, *, expected: bool
+) -> None:
+    plain = flown(takeoff(20.0), waypoint(north(100.0), 20.0), waypoint(north(200.0), 20.0), rtl())
+    leg_s = arrival_s(plain, 2) - arrival_s(plain, 1)
+    items = (takeoff(20.0), delay(share * leg_s), made, waypoint(north(100.0), 20.0))
+    result = flown(*items, waypoint(north(200.0), 20.0), rtl())
+    told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
+    assert bool(told) == expected
