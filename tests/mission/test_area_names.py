@@ -62,6 +62,13 @@ INSIDE, OUTSIDE, WORK = AreaSide.INSIDE, AreaSide.OUTSIDE, AreaSide.WORK
         # closed, or others': may a flight be where flights are?
         ("Closed flight area", None),
         ("flight area: NO", None),
+        ("flight area TFR", None),
+        ("Hazardous operations area", None),
+        ("hazardous area", OUTSIDE),
+        ("Flight area airplanes", None),
+        ("survey area with people", None),
+        ("operations area unmanned aircraft", INSIDE),
+        ("survey area quarry", WORK),
         ("Operation area denied", None),
         ("Verbotenes Fluggebiet", None),
         ("Flugraum gesperrt", None),

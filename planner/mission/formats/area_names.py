@@ -28,7 +28,7 @@ PHRASES: Mapping[AreaSide, tuple[str, ...]] = {
         "keep|stay out|away|clear",
         "off limits",
         "exclusion|exclude|excluded|prohibited|forbidden|restricted|nfz",
-        "avoid|danger|dangerous|hazard|hazards|obstacle|obstacles",
+        "avoid|danger|dangerous|hazard|hazards|hazardous|obstacle|obstacles",
     ),
     AreaSide.INSIDE: (
         "keep|stay|remain in|inside|within",
@@ -146,8 +146,11 @@ _FOREIGN_CONTRARY = (
     "hors|sans|pas|jamais|sauf|dehors|nicht|nie|kein|keine|keinen|ohne|frei|freie|freies|ausser|ausserhalb|"
     "fuori|senza|tranne|eccetto|poza|bez|oprocz|fora|sem|nao|nunca|exceto|exceptuado|fuera|sin|excepto|salvo"
 )
-CLOSED = "closed|banned|denied|suspended"
-OTHERS = "manned|glider|paraglider|helicopter|military|model flying|model aircraft|crane|blasting"
+CLOSED = "closed|banned|denied|suspended|tfr"
+OTHERS = (
+    "manned|glider|paraglider|helicopter|military|model flying|model aircraft|airplane|aeroplane|crane|"
+    "blasting|people|crowd"
+)
 """What leaves open whether a flight may be where flights are: it is closed, or others fly there."""
 _FOREIGN_CLOSED = (
     *("fermee", "fermees", "suspendue", "gesperrt", "gesperrte", "gesperrtes", "tabu"),
