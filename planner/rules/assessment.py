@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.quantity import mean_of
+from planner.units import wh_from_j
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -100,6 +101,22 @@ class Assessment(Value, eq=False, dict=True):
         from planner.rules.model import lateness_of
 
         return lateness_of(self)
+
+    @cached_property
+    def beyond_wh(self) -> tuple[float, float]:
+        """What the flight, and its tightest return with the way there, may take above their predictions.
+
+        What their model does not count, and what they take longer, at the power of a hover; of the return
+        itself the former alone. [Wh]
+        """
+        plan, late_s = self.return_plan, self.lateness.in_all_s
+        flown_wh, returned_wh = self.uncounted.energies_wh(plan)
+        hover_w, segments = self.flight.hover_near_home_w, self.flight.motion.segments
+        flown_wh += wh_from_j(hover_w * float(late_s.sum()))
+        if plan is not None and plan.tightest is not None:
+            before_s = late_s[segments.start_s < plan.tightest.time_s].sum()
+            returned_wh += wh_from_j(hover_w * float(before_s))
+        return flown_wh, returned_wh
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

@@ -630,7 +630,7 @@ def _least_margin_wh(a: Assessment) -> float:
     plan, battery = a.return_plan, a.battery
     if battery is None:
         return math.inf
-    flown_wh, returned_wh = a.uncounted.energies_wh(plan)
+    flown_wh, returned_wh = a.beyond_wh
     left_wh = battery.margin_wh - flown_wh
     if plan is None or plan.margin_wh is None:
         return left_wh

@@ -273,7 +273,7 @@ def _left_wh(a: Assessment) -> float:
     plan = a.return_plan
     if a.battery is None or a.battery.margin_wh < 0.0:
         return math.inf
-    flown_wh, returned_wh = a.uncounted.energies_wh(plan)
+    flown_wh, returned_wh = a.beyond_wh
     if not math.isfinite(flown_wh):
         return math.inf
     left_wh = a.battery.margin_wh - flown_wh

@@ -808,11 +808,12 @@ def _circling_longer_s(a: Assessment, given: FlightParameters) -> tuple[FloatArr
         return longer_s, ""
     from planner.flight.motion.ardupilot.circle_path import CircleTask
 
+    speeds = step_speeds_m_s(a.vehicle, given)
     for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
         if stage.kind is not StageKind.CIRCLE or not stage.radius_m:
             continue
         size_m = abs(stage.radius_m)
-        speed_m_s = stage.speed_m_s or a.vehicle.default_speed_m_s or math.inf
+        speed_m_s = speeds.of(stage)
         own = CircleTask.of(
             size_m, stage.turns, start_m=size_m, speed_m_s=speed_m_s, parameters=given, drag=0.0
         )

@@ -18,6 +18,7 @@ from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
 from planner.service.separation import check_together
 from planner.setup import read_battery
+from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import parameters_from_text
@@ -521,3 +522,37 @@ def test_separation_of_a_vehicle_slower_than_its_model_is_not_checked(
         one.code for result in together for one in result.findings if one.severity is Severity.ERROR
     }
     assert ("S104" in codes) is is_open
+
+
+# 20 circles of 20 m, 2,513 m: at 5 m/s, √(a r / 2), 503 s; at 2 m/s, which is flown, nothing more.
+@pytest.mark.parametrize(("speed_cm_s", "flown_s"), [(1000, 251.0), (200, 1257.0), (800, 314.0)])
+def test_circles_are_later_than_the_speed_of_the_parameters(
+    speed_cm_s: int, flown_s: float
+) -> None:
+    round_it = mission(
+        takeoff(30), item(18, north(100), 30.0, params=(20.0, 0.0, 20.0, 0.0)), rtl()
+    )
+    assessment = checked(round_it, f"WPNAV_SPEED,{speed_cm_s}\n").assessment
+    assert assessment is not None
+    later_s = float(assessment.lateness.circles_s.sum())
+    assert later_s == pytest.approx(max(502.7 - flown_s, 0.0), rel=0.05)
+
+
+@pytest.mark.parametrize(("part", "severity"), [(0.95, Severity.ERROR), (1.1, Severity.WARNING)])
+def test_what_is_later_and_what_is_searched_for_have_to_fit_together(
+    part: float, severity: Severity
+) -> None:
+    """Each fits the margin alone: a slow landing, and three searches of 30 s for its target."""
+    slow = (
+        "MPC_XY_CRUISE,10\nMPC_LAND_SPEED,0.3\nRTL_PLD_MD,2\nPLD_SRCH_TOUT,30\nRTL_RETURN_ALT,30\n"
+    )
+    plain = checked(HOME, slow)
+    assert plain.assessment is not None
+    hover_w = plain.assessment.flight.hover_near_home_w
+    late_wh = wh_from_j(hover_w * float(plain.assessment.lateness.in_all_s.sum()))
+    searched_wh = wh_from_j(hover_w * 90.0)
+    margin_wh = part * (late_wh + searched_wh)
+    assert margin_wh > max(late_wh, searched_wh)
+    battery = Battery(capacity_wh=(plain.totals.energy_wh + margin_wh) / 0.8)
+    told = of("T110", found(HOME, STEP, slow, battery=battery))
+    assert [one.severity for one in told] == [severity]

@@ -278,7 +278,7 @@ class _Parts(Value, eq=False):
 
 def _at_ends(values: FloatArray) -> FloatArray:
     """Return what is between parts: the mean of the two that meet there. (_PARTS + 1, p)"""
-    ends = np.empty((len(values) + 1, values.shape[1]))
+    ends = np.zeros((len(values) + 1, values.shape[1]))
     np.add(values[1:], values[:-1], out=ends[1:-1])
     np.add(values[-1, :-1], values[0, 1:], out=ends[0, 1:])
     ends *= 0.5
