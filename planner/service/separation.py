@@ -88,6 +88,8 @@ _OWN_CODES = frozenset(
 _LATE = 0.03
 """Of a flight's time: what the times of reference steps are off without that. [-]"""
 _SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
+_LANDS_LATER_S = 20.0
+"""What the last 10 m take at LAND_SPEED as it is delivered: a landing later than that holds its place up."""
 
 
 def keep_apart(
@@ -294,10 +296,12 @@ def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
     if not isinstance(result, CheckResult) or result.assessment is None:
         return ""
     a = result.assessment
-    # What the last landing takes longer changes no way before it, and is over its own place.
+    # What the last landing takes a little longer changes no way before it, and is over its own place.
     flies = a.flight.motion.segments.state != STATE_INDEX[FlightState.LAND]
     until = int(np.flatnonzero(flies)[-1]) + 1 if flies.any() else 0
     late_s = float(a.lateness.in_all_s[:until].sum())
+    landing_s = float(a.lateness.in_all_s[until:].sum())
+    late_s += landing_s if landing_s > _LANDS_LATER_S else 0.0
     if late_s > _LATE * a.flight.time_s:
         return f"flies slower than its model of reference steps, {quantity.duration(late_s)} in all (E108)"
     items, setup = result.assessment.mission.items, result.assessment.setup

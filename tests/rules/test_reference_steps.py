@@ -506,7 +506,8 @@ def test_what_a_slow_vehicle_takes_counts_in_the_chance_of_an_empty_battery() ->
     [
         ("WPNAV_ACCEL,50\n", True),
         ("WPNAV_ACCEL,250\n", False),
-        ("WPNAV_SPEED,1000\nLAND_SPEED,30\n", False),  # over its own place, and the last of it
+        ("WPNAV_SPEED,1000\nLAND_SPEED,50\n", False),  # over its own place, and the last of it
+        ("WPNAV_SPEED,1000\nLAND_SPEED,20\n", True),  # 10 m at 0.2 m/s, 50 s: who comes by meets it
     ],
 )
 def test_separation_of_a_vehicle_slower_than_its_model_is_not_checked(
