@@ -339,11 +339,12 @@ def step_speeds_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) 
     most_m_s = stated_m_s("speed_max_m_s", math.inf)
     model_m_s = vehicle.default_speed_m_s or math.inf  # a model of steps has one
     own_m_s = min(stated_m_s("cruise_speed_m_s", model_m_s), most_m_s)
-    return StepSpeeds(
-        own_m_s=own_m_s,
-        returning_m_s=stated_m_s("return_speed_m_s", own_m_s),
-        commanded_m_s=most_m_s,
-    )
+    back_m_s = stated_m_s("return_speed_m_s", own_m_s)
+    if back_m_s == getattr(
+        parameters, "cruise_speed_m_s", None
+    ):  # 0, or the same: as missions are flown
+        back_m_s = own_m_s
+    return StepSpeeds(own_m_s=own_m_s, returning_m_s=back_m_s, commanded_m_s=most_m_s)
 
 
 RATED_WIND = 0.7

@@ -102,6 +102,12 @@ class Assessment(Value, eq=False, dict=True):
 
         return lateness_of(self)
 
+    @property
+    def late_wh(self) -> float:
+        """What the flight takes above its prediction, as it is later, at the power of a hover. [Wh]"""
+        late_s = float(self.lateness.in_all_s.sum())
+        return wh_from_j(self.flight.hover_near_home_w * late_s) if late_s else 0.0
+
     @cached_property
     def beyond_wh(self) -> tuple[float, float]:
         """What the flight, and its tightest return with the way there, may take above their predictions.
@@ -112,7 +118,7 @@ class Assessment(Value, eq=False, dict=True):
         plan, late_s = self.return_plan, self.lateness.in_all_s
         flown_wh, returned_wh = self.uncounted.energies_wh(plan)
         hover_w, segments = self.flight.hover_near_home_w, self.flight.motion.segments
-        flown_wh += wh_from_j(hover_w * float(late_s.sum()))
+        flown_wh += self.late_wh
         if plan is not None and plan.tightest is not None:
             before_s = late_s[segments.start_s < plan.tightest.time_s].sum()
             returned_wh += wh_from_j(hover_w * float(before_s))

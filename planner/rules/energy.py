@@ -12,7 +12,7 @@ from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
-from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
+from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.model import Basis
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage, lowest_voltage_v
 from planner.vehicle.reader import load_chemistry
@@ -563,7 +563,7 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way = a.return_plan
     is_assumed = budget.empty_probability is None
     landing = budget.empty_probability
-    late_wh = wh_from_j(a.flight.hover_near_home_w * float(a.lateness.in_all_s.sum()))
+    late_wh = a.late_wh
     left_wh = budget.margin_wh + budget.reserve_wh - late_wh
     if landing is None or late_wh > 0.0:
         landing = max(landing or 0.0, _chance_empty(a, left_wh, budget))

@@ -79,6 +79,11 @@ class FlownSortie(Value):
         return self.assessment.totals.energy_wh
 
     @property
+    def late_wh(self) -> float:
+        """What it takes above its prediction, as it is later than its model (E108). [Wh]"""
+        return _late_wh(self.result)
+
+    @property
     def lands(self) -> bool:
         """Whether the flight ends on the ground."""
         if self.assessment is None:
@@ -349,7 +354,9 @@ class SortieChecks:
             result=result,
             charge=charge,
             charge_left=charge_left(
-                result.battery if isinstance(result, CheckResult) else None, charge
+                result.battery if isinstance(result, CheckResult) else None,
+                charge,
+                late_wh=_late_wh(result),
             ),
         )
 
@@ -431,12 +438,23 @@ def setup_with(setup: Setup, pack: Pack | None, charge: float | None, payload_kg
     return replace(setup, battery=pack.battery, **given)
 
 
-def charge_left(budget: BatteryBudget | None, charge: float | None) -> float | None:
-    """Return the state of charge at the end of a flight begun with one; ``None``: not known. [-]"""
+def _late_wh(result: CheckResult | UnreadableMission) -> float:
+    assessment = result.assessment if isinstance(result, CheckResult) else None
+    return 0.0 if assessment is None else assessment.late_wh
+
+
+def charge_left(
+    budget: BatteryBudget | None, charge: float | None, *, late_wh: float = 0.0
+) -> float | None:
+    """Return the state of charge at the end of a flight begun with one; ``None``: not known. [-]
+
+    ``late_wh`` is what it takes above its prediction, as it is later. [Wh]
+    """
     if budget is None or charge is None:
         return None
     left = budget.charge_left_fraction
-    return max(charge - budget.used_fraction if left is None else left, 0.0)
+    left = charge - budget.used_fraction if left is None else left
+    return max(left - late_wh / budget.capacity_wh, 0.0)
 
 
 def fleet_totals(flown: Sequence[FlownSortie]) -> FleetTotals:

@@ -86,7 +86,7 @@ _OWN_CODES = frozenset(
     rule.code for rule in (SEPARATION, DUPLICATE_SYSTEM_ID, SEPARATION_UNCHECKED)
 )
 _LATE = 0.03
-"""Of a flight's time: what the times of reference steps are off without that. [-]"""
+"""Of the time a flight moves: what the times of reference steps are off without that. [-]"""
 _SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
 _LANDS_LATER_S = 20.0
 """What the last 10 m take at LAND_SPEED as it is delivered: a landing later than that holds its place up."""
@@ -302,7 +302,9 @@ def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
     late_s = float(a.lateness.in_all_s[:until].sum())
     landing_s = float(a.lateness.in_all_s[until:].sum())
     late_s += landing_s if landing_s > _LANDS_LATER_S else 0.0
-    if late_s > _LATE * a.flight.time_s:
+    segments = a.flight.motion.segments
+    moved_s = float(segments.duration_s[segments.state != STATE_INDEX[FlightState.HOVER]].sum())
+    if late_s > _LATE * moved_s:
         return f"flies slower than its model of reference steps, {quantity.duration(late_s)} in all (E108)"
     items, setup = result.assessment.mission.items, result.assessment.setup
     for one in (*result.findings, *result.suppressed):

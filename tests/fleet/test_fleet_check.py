@@ -33,7 +33,9 @@ from planner.fleet.approach import Cylinder, closest_approach
 from planner.fleet.charging import PackDay
 from planner.fleet.fleet import Charger, Pack
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
+from planner.flight.budget import BatteryBudget
 from planner.geo.fence import RallyPoint
+from planner.service.fleet import charge_left
 from planner.values import replace
 from planner.vehicle.battery import Battery
 
@@ -389,6 +391,20 @@ def test_unknown_altitudes_of_homes_leave_the_separation_open() -> None:
     [told] = messages(result, "S104")
     assert told.startswith("heights of s1 and s2 cannot be compared")
     assert (result.verdict, result.verdict_text) == ("no-go", "NOT CHECKED")
+
+
+def test_a_battery_has_less_left_by_what_a_flight_is_later_than_its_model() -> None:
+    budget = BatteryBudget(
+        capacity_wh=100.0,
+        usable_wh=90.0,
+        used_fraction=0.3,
+        reserve_fraction=0.2,
+        reserve_wh=20.0,
+        margin_wh=40.0,
+    )
+    assert charge_left(budget, 0.9) == pytest.approx(0.6)
+    assert charge_left(budget, 0.9, late_wh=15.0) == pytest.approx(0.45)
+    assert charge_left(budget, 0.9, late_wh=70.0) == 0.0
 
 
 @pytest.mark.parametrize(("planned_m", "told"), [(400.0, 0), (480.0, 1), (0.0, 0)])

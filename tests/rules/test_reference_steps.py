@@ -13,6 +13,7 @@ from rule_cases.case import ARDUPILOT, STEP, found, vehicle_of
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.flight.pilot import step_speeds_m_s
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
@@ -22,6 +23,7 @@ from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.parameters.resolve import resolve_parameters
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -120,6 +122,7 @@ FAR = mission(takeoff(100), waypoint(2000, 100), rtl())
         ("WPNAV_SPEED,500", 400.0),
         ("RTL_SPEED,100\nWPNAV_SPEED,1000", 1800.0),
         ("RTL_SPEED,1000\nWPNAV_SPEED,500", 200.0),
+        ("RTL_SPEED,0\nWPNAV_SPEED,500", 400.0),  # as missions are flown
         ("MPC_XY_CRUISE,5", 400.0),
         ("MPC_XY_VEL_MAX,5", 400.0),
         ("MPC_XY_VEL_MAX,20", 0.0),
@@ -557,3 +560,13 @@ def test_what_is_later_and_what_is_searched_for_have_to_fit_together(
     battery = Battery(capacity_wh=(plain.totals.energy_wh + margin_wh) / 0.8)
     told = of("T110", found(HOME, STEP, slow, battery=battery))
     assert [one.severity for one in told] == [severity]
+
+
+def test_a_return_speed_of_0_is_the_models_where_nothing_else_is_stated() -> None:
+    own = vehicle_of(STEP)
+    assert own.speed is not None
+    slow = replace(own, speed=replace(own.speed, default_m_s=4.0))
+    for parameters, back_m_s in (("RTL_SPEED,0\n", 4.0), ("RTL_SPEED,300\n", 3.0)):
+        given = parameters_from_text(parameters.encode(), source="p.param")
+        values = resolve_parameters(Autopilot.ARDUPILOT, file=given).values
+        assert step_speeds_m_s(slow, values).returning_m_s == back_m_s
