@@ -325,6 +325,13 @@ def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot
     return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None)
 
 
+def make_queue_pilot(setup: Setup, own_parameters: FlightParameters | None) -> Pilot:
+    """Return by whose times the queue of a mission goes on: the vehicle's own autopilot where it is known."""
+    if setup.flown_by is Autopilot.STEP and own_parameters is not None:
+        return make_own_pilot(setup.vehicle, own_parameters)
+    return make_pilot(setup, own_parameters)
+
+
 def step_speeds_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> StepSpeeds:
     """Return the level speeds of a vehicle of reference steps: those that are stated, else its model's.
 

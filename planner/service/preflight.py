@@ -30,6 +30,7 @@ from planner.flight.pilot import (
     flight_parameters,
     habits_of,
     make_pilot,
+    make_queue_pilot,
     own_parameters_of,
 )
 from planner.flight.prediction import predict_flight, sample_trace
@@ -513,7 +514,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
             return with_own_returns(own, places)
 
-        route = route_with_queue(mission, laid_home, make_pilot(setup, own_parameters))
+        route = route_with_queue(mission, laid_home, make_queue_pilot(setup, own_parameters))
     is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup)
     found += [
         replace(one, severity=Severity.WARNING)

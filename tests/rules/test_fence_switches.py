@@ -72,6 +72,19 @@ def test_a_fence_is_off_behind_a_turn_once_the_vehicle_has_turned(
     assert ("F101" in told) is leaves
 
 
+# 100 m from rest to rest take 28 s at 0.5 m/s², 17 s the model of reference steps: 250 m off, the fence of
+# 150 m goes on after 20 s.
+@pytest.mark.parametrize(("acceleration", "leaves"), [(50, True), (250, False)])
+def test_a_fence_is_on_by_the_time_the_vehicles_own_legs_take(
+    acceleration: int, *, leaves: bool
+) -> None:
+    wait = item(112, frame=2, params=(20.0, 0.0, 0.0, 0.0))
+    legs = (takeoff(20), at(0, 250), wait, ON, at(100, 250), OFF, at(0, 50), LANDS)
+    own = f"{CIRCLE.format(0)}WPNAV_ACCEL,{acceleration}\n"
+    told = findings_of(legs, autopilot=Autopilot.STEP, parameters=own)
+    assert ("F101" in told) is leaves
+
+
 def test_a_fence_behind_a_turn_is_on_at_once() -> None:
     """It may point there already: the leg back begins outside, and 36 s later would be inside."""
     heading = item(115, frame=2, params=(270.0, 5.0, 0.0, 0.0))
