@@ -38,10 +38,6 @@ _CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE})
 """Stages that are not divided where a speed changes."""
 _LEG_ERROR = 0.05
 """How far the time of a leg may be off. [-]"""
-_OF_CONSEQUENCE = frozenset(
-    {Command.DO_CHANGE_SPEED, Command.DO_FENCE_ENABLE, Command.DO_SET_HOME, Command.DO_PARACHUTE}
-)
-"""Commands whose carrying out or not changes what is judged."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -236,7 +232,7 @@ def _reported(
             item=one.item,
             place=mission.items[one.item - 1].place,
         )
-        if one.item in close and one.command in _OF_CONSEQUENCE:
+        if one.item in close:
             yield ITEM_NOT_MODELLED.finding(
                 f"{after}, and the leg is over within {quantity.percent(_LEG_ERROR)} of that: whether it is "
                 "carried out cannot be predicted",

@@ -347,9 +347,8 @@ def step_speeds_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) 
     model_m_s = vehicle.default_speed_m_s or math.inf  # a model of steps has one
     own_m_s = min(stated_m_s("cruise_speed_m_s", model_m_s), most_m_s)
     back_m_s = stated_m_s("return_speed_m_s", own_m_s)
-    if back_m_s == getattr(
-        parameters, "cruise_speed_m_s", None
-    ):  # 0, or the same: as missions are flown
+    # RTL_SPEED 0 stands for the speed of missions.
+    if back_m_s == getattr(parameters, "cruise_speed_m_s", None):
         back_m_s = own_m_s
     return StepSpeeds(own_m_s=own_m_s, returning_m_s=back_m_s, commanded_m_s=most_m_s)
 

@@ -414,11 +414,22 @@ def _uncounted_flight(
     if not (parameters.measures_battery and flown_wh > 0.0 and 0.0 < more_wh < math.inf):
         return
     more = more_wh / flown_wh
-    profile = battery_profile(
-        a.returns, pack, a.discharge, charge=a.charge, times=1.0 + more, later_s=a.lateness.in_all_s
-    )
     words = f"takes {quantity.percent(more)} more than predicted"
-    yield profile, 1.0, words, "which its model does not count (E105, E108)"
+    why = "which its model does not count (E105, E108)"
+    yield _hungry(a, pack, times=1.0 + more), 1.0, words, why
+
+
+def _hungry(a: Assessment, pack: Battery, *, times: float, less: float = 0.0) -> BatteryProfile:
+    """Return the battery along a flight that takes more, as `battery_profile` does."""
+    return battery_profile(
+        a.returns,
+        pack,
+        a.discharge,
+        charge=a.charge,
+        times=times,
+        less=less,
+        later_s=a.lateness.in_all_s,
+    )
 
 
 def _worse_flights(
@@ -436,15 +447,7 @@ def _worse_flights(
         # Of all that is as likely, what leaves least: by how much each of the two is off.
         off = max(math.hypot(of_flight, of_charge), _NO_DEVIATION)
         times, less = 1.0 + of_flight**2 / off / taken, of_charge**2 / off
-        hungry = battery_profile(
-            a.returns,
-            pack,
-            a.discharge,
-            charge=a.charge,
-            times=times,
-            less=less,
-            later_s=a.lateness.in_all_s,
-        )
+        hungry = _hungry(a, pack, times=times, less=less)
         begun = f", begun at {quantity.percent(a.charge - less)} of the charge" if less else ""
         yield hungry, 1.0, f"takes {quantity.percent(times - 1.0)} more than predicted{begun}"
     if isinstance(parameters, Px4Parameters) and parameters.flight_time_max_s > 0.0:
