@@ -321,7 +321,7 @@ gear, lights, log (``AUX_FUNC`` of ArduPilot's RC_Channel.h).  Any other may cha
 its fence, its motors."""
 
 
-_PARACHUTE_KEPT = frozenset({0, 1})
+PARACHUTE_OFF, PARACHUTE_ON = 0.0, 1.0
 """First parameters of DO_PARACHUTE that switch it off and on; 2 releases it (``ModeAuto::do_parachute``)."""
 
 
@@ -333,7 +333,7 @@ def goes_on_flying(command: int, param1: float | None, autopilot: Autopilot | No
     if command == Command.DO_AUX_FUNCTION:
         return param1 in _LOAD_FUNCTIONS
     if command == Command.DO_PARACHUTE:
-        return param1 in _PARACHUTE_KEPT
+        return param1 in {PARACHUTE_OFF, PARACHUTE_ON}
     skips = autopilot is not None and support(command, autopilot) is Support.SKIPPED
     return skips or command in _load_tables().flies_on
 

@@ -6,9 +6,11 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.mission.commands import Command
+from planner.mission.route.stage import StageKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, EXTREMES, PARAMETERS, PX4, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
@@ -154,42 +156,49 @@ PARACHUTE_RELEASED = Rule(
     summary="The vehicle descends so fast that it releases its parachute.",
     why="ArduPilot releases it, and stops its motors, where it has sunk faster than CHUTE_CRT_SINK for more "
     "than a second; a descent or a landing that is meant is no exception.",
-    how="CHUTE_ENABLED 1, or a DO_PARACHUTE that switches it on, and CHUTE_CRT_SINK above 0: the fastest "
+    how="While CHUTE_ENABLED 1 or a DO_PARACHUTE has it on, and CHUTE_CRT_SINK is above 0: the fastest "
     "descent of the flight, and of returns and their landings from its greatest height (WP_SPD_DN, "
     "LAND_SPD_HIGH_MS above LAND_ALT_LOW_M, LAND_SPD_MS): an error from CHUTE_CRT_SINK on, a warning from "
-    "0.8 of it, for a vehicle overshoots.",
+    "0.8 of it, for a vehicle overshoots, and where only a return during the take-off would.  A DO_PARACHUTE "
+    "0 behind a condition counts as never carried out, a 1 as carried out at once.",
     fix="raise CHUTE_CRT_SINK above the descents, or set it to 0",
     instead="the parameters of --params",
 )
 _NEAR_RELEASE = 0.8
-_SWITCHES_ON = 1.0
-"""First parameter of DO_PARACHUTE (``ModeAuto::do_parachute``)."""
 
 
 @judges(PARACHUTE_RELEASED, needs=(ARDUPILOT, EXTREMES))
 def _parachute_released(
     a: Assessment, parameters: ArduPilotParameters, extremes: Extremes
 ) -> Iterator[Finding]:
-    values = numbers(a)
+    values, stages = numbers(a), a.route.stages
     limit_m_s = values.get("CHUTE_CRT_SINK", 0.0)
-    switched = (a.mission.items[number - 1] for number in a.route.reached)
-    is_on = values.get("CHUTE_ENABLED", 0.0) > 0.0 or any(
-        one.command == Command.DO_PARACHUTE and one.param1 == _SWITCHES_ON for one in switched
-    )
-    if not (is_on and limit_m_s > 0.0):
+    is_on = np.full(len(stages), values.get("CHUTE_ENABLED", 0.0) > 0.0)
+    for switch in a.route.parachute_switches:
+        is_on[switch.first_stage :] = switch.is_on
+    if not (is_on.any() and limit_m_s > 0.0):
         return
-    own_m_s = parameters.land_speed_m_s
+    motion = a.flight.motion
+    stage = np.minimum(motion.segment_stage[motion.piece_segment], len(stages) - 1)
+    sinks_m_s = -float(a.flight.node_state.climb_m_s[is_on[stage]].min(initial=0.0))
+    return_m_s = parameters.land_speed_m_s
     if max(extremes.highest_m, parameters.return_altitude_m) > parameters.land_slow_height_m:
-        own_m_s = max(own_m_s, parameters.land_high_speed_m_s)
-    sinks_m_s = max(own_m_s, -extremes.descent_m_s.value)
-    if sinks_m_s < _NEAR_RELEASE * limit_m_s:
+        return_m_s = max(return_m_s, parameters.land_high_speed_m_s)
+    is_only_taking_off = not any(is_on[[one.kind is not StageKind.TAKEOFF for one in stages]])
+    if not is_only_taking_off:
+        sinks_m_s = max(sinks_m_s, return_m_s)
+    which, fastest_m_s = "", sinks_m_s
+    if fastest_m_s < _NEAR_RELEASE * limit_m_s and is_only_taking_off:
+        which, fastest_m_s = "a return during the take-off ", return_m_s
+    if fastest_m_s < _NEAR_RELEASE * limit_m_s:
         return
-    is_released = sinks_m_s >= limit_m_s * (1.0 - _SAME_NUMBER)
+    is_released = fastest_m_s >= limit_m_s * (1.0 - _SAME_NUMBER)
     yield a.finding(
         PARACHUTE_RELEASED,
-        f"descends at up to {quantity.speed(sinks_m_s)}; at CHUTE_CRT_SINK, {quantity.speed(limit_m_s)}, "
+        f"{which}descends at up to {quantity.speed(fastest_m_s)}; at CHUTE_CRT_SINK, "
+        f"{quantity.speed(limit_m_s)}, "
         f"ArduPilot {'releases its parachute and stops its motors' if is_released else 'would release it'}",
-        severity=None if is_released else Severity.WARNING,
+        severity=None if is_released and not which else Severity.WARNING,
     )
 
 

@@ -501,6 +501,37 @@ def test_a_parachute_that_the_mission_switches_on_is_released_too(
     assert ("M132" in {one.code for one in reported}) is releases
 
 
+CHUTE_OFF, CHUTE_ON = (item(208, frame=2, params=(does, 0.0, 0.0, 0.0)) for does in (0.0, 1.0))
+WAIT = item(112, frame=2, params=(5.0, 0.0, 0.0, 0.0))
+NEAR, HIGHER, LOWER = waypoint(100, 100), waypoint(200, 150), waypoint(300, 60)
+
+
+# Legs descend at 1.5 m/s at most, returns too; the take-off and legs up do not.
+@pytest.mark.parametrize(
+    ("items", "severity"),
+    [
+        ((CHUTE_OFF, NEAR, rtl()), Severity.WARNING),  # a return during the take-off
+        ((NEAR, CHUTE_OFF, HIGHER, rtl()), Severity.ERROR),  # a return on the way to the first place
+        ((CHUTE_OFF, HIGHER, CHUTE_ON, LOWER, rtl()), Severity.ERROR),
+        ((CHUTE_OFF, HIGHER, LOWER, rtl(), CHUTE_ON), Severity.WARNING),  # never reached
+        ((WAIT, CHUTE_OFF, NEAR, rtl()), Severity.ERROR),  # held back, for how long is not asked
+    ],
+)
+def test_a_parachute_is_released_only_while_it_is_on(
+    items: tuple[MissionItem, ...], severity: Severity
+) -> None:
+    """``AP_Parachute::update`` returns at once where it is not enabled."""
+    flown = mission(takeoff(100), *items)
+    reported = found(flown, ARDUPILOT, "CHUTE_ENABLED,1\nCHUTE_CRT_SINK,1\n")
+    assert [one.severity for one in reported if one.code == "M132"] == [severity]
+
+
+def test_a_parachute_that_is_off_before_the_takeoff_is_never_released() -> None:
+    flown = mission(CHUTE_OFF, takeoff(100), NEAR, rtl())
+    reported = found(flown, ARDUPILOT, "CHUTE_ENABLED,1\nCHUTE_CRT_SINK,1\n")
+    assert "M132" not in {one.code for one in reported}
+
+
 @pytest.mark.parametrize(
     ("second", "codes"),
     [

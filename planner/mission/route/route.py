@@ -659,6 +659,10 @@ def _laid_out(
             replace(one, first_stage=one.first_stage + assumed if one.first_stage else 0)
             for one in state.fence_switches
         ),
+        parachute_switches=tuple(
+            replace(one, first_stage=one.first_stage + assumed if one.first_stage else 0)
+            for one in state.parachute_switches
+        ),
         held=tuple(
             replace(one, first_stage=one.first_stage + assumed, last_stage=one.last_stage + assumed)
             for one in state.held

@@ -177,6 +177,15 @@ class FenceSwitch(Value):
     item: int
 
 
+class ParachuteSwitch(Value):
+    """DO_PARACHUTE that switches the parachute on or off, carried out."""
+
+    first_stage: int
+    """Position in the route's stages: it counts while this one is flown, and those after it."""
+    is_on: bool
+    item: int
+
+
 class Route(Value):
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
@@ -198,6 +207,8 @@ class Route(Value):
     """The homes set by DO_SET_HOME, in flown order; the first home is where the frame begins."""
     fence_switches: tuple[FenceSwitch, ...] = ()
     """What the mission switches of the fence, in flown order."""
+    parachute_switches: tuple[ParachuteSwitch, ...] = ()
+    """Where the mission switches the parachute, in flown order."""
     return_height_m: float | None = None
     """Height above home that the mission's file states for returns. [m]"""
     held: tuple[HeldItem, ...] = ()

@@ -15,6 +15,8 @@ from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import (
     AMSL_FRAMES,
+    PARACHUTE_OFF,
+    PARACHUTE_ON,
     RELATIVE_FRAMES,
     TERRAIN_FRAMES,
     Command,
@@ -45,6 +47,7 @@ from planner.mission.route.stage import (
     FenceAction,
     FenceSwitch,
     HomePlace,
+    ParachuteSwitch,
     Stage,
     StageKind,
 )
@@ -415,6 +418,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     homes_deg: list[tuple[float, float]] = field(default_factory=list)
     """Latitude and longitude of each. [°]"""
     fence_switches: list[FenceSwitch] = field(default_factory=list)
+    parachute_switches: list[ParachuteSwitch] = field(default_factory=list)
     firings: Mapping[int, float] = field(default_factory=dict)
     """Of items held back, by their position among the reached, how far along its leg each is carried
     out; one that is not among them is dropped. [-]"""
@@ -907,6 +911,15 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
                 FenceSwitch(first_stage=len(self.stages), action=action, item=self.number)
             )
 
+    def switch_parachute(self, item: MissionItem) -> None:
+        """Switch the parachute on or off: on at once, off only where no condition may hold it back."""
+        is_on = item.param1 == PARACHUTE_ON
+        if is_on or (item.param1 == PARACHUTE_OFF and not self.conditions):
+            self.parachute_switches.append(
+                ParachuteSwitch(first_stage=len(self.stages), is_on=is_on, item=self.number)
+            )
+        self.pass_by(item)
+
     def pass_by(self, item: MissionItem) -> None:
         """Follow an item that is no flight of its own, or none that is predicted."""
         wait_s = self.habits.payload_waits_s.get(item.command, 0.0) if self._in_air else 0.0
@@ -1116,5 +1129,6 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
     Command.DO_CHANGE_SPEED: MissionState.change_speed,
     Command.DO_SET_HOME: MissionState.set_home,
     Command.DO_FENCE_ENABLE: MissionState.switch_fence,
+    Command.DO_PARACHUTE: MissionState.switch_parachute,
 }
 """How each command is followed; any other is passed by."""
