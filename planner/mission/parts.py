@@ -29,11 +29,13 @@ if TYPE_CHECKING:
 
 _RELAY, _SERVO, _ACTUATOR, _SPRAYER, _AUXILIARY = 181, 183, 187, 216, 218
 _ROI_NONE = 197
-_PARACHUTE, _RELEASED = 208, 2.0
+_RELEASED = 2.0
 _TRIGGER_INTERVAL, _TRIGGER, _OBLIQUE = 214, 2003, 260
 _START_IMAGES, _STOP_IMAGES, _START_VIDEO, _STOP_VIDEO = 2000, 2001, 2500, 2501
 _ONE_IMAGE = 1.0
 _OF_AN_OUTPUT = frozenset({_RELAY, _SERVO, _AUXILIARY})
+_PROTECTING = frozenset({Command.DO_FENCE_ENABLE, Command.DO_PARACHUTE})
+"""Commands that set what the vehicle does on the way out too."""
 _FAMILIES: dict[int, str] = {
     **dict.fromkeys((80, 195, 196, _ROI_NONE, 198, 201), "place to look at"),
     **dict.fromkeys((205, 220, 1000), "gimbal angles"),
@@ -46,7 +48,7 @@ _FAMILIES: dict[int, str] = {
     _OBLIQUE: "oblique survey",
     **{
         command: f"command {command}"
-        for command in (200, 202, 204, 207, _PARACHUTE, 215, 405, 530, 531, 532, 534, 1001)
+        for command in (200, 202, 204, *_PROTECTING, 215, 405, 530, 531, 532, 534, 1001)
     },
     **{command: f"output {command}" for command in (_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT)},
 }
@@ -140,7 +142,7 @@ def _family(item: MissionItem, dialect: Autopilot | None) -> object | None:
         return ("speed", 1.0 if dialect is Autopilot.PX4 else item.param1 or 1.0)
     if item.command == _START_IMAGES and item.param3 == _ONE_IMAGE:
         return None  # one photo, taken
-    if is_relative_yaw(item) or (item.command == _PARACHUTE and item.param1 == _RELEASED):
+    if is_relative_yaw(item) or (item.command == Command.DO_PARACHUTE and item.param1 == _RELEASED):
         return None
     if item.command in _OF_AN_OUTPUT:
         return (item.command, item.param1)
@@ -422,10 +424,12 @@ def mission_part(
 def _way_out(flown: FlownItems, start: SplitPoint) -> list[MissionItem]:
     """Return what leads from home to where a part is taken up, and sets there what was set.
 
-    The way is level: at the height of the take-off or of that place, whichever is higher.
+    The way is level: at the height of the take-off or of that place, whichever is higher.  A fence or a
+    parachute that is set since before the take-off is set before that of the part, too.
     """
     before = flown.items[: start.step]
-    state = flown.states[start.step]
+    state, at_takeoff = flown.states[start.step], flown.states[flown.first].items
+    kept = [one for one in state.settings() if one.command in _PROTECTING and one in at_takeoff]
     place = _waypoint(flown, start, _item_before(flown, start.step))
     rise_m = _height_m(flown, start) - flown.route.stages[0].height_m
     items = [
@@ -435,11 +439,12 @@ def _way_out(flown: FlownItems, start: SplitPoint) -> list[MissionItem]:
         and item.command not in {Command.NAV_DELAY, *_DELAYING}
         and not (is_repeatable(item) or is_output(item))
     ]
+    items += kept
     items.append(_takeoff(flown, max(rise_m, 0.0)))
     items += state.speeds()
     if rise_m < -_SAME_HEIGHT_M:
         items.append(replace(place, altitude_m=(place.altitude_m or 0.0) - rise_m))
-    return [*items, place, *state.settings()]
+    return [*items, place, *(one for one in state.settings() if one not in kept)]
 
 
 def _takeoff(flown: FlownItems, higher_m: float) -> MissionItem:

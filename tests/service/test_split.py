@@ -187,6 +187,28 @@ def test_outputs_are_set_again_and_the_pilot_is_told() -> None:
     check_cover(whole, split)
 
 
+@pytest.mark.parametrize("command", [207, 208])
+def test_a_fence_or_parachute_on_since_before_the_takeoff_is_on_the_way_out_too(
+    command: int,
+) -> None:
+    """What a mission sets later is set where the part begins; ``AP_Mission::start_command_fence``."""
+    on, off = (item(command, params=(does, 0.0, 0.0, 0.0), frame=2) for does in (1.0, 0.0))
+    far, near = waypoint(2000.0, 40.0), waypoint(100.0, 40.0)
+    wide = FenceCircle(inclusion=True, latitude_deg=47.0, longitude_deg=8.0, radius_m=5e3)
+    for before, inside, expected in (
+        ((on,), (), [command, 22, 16]),
+        ((), (on,), [22, 16, command]),
+        ((on,), (off,), [22, 16, command]),
+    ):
+        whole = mission(*before, takeoff(40.0), near, *inside, far, near, far, rtl())
+        whole = replace(whole, fence=Fence(circles=(wide,)))
+        split = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=60.0))
+        later = read_plan_text(split.parts[1].text, source="part-02.plan")
+        assert [one.command for one in later.items if one.command in {command, 22, 16}][
+            :3
+        ] == expected
+
+
 @pytest.mark.parametrize(
     ("made", "said"),
     [
