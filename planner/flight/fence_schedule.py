@@ -64,7 +64,9 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
     return FenceSchedule(areas=areas, limits=limits, floor=floor)
 
 
-def return_ceilings_m(route: Route, parameters: ArduPilotParameters) -> FloatArray:
+def return_ceilings_m(
+    route: Route, parameters: ArduPilotParameters, schedule: FenceSchedule
+) -> FloatArray:
     """Return how high returns may climb that begin in each stage, above the home that counts. (stages,) [m]
 
     ``ModeRTL::compute_return_target`` asks which limits are enabled as a return begins: FENCE_ALT_MAX less
@@ -73,7 +75,7 @@ def return_ceilings_m(route: Route, parameters: ArduPilotParameters) -> FloatArr
     count = len(route.stages)
     if not parameters.fence_type & CEILING:
         return np.full(count, np.inf)
-    is_on = fence_schedule(route, parameters).limits.copy()
+    is_on = schedule.limits.copy()
     if not parameters.fence_enable and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF:
         is_on &= [stage.kind is not StageKind.TAKEOFF for stage in route.stages]
     ceiling_m = parameters.fence_height_max_m - parameters.fence_margin_m
@@ -81,7 +83,11 @@ def return_ceilings_m(route: Route, parameters: ArduPilotParameters) -> FloatArr
 
 
 def rally_is_taken(
-    route: Route, parameters: ArduPilotParameters, *, height_m: FloatArray, from_home_m: FloatArray
+    parameters: ArduPilotParameters,
+    schedule: FenceSchedule,
+    *,
+    height_m: FloatArray,
+    from_home_m: FloatArray,
 ) -> BoolArray:
     """Return whether a return that begins in a stage may lead to a rally point. (stages, r)
 
@@ -90,14 +96,14 @@ def rally_is_taken(
 
     Parameters
     ----------
-    route, parameters
-        As of `fence_schedule`.
+    parameters, schedule
+        When what of its fence is on.
     height_m : ndarray
         Of each point above the home that counts. (r,) [m]
     from_home_m : ndarray
         Distance of each from the home that counts in a stage. (stages, r) [m]
     """
-    schedule, kind = fence_schedule(route, parameters), parameters.fence_type
+    kind = parameters.fence_type
     limits, floor = schedule.limits[:, None], schedule.floor[:, None]
     is_out = limits & bool(kind & CEILING) & (height_m > parameters.fence_height_max_m)
     is_out |= floor & bool(kind & FLOOR) & (height_m < parameters.fence_height_min_m)

@@ -269,7 +269,9 @@ RALLY_OUTSIDE = Rule(
     summary="A rally point is outside the fence.",
     why="A return to a rally point outside the fence is a breach: it ended in LAND and a crash "
     "(ArduPilot #7333).",
-    how="Each rally point against every area of the fence.",
+    how="Each rally point against every area of the fence that is on during the flight, and against the "
+    "circle around home where that is on throughout: while it is on, ArduPilot returns to no point beyond "
+    "it, and while DO_FENCE_ENABLE has it off that is no breach.",
     fix="move the rally point, or the fence",
     instead="a rally point inside the fence",
 )
@@ -442,12 +444,11 @@ def flight_in_fence(a: Assessment) -> Iterator[Finding]:
     barriers = [barrier for barrier in flown.area.barriers if not flown.is_clear_of(barrier)]
     if not barriers:
         return
-    home = a.route.frame
-    yield from _places(
-        flown.frame,
-        [barrier for barrier in barriers if not flown.is_of_moved_home(barrier)],
-        home_deg=(home.latitude_deg, home.longitude_deg),
-        rally=a.mission.rally,
+    home, rally = a.route.frame, a.mission.rally
+    of_start = [barrier for barrier in barriers if not flown.is_of_moved_home(barrier)]
+    yield from _home_outside(flown.frame, of_start, (home.latitude_deg, home.longitude_deg))
+    yield from _rally_outside(
+        flown.frame, [b for b in of_start if flown.keeps_from_rally(b)], rally
     )
     crossing, findings = _crossings(flown, barriers)
     yield from findings
@@ -468,7 +469,9 @@ def fence_alone(
     yield from _size(autopilot, fence)
     yield from _enforcement(parameters)
     yield from area.findings
-    yield from _places(frame, area.barriers, home_deg=home_deg, rally=mission.rally)
+    if home_deg is not None:
+        yield from _home_outside(frame, area.barriers, home_deg)
+    yield from _rally_outside(frame, area.barriers, mission.rally)
 
 
 def _size(autopilot: Autopilot, fence: Fence) -> Iterator[Finding]:
@@ -504,33 +507,49 @@ def _enforcement(
         yield FENCE_OFF.finding(reason)
 
 
-def _places(
+def _home_outside(
+    frame: LocalFrame, barriers: Sequence[Barrier], home_deg: tuple[float, float]
+) -> Iterator[Finding]:
+    yield from _outside(HOME_OUTSIDE, "home", frame, barriers, degrees=home_deg)
+
+
+def _rally_outside(
+    frame: LocalFrame, barriers: Sequence[Barrier], rally: Sequence[RallyPoint]
+) -> Iterator[Finding]:
+    for number, point in enumerate(rally, start=1):
+        yield from _outside(
+            RALLY_OUTSIDE,
+            f"rally point {number}",
+            frame,
+            barriers,
+            degrees=(point.latitude_deg, point.longitude_deg),
+            place=point.place,
+        )
+
+
+def _outside(
+    rule: Rule,
+    name: str,
     frame: LocalFrame,
     barriers: Sequence[Barrier],
     *,
-    home_deg: tuple[float, float] | None,
-    rally: Sequence[RallyPoint],
+    degrees: tuple[float, float],
+    place: Place | None = None,
 ) -> Iterator[Finding]:
-    """Yield findings where home or a rally point is outside."""
-    places: list[tuple[str, tuple[float, float], Place | None]] = []
-    if home_deg is not None:
-        places.append(("home", home_deg, None))
-    places += [
-        (f"rally point {number}", (point.latitude_deg, point.longitude_deg), point.place)
-        for number, point in enumerate(rally, start=1)
-    ]
-    for name, degrees, place in places if barriers else ():
-        point_m = np.column_stack(frame.east_north_m([degrees[0]], [degrees[1]]))
-        inside_m = [float(barrier.signed_distance_m(point_m)[0]) for barrier in barriers]
-        away_m = -min(inside_m)
-        if away_m <= 0.0:
-            continue
-        there = (round(degrees[0], 7), round(degrees[1], 7))
-        yield (HOME_OUTSIDE if name == "home" else RALLY_OUTSIDE).finding(
-            f"{name} is {quantity.distance(away_m)} outside {barriers[inside_m.index(-away_m)].label}",
-            place=place,
-            stretch=FlightStretch(start_deg=there, end_deg=there, distance_m=away_m),
-        )
+    """Yield the finding where a place is outside a barrier."""
+    if not barriers:
+        return
+    point_m = np.column_stack(frame.east_north_m([degrees[0]], [degrees[1]]))
+    inside_m = [float(barrier.signed_distance_m(point_m)[0]) for barrier in barriers]
+    away_m = -min(inside_m)
+    if away_m <= 0.0:
+        return
+    there = (round(degrees[0], 7), round(degrees[1], 7))
+    yield rule.finding(
+        f"{name} is {quantity.distance(away_m)} outside {barriers[inside_m.index(-away_m)].label}",
+        place=place,
+        stretch=FlightStretch(start_deg=there, end_deg=there, distance_m=away_m),
+    )
 
 
 def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], list[Finding]]:

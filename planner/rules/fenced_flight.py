@@ -161,6 +161,17 @@ class FencedFlight(Value, eq=False, dict=True):
         """Return whether a barrier is the circle around a home that the mission sets in flight."""
         return barrier in self.around_homes[1:]
 
+    def keeps_from_rally(self, barrier: Barrier) -> bool:
+        """Return whether rally points have to be inside a barrier.
+
+        ArduPilot takes none beyond the circle of FENCE_RADIUS while that is on
+        (``AP_Rally_Copter::is_valid``), and beyond it none is outside while it is off.
+        """
+        is_on = self.is_on(barrier)
+        if barrier in self.around_homes and self.assessment.autopilot is Autopilot.ARDUPILOT:
+            return bool(is_on.all())
+        return bool(is_on.any())
+
     def is_path_near(self, barrier: Barrier) -> BoolArray:
         """Return whether each leg passes a barrier within the position error. (n,)"""
         near = np.zeros(len(self.group), dtype=bool)

@@ -511,7 +511,10 @@ NEAR, HIGHER, LOWER = waypoint(100, 100), waypoint(200, 150), waypoint(300, 60)
     ("items", "severity"),
     [
         ((CHUTE_OFF, NEAR, rtl()), Severity.WARNING),  # a return during the take-off
-        ((NEAR, CHUTE_OFF, HIGHER, rtl()), Severity.ERROR),  # a return on the way to the first place
+        (
+            (NEAR, CHUTE_OFF, HIGHER, rtl()),
+            Severity.ERROR,
+        ),  # a return on the way to the first place
         ((CHUTE_OFF, HIGHER, CHUTE_ON, LOWER, rtl()), Severity.ERROR),
         ((CHUTE_OFF, HIGHER, LOWER, rtl(), CHUTE_ON), Severity.WARNING),  # never reached
         ((WAIT, CHUTE_OFF, NEAR, rtl()), Severity.ERROR),  # held back, for how long is not asked

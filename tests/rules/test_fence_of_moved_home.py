@@ -88,6 +88,45 @@ def test_a_rally_point_need_not_be_within_the_circle_of_a_home_set_later() -> No
     assert "F103" not in found
 
 
+def switch(is_on: float) -> MissionItem:
+    return item(207, frame=2, params=(is_on, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("switched", "is_outside"),
+    [
+        ((), True),
+        ((switch(0.0), takeoff(20), at(0.0, 300.0), rtl()), False),
+        (
+            (takeoff(20), switch(0.0), at(0.0, 300.0), rtl()),
+            False,
+        ),  # on while it climbs: it flies home
+        ((takeoff(20), at(0.0, 300.0), rtl(), switch(0.0)), True),  # never reached
+    ],
+)
+def test_a_rally_point_beyond_a_circle_that_the_mission_has_off_is_not_outside(
+    switched: tuple[MissionItem, ...], *, is_outside: bool
+) -> None:
+    """``AP_Rally_Copter::is_valid`` asks the fences that are enabled then."""
+    flown = switched or (takeoff(20), at(0.0, 300.0), rtl())
+    for north_m, beyond in ((-599.0, False), (-601.0, True)):
+        found = findings_of(
+            flown,
+            autopilot=ARDUPILOT,
+            parameters=CIRCLE[ARDUPILOT],
+            rally_points=(rally(0.0, north_m),),
+        )
+        assert ("F103" in found) is (is_outside and beyond)
+
+
+def test_px4_returns_to_a_rally_point_beyond_its_circle() -> None:
+    flown = (takeoff(20), at(0.0, 400.0), set_home(-100.0), at(0.0, 300.0), land(-100.0))
+    found = findings_of(
+        flown, autopilot=PX4, parameters=CIRCLE[PX4], rally_points=(rally(0.0, 610.0),)
+    )
+    assert "F103" in found
+
+
 @settings(max_examples=10)
 @given(
     homes_m=st.lists(st.integers(-500, 500).map(float), min_size=1, max_size=3),

@@ -268,16 +268,17 @@ def make_destinations(
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):
-        from planner.flight.fence_schedule import rally_is_taken, return_ceilings_m
+        from planner.flight.fence_schedule import fence_schedule, rally_is_taken, return_ceilings_m
 
+        schedule = fence_schedule(route, parameters)
         home_m = straight.home_ground_m[straight.home_of(np.arange(len(route.stages))), :2]
         away_m = straight.rally_ground_m[None, :, :2] - home_m[:, None]
         return replace(
             straight,
-            return_ceiling_m=return_ceilings_m(route, parameters),
+            return_ceiling_m=return_ceilings_m(route, parameters, schedule),
             rally_is_taken=rally_is_taken(
-                route,
                 parameters,
+                schedule,
                 height_m=height,
                 from_home_m=np.hypot(away_m[..., 0], away_m[..., 1]),
             ),
