@@ -43,11 +43,10 @@ from planner.units import wh_from_j
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from planner.arrays import FloatArray
+    from planner.arrays import FloatArray, IntArray
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.reach import Situations
-    from planner.flight.returns.tightest import ReturnPlan
 
 _MEASURED_SPEED = np.array([0.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0]) / 15.0
 _MEASURED_W = np.array([353.0, 331.0, 307.0, 298.0, 322.0, 370.0, 482.0])
@@ -60,45 +59,56 @@ _HOVER = STATE_INDEX[FlightState.HOVER]
 class Uncounted(Value, eq=False):
     """What a flight may take above its prediction, whatever it flies on."""
 
-    pieces_j: FloatArray
-    """Of each piece of the flight, at most; infinite where the vehicle may not come forward. (p,) [J]"""
-    piece_begun_s: FloatArray
-    """When the segment of each piece begins. (p,) [s]"""
+    segments_wh: FloatArray
+    """Of each segment of the flight, at most; infinite where the vehicle may not come forward. (s,) [Wh]"""
     of_returns: float
     """Fraction of the energy of a return. [-]"""
 
     @classmethod
-    def of(cls, flight: Flight, reach: Situations, shown_m_s: float | None = None) -> Uncounted:
+    def of(
+        cls,
+        flight: Flight,
+        reach: Situations,
+        shown_m_s: float | None = None,
+        *,
+        later_s: FloatArray,
+    ) -> Uncounted:
         """Return what a flight may take in all situations it may come to.
 
         ``shown_m_s`` is the highest airspeed its model shows it to hold; default what it was identified at.
+        ``later_s`` is what its segments take longer than predicted, at the power of a hover and so many
+        times more of it as the worst of their situations. (s,) [s]
         """
         more, motion = power_ratio(flight.power, reach, shown_m_s) - 1.0, flight.motion
         of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
+        count = len(later_s)
         if np.isfinite(more).all():
             added_w = np.maximum(flight.node_power_w, 0.0) * of_mission
             pieces_j = added_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
+            worst = np.zeros(count)
+            np.maximum.at(worst, motion.piece_segment, of_mission.max(axis=1))
+            late_j = flight.hover_near_home_w * later_s * worst
+            segments_j = np.bincount(motion.piece_segment, pieces_j, count) + late_j
         else:
-            pieces_j = np.full(len(of_mission), np.inf)
-        begun_s = motion.segments.end_s - motion.segments.duration_s
+            segments_j = np.full(count, np.inf)
         return cls(
-            pieces_j=pieces_j,
-            piece_begun_s=begun_s[motion.piece_segment],
+            segments_wh=np.asarray(wh_from_j(segments_j), np.float64),
             of_returns=float(more[reach.kind == SituationKind.RETURN].max(initial=0.0)),
         )
 
-    def energies_wh(self, plan: ReturnPlan | None) -> tuple[float, float]:
-        """Return what the flight may take above its prediction, and its tightest return with the way there.
+    @property
+    def flown_wh(self) -> float:
+        """What the flight may take above its prediction, at most; infinite as its segments. [Wh]"""
+        return float(self.segments_wh.sum())
 
-        Both at most, both at least 0; infinite where the vehicle may not come forward at all. [Wh]
+    def returned_wh(self, segment: IntArray, energy_wh: FloatArray) -> FloatArray:
+        """Return what returns of such energies may take more, with the flight up to the segments' ends. (n,)
+
+        [Wh]
         """
-        flown_wh = float(wh_from_j(self.pieces_j.sum()))
-        if not math.isfinite(flown_wh):
-            return math.inf, math.inf
-        if plan is None or plan.tightest is None:
-            return flown_wh, 0.0
-        before_j = self.pieces_j[self.piece_begun_s < plan.tightest.time_s].sum()
-        return flown_wh, float(wh_from_j(before_j)) + plan.energy_home_wh * self.of_returns
+        if not math.isfinite(self.flown_wh):
+            return np.full(len(segment), np.inf)
+        return np.cumsum(self.segments_wh)[segment] + energy_wh * self.of_returns
 
 
 def power_ratio(

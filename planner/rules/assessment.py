@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import shown_airspeed_m_s
@@ -12,24 +15,38 @@ from planner.units import wh_from_j
 from planner.values import Value
 
 if TYPE_CHECKING:
-    import numpy as np
-
+    from planner.arrays import FloatArray
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
     from planner.flight.failsafe import BatteryProfile
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.reach import Situations
-    from planner.flight.returns.path import Returns
+    from planner.flight.returns.path import FlownReturns, Returns
     from planner.flight.returns.tightest import ReturnPlan
     from planner.flight.uncounted import Uncounted
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
-    from planner.rules.model import Lateness
+    from planner.rules.lateness import Lateness, LateReturns
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.resolve import FlightParameters
+
+
+class Margin(Value, kw_only=False):
+    """What is left above the reserve as predicted, and what is taken of it besides, at most. [Wh]"""
+
+    predicted_wh: float
+    late_wh: float
+    """As the vehicle is later than its model of reference steps, at the power of a hover."""
+    uncounted_wh: float
+    """Where its model says nothing; infinite where it may not come forward at all."""
+
+    @property
+    def left_wh(self) -> float:
+        """What is left with all of that, at least. [Wh]"""
+        return self.predicted_wh - self.late_wh - self.uncounted_wh
 
 
 class Assessment(Value, eq=False, dict=True):
@@ -78,7 +95,9 @@ class Assessment(Value, eq=False, dict=True):
         """What the flight may take above its prediction where the model says nothing."""
         from planner.flight.uncounted import Uncounted
 
-        return Uncounted.of(self.returns.flight, self.reach, self.shown_airspeed_m_s)
+        return Uncounted.of(
+            self.returns.flight, self.reach, self.shown_airspeed_m_s, later_s=self.lateness.in_all_s
+        )
 
     @cached_property
     def battery_profile(self) -> BatteryProfile | None:
@@ -98,31 +117,68 @@ class Assessment(Value, eq=False, dict=True):
     @cached_property
     def lateness(self) -> Lateness:
         """How much longer the vehicle takes than its model of reference steps."""
-        from planner.rules.model import lateness_of
+        from planner.rules.lateness import lateness_of
 
         return lateness_of(self)
+
+    @cached_property
+    def late_returns(self) -> LateReturns:
+        """How much longer the returns of the sample take than that has them."""
+        from planner.rules.lateness import late_returns_of
+
+        return late_returns_of(self, self.returns.sample)
+
+    def hovered_wh(self, time_s: float) -> float:
+        """Return the energy of a hover near home. [Wh]"""
+        return wh_from_j(self.flight.hover_near_home_w * time_s)
 
     @property
     def late_wh(self) -> float:
         """What the flight takes above its prediction, as it is later, at the power of a hover. [Wh]"""
-        late_s = float(self.lateness.in_all_s.sum())
-        return wh_from_j(self.flight.hover_near_home_w * late_s) if late_s else 0.0
+        return self.hovered_wh(float(self.lateness.in_all_s.sum()))
+
+    def late_return_wh(self, flown: FlownReturns, late: LateReturns) -> FloatArray:
+        """Return what returns take above their prediction for being later, with the way there. (n,) [Wh]"""
+        before_s = np.cumsum(self.lateness.in_all_s)[flown.points.segment]
+        return wh_from_j(self.flight.hover_near_home_w * (before_s + late.in_all_s))
 
     @cached_property
-    def beyond_wh(self) -> tuple[float, float]:
-        """What the flight, and its tightest return with the way there, may take above their predictions.
+    def margins(self) -> tuple[Margin, ...]:
+        """Of the flight, and of the return that leaves least; none without a battery."""
+        if self.battery is None:
+            return ()
+        flown = Margin(self.battery.margin_wh, self.late_wh, self.uncounted.flown_wh)
+        returned = self.return_margin(counts_uncounted=True)
+        return (flown,) if returned is None else (flown, returned)
 
-        What their model does not count, and what they take longer, at the power of a hover; of the return
-        itself the former alone. [Wh]
-        """
-        plan, late_s = self.return_plan, self.lateness.in_all_s
-        flown_wh, returned_wh = self.uncounted.energies_wh(plan)
-        hover_w, segments = self.flight.hover_near_home_w, self.flight.motion.segments
-        flown_wh += self.late_wh
-        if plan is not None and plan.tightest is not None:
-            before_s = late_s[segments.start_s < plan.tightest.time_s].sum()
-            returned_wh += wh_from_j(hover_w * float(before_s))
-        return flown_wh, returned_wh
+    @property
+    def left_wh(self) -> float:
+        """What is left of these at least; infinite without a battery. [Wh]"""
+        return min((one.left_wh for one in self.margins), default=math.inf)
+
+    def return_margin(self, *, counts_uncounted: bool) -> Margin | None:
+        """Return that of the return that leaves least, with the way there; ``None``: there is none."""
+        plan, sample = self.return_plan, self.returns.sample
+        if plan is None or plan.margin_wh is None or sample is None:
+            return None
+        taken_wh = sample.points.used_wh + sample.energy_wh
+        late_wh, uncounted_wh = self.returns_beyond_wh
+        if not counts_uncounted:
+            uncounted_wh = np.zeros(len(taken_wh))
+        row = int(np.argmax(taken_wh + late_wh + uncounted_wh))
+        # The plan's is refined between the points of the sample.
+        predicted_wh = plan.margin_wh + float(taken_wh.max() - taken_wh[row])
+        return Margin(predicted_wh, float(late_wh[row]), float(uncounted_wh[row]))
+
+    @cached_property
+    def returns_beyond_wh(self) -> tuple[FloatArray, FloatArray]:
+        """What the returns of the sample take besides, as `Margin`, with the way there. (n,), (n,) [Wh]"""
+        sample, late = self.returns.sample, self.late_returns
+        if sample is None:
+            return np.zeros(0), np.zeros(0)
+        late_wh = wh_from_j(self.flight.hover_near_home_w * late.in_all_s)
+        uncounted_wh = self.uncounted.returned_wh(sample.points.segment, sample.energy_wh + late_wh)
+        return self.late_return_wh(sample, late), uncounted_wh
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

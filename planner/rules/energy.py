@@ -549,7 +549,8 @@ EMPTY_AT_RISK = Rule(
     why="A reserve that is used is a warning; an empty battery is a vehicle lost.  With --reserve 0% a "
     "flight that lands with 1 % left was a go.",
     how="The chance that the energy needed exceeds all the battery holds, for the flight and for the "
-    "return from where it is tightest: more than 1 %.  By the 10,000 samples of E119 where the model "
+    "return from where it is tightest, each with what it takes longer by its parameters (E108): more "
+    "than 1 %.  By the 10,000 samples of E119 where the model "
     "has a [spread], else by standard deviations of 5 % of the energy and of the charge as given, and by "
     "each other condition two standard deviations off, one flight in 44, alone and with the others, as of a "
     "wind that slows the vehicle.  Left to E101 and E102 where the prediction itself is below the reserve.",
@@ -563,14 +564,15 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way = a.return_plan
     is_assumed = budget.empty_probability is None
     landing = budget.empty_probability
-    late_wh = a.late_wh
-    left_wh = budget.margin_wh + budget.reserve_wh - late_wh
-    if landing is None or late_wh > 0.0:
+    left_wh = budget.margin_wh + budget.reserve_wh - a.late_wh
+    if landing is None or a.late_wh > 0.0:
         landing = max(landing or 0.0, _chance_empty(a, left_wh, budget))
     returning = None if way is None else way.empty_probability
-    if way is not None and way.margin_wh is not None and (returning is None or late_wh > 0.0):
-        at_home_wh = way.margin_wh + budget.reserve_wh - late_wh
-        returning = max(returning or 0.0, _chance_empty(a, at_home_wh, budget))
+    back, at_home_wh = a.return_margin(counts_uncounted=False), math.inf
+    if back is not None:
+        at_home_wh = back.predicted_wh - back.late_wh + budget.reserve_wh
+        if returning is None or back.late_wh > 0.0:
+            returning = max(returning or 0.0, _chance_empty(a, at_home_wh, budget))
     by = "" if not is_assumed else f"; an error of {quantity.percent(ASSUMED_ERROR)} assumed"
     if landing > MOST_CHANCE_EMPTY and budget.margin_wh >= 0.0:
         chance = quantity.beside(landing, MOST_CHANCE_EMPTY, quantity.chance)
@@ -589,7 +591,7 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         yield a.finding(
             EMPTY_AT_RISK,
             f"{chance} chance that the battery is empty before a return has landed: "
-            f"{quantity.energy(way.margin_wh + budget.reserve_wh)} left{by}",
+            f"{quantity.energy(at_home_wh)} left{by}",
             item=way.tightest_item,
         )
 
@@ -605,12 +607,16 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
 
     if a.battery is None:
         return
-    left_wh, off_wh = _least_margin_wh(a), _least_margin_wh(other)
+    left_wh, off_wh = a.left_wh, other.left_wh
     is_slowed = other.setup.wind != a.setup.wind and other.returns.slowed is not None
-    is_counted = a.uncounted.energies_wh(a.return_plan) == other.uncounted.energies_wh(
-        other.return_plan
+    uncounted_wh, off_uncounted_wh = (
+        [margin.uncounted_wh for margin in one.margins] for one in (a, other)
     )
-    is_drawn = a.battery.empty_probability is not None and is_counted and not is_slowed
+    is_drawn = (
+        a.battery.empty_probability is not None
+        and uncounted_wh == off_uncounted_wh
+        and not is_slowed
+    )
     if is_drawn or left_wh < 0.0 or off_wh >= 0.0:
         return
     note = f"{note}, which slows the vehicle" if is_slowed else note
@@ -623,18 +629,6 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
     elif left_wh + allowed * (off_wh - left_wh) < 0.0:
         below = f"may end {quantity.energy(-off_wh)} below the {reserve_name(a.battery)} reserve"
         yield a.finding(RESERVE_AT_RISK, f"{below} ({note})")
-
-
-def _least_margin_wh(a: Assessment) -> float:
-    """Return what is left above the reserve by the landing, or that of the tightest return, at least. [Wh]"""
-    plan, battery = a.return_plan, a.battery
-    if battery is None:
-        return math.inf
-    flown_wh, returned_wh = a.beyond_wh
-    left_wh = battery.margin_wh - flown_wh
-    if plan is None or plan.margin_wh is None:
-        return left_wh
-    return min(left_wh, plan.margin_wh - returned_wh)
 
 
 def _chance_empty(a: Assessment, left_wh: float, budget: BatteryBudget) -> float:
@@ -654,7 +648,8 @@ AIR_UNKNOWN = Rule(
     why="Thin air takes more power: 6 % more at 1000 m, 14 % at 2500 m.  A file without an altitude, or with "
     "the 0 that programs write who do not know it, had the best margin there is.",
     how="No altitude of home from the file, --home-amsl or --terrain, and none that A105 asks for.  The "
-    "energy of the flight, and of the tightest return with the way there, grows with 1/√ρ of the standard "
+    "energy of the flight, and of the tightest return with the way there, and what is not counted of both "
+    "(E108), grows with 1/√ρ of the standard "
     "air at most; not where the margin lasts up to 4500 m; an error where it does not up to 2500 m: one "
     "person in a hundred lives higher (Tremblay and Ainslie, PNAS 2021).",
     fix="give the altitude of the take-off place with --home-amsl (0 where it is at sea level)",
@@ -682,11 +677,8 @@ def _air_unknown(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
 
 
 def _needed_wh(a: Assessment, budget: BatteryBudget) -> float:
-    """Return the energy of the flight, or of the tightest return with the way there if that is more. [Wh]"""
-    way = a.return_plan
-    if way is None or way.margin_wh is None:
-        return a.totals.energy_wh
-    return max(a.totals.energy_wh, budget.above_reserve_wh - way.margin_wh)
+    """Return the energy of the flight, or of the way there and the return that leaves least, at most. [Wh]"""
+    return budget.above_reserve_wh - a.left_wh
 
 
 _MUCH_MORE = 1.25

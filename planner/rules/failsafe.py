@@ -37,6 +37,7 @@ from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import ASSUMED_ERROR, LEAST_RISK, MOST_CHANCE_EMPTY, place_along
+from planner.rules.lateness import late_returns_of
 from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -332,8 +333,10 @@ def _return_short_wh(a: Assessment, points: ReturnPoints) -> float:
     """
     if a.battery is None:
         return 0.0
-    needed_wh = points.used_wh[0] + a.returns.flown(points).energy_wh[0]
-    return max(float(needed_wh) - max(a.battery.above_reserve_wh, a.totals.energy_wh), 0.0)
+    flown = a.returns.flown(points)
+    late_wh = a.late_return_wh(flown, late_returns_of(a, flown))
+    needed_wh = float((points.used_wh + flown.energy_wh + late_wh)[0])
+    return max(needed_wh - max(a.battery.above_reserve_wh, a.totals.energy_wh + a.late_wh), 0.0)
 
 
 def _has_landing(mission: Mission) -> bool:
@@ -409,8 +412,7 @@ def _uncounted_flight(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[tuple[BatteryProfile, float, str, str]]:
     """Yield the flight that takes all that its model does not count, as `_worse_flights`, and why it may."""
-    more_wh, _ = a.uncounted.energies_wh(a.return_plan)
-    flown_wh = a.totals.energy_wh
+    more_wh, flown_wh = a.uncounted.flown_wh, a.totals.energy_wh
     if not (parameters.measures_battery and flown_wh > 0.0 and 0.0 < more_wh < math.inf):
         return
     more = more_wh / flown_wh
@@ -472,14 +474,17 @@ def _first_on_return(
         return ""
     flown = a.returns.flown(_points(a, event))
     down = [state in _GOES_DOWN for state in range(flown.state_energy_j.shape[1])]
-    times = profile.times
-    back_wh = times * float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum()))
+    late = late_returns_of(a, flown)
+    flies = ~np.isin(flown.flight.motion.segments.state, _GOES_DOWN)
+    late_wh = a.hovered_wh(float(late.climbs_s[flies].sum() + late.ways_s[0]))
+    back_wh = float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum())) + late_wh
+    flown_wh = a.totals.energy_wh + a.late_wh
 
     def at_return(row: FloatArray) -> FloatArray:
         """Return a value at the start, where the return begins, and where it comes down."""
         before, after = row[event.segment : event.segment + 2]
         there = before + event.fraction * (after - before)
-        per_wh = (row[-1] - row[0]) / (times * a.totals.energy_wh)
+        per_wh = (row[-1] - row[0]) / flown_wh
         return np.array([row[0], there, there + per_wh * back_wh])
 
     used_ah = profile.used_ah

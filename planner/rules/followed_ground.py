@@ -46,7 +46,8 @@ CLIMBS_NOT_COUNTED = Rule(
     how="Legs to items in a terrain frame over the ground of --terrain, of a step-response model: what they "
     "climb beyond the straight line, times m g over an efficiency of 0.5 (measured in simulation: 0.67), "
     "descents giving nothing back; without a mass that of a vehicle that hovers with 80 W/kg.  A warning "
-    "where the margin of the flight and of its tightest return covers it; not below 1 % of the energy.",
+    "where the margins of the flight and of its returns, less what else is not counted (E108), cover it; not "
+    "below 1 % of the energy.",
     fix="use a model that is flown by ArduPilot, or leave more in the battery",
     instead="--battery or --vehicle",
 )
@@ -54,7 +55,7 @@ CLIMBS_NOT_COUNTED = Rule(
 
 @judges(CLIMBS_NOT_COUNTED, needs=(BUDGET, POWER))
 def _climbs_not_counted(
-    a: Assessment, budget: BatteryBudget, _power: SteadyPower
+    a: Assessment, _budget: BatteryBudget, _power: SteadyPower
 ) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP:
         return
@@ -65,18 +66,14 @@ def _climbs_not_counted(
     extra_wh = wh_from_j(_lift_j_m(a.flight) * climbed_m)
     if extra_wh < _NOTHING * a.totals.energy_wh:
         return
-    way = a.return_plan
-    margins_wh = [budget.margin_wh] + (
-        [] if way is None or way.margin_wh is None else [way.margin_wh]
-    )
-    is_covered = extra_wh <= min(margins_wh)
+    left_wh = a.left_wh
     yield a.finding(
         CLIMBS_NOT_COUNTED,
         f"{quantity.height(climbed_m)} of climbs along the ground take up to {quantity.energy(extra_wh)}, "
-        f"not counted by a step-response model; {quantity.energy(max(min(margins_wh), 0.0))} left above the "
+        f"not counted by a step-response model; {quantity.energy(max(left_wh, 0.0))} left above the "
         "reserve",
         item=max(rises)[1],
-        severity=Severity.WARNING if is_covered else None,
+        severity=Severity.WARNING if extra_wh <= left_wh else None,
     )
 
 
@@ -103,7 +100,8 @@ RETURN_CLIMBS_NOT_COUNTED = Rule(
     "the climbs of the return beyond those predicted, times m g over an efficiency of 0.5 (as E127), and a "
     "hover for the time of the first climb, of the descent over home and of ground steeper than the "
     "vehicle climbs and descends, each beyond what is predicted.  An error where that is more than the "
-    "margin of the return; not evaluated (X904) where the ground is not known.",
+    "margin of the return, less what else is not counted (E108); not evaluated (X904) where the ground "
+    "is not known.",
     fix="leave more in the battery, or set RTL_ALT_TYPE to 0",
     instead="--battery, or the parameters of --params",
 )
@@ -120,7 +118,8 @@ def _return_climbs_not_counted(
     if not len(homeward):
         return
     extra_wh = _extra_wh(a, sample, parameters, terrain)[homeward]
-    margin_wh = (budget.above_reserve_wh - sample.points.used_wh - sample.energy_wh)[homeward]
+    taken_wh = sample.points.used_wh + sample.energy_wh + sum(a.returns_beyond_wh)
+    margin_wh = (budget.above_reserve_wh - taken_wh)[homeward]
     if np.isnan(extra_wh).any():
         yield NotEvaluated(
             rule=RETURN_CLIMBS_NOT_COUNTED,

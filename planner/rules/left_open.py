@@ -64,13 +64,21 @@ def _actions_not_counted(a: Assessment) -> Iterator[Finding]:
         yield a.finding(ACTIONS_NOT_COUNTED, message, severity=Severity.ERROR)
         return
     needed_wh = wh_from_j(a.flight.hover_near_home_w * wait_s)
-    short_wh = needed_wh - _left_wh(a)
+    short = _short_of_reserve(a, needed_wh)
     yield a.finding(
         ACTIONS_NOT_COUNTED,
         f"actions at points may take {quantity.duration(wait_s)} and {quantity.energy(needed_wh)} more than "
-        "predicted" + f"; {quantity.energy(short_wh)} short of the reserve" * (short_wh > 0.0),
-        severity=Severity.ERROR if short_wh > 0.0 else None,
+        f"predicted{short}",
+        severity=Severity.ERROR if short else None,
     )
+
+
+def _short_of_reserve(a: Assessment, needed_wh: float) -> str:
+    """Return in words how far what is not predicted goes below the reserve; empty: it does not."""
+    short_wh = needed_wh - a.left_wh
+    if not math.isfinite(short_wh) and short_wh > 0.0:
+        return "; nothing is left for it above the reserve"
+    return f"; {quantity.energy(short_wh)} short of the reserve" * (short_wh > 0.0)
 
 
 @judges(CONDITION_NOT_MODELLED, needs=(BUDGET, PACK))
@@ -88,7 +96,7 @@ def _resistance_not_counted(
     taken_wh = drop / (1.0 - drop) * drawn_wh
     rest_v = float(np.interp(budget.reserve_fraction, kind.ocv_soc, kind.cell_ocv_v))
     is_low = (1.0 - drop) * rest_v < (kind.lowest_cell_v or 0.0)
-    is_short = taken_wh > _left_wh(a)
+    is_short = taken_wh > a.left_wh
     may = f"; it may take {quantity.energy(taken_wh)} more" if taken_wh > 0.0 else ""
     if is_short and not is_low:
         may += " than there is above the reserve"
@@ -129,9 +137,9 @@ def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
     hover_w = a.flight.hover_near_home_w
     mean_w = a.totals.mean_power_w or hover_w
     way_wh = wh_from_j(max(hover_w, mean_w) * 2.0 * IN_SIGHT_M / speed_m_s)
-    left_wh = _left_wh(a) - wh_from_j(hover_w * wait_s)
-    short_wh = way_wh - left_wh
-    if not short_wh > 0.0:
+    waited_wh = wh_from_j(hover_w * wait_s)
+    left_wh, short = a.left_wh - waited_wh, _short_of_reserve(a, way_wh + waited_wh)
+    if not short:
         if way_wh > 0.0 and math.isfinite(left_wh):
             farthest = quantity.distance(IN_SIGHT_M * left_wh / way_wh)
             yield a.finding(
@@ -143,7 +151,7 @@ def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
     yield a.finding(
         HOME_UNKNOWN,
         f"no home in the file: from {quantity.distance(IN_SIGHT_M)} away the way there and back takes "
-        f"{quantity.energy(way_wh)} more, {quantity.energy(short_wh)} short of the reserve",
+        f"{quantity.energy(way_wh)} more{short}",
         severity=Severity.ERROR,
     )
 
@@ -174,17 +182,16 @@ def _target_searched(a: Assessment, parameters: Px4Parameters) -> Iterator[Findi
     longer_s = search_s + up_m / parameters.descent_speed_m_s
     more_w = max(_climb_w(a, climb_m_s) - hover_w, 0.0)
     needed_wh = wh_from_j(hover_w * longer_s + more_w * up_m / climb_m_s)
-    short_wh = needed_wh - _left_wh(a)
+    short = _short_of_reserve(a, needed_wh)
     asked = "RTL_PLD_MD 2" if by_return else "NAV_LAND with a precision landing that is required"
     climbs = f"climbs by {quantity.height(up_m)} and " if up_m > 0.0 else ""
     yield a.finding(
         SETTING_NOT_FOLLOWED,
         f"{asked}: where it sees no target it {climbs}searches for it, up to {quantity.duration(longer_s)}"
         + f" and {quantity.energy(needed_wh)}" * math.isfinite(needed_wh)
-        + " that are not predicted"
-        + f"; {quantity.energy(short_wh)} short of the reserve" * (short_wh > 0.0),
+        + f" that are not predicted{short}",
         item=items[0] if items else None,
-        severity=Severity.ERROR if short_wh > 0.0 else None,
+        severity=Severity.ERROR if short else None,
     )
     if up_m > 0.0:
         yield from _searched_too_high(a, max(from_m, default=0.0), lowest_m + up_m)
@@ -263,20 +270,3 @@ def _picked_up(a: Assessment) -> Iterator[Finding]:
                 fix="give the mass of the load with --payload",
             )
             return
-
-
-def _left_wh(a: Assessment) -> float:
-    """Return the margin of the flight, or of the tightest return, less what is not counted otherwise. [Wh]
-
-    What is short already is that of E101 and E102.
-    """
-    plan = a.return_plan
-    if a.battery is None or a.battery.margin_wh < 0.0:
-        return math.inf
-    flown_wh, returned_wh = a.beyond_wh
-    if not math.isfinite(flown_wh):
-        return math.inf
-    left_wh = a.battery.margin_wh - flown_wh
-    if plan is None or plan.margin_wh is None or plan.margin_wh < 0.0:
-        return left_wh
-    return min(left_wh, plan.margin_wh - returned_wh)

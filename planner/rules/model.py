@@ -11,42 +11,32 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import CONDITION_NOT_MODELLED, make_own_pilot, step_speeds_m_s
+from planner.flight.pilot import CONDITION_NOT_MODELLED, step_speeds_m_s
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
-from planner.mission.route.stage import RETURN_STAGES, StageKind
+from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
+from planner.rules.lateness import HEIGHT_SLACK_M, OVERSHOOT
 from planner.rules.lift import measured_thrust
 from planner.rules.wind import known_text, shown_airspeed_text
-from planner.units import wh_from_j
-from planner.values import Value
 from planner.vehicle.model import NO_LEAN_THRUST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from typing_extensions import TypeIs
-
-    from planner.arrays import BoolArray, FloatArray
     from planner.fetched import FetchMark
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import Motion, SegmentColumns
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
     from planner.setup import Setup
     from planner.vehicle.parameters.px4 import Px4Parameters
-    from planner.vehicle.parameters.resolve import FlightParameters
 
 _WITH_ALL = "; with all that is not counted"
-_HEIGHT_SLACK_M = 0.5
-"""A height this little outside the identified ones is inside: rounding of files. [m]"""
-_OVERSHOOT = 0.03
-"""A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
 _FAR = 2.0
 """A climb or descent so many times as fast as any identified is an error. [-]"""
 _DENSITY_SLACK = 0.02
@@ -62,8 +52,6 @@ with the most that is usual has no lean left beyond it.  As much as those of dat
 _THINNER = 1.1
 """Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover, the error
 assumed of a model without a [spread] (E124); nor is it known in what air such a model flew. [-]"""
-_LOW_M = 10.0
-"""Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 
 MODEL_OUTSIDE_ENVELOPE = Rule(
     "E105 model-outside-envelope",
@@ -188,7 +176,7 @@ def _climb_heights(a: Assessment) -> Iterator[Finding]:
     if response is None:
         return
     climb_m = np.abs(a.flight.motion.segments.climb_m)
-    beyond = np.flatnonzero(climb_m > response.identified_step_m + _HEIGHT_SLACK_M)
+    beyond = np.flatnonzero(climb_m > response.identified_step_m + HEIGHT_SLACK_M)
     if len(beyond):
         yield a.finding(
             MODEL_OUTSIDE_ENVELOPE,
@@ -206,9 +194,9 @@ def _heights(a: Assessment) -> Iterator[Finding]:
     limit, measured = box.height_above_home_m, box.hover_height_above_home_m
     if limit is not None:
         # Heights overshoot their commands as speeds do.
-        beyond_m = np.maximum(heights_m / (1.0 + _OVERSHOOT) - limit.high, limit.low - heights_m)
+        beyond_m = np.maximum(heights_m / (1.0 + OVERSHOOT) - limit.high, limit.low - heights_m)
         worst = int(np.argmax(beyond_m))
-        if beyond_m[worst] > _HEIGHT_SLACK_M:
+        if beyond_m[worst] > HEIGHT_SLACK_M:
             yield _outside(
                 a,
                 f"{quantity.height(float(heights_m[worst]))} above home {reach.where(worst)}",
@@ -235,7 +223,7 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
         return
     reach = a.reach
     up_to = f"up to {quantity.speed(limit.high)}"
-    over_m_s = (1.0 + _OVERSHOOT) * limit.high
+    over_m_s = (1.0 + OVERSHOOT) * limit.high
     shown_m_s = a.shown_airspeed_m_s
     assert shown_m_s is not None
     is_leant_less = a.vehicle.airspeed_limit_m_s is None and shown_m_s < limit.high
@@ -258,7 +246,7 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     )
     row = int(np.argmax(air_m_s))
     ground_m_s = float(reach.ground_speed_m_s.max()) if is_step else fastest.value
-    is_late = is_leant_less and air_m_s[row] > (1.0 + _OVERSHOOT) * shown_m_s
+    is_late = is_leant_less and air_m_s[row] > (1.0 + OVERSHOOT) * shown_m_s
     if is_late or air_m_s[row] > max(over_m_s, ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.
         is_counted = a.vehicle.knows_airspeed or is_late
@@ -285,7 +273,7 @@ def _climb_rates(a: Assessment, _extremes: Extremes) -> Iterator[Finding]:
         (reach.climb_m_s, limit.low - reach.climb_m_s, min(limit.low, 0.0)),
     ):
         row = int(np.argmax(beyond_m_s))
-        if beyond_m_s[row] > _OVERSHOOT * widest:
+        if beyond_m_s[row] > OVERSHOOT * widest:
             is_far = abs(rate_m_s[row]) > _FAR * (abs(edge_m_s) or widest)
             yield _outside(
                 a,
@@ -593,22 +581,19 @@ def _beyond_sheet(a: Assessment, thin_kg_m3: float, thinnest_kg_m3: float) -> It
 
 def _uncounted(a: Assessment) -> tuple[str, bool]:
     """Return what wind and thin air that the model does not count may take, and whether it is too much."""
-    battery, plan = a.battery, a.return_plan
-    if battery is None:
+    if not a.margins:
         return "", False  # without a battery nothing is a go: E100
-    flown_wh, returned_wh = a.uncounted.energies_wh(plan)
-    margins_wh = [(battery.margin_wh, flown_wh)]
-    if plan is not None and plan.margin_wh is not None:
-        margins_wh.append((plan.margin_wh, returned_wh))
-    margin_wh, most_wh = min(margins_wh, key=lambda one: one[0] - one[1])
+    margin = min(a.margins, key=lambda one: one.left_wh)
+    most_wh = margin.uncounted_wh
     if most_wh <= 0.0:
         return "", False
     if not math.isfinite(most_wh):
         return f"{_WITH_ALL} it may not come forward at all", True
     text = f"{_WITH_ALL} it may take {quantity.energy(most_wh)} more"
-    if margin_wh >= most_wh:
+    if margin.left_wh >= 0.0:
         return text, False
-    return f"{text} than the {quantity.energy(max(margin_wh, 0.0))} above the reserve allow", True
+    had_wh = max(margin.left_wh + most_wh, 0.0)
+    return f"{text} than the {quantity.energy(had_wh)} above the reserve allow", True
 
 
 def _times_heavier(a: Assessment) -> tuple[float, float]:
@@ -672,84 +657,32 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
         )
 
 
-class Lateness(Value, eq=False):
-    """How much longer segments take than a model of reference steps has it, by cause. (s,) [s]"""
-
-    climbs_s: FloatArray
-    """Slower climbs, descents and landings."""
-    circles_s: FloatArray
-    ways_s: FloatArray
-    """As its own autopilot flies from place to place."""
-    slowest: _Slower | None = None
-    circled_by: str = ""
-    shaped_by: str = ""
-
-    @property
-    def in_all_s(self) -> FloatArray:
-        """Of all causes. (s,) [s]"""
-        return self.climbs_s + self.circles_s + self.ways_s
-
-
-def lateness_of(a: Assessment) -> Lateness:
-    """Return how much longer the vehicle takes than its model of reference steps."""
-    given, motion = a.own_parameters, a.flight.motion
-    none_s = np.zeros(len(motion.segments.item))
-    if a.autopilot is not Autopilot.STEP or given is None:
-        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s)
-    homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
-    climbs_s, slowest = _longer(a, given, motion, np.isin(motion.segments.item, homeward))
-    circles_s, circled_by = _circling_longer_s(a, given)
-    ways_s, shaped_by = _shaped_longer_s(a, given, climbs_s + circles_s)
-    return Lateness(
-        climbs_s=climbs_s,
-        circles_s=circles_s,
-        ways_s=ways_s,
-        slowest=slowest,
-        circled_by=circled_by,
-        shaped_by=shaped_by,
-    )
-
-
 @judges(CONDITION_NOT_MODELLED)
 def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     """Count what its own slower climbs, landings, accelerations and circles take a step-response model."""
-    given, sample = a.own_parameters, a.returns.sample
-    if a.autopilot is not Autopilot.STEP or given is None:
-        return
-    late = a.lateness
-    longer_s, slowest, shaping = late.in_all_s, late.slowest, late.shaped_by
-    hover_w, in_all_s = a.flight.hover_near_home_w, float(np.sum(longer_s))
-    ways_s, shaped_back_s = np.zeros(1), 0.0
-    had_wh = math.inf if a.battery is None else a.battery.margin_wh  # below 0 it is E101's
+    late, back = a.lateness, a.late_returns
+    in_all_s, home_s = float(late.in_all_s.sum()), float(back.in_all_s.max(initial=0.0))
     # What wind and thin air may take comes on top: each alone may fit.
-    flown_wh, returned_wh = a.uncounted.energies_wh(a.return_plan)
-    if not math.isfinite(flown_wh + returned_wh):
+    had_wh, left_wh = math.inf, a.left_wh
+    if not math.isfinite(a.uncounted.flown_wh):
         return  # an error of its own
-    left_wh = had_wh - flown_wh - wh_from_j(hover_w * in_all_s)
-    if sample is not None and a.battery is not None:
-        back, points = sample.flight.motion.segments, sample.points
-        always = np.ones(len(back.item), np.bool_)
-        back_s, slowest_back = _longer(a, given, sample.flight.motion, always)
-        home_s = np.asarray(np.bincount(back.item, back_s, len(points.segment)), np.float64)
-        ways_s = _way_longer_s(given, back, len(points.segment))
-        home_s = home_s + ways_s
-        before_s = np.concatenate(([0.0], np.cumsum(longer_s)))[points.segment]
-        added_wh = wh_from_j(hover_w * np.asarray(before_s + home_s, np.float64))
-        above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh
-        lefts_wh = above_wh - sample.energy_wh - added_wh
-        left_wh = min(left_wh, float(lefts_wh.min()) - returned_wh)
-        if slowest is None and slowest_back is not None and not in_all_s:
-            slowest, in_all_s = slowest_back, float(home_s.max())
-        elif not in_all_s and left_wh < 0.0:
-            shaped_back_s = in_all_s = float(ways_s.max())
-    added = (
-        f"{quantity.duration(in_all_s)} and {quantity.energy(wh_from_j(hover_w * in_all_s))} more than "
-        "predicted" + f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)
-    )
+    if a.battery is not None:
+        had_wh = a.battery.margin_wh  # below 0 it is E101's
+    slowest, shaped_back_s = late.slowest, 0.0
+    told_s = in_all_s
+    if not in_all_s and (back.slowest is not None or left_wh < 0.0):
+        slowest, shaped_back_s, told_s = back.slowest, float(back.ways_s.max(initial=0.0)), home_s
+    added = f"{_and_energy(a, told_s)} more than predicted"
+    if 0.0 < told_s < home_s:
+        added += f"; returns up to {_and_energy(a, home_s)} more"
+    added += f"; {quantity.energy(-left_wh)} short of the reserve" * (left_wh < 0.0)
     causes = [
-        (float(np.sum(late.ways_s)), f"{shaping}: the vehicle takes longer from place to place"),
-        (shaped_back_s, f"{shaping}: returns take longer"),
-        (float(np.sum(late.circles_s)), f"{late.circled_by}: circles take longer"),
+        (
+            float(late.ways_s.sum()),
+            f"{late.shaped_by}: the vehicle takes longer from place to place",
+        ),
+        (shaped_back_s, f"{back.shaped_by}: returns take longer"),
+        (float(late.circles_s.sum()), f"{late.circled_by}: circles take longer"),
     ]
     if slowest is not None:
         said = (
@@ -768,221 +701,8 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     )
 
 
-class _Slower(Value, kw_only=False):
-    """The setting that takes the most time of a flight."""
-
-    added_s: float
-    origin: str
-    limit_m_s: float
-    flown_m_s: float
-
-
-def _longer(
-    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
-) -> tuple[FloatArray, _Slower | None]:
-    """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most."""
-    longer_s = np.zeros(len(motion.segments.duration_s))
-    slowest: _Slower | None = None
-    limits = _speed_limits(a, given, motion, returning)
-    for name, limit_m_s, way_m, spent_s in limits:
-        flown_m_s = way_m / np.maximum(spent_s, 1e-9)
-        is_slower = limit_m_s * (1.0 + _OVERSHOOT) < flown_m_s
-        added_s = np.where(is_slower, way_m / limit_m_s - spent_s, 0.0)
-        longer_s += added_s
-        total_s = float(np.sum(added_s))
-        if total_s > 0.0 and (slowest is None or total_s > slowest.added_s):
-            most = int(np.argmax(added_s))
-            slowest = _Slower(
-                total_s,
-                str(given.origins[name]),
-                float(np.broadcast_to(limit_m_s, way_m.shape)[most]),
-                float(flown_m_s[most]),
-            )
-    return longer_s, slowest
-
-
-def _circling_longer_s(a: Assessment, given: FlightParameters) -> tuple[FloatArray, str]:
-    """Return how much longer ArduPilot's circles take, by the segment that ends each, and for what. (s,)"""
-    longer_s, why = np.zeros(len(a.flight.motion.segments.duration_s)), "circle_rate_rad_s"
-    if _is_px4(given):
-        return longer_s, ""
-    from planner.flight.motion.ardupilot.circle_path import CircleTask
-
-    speeds = step_speeds_m_s(a.vehicle, given)
-    for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
-        if stage.kind is not StageKind.CIRCLE or not stage.radius_m:
-            continue
-        size_m = abs(stage.radius_m)
-        speed_m_s = speeds.of(stage)
-        own = CircleTask.of(
-            size_m, stage.turns, start_m=size_m, speed_m_s=speed_m_s, parameters=given, drag=0.0
-        )
-        counted_s = stage.turns * 2.0 * math.pi * size_m / speed_m_s
-        if own.duration_s > (1.0 + _OVERSHOOT) * counted_s:
-            longer_s[done] += own.duration_s - counted_s
-            if own.rate_rad_s < abs(given.circle_rate_rad_s):
-                why = "acceleration_m_s2"
-    return longer_s, str(given.origins[why])
-
-
-_SHAPING = (
-    "acceleration_m_s2",
-    "jerk_m_s3",
-    "corner_acceleration_m_s2",
-    "yaw_rate_rad_s",
-    "yaw_acceleration_rad_s2",
-    "responsiveness",
-    "yaw_mode",
-)
-"""What shapes the way from place to place beside speeds."""
-_BY_MODEL = RETURN_STAGES | {StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE}
-"""What is counted apart, or as the model has it."""
-
-
-def _shaped_longer_s(
-    a: Assessment, given: FlightParameters, longer_s: FloatArray
-) -> tuple[FloatArray, str]:
-    """Return how much longer the ways of its own autopilot take, and what of its file shapes them.
-
-    By the segment that ends each stage, beyond what is counted already: how much later than the model it is
-    there as the autopilot flies, at most so far.  (s,) [s]
-    """
-    motion, more_s = a.flight.motion, np.zeros(len(longer_s))
-    stated = [str(given.origins[name]) for name in _SHAPING if _is_stated(given, name)]
-    source = "" if a.setup.parameters is None else a.setup.parameters.source
-    shaping = " and ".join(stated[:2]) or f"{source}, as its autopilot flies"
-    counts = np.array([stage.kind not in _BY_MODEL for stage in a.route.stages])
-    if not counts.any():
-        return more_s, shaping
-    own, _ = make_own_pilot(a.vehicle, given).fly(a.route)
-    counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
-    flown_s = _stage_sums_s(own, own.segments.duration_s)
-    late_s = np.cumsum(np.where(counts, flown_s - counted_s, 0.0))
-    held_s = np.array([stage.hold_s for stage in a.route.stages])
-    if late_s.max() > _OVERSHOOT * (counted_s - held_s)[counts].sum():
-        latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
-        np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
-    return more_s, shaping
-
-
-def _stage_sums_s(motion: Motion, duration_s: FloatArray) -> FloatArray:
-    """Return the time of each stage, by that of the segments up to the one that ends it. (stages,) [s]"""
-    end_s = np.append(np.cumsum(duration_s), 0.0)[motion.done_segment]  # -1: none ends it
-    return np.diff(np.maximum.accumulate(end_s), prepend=0.0)
-
-
-def _way_longer_s(given: FlightParameters, back: SegmentColumns, count: int) -> FloatArray:
-    """Return how much longer the level ways of returns take, from rest to rest. (count,) [s]
-
-    v/a + a/J beyond d/v, a way too short for the speed no longer than 2 √(d/a) + a/J.
-    """
-    acceleration_m_s2 = given.acceleration_m_s2
-    takes_s = np.where(back.distance_m > 0.0, back.duration_s, 0.0)
-    way_m, flown_s = (np.bincount(back.item, one, count) for one in (back.distance_m, takes_s))
-    speed_m_s = np.full(count, 1e-9)
-    np.maximum.at(speed_m_s, back.item, back.speed_m_s)
-    ramp_s = speed_m_s / acceleration_m_s2
-    own_s = np.where(
-        way_m < speed_m_s * ramp_s,
-        2.0 * np.sqrt(way_m / acceleration_m_s2),
-        way_m / speed_m_s + ramp_s,
-    )
-    own_s += acceleration_m_s2 / given.jerk_m_s3
-    return np.where((way_m > 0.0) & (own_s > flown_s * (1.0 + _OVERSHOOT)), own_s - flown_s, 0.0)
-
-
-def _is_px4(given: FlightParameters) -> TypeIs[Px4Parameters]:
-    from planner.vehicle.parameters.px4 import Px4Parameters
-
-    return isinstance(given, Px4Parameters)
-
-
-def _is_stated(given: FlightParameters, name: str) -> bool:
-    origin = given.origins.get(name)
-    return origin is not None and origin.is_file
-
-
-def _speed_limits(
-    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
-) -> Iterator[tuple[str, FloatArray | float, FloatArray, FloatArray]]:
-    """Yield what limits a speed, to what, the way it limits in each segment and the time spent on it.
-
-    A default counts only where the model says nothing: in climbs and descents of returns longer than the
-    step it was identified on.
-    """
-    columns = motion.segments
-    slow_up = "takeoff_speed_m_s" if _is_px4(given) else "climb_speed_m_s"
-    altitude = a.vehicle.responses.altitude
-    longest_m = math.inf if altitude is None else altitude.identified_step_m + _HEIGHT_SLACK_M
-    unknown = returning & (np.abs(columns.climb_m) > longest_m)
-    up_m, down_m = np.maximum(columns.climb_m, 0.0), np.maximum(-columns.climb_m, 0.0)
-    s_per_m = columns.duration_s / np.maximum(np.abs(columns.climb_m), 1e-9)
-    takes_off = columns.state == STATE_INDEX[FlightState.TAKEOFF]
-    low_m = np.where(takes_off, np.minimum(up_m, _LOW_M), 0.0)
-    slow_m, slow_m_s, name = _slow_landing(given, motion, unknown)
-    yield name, slow_m_s, slow_m, slow_m * s_per_m
-    lands = columns.state == STATE_INDEX[FlightState.LAND]
-    fast = "descent_speed_m_s"
-    for name, way_m in (
-        (slow_up, low_m),
-        ("climb_speed_m_s", up_m - low_m),
-        (fast, np.where(lands, 0.0, down_m)),
-        (_fast_landing(given) or fast, np.where(lands, down_m - slow_m, 0.0)),
-    ):
-        limit_m_s = float(getattr(given, name))
-        if name == _FAST_LANDING:  # "Don't speed up for landing": no slower than its last part
-            limit_m_s = max(limit_m_s, given.land_speed_m_s)
-        counted_m = way_m if _is_stated(given, name) else np.where(unknown, way_m, 0.0)
-        yield name, limit_m_s, counted_m, counted_m * s_per_m
-
-
-_FAST_LANDING = "land_high_speed_m_s"
-_SLOW_LANDING = (
-    "land_speed_m_s",
-    "land_crawl_speed_m_s",
-    "land_slow_height_m",
-    "land_slowest_height_m",
-)
-"""What makes the last part of a landing slow: two speeds, then the heights they begin at."""
-
-
-def _fast_landing(given: FlightParameters) -> str:
-    """Return what limits the first part of a landing; empty: what limits any descent."""
-    own = getattr(given, _FAST_LANDING, given.descent_speed_m_s)
-    return "" if own == given.descent_speed_m_s else _FAST_LANDING
-
-
-def _slow_landing(
-    given: FlightParameters, motion: Motion, unknown: BoolArray
-) -> tuple[FloatArray, FloatArray, str]:
-    """Return how far each segment is the slow part of a landing, how fast that is flown, and by what.
-
-    With a height stated and no speed, only what lies above the 10 m of the defaults counts.
-    ArduPilot without a rangefinder takes the level of its home for the ground, where that is lower.
-    """
-    from planner.flight.slow_landing import SlowLanding
-
-    columns = motion.segments
-    slow = SlowLanding.of(given)
-    stated = [
-        name
-        for name in _SLOW_LANDING
-        if _is_stated(given, name) and (name.endswith("speed_m_s") or getattr(given, name) > _LOW_M)
-    ]
-    moved_m = np.where(
-        columns.state == STATE_INDEX[FlightState.LAND], np.maximum(-columns.climb_m, 0.0), 0.0
-    )
-    counts = unknown | bool(stated)
-    bottom_m = np.zeros(len(moved_m))
-    if not _is_px4(given) and not given.rangefinder_type:
-        bottom_m = np.minimum(motion.state_at_time(columns.end_s).height_m, 0.0)
-    top_m = np.minimum(bottom_m + moved_m, slow.highest_m)
-    if not any(name.endswith("speed_m_s") for name in stated):
-        bottom_m = np.where(unknown, bottom_m, np.maximum(bottom_m, _LOW_M))
-    way_m = np.where(counts, np.maximum(top_m - bottom_m, 0.0), 0.0)
-    took_s = slow.down_s(bottom_m + way_m) - slow.down_s(bottom_m)
-    slow_m_s = np.where(way_m > 0.0, way_m / np.maximum(took_s, 1e-9), math.inf)
-    return way_m, slow_m_s, (stated or _SLOW_LANDING)[0]
+def _and_energy(a: Assessment, time_s: float) -> str:
+    return f"{quantity.duration(time_s)} and {quantity.energy(a.hovered_wh(time_s))}"
 
 
 @judges(SETTING_NOT_FOLLOWED, needs=(PX4,))

@@ -110,7 +110,7 @@ class VehicleCheck(NamedTuple):
             return 0.0
         assessment = self.result.assessment
         energy_wh = assessment.totals.energy_wh
-        return assessment.uncounted.energies_wh(None)[0] / energy_wh if energy_wh > 0.0 else 0.0
+        return assessment.uncounted.flown_wh / energy_wh if energy_wh > 0.0 else 0.0
 
 
 def check_vehicle(setup: Setup, pad: Pad, *, height_m: float, speed_m_s: float) -> CheckResult:

@@ -203,7 +203,7 @@ def test_a_step_response_model_is_flown_over_the_ground_that_ardupilot_follows(
     assert "A102" not in codes  # 30 m above the ridge, not 10 m below it
 
 
-@pytest.mark.parametrize(("left", "severity"), [(1.01, Severity.WARNING), (0.99, Severity.ERROR)])
+@pytest.mark.parametrize(("left", "severity"), [(1.03, Severity.WARNING), (0.97, Severity.ERROR)])
 def test_climbs_that_a_step_response_model_does_not_count_fit_into_the_margin(
     left: float, severity: Severity
 ) -> None:
@@ -217,7 +217,31 @@ def test_climbs_that_a_step_response_model_does_not_count_fit_into_the_margin(
     # m g h over an efficiency of 0.5, of what hovers 10 m up on 119.49 · 10^0.02 W with 80 W/kg.
     climbs_wh = 119.49 * 10.0**0.02 / 80.0 * 9.80665 * 40.0 / 0.5 / 3600.0
     margin_wh = min(first.return_plan.margin_wh, 77.0 - first.totals.energy_wh)
-    [one] = [f for f in judged(77.0 - margin_wh + left * climbs_wh).findings if f.code == "E127"]
+    # And for the air up to 470 m AMSL, 1.1707 kg/m³ for 1.225 (ISO 2533), which the model does not count.
+    needed_wh = (77.0 - margin_wh) * math.sqrt(1.225 / 1.1707)
+    [one] = [f for f in judged(needed_wh + left * climbs_wh).findings if f.code == "E127"]
+    assert one.severity is severity
+
+
+@pytest.mark.parametrize(
+    ("climb_cm_s", "severity"), [(500, Severity.WARNING), (30, Severity.ERROR)]
+)
+def test_climbs_along_the_ground_fit_beside_what_the_vehicle_takes_longer(
+    climb_cm_s: int, severity: Severity
+) -> None:
+    """A take-off of 30 m at 0.3 m/s takes 100 s for some 25: 2.6 Wh of the 1 Wh left beside the climbs."""
+    given = parameters_from_text(f"WPNAV_SPEED_UP,{climb_cm_s}\n".encode(), source="p.param")
+
+    def judged(capacity_wh: float) -> CheckResult:
+        pack = Battery(capacity_wh=capacity_wh)
+        return check(
+            OVER_A_RIDGE, STEP, battery=pack, terrain=ground(40.0), reserve=0.0, parameters=given
+        )
+
+    plan = judged(77.0).return_plan
+    assert plan is not None
+    assert plan.margin_wh is not None
+    [one] = [f for f in judged(77.0 - plan.margin_wh + 1.34).findings if f.code == "E127"]
     assert one.severity is severity
 
 

@@ -71,9 +71,10 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: _watched("BATT_LOW_VOLT,0\nBATT_FS_LOW_ACT,2\n"),
     ),
     "X909": RuleCases(
-        # Air is at 2500 m 1.1314 times as hard on the power as at sea level, at 4500 m 1.2556 times.
+        # Air is at 2500 m 1.1314 times as hard on the power as at sea level, at 4500 m 1.2556 times; 100 m up
+        # 1.0048 times, which the model does not count.
         fires=lambda: _home_unknown(1.131),
-        boundary=lambda: _home_unknown(1.256),
+        boundary=lambda: _home_unknown(1.256 * 1.0048),
         silent=lambda: found(
             OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * 1.131), reserve=0.0
         ),

@@ -570,3 +570,44 @@ def test_a_return_speed_of_0_is_the_models_where_nothing_else_is_stated() -> Non
         given = parameters_from_text(parameters.encode(), source="p.param")
         values = resolve_parameters(Autopilot.ARDUPILOT, file=given).values
         assert step_speeds_m_s(slow, values).returning_m_s == back_m_s
+
+
+FAR_LANDING = mission(takeoff(20), waypoint(300, 20), item(21, north(1500), 0.0))
+
+
+@pytest.mark.parametrize(("part", "is_at_risk"), [(0.9, True), (1.1, False)])
+def test_what_a_return_takes_longer_counts_in_its_chance_of_an_empty_battery(
+    part: float, *, is_at_risk: bool
+) -> None:
+    """Up 80 m and down 100 m at 0.3 m/s take 600 s, G1 within a metre of each 27 s: 546 s more.
+
+    The take-off before takes 67 s for 23; both the power of a hover, 119.49 · 10^0.02 = 125.1 W.
+    One return of a hundred takes 2.326 · 5 % more than all that.
+    """
+    slow = "RTL_ALT,10000\nWPNAV_SPEED_UP,30\nWPNAV_SPEED_DN,30\n"
+    fast = slow.replace(",30\n", ",3000\n")
+    plain = checked(FAR_LANDING, fast)
+    assert plain.assessment is not None
+    plan, held = plain.assessment.return_plan, plain.assessment.battery
+    assert plan is not None
+    assert plan.margin_wh is not None
+    assert held is not None
+    taken_wh = held.above_reserve_wh - plan.margin_wh + wh_from_j(125.1 * (546.0 + 44.0))
+    battery = Battery(capacity_wh=taken_wh * (1.0 + part * 2.326 * 0.05))
+    reported = found(FAR_LANDING, STEP, slow, battery=battery, reserve=0.0)
+    assert ("E124" in {one.code for one in reported}) is is_at_risk
+    assert "E124" not in {
+        one.code for one in found(FAR_LANDING, STEP, fast, battery=battery, reserve=0.0)
+    }
+
+
+def test_what_thin_air_takes_is_taken_over_the_longer_time() -> None:
+    """At 2,000 to 2,050 m AMSL 1.0066 to 1.0016 kg/m³ for 1.225: 10.3 to 10.6 % of all that is flown."""
+    of_energy = []
+    for climb_cm_s in (500, 30):
+        given = parameters_from_text(f"WPNAV_SPEED_UP,{climb_cm_s}\n".encode(), source="p.param")
+        assessment = check(OUT, vehicle_of(STEP), parameters=given, home_amsl_m=2000.0).assessment
+        assert assessment is not None
+        flown_wh = assessment.totals.energy_wh + assessment.late_wh
+        of_energy.append(assessment.uncounted.flown_wh / flown_wh)
+    assert of_energy == [pytest.approx(0.1045, abs=0.0015)] * 2

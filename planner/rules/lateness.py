@@ -1,0 +1,331 @@
+"""How much later than its model of reference steps a vehicle is, by the file of its own autopilot."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.autopilot import Autopilot
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.pilot import make_own_pilot, step_speeds_m_s
+from planner.mission.route.stage import RETURN_STAGES, StageKind
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from typing_extensions import TypeIs
+
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.kinematics import Motion, SegmentColumns
+    from planner.flight.returns.path import FlownReturns
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+HEIGHT_SLACK_M = 0.5
+"""A height this little outside the identified ones is inside: rounding of files. [m]"""
+OVERSHOOT = 0.03
+"""A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
+_LOW_M = 10.0
+"""Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
+
+
+class Lateness(Value, eq=False):
+    """How much longer segments take than a model of reference steps has it, by cause. (s,) [s]"""
+
+    climbs_s: FloatArray
+    """Slower climbs, descents and landings."""
+    circles_s: FloatArray
+    ways_s: FloatArray
+    """As its own autopilot flies from place to place."""
+    slowest: Slower | None = None
+    circled_by: str = ""
+    shaped_by: str = ""
+
+    @property
+    def in_all_s(self) -> FloatArray:
+        """Of all causes. (s,) [s]"""
+        return self.climbs_s + self.circles_s + self.ways_s
+
+
+class LateReturns(Value, eq=False):
+    """How much longer returns from n points take, stopped there, than a model of reference steps has them."""
+
+    climbs_s: FloatArray
+    """Slower climbs, descents and landings, of each segment of the returns. (s,) [s]"""
+    point: IntArray
+    """Row of the point each segment is flown from. (s,)"""
+    ways_s: FloatArray
+    """As its own autopilot flies home. (n,) [s]"""
+    slowest: Slower | None = None
+    shaped_by: str = ""
+
+    @property
+    def in_all_s(self) -> FloatArray:
+        """Of all causes. (n,) [s]"""
+        climbs_s = np.bincount(self.point, self.climbs_s, len(self.ways_s))
+        return np.asarray(climbs_s + self.ways_s, np.float64)
+
+
+def lateness_of(a: Assessment) -> Lateness:
+    """Return how much longer the vehicle takes than its model of reference steps."""
+    given, motion = a.own_parameters, a.flight.motion
+    none_s = np.zeros(len(motion.segments.item))
+    if a.autopilot is not Autopilot.STEP or given is None:
+        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s)
+    homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
+    climbs_s, slowest = _longer(a, given, motion, np.isin(motion.segments.item, homeward))
+    circles_s, circled_by = _circling_longer_s(a, given)
+    ways_s, shaped_by = _shaped_longer_s(a, given, climbs_s + circles_s)
+    return Lateness(
+        climbs_s=climbs_s,
+        circles_s=circles_s,
+        ways_s=ways_s,
+        slowest=slowest,
+        circled_by=circled_by,
+        shaped_by=shaped_by,
+    )
+
+
+def late_returns_of(a: Assessment, flown: FlownReturns | None) -> LateReturns:
+    """Return how much longer returns take; ``None``: there are none."""
+    if flown is None:
+        return LateReturns(climbs_s=np.zeros(0), point=np.zeros(0, np.intp), ways_s=np.zeros(0))
+    given, motion, count = a.own_parameters, flown.flight.motion, len(flown.points.segment)
+    back = motion.segments
+    if a.autopilot is not Autopilot.STEP or given is None:
+        return LateReturns(
+            climbs_s=np.zeros(len(back.item)), point=back.item, ways_s=np.zeros(count)
+        )
+    climbs_s, slowest = _longer(a, given, motion, np.ones(len(back.item), np.bool_))
+    return LateReturns(
+        climbs_s=climbs_s,
+        point=back.item,
+        ways_s=_way_longer_s(given, back, count),
+        slowest=slowest,
+        shaped_by=_shaping(a, given),
+    )
+
+
+class Slower(Value, kw_only=False):
+    """The setting that takes the most time of a flight."""
+
+    added_s: float
+    origin: str
+    limit_m_s: float
+    flown_m_s: float
+
+
+def _longer(
+    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
+) -> tuple[FloatArray, Slower | None]:
+    """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most."""
+    longer_s = np.zeros(len(motion.segments.duration_s))
+    slowest: Slower | None = None
+    limits = _speed_limits(a, given, motion, returning)
+    for name, limit_m_s, way_m, spent_s in limits:
+        flown_m_s = way_m / np.maximum(spent_s, 1e-9)
+        is_slower = limit_m_s * (1.0 + OVERSHOOT) < flown_m_s
+        added_s = np.where(is_slower, way_m / limit_m_s - spent_s, 0.0)
+        longer_s += added_s
+        total_s = float(np.sum(added_s))
+        if total_s > 0.0 and (slowest is None or total_s > slowest.added_s):
+            most = int(np.argmax(added_s))
+            slowest = Slower(
+                total_s,
+                str(given.origins[name]),
+                float(np.broadcast_to(limit_m_s, way_m.shape)[most]),
+                float(flown_m_s[most]),
+            )
+    return longer_s, slowest
+
+
+def _circling_longer_s(a: Assessment, given: FlightParameters) -> tuple[FloatArray, str]:
+    """Return how much longer ArduPilot's circles take, by the segment that ends each, and for what. (s,)"""
+    longer_s, why = np.zeros(len(a.flight.motion.segments.duration_s)), "circle_rate_rad_s"
+    if _is_px4(given):
+        return longer_s, ""
+    from planner.flight.motion.ardupilot.circle_path import CircleTask
+
+    speeds = step_speeds_m_s(a.vehicle, given)
+    for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
+        if stage.kind is not StageKind.CIRCLE or not stage.radius_m:
+            continue
+        size_m = abs(stage.radius_m)
+        speed_m_s = speeds.of(stage)
+        own = CircleTask.of(
+            size_m, stage.turns, start_m=size_m, speed_m_s=speed_m_s, parameters=given, drag=0.0
+        )
+        counted_s = stage.turns * 2.0 * math.pi * size_m / speed_m_s
+        if own.duration_s > (1.0 + OVERSHOOT) * counted_s:
+            longer_s[done] += own.duration_s - counted_s
+            if own.rate_rad_s < abs(given.circle_rate_rad_s):
+                why = "acceleration_m_s2"
+    return longer_s, str(given.origins[why])
+
+
+_SHAPING = (
+    "acceleration_m_s2",
+    "jerk_m_s3",
+    "corner_acceleration_m_s2",
+    "yaw_rate_rad_s",
+    "yaw_acceleration_rad_s2",
+    "responsiveness",
+    "yaw_mode",
+)
+"""What shapes the way from place to place beside speeds."""
+_BY_MODEL = RETURN_STAGES | {StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE}
+"""What is counted apart, or as the model has it."""
+
+
+def _shaped_longer_s(
+    a: Assessment, given: FlightParameters, longer_s: FloatArray
+) -> tuple[FloatArray, str]:
+    """Return how much longer the ways of its own autopilot take, and what of its file shapes them.
+
+    By the segment that ends each stage, beyond what is counted already: how much later than the model it is
+    there as the autopilot flies, at most so far.  (s,) [s]
+    """
+    motion, more_s, shaping = a.flight.motion, np.zeros(len(longer_s)), _shaping(a, given)
+    counts = np.array([stage.kind not in _BY_MODEL for stage in a.route.stages])
+    if not counts.any():
+        return more_s, shaping
+    own, _ = make_own_pilot(a.vehicle, given).fly(a.route)
+    counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
+    flown_s = _stage_sums_s(own, own.segments.duration_s)
+    late_s = np.cumsum(np.where(counts, flown_s - counted_s, 0.0))
+    held_s = np.array([stage.hold_s for stage in a.route.stages])
+    if late_s.max() > OVERSHOOT * (counted_s - held_s)[counts].sum():
+        latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
+        np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
+    return more_s, shaping
+
+
+def _shaping(a: Assessment, given: FlightParameters) -> str:
+    """Return what of its file shapes the ways of its own autopilot, in words."""
+    stated = [str(given.origins[name]) for name in _SHAPING if _is_stated(given, name)]
+    source = "" if a.setup.parameters is None else a.setup.parameters.source
+    return " and ".join(stated[:2]) or f"{source}, as its autopilot flies"
+
+
+def _stage_sums_s(motion: Motion, duration_s: FloatArray) -> FloatArray:
+    """Return the time of each stage, by that of the segments up to the one that ends it. (stages,) [s]"""
+    end_s = np.append(np.cumsum(duration_s), 0.0)[motion.done_segment]  # -1: none ends it
+    return np.diff(np.maximum.accumulate(end_s), prepend=0.0)
+
+
+def _way_longer_s(given: FlightParameters, back: SegmentColumns, count: int) -> FloatArray:
+    """Return how much longer the level ways of returns take, from rest to rest. (count,) [s]
+
+    v/a + a/J beyond d/v, a way too short for the speed no longer than 2 √(d/a) + a/J.
+    """
+    acceleration_m_s2 = given.acceleration_m_s2
+    takes_s = np.where(back.distance_m > 0.0, back.duration_s, 0.0)
+    way_m, flown_s = (np.bincount(back.item, one, count) for one in (back.distance_m, takes_s))
+    speed_m_s = np.full(count, 1e-9)
+    np.maximum.at(speed_m_s, back.item, back.speed_m_s)
+    ramp_s = speed_m_s / acceleration_m_s2
+    own_s = np.where(
+        way_m < speed_m_s * ramp_s,
+        2.0 * np.sqrt(way_m / acceleration_m_s2),
+        way_m / speed_m_s + ramp_s,
+    )
+    own_s += acceleration_m_s2 / given.jerk_m_s3
+    return np.where((way_m > 0.0) & (own_s > flown_s * (1.0 + OVERSHOOT)), own_s - flown_s, 0.0)
+
+
+def _is_px4(given: FlightParameters) -> TypeIs[Px4Parameters]:
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    return isinstance(given, Px4Parameters)
+
+
+def _is_stated(given: FlightParameters, name: str) -> bool:
+    origin = given.origins.get(name)
+    return origin is not None and origin.is_file
+
+
+def _speed_limits(
+    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
+) -> Iterator[tuple[str, FloatArray | float, FloatArray, FloatArray]]:
+    """Yield what limits a speed, to what, the way it limits in each segment and the time spent on it.
+
+    A default counts only where the model says nothing: in climbs and descents of returns longer than the
+    step it was identified on.
+    """
+    columns = motion.segments
+    slow_up = "takeoff_speed_m_s" if _is_px4(given) else "climb_speed_m_s"
+    altitude = a.vehicle.responses.altitude
+    longest_m = math.inf if altitude is None else altitude.identified_step_m + HEIGHT_SLACK_M
+    unknown = returning & (np.abs(columns.climb_m) > longest_m)
+    up_m, down_m = np.maximum(columns.climb_m, 0.0), np.maximum(-columns.climb_m, 0.0)
+    s_per_m = columns.duration_s / np.maximum(np.abs(columns.climb_m), 1e-9)
+    takes_off = columns.state == STATE_INDEX[FlightState.TAKEOFF]
+    low_m = np.where(takes_off, np.minimum(up_m, _LOW_M), 0.0)
+    slow_m, slow_m_s, name = _slow_landing(given, motion, unknown)
+    yield name, slow_m_s, slow_m, slow_m * s_per_m
+    lands = columns.state == STATE_INDEX[FlightState.LAND]
+    fast = "descent_speed_m_s"
+    for name, way_m in (
+        (slow_up, low_m),
+        ("climb_speed_m_s", up_m - low_m),
+        (fast, np.where(lands, 0.0, down_m)),
+        (_fast_landing(given) or fast, np.where(lands, down_m - slow_m, 0.0)),
+    ):
+        limit_m_s = float(getattr(given, name))
+        if name == _FAST_LANDING:  # "Don't speed up for landing": no slower than its last part
+            limit_m_s = max(limit_m_s, given.land_speed_m_s)
+        counted_m = way_m if _is_stated(given, name) else np.where(unknown, way_m, 0.0)
+        yield name, limit_m_s, counted_m, counted_m * s_per_m
+
+
+_FAST_LANDING = "land_high_speed_m_s"
+_SLOW_LANDING = (
+    "land_speed_m_s",
+    "land_crawl_speed_m_s",
+    "land_slow_height_m",
+    "land_slowest_height_m",
+)
+"""What makes the last part of a landing slow: two speeds, then the heights they begin at."""
+
+
+def _fast_landing(given: FlightParameters) -> str:
+    """Return what limits the first part of a landing; empty: what limits any descent."""
+    own = getattr(given, _FAST_LANDING, given.descent_speed_m_s)
+    return "" if own == given.descent_speed_m_s else _FAST_LANDING
+
+
+def _slow_landing(
+    given: FlightParameters, motion: Motion, unknown: BoolArray
+) -> tuple[FloatArray, FloatArray, str]:
+    """Return how far each segment is the slow part of a landing, how fast that is flown, and by what.
+
+    With a height stated and no speed, only what lies above the 10 m of the defaults counts.
+    ArduPilot without a rangefinder takes the level of its home for the ground, where that is lower.
+    """
+    from planner.flight.slow_landing import SlowLanding
+
+    columns = motion.segments
+    slow = SlowLanding.of(given)
+    stated = [
+        name
+        for name in _SLOW_LANDING
+        if _is_stated(given, name) and (name.endswith("speed_m_s") or getattr(given, name) > _LOW_M)
+    ]
+    moved_m = np.where(
+        columns.state == STATE_INDEX[FlightState.LAND], np.maximum(-columns.climb_m, 0.0), 0.0
+    )
+    counts = unknown | bool(stated)
+    bottom_m = np.zeros(len(moved_m))
+    if not _is_px4(given) and not given.rangefinder_type:
+        bottom_m = np.minimum(motion.state_at_time(columns.end_s).height_m, 0.0)
+    top_m = np.minimum(bottom_m + moved_m, slow.highest_m)
+    if not any(name.endswith("speed_m_s") for name in stated):
+        bottom_m = np.where(unknown, bottom_m, np.maximum(bottom_m, _LOW_M))
+    way_m = np.where(counts, np.maximum(top_m - bottom_m, 0.0), 0.0)
+    took_s = slow.down_s(bottom_m + way_m) - slow.down_s(bottom_m)
+    slow_m_s = np.where(way_m > 0.0, way_m / np.maximum(took_s, 1e-9), math.inf)
+    return way_m, slow_m_s, (stated or _SLOW_LANDING)[0]
