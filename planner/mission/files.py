@@ -34,7 +34,7 @@ _SUFFIXES = {
     MissionFormat.WPL: frozenset({".waypoints", ".txt", ".wpl"}),
 }
 """Where QGroundControl and Mission Planner look for each format."""
-_WRITTEN_SUFFIXES = {
+WRITTEN_SUFFIXES = {
     ".plan": MissionFormat.PLAN,
     ".json": MissionFormat.PLAN,
     ".waypoints": MissionFormat.WPL,
@@ -96,9 +96,9 @@ def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
     OutputError
         If the format cannot hold the mission, or the file cannot be written.
     """
-    file_format = _WRITTEN_SUFFIXES.get(PurePath(path).suffix.lower())
+    file_format = WRITTEN_SUFFIXES.get(PurePath(path).suffix.lower())
     if file_format is None:
-        known = ", ".join(_WRITTEN_SUFFIXES)
+        known = ", ".join(WRITTEN_SUFFIXES)
         msg = f"{path}: the suffix decides the format: give a name ending in {known}"
         raise UsageError(msg)
     from planner.mission.convert import convert_mission  # a check writes none

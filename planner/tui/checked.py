@@ -44,6 +44,12 @@ class Checked(Value, eq=False):
         return self.result.assessment if isinstance(self.result, CheckResult) else None
 
     @property
+    def tried_speed(self) -> str:
+        """The speed at which the file has to be saved for the result to be its own; empty: it is already."""
+        speed = self.what_if.changes.get("speed_m_s")
+        return f"{speed} m/s" if speed is not None and self.snapshot is None else ""
+
+    @property
     def reported(self) -> dict[str, str]:
         """What a vehicle on the line reports in place of settings that are not given, by key."""
         if self.snapshot is None:

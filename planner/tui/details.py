@@ -26,7 +26,7 @@ from planner.report.text import (
 )
 from planner.service.preflight import CheckResult
 from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.tightest import ReturnPlan
     from planner.rules.ledger import LedgerEntry
     from planner.service.preflight import UnreadableMission
+    from planner.tui.checked import Checked
 
 
 class Details(Value):
@@ -188,6 +189,13 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
         closing=closing_line(result.findings, suppressed=result.suppressed),
         not_checked=left_open_text(result.checked),
     )
+
+
+def checked_summary(checked: Checked) -> Summary:
+    """Return the summary of a check, and of which mission it is: the file, or the file at a speed tried."""
+    brief = summary(checked.result)
+    speed = checked.tried_speed
+    return replace(brief, file=f"{brief.file}, once it is saved at {speed}") if speed else brief
 
 
 def _tightest(way: ReturnPlan) -> str:

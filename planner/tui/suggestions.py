@@ -110,7 +110,7 @@ def _other_speed(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     fastest = speed_curve(*check_inputs(checked, result.assessment)).fastest_fitting
     if fastest is not None and fastest.speed_m_s is not None:
         change = {"speed_m_s": exact(round(fastest.speed_m_s, 6))}
-        yield _tried(checked, f"all level legs at {change['speed_m_s']} m/s", change)
+        yield _tried(checked, f"saved with all level legs at {change['speed_m_s']} m/s", change)
 
 
 def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.cli.options import command_text, option_words
+from planner.mission.files import WRITTEN_SUFFIXES
 from planner.setup import SETTINGS_FILE, Setup, settings
 from planner.values import Value
 
@@ -74,6 +76,25 @@ class WhatIf(Value):
             return setting.kind.text(self.settings[setting.key])
         except ValueError:
             return "as set"
+
+    def file_commands(self, file: str) -> str:
+        """Return the commands that say the same of a mission file, a line each.
+
+        A speed that is tried is that of a mission which is saved first: the file flies its own.
+        """
+        speed = self.changes.get("speed_m_s")
+        if speed is None:
+            return self.command_line(file)
+        there = Path(file)
+        suffix = there.suffix if there.suffix.lower() in WRITTEN_SUFFIXES else ".plan"
+        saved = str(there.with_name(f"{there.stem}-{speed}-m-s{suffix}"))
+        as_saved = WhatIf(
+            settings=self.settings,
+            given={key: value for key, value in self.given.items() if key != "speed_m_s"},
+            changes={key: text for key, text in self.changes.items() if key != "speed_m_s"},
+        )
+        convert = command_text(["mavjoule", "convert", file, saved, "--speed", speed])
+        return f"{convert}\n{as_saved.command_line(saved)}"
 
     def command_line(self, file: str) -> str:
         """Return the command that says the same of the same file, for the shell at hand."""

@@ -17,6 +17,7 @@ from planner.report.sign_off import sign_off_paths
 from planner.tui.checked import checked
 from planner.tui.screens.checklist import checklist_table, sign
 from planner.tui.screens.review import ReviewScreen
+from planner.tui.screens.save import save
 
 PROFILE = '[manual]\nAirframe = ["Propellers tight", "Battery strapped"]\nSite = ["Notices read"]\n'
 GOOD = "survey-vineyard.plan"
@@ -29,6 +30,16 @@ MODELS = Path(__file__).parents[2] / "models"
 def profile() -> dict[str, object]:
     Path("site.toml").write_text(PROFILE, encoding="utf-8")
     return {"profile": Path("site.toml")}
+
+
+def test_a_speed_tried_is_signed_only_once_the_mission_is_saved_at_it() -> None:
+    tried = checked(GOOD, what_if_of(GOOD).changed("speed_m_s", "7.5"))
+    with pytest.raises(UsageError, match=r"save the mission at 7\.5 m/s and sign that"):
+        sign(tried, done=frozenset(), who="Ada", at=AT)
+    assert not sign_off_paths(GOOD)
+    save(tried, "slower.plan")
+    slower = checked("slower.plan", what_if_of("slower.plan"))
+    assert sign(slower, done=frozenset(), who="Ada", at=AT).exists()
 
 
 def test_only_what_failed_is_spread_out() -> None:

@@ -282,6 +282,20 @@ async def test_the_command_that_says_the_same_is_shown() -> None:
         assert pilot.app.clipboard == f"mavjoule check {TOO_FAR} --charge 90% --wind 5@270"
 
 
+async def test_a_speed_tried_is_of_the_mission_once_it_is_saved_at_it() -> None:
+    """What the strip says, the commands that are shown come to."""
+    async with review_app(given={"charge": 0.9}).run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        await typed(pilot, "speed_m_s", "7.5")
+        assert f"{TOO_FAR}, once it is saved at 7.5 m/s" in text_of(screen, "#verdict")
+        await pilot.press("escape", "y")
+        await pilot.pause()
+        saved = f"{Path(TOO_FAR).stem}-7.5-m-s{Path(TOO_FAR).suffix}"
+        assert pilot.app.clipboard == (
+            f"mavjoule convert {TOO_FAR} {saved} --speed 7.5\nmavjoule check {saved} --charge 90%"
+        )
+
+
 async def test_no_speed_is_offered_where_one_is_asked_for() -> None:
     async with review_app(given={"speed_m_s": 9.0}).run_test(size=WIDE) as pilot:
         screen = await settled(pilot)

@@ -46,6 +46,15 @@ def test_a_speed_that_was_tried_is_in_the_mission_that_is_saved() -> None:
     assert saved.totals.time_s == pytest.approx(tried.totals.time_s, rel=1e-9)
 
 
+@pytest.mark.parametrize("name", ["report.txt", "report.json", "report.html"])
+def test_no_report_says_of_the_file_what_it_comes_to_at_a_speed_tried(name: str) -> None:
+    """The file flies its own speeds: `mavjoule check --speed` tells its errors at those too."""
+    tried = checked(TOO_FAR, what_if_of(TOO_FAR).changed("speed_m_s", "7.5"))
+    with pytest.raises(UsageError, match=r"save the mission at 7\.5 m/s, then its report"):
+        save(tried, name)
+    assert not Path(name).exists()
+
+
 def test_the_report_is_a_page() -> None:
     save(checked(TOO_FAR, what_if_of(TOO_FAR)), "report.html")
     assert "NO-GO" in Path("report.html").read_text(encoding="utf-8")

@@ -34,7 +34,7 @@ def _offered(file: str, given: Mapping[str, object]) -> dict[str, Suggestion]:
 
 def test_a_larger_battery_another_speed_and_a_split_are_offered_and_go() -> None:
     offered = _offered(SURVEY, TOO_SMALL)
-    assert list(offered) == ["battery", "all", "split"]
+    assert list(offered) == ["battery", "saved", "split"]
     assert all(one.is_go for one in offered.values())
     for one in offered.values():
         if one.changes:
@@ -44,7 +44,7 @@ def test_a_larger_battery_another_speed_and_a_split_are_offered_and_go() -> None
 
 def test_the_mission_at_the_offered_speed_goes_from_its_file_too() -> None:
     what_if = what_if_of(SURVEY, TOO_SMALL).with_changes(
-        dict(_offered(SURVEY, TOO_SMALL)["all"].changes)
+        dict(_offered(SURVEY, TOO_SMALL)["saved"].changes)
     )
     save(checked(SURVEY, what_if), "offered.plan")
     assert checked("offered.plan", what_if_of("offered.plan", TOO_SMALL)).result.verdict == "go"
@@ -52,7 +52,7 @@ def test_the_mission_at_the_offered_speed_goes_from_its_file_too() -> None:
 
 
 def test_no_flight_is_faster_than_the_offered_speed_allows() -> None:
-    fastest = float(dict(_offered(SURVEY, TOO_SMALL)["all"].changes)["speed_m_s"])
+    fastest = float(dict(_offered(SURVEY, TOO_SMALL)["saved"].changes)["speed_m_s"])
     # a tenth faster: past what the model was identified for, or what the battery does for
     faster = what_if_of(SURVEY, TOO_SMALL).changed("speed_m_s", f"{1.1 * fastest:.3f}")
     assert checked(SURVEY, faster).result.verdict == "no-go"

@@ -18,7 +18,7 @@ from planner.report.sign_off import decision_of, write_sign_off
 from planner.report.text import finding_tally, left_unchecked, printable
 from planner.rules.ledger import Outcome
 from planner.setup import wind_text
-from planner.tui.details import summary
+from planner.tui.details import checked_summary
 from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.row_list import RowList, Table, TableColumn
@@ -184,12 +184,16 @@ def sign(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> P
     Raises
     ------
     UsageError
-        If the name is missing, manual items of a go are open, or an input is no longer the one checked.
+        If the name is missing, manual items of a go are open, an input is no longer the one checked, or a
+        speed is tried that the file does not fly.
     OutputError
         If it cannot be written.
     """
     if checked.snapshot is not None:
         msg = "a mission on a vehicle may change: save it as a file and sign that"
+        raise UsageError(msg)
+    if checked.tried_speed:
+        msg = f"the file flies its own speeds: save the mission at {checked.tried_speed} and sign that"
         raise UsageError(msg)
     items = manual_items(checked)
     return write_sign_off(
@@ -236,7 +240,7 @@ class ChecklistScreen(Screen[None]):
 
     def on_mount(self) -> None:
         """Show the verdict that would be signed."""
-        brief = summary(self._checked.result)
+        brief = checked_summary(self._checked)
         note = "with your changes" if self._checked.what_if.changes else ""
         self.query_one(VerdictStrip).show(brief, note=note)
         is_go = decision_of(self._checked.result) == "released"

@@ -196,6 +196,10 @@ class LiveScreen(ReviewScreen):
         )
         self.query_one("#verdict", VerdictStrip).show(none, note="; ".join(notes))
 
+    def command_line(self) -> str:
+        """Return the command that says the same of the vehicle."""
+        return self.what_if.command_line(self.file)
+
     def summary(self, now: Checked) -> Summary:
         """Return the summary at the top: no go where the energy in flight does not do."""
         brief = super().summary(now)

@@ -15,7 +15,7 @@ from textual.worker import get_current_worker
 from planner import quantity
 from planner.errors import MavjouleError, bug_text
 from planner.tui.checked import FileWatch, checked, deciding_files
-from planner.tui.details import differences, summary
+from planner.tui.details import checked_summary, differences
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.panes import PANES, PaneBar, Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
@@ -164,7 +164,7 @@ class ReviewScreen(Screen[None]):
 
     def summary(self, now: Checked) -> Summary:
         """Return the summary at the top: no verdict where that of the last check may not hold."""
-        brief = summary(now.result)
+        brief = checked_summary(now)
         why = self.unknown()
         if not why:
             return brief
@@ -328,9 +328,13 @@ class ReviewScreen(Screen[None]):
 
     def action_copy_command(self) -> None:
         """Show the command that says the same, and give it to the terminal's clipboard."""
-        command = self.what_if.command_line(self.file)
+        command = self.command_line()
         self.app.copy_to_clipboard(command)
         self.app.push_screen(CommandLineScreen(command))
+
+    def command_line(self) -> str:
+        """Return the commands that say the same."""
+        return self.what_if.file_commands(self.file)
 
     def action_save(self) -> None:
         """Save the report, the figures or the mission."""

@@ -63,9 +63,9 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
     """Save a review: its report or, by the suffix, the mission; return what was done, in a sentence.
 
     A speed that was tried is commanded in the mission that is saved; a file that was read is never
-    written over.
+    written over.  There is no report of a speed that is tried: the file flies its own.
 
-    A suffix of nothing, a file that is there or was read raise ``UsageError``.
+    A suffix of nothing, a file that is there or was read, and a report of such a speed raise ``UsageError``.
     """
     path = Path(name.strip()).expanduser()
     suffix = path.suffix.lower()
@@ -83,6 +83,9 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
             raise OverwriteError(msg)
     if suffix in MISSION_SUFFIXES:
         return _save_mission(checked, path)
+    if checked.tried_speed:
+        msg = f"the file flies its own speeds: save the mission at {checked.tried_speed}, then its report"
+        raise UsageError(msg)
     results = [checked.result]
     if suffix == ".json":
         write_output_file(path, check_json(results, version=__version__))
