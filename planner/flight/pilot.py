@@ -132,8 +132,8 @@ CONDITION_NOT_MODELLED = Rule(
     "climbs and descents that are more than 3 % slower than predicted, ways and circles its autopilot takes "
     "more than 3 % longer for, by its own laws in calm air, and the heights below which landings are slow "
     "cost the longer time at hover power, with what is not counted over it too, an error where that takes "
-    "the flight or a return below the reserve.  A file of "
-    "an unknown autopilot is an error where it holds a fence.",
+    "the flight or a return below the reserve.  A file whose names do not say which autopilot it is of is an "
+    "error.",
     fix="use a vehicle model that has the missing quantity",
     instead="a model that counts it with --vehicle",
 )

@@ -75,8 +75,24 @@ def test_every_form_of_a_line_means_the_same(text: str) -> None:
     assert parameters.findings == ()
 
 
-def test_names_of_neither_autopilot_leave_the_stack_open() -> None:
-    assert read("SERVO1_MIN,1100\n").stack is None
+@pytest.mark.parametrize(
+    ("names", "stack"),
+    [
+        (("RC1_MIN", "SIM_GPS_USED", "MAV_TYPE"), None),  # groups that both have
+        (("FS_THR_ENABLE",), Autopilot.ARDUPILOT),
+        (("RC1_MIN", "RC7_OPTION"), Autopilot.ARDUPILOT),
+        (("FLTMODE1", "RTL_OPTIONS"), Autopilot.ARDUPILOT),
+        (("SENS_BOARD_ROT", "RC1_MIN"), Autopilot.PX4),
+        (("EKF2_AID_MASK",), Autopilot.PX4),
+        (("EK3_ENABLE",), Autopilot.ARDUPILOT),
+        (("ARMING_CHECK", "COM_RC_LOSS_T"), None),
+        (("ARMING_CHECK", "FS_OPTIONS", "MPC_XY_CRUISE"), Autopilot.PX4),  # a name that is read
+    ],
+)
+def test_names_that_are_not_read_say_whose_they_are_by_their_group(
+    names: tuple[str, ...], stack: Autopilot | None
+) -> None:
+    assert read("".join(f"{name},1\n" for name in names)).stack is stack
 
 
 def test_a_parameter_without_a_number_has_no_value() -> None:

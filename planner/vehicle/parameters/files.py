@@ -140,15 +140,51 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
 
 
 def stack_of_names(names: Iterable[str]) -> Autopilot | None:
-    """Return the autopilot that knows most of the names; ``None`` where it is not one of them."""
+    """Return the autopilot that knows most of the names; ``None`` where it is not one of them.
+
+    By the names that are read here; where those say nothing, by what the names begin with.
+    """
     present = set(names)
-    px4, ardupilot = (
-        sum(one.name in present for row in parameter_table(table).values() for one in row.spellings)
-        for table in (Px4Parameters, ArduPilotParameters)
-    )
-    if px4 == ardupilot:
-        return None
-    return Autopilot.PX4 if px4 > ardupilot else Autopilot.ARDUPILOT
+    by_name = {
+        autopilot: sum(
+            one.name in present for row in parameter_table(table).values() for one in row.spellings
+        )
+        for autopilot, table in (
+            (Autopilot.PX4, Px4Parameters),
+            (Autopilot.ARDUPILOT, ArduPilotParameters),
+        )
+    }
+    by_group = {
+        autopilot: sum(own.match(name) is not None for name in present)
+        for autopilot, own in _GROUPS.items()
+    }
+    for known in (by_name, by_group):
+        if known[Autopilot.PX4] != known[Autopilot.ARDUPILOT]:
+            return max(known, key=known.__getitem__)
+    return None
+
+
+def _beginnings(groups: str, *names: str) -> re.Pattern[str]:
+    """Return what names of groups, numbered or not, match, and other names."""
+    return re.compile("|".join((rf"(?:{'|'.join(groups.split())})\d*(?:_|$)", *names)))
+
+
+_GROUPS = {
+    Autopilot.ARDUPILOT: _beginnings(
+        "ACRO AHRS ANGLE ARMING ATC AUTOTUNE AVD AVOID BARO BATT BCN BRD CAN CHUTE CIRCLE COMPASS DEV DID "
+        "DISARM EAHRS EK FENCE FFT FHLD FILT FLOW FLTMODE FOLL FORMAT FRAME FRSKY FS GCS GRIP GUID INITIAL "
+        "INS LAND LGR LOG LOIT MOT NTF OA PHLD PILOT PLDP PLND PRX PSC RALLY RCMAP RELAY RNGFND RSSI SCHED "
+        "SERIAL SERVO SID SIMPLE SPRAY SRTL STAT SUPER SURFTRAK SYSID TCAL TELEM TERRAIN THROW TKOFF TUNE "
+        "VISO WINCH WP WPNAV WVANE ZIGZ",
+        *(r"(?:CAM|GPS|OSD)\d_", r"RC\d+_OPTION", "RTL_OPTIONS", "MIS_RESTART"),
+    ),
+    Autopilot.PX4: _beginnings(
+        "ASPD ATT BAT CA CAL CBRK COM CP EKF FD FLW FW GF HTE IMU LND LNDFW LNDMC LPE MAN MC MOTFAIL MPC NAV "
+        "NPFG PLD PWM RO RWTO SDLOG SENS SER SIH SYS TC TEL TRIG UAVCAN UXRCE VT WV"
+    ),
+}
+"""What the names of parameters begin with that one autopilot has and the other has not: of ArduCopter 4.5 to
+4.7, PX4 1.13 to 1.17."""
 
 
 def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, str, float | None] | None:
