@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from planner import quantity
@@ -367,25 +368,28 @@ def mission_at_speed(mission: Mission, speed_m_s: float) -> Mission:
     mission : Mission
         Its DO_CHANGE_SPEED of level flight are changed in place; one is inserted before the first leg
         where none governs that one, and the jumps lead where they led before.  In a file for PX4 every
-        DO_CHANGE_SPEED counts as the speed of level flight.
+        DO_CHANGE_SPEED counts as the speed of level flight; in one for any autopilot one is inserted behind
+        those of climbs and descents, which PX4 takes for it.
     speed_m_s : float
         At most 100. [m s⁻¹]
     """
     _refuse(speed_m_s)
     dialect = mission.autopilot
-    items = tuple(_changed(item, speed_m_s, dialect) for item in mission.items)
+    commanded = replace(
+        bare_command(Command.DO_CHANGE_SPEED), param1=_GROUND_SPEED, param2=speed_m_s, param3=-1.0
+    )
+    written = [[_changed(item, speed_m_s, dialect)] for item in mission.items]
+    if dialect is None:
+        for rows in written:
+            if rows[0].command == Command.DO_CHANGE_SPEED and rows[0].param1 not in _HORIZONTAL:
+                rows.append(commanded)
     first = _first_ungoverned(mission, dialect)
     if first is not None:
-        before = items[first - 1]
         # it takes over the id, so that a jump to that leg passes it too
-        added = replace(
-            bare_command(Command.DO_CHANGE_SPEED),
-            param1=_GROUND_SPEED,
-            param2=speed_m_s,
-            param3=-1.0,
-            jump_id=before.jump_id,
-        )
-        items = numbered_in_order((*items[: first - 1], added, *items[first - 1 :]))
+        written[first - 1].insert(0, replace(commanded, jump_id=mission.items[first - 1].jump_id))
+    items = tuple(chain.from_iterable(written))
+    if len(items) > len(mission.items):
+        items = numbered_in_order(items)
     return replace(mission, items=items)
 
 

@@ -259,7 +259,21 @@ def test_a_speed_is_inserted_before_the_condition_that_would_hold_it_back() -> N
 
 def test_commanded_speeds_are_changed_in_place_and_others_left() -> None:
     made = mission(takeoff(30.0), speed(5.0), speed(2.0, kind=2.0), waypoint(100.0, 30.0), rtl())
-    assert commanded(mission_at_speed(made, 7.0)) == [(1.0, 7.0), (2.0, 2.0)]
+    changed = mission_at_speed(replace(made, autopilot=Autopilot.ARDUPILOT), 7.0)
+    assert commanded(changed) == [(1.0, 7.0), (2.0, 2.0)]
+
+
+@pytest.mark.parametrize("kind", [2.0, 3.0, 15.0])
+def test_a_mission_for_any_autopilot_is_flown_at_the_speed_by_each(kind: float) -> None:
+    """PX4 takes a speed of whatever type for that of level flight; ArduPilot flies the climb at it."""
+    out, back = waypoint(100.0, 30.0), waypoint(0.0, 60.0)
+    made = mission(takeoff(30.0), speed(5.0), out, speed(2.0, kind=kind), back, jump(4, 1.0), rtl())
+    changed = mission_at_speed(made, 7.0)
+    assert commanded(changed) == [(1.0, 7.0), (kind, 2.0), (1.0, 7.0)]
+    assert [one.param1 for one in changed.items if one.command == 177] == [4.0]
+    for autopilot in (Autopilot.PX4, Autopilot.ARDUPILOT):
+        stages = make_route(changed, dialect=autopilot).stages
+        assert [stage.speed_m_s for stage in stages[1:-1]] == [7.0] * 3
 
 
 def test_px4_takes_every_speed_for_that_of_level_flight() -> None:
