@@ -165,11 +165,14 @@ def px4_events(
         yield from px4_time_events(returns, profile, battery, parameters)
 
 
+PX4_BATTERY_ACTIONS = {1: (RETURNS, RETURNS), 2: (LANDS, LANDS), 3: (RETURNS, LANDS)}
+"""What PX4 does at a critical and at an emergency charge by COM_LOW_BAT_ACT, where it does more than warn
+(``fromBatteryWarningActParam``; 1 is in no list any more, and does so all the same)."""
+
+
 def px4_charge_events(seen: FloatArray, parameters: Px4Parameters) -> Iterator[FailsafeEvent]:
     """Yield what PX4 decides by the fraction of the charge that it sees. (s + 1,) [-]"""
-    acts = {2: LANDS, 3: RETURNS}
-    critical = acts.get(parameters.battery_action, WARNS)
-    emergency = LANDS if parameters.battery_action in acts else WARNS
+    critical, emergency = PX4_BATTERY_ACTIONS.get(parameters.battery_action, (WARNS, WARNS))
     for name, threshold, action in (
         ("BAT_LOW_THR", parameters.battery_low_fraction, WARNS),
         ("BAT_CRIT_THR", parameters.battery_critical_fraction, critical),
@@ -379,22 +382,25 @@ def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]
     if parameters is None or not parameters.measures_battery:
         return "", 0.0
     if isinstance(parameters, Px4Parameters):
-        if parameters.battery_action not in {2, 3}:
-            return "", 0.0
-        if parameters.battery_action == 3 and parameters.return_land_delay_s < 0.0:
-            threshold = parameters.battery_emergency_fraction  # the return stays in the air
-            return f"BAT_EMERGEN_THR ({quantity.percent(threshold)})", threshold
-        threshold = parameters.battery_critical_fraction
-        return f"BAT_CRIT_THR ({quantity.percent(threshold)})", threshold
+        lands = {LANDS} if parameters.return_land_delay_s < 0.0 else {LANDS, RETURNS}
+        for name, threshold, action in zip(
+            ("BAT_CRIT_THR", "BAT_EMERGEN_THR"),
+            (parameters.battery_critical_fraction, parameters.battery_emergency_fraction),
+            PX4_BATTERY_ACTIONS.get(parameters.battery_action, (WARNS, WARNS)),
+            strict=True,
+        ):
+            if action in lands:
+                return f"{name} ({quantity.percent(threshold)})", threshold
+        return "", 0.0
     # Termination (5) falls, a brake (7) hovers; returns land unless RTL_ALT_FINAL ends them in the air.
-    lands = {1} if parameters.return_final_altitude_m > 0.0 else {1, 2, 3, 4, 6}
+    landing = {1} if parameters.return_final_altitude_m > 0.0 else {1, 2, 3, 4, 6}
     watched = []
-    for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
-        if action not in lands:
+    for which, charge_ah, low_v, does in _ardupilot_thresholds(parameters):
+        if does not in landing:
             continue
         if charge_ah > 0.0 and parameters.battery_capacity_ah > 0.0:
-            name = f"BATT_{which}_MAH ({quantity.charge(1000.0 * charge_ah)})"
-            return name, charge_ah / parameters.battery_capacity_ah
+            of_charge = f"BATT_{which}_MAH ({quantity.charge(1000.0 * charge_ah)})"
+            return of_charge, charge_ah / parameters.battery_capacity_ah
         if low_v > 0.0 and parameters.battery_low_timer_s > 0.0:
             watched.append(f"BATT_{which}_VOLT ({quantity.decimals(low_v, 1)} V)")
     return (watched[0], None) if watched else ("", 0.0)

@@ -603,8 +603,6 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
     the mean wind, and in one that the model does not count.  Less is left the farther off, and the more so,
     so that in between at least as much is left as on the straight.
     """
-    from statistics import NormalDist  # asked in few checks; it takes long to import
-
     if a.battery is None:
         return
     left_wh, off_wh = a.left_wh, other.left_wh
@@ -620,7 +618,7 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
     if is_drawn or left_wh < 0.0 or off_wh >= 0.0:
         return
     note = f"{note}, which slows the vehicle" if is_slowed else note
-    allowed = NormalDist().inv_cdf(1.0 - max(a.setup.risk, LEAST_RISK)) / sds
+    allowed = deviations_beyond(a.setup.risk) / sds
     if off_wh + a.battery.reserve_wh < 0.0:
         yield a.finding(
             EMPTY_AT_RISK,
@@ -629,6 +627,13 @@ def off_the_mean(a: Assessment, other: Assessment, note: str, *, sds: float) -> 
     elif left_wh + allowed * (off_wh - left_wh) < 0.0:
         below = f"may end {quantity.energy(-off_wh)} below the {reserve_name(a.battery)} reserve"
         yield a.finding(RESERVE_AT_RISK, f"{below} ({note})")
+
+
+def deviations_beyond(chance: float) -> float:
+    """Return how many standard deviations above the mean so many flights are, of a normal distribution."""
+    from statistics import NormalDist  # asked in few checks; it takes long to import
+
+    return NormalDist().inv_cdf(1.0 - min(max(chance, LEAST_RISK), 1.0 - LEAST_RISK))
 
 
 def _chance_empty(a: Assessment, left_wh: float, budget: BatteryBudget) -> float:

@@ -11,6 +11,7 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.failsafe import (
     LANDS,
+    PX4_BATTERY_ACTIONS,
     RETURNS,
     STOPS_FLYING,
     TO_LANDING,
@@ -36,7 +37,13 @@ from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
-from planner.rules.energy import ASSUMED_ERROR, LEAST_RISK, MOST_CHANCE_EMPTY, place_along
+from planner.rules.energy import (
+    ASSUMED_ERROR,
+    LEAST_RISK,
+    MOST_CHANCE_EMPTY,
+    deviations_beyond,
+    place_along,
+)
 from planner.rules.lateness import late_returns_of
 from planner.units import wh_from_j
 from planner.values import replace
@@ -381,14 +388,12 @@ def _failsafe_at_risk(
     predicted = _profile(a)
     if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
         return  # E103
-    from statistics import NormalDist  # it takes long to import
-
     for chance, counts in (
         (MOST_CHANCE_EMPTY, Severity.ERROR),
         (max(a.setup.risk, LEAST_RISK), Severity.WARNING),
     ):
         so_many = f"as {quantity.percent(chance)} of flights do"
-        worse = _worse_flights(a, pack, parameters, NormalDist().inv_cdf(1.0 - chance))
+        worse = _worse_flights(a, pack, parameters, deviations_beyond(chance))
         flights = [(*one, so_many) for one in worse]
         for profile, longer, words, why in (*_uncounted_flight(a, pack, parameters), *flights):
             event = _first_acting(_in_time(a, _events(a, profile, pack, parameters, longer=longer)))
@@ -706,7 +711,7 @@ def _further_batteries(
             SECOND_BATTERY, f"{name}_SOURCE is {values[f'{name}_SOURCE']:g}: {name} counts too"
         )
         if not _is_pack(pack, values.get(f"{name}_CAPACITY")):
-            if parameters.battery_action not in {0, 1}:
+            if parameters.battery_action in PX4_BATTERY_ACTIONS:
                 yield NotEvaluated(
                     rule=FAILSAFE_BEFORE_END,
                     asked_by=f"COM_LOW_BAT_ACT of {parameters.battery_action} by a further battery",
@@ -723,7 +728,7 @@ def _further_batteries(
             battery_cell_resistance_ohm=values.get(f"{name}_R_INTERNAL", -1.0),
         )
         profile = _profile(a)
-        if parameters.battery_action not in {0, 1}:
+        if parameters.battery_action in PX4_BATTERY_ACTIONS:
             yield from _first_reported(a, list(px4_events(a.returns, profile, pack, own)))
         yield from _not_armed_by_px4(a, profile, pack, own, name)
         yield from _unwatched_by_px4(a, profile, pack, own, name)

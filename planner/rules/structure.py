@@ -226,7 +226,7 @@ LANDING_MISSING = Rule(
     how="No LAND or RETURN_TO_LAUNCH is reached; or ArduPilot's RTL_ALT_FINAL is above 0, or PX4's "
     "RTL_LAND_DELAY negative, so that the return stays in the air.  The energy left at the end, down "
     "to the charge at which a failsafe that returns or lands acts (BATT_LOW_MAH, BATT_CRT_MAH; "
-    "BAT_CRIT_THR with COM_LOW_BAT_ACT 2 or 3), over the power of a hover there.  Of a mission that "
+    "BAT_CRIT_THR with COM_LOW_BAT_ACT 1 to 3), over the power of a hover there.  Of a mission that "
     "lands itself a return that stays in the air is a warning where such a failsafe lands it, else an "
     "error: what calls for a return, such as a lost link, leaves nobody to land it.",
     fix="end the mission with a return or a landing",

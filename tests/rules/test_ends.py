@@ -113,6 +113,7 @@ LANDS = mission(takeoff(20), waypoint(100, 20), item(21, north(100)))
         ),
         (PX4, "RTL_LAND_DELAY,0\n", None),
         (PX4, "RTL_LAND_DELAY,-1\nCOM_LOW_BAT_ACT,0\n", Severity.ERROR),
+        (PX4, "RTL_LAND_DELAY,-1\nCOM_LOW_BAT_ACT,1\n", Severity.ERROR),  # returns, even when empty
         (PX4, "RTL_LAND_DELAY,-1\nCOM_LOW_BAT_ACT,3\n", Severity.WARNING),
         (PX4, "RTL_LAND_DELAY,-1\nRTL_TYPE,1\n", None),  # its returns lead to the landing
     ],

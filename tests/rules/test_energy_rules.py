@@ -227,6 +227,7 @@ def test_a_margin_of_three_standard_deviations_is_told_by_no_finding() -> None:
 def test_the_chance_to_be_told_of_is_the_callers_and_its_bound_belongs_to_it() -> None:
     assert "E119" not in codes(at_risk(1.2816, risk=0.2))
     assert "E119" in codes(at_risk(3.0, risk=0.0))
+    assert "E119" not in codes(at_risk(1.2816, risk=1.0))
     result = at_risk(1.2816)
     assert result.battery is not None
     chance = result.battery.below_reserve_probability

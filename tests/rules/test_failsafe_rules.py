@@ -111,7 +111,10 @@ def test_px4_returns_where_its_charge_is_critical() -> None:
     assert result.verdict == "no-go"
 
 
-@pytest.mark.parametrize(("action", "does"), [(0, "warns"), (2, "lands where it is")])
+# 1 is deprecated and in no list of values; ``fromBatteryWarningActParam`` returns by it all the same.
+@pytest.mark.parametrize(
+    ("action", "does"), [(0, "warns"), (1, "returns"), (2, "lands where it is"), (3, "returns")]
+)
 def test_px4_does_as_its_action_says(action: int, does: str) -> None:
     result = checked(
         autopilot=Autopilot.PX4, BAT_CRIT_THR=0.9, BAT_LOW_THR=0.05, COM_LOW_BAT_ACT=action
@@ -226,6 +229,7 @@ def test_a_return_at_risk_that_is_cut_off_is_no_return(less_mah: float, severity
         (0.06, 0.05, Severity.WARNING),
         (0.10, 0.05, None),
         (0.06, 0.15, None),
+        (0.06, 1.0, None),
         (0.06, 0.005, Severity.WARNING),
     ],
 )
@@ -873,10 +877,11 @@ def test_a_further_monitor_acts_as_the_first(values: dict[str, Any], codes: set[
     assert errors & {"E103", "E114", "X904"} == codes
 
 
-def test_a_further_battery_of_px4s_counts_or_is_not_checked() -> None:
+@pytest.mark.parametrize("action", [1, 3])
+def test_a_further_battery_of_px4s_counts_or_is_not_checked(action: int) -> None:
     for capacity, codes in ((8000.0, set()), (3000.0, {"X904"})):
         result = checked(
-            autopilot=Autopilot.PX4, BAT2_SOURCE=0, BAT2_CAPACITY=capacity, COM_LOW_BAT_ACT=3
+            autopilot=Autopilot.PX4, BAT2_SOURCE=0, BAT2_CAPACITY=capacity, COM_LOW_BAT_ACT=action
         )
         errors = {one.code for one in result.findings if one.severity is Severity.ERROR}
         assert errors & {"E103", "X904"} == codes
