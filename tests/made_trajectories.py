@@ -34,6 +34,7 @@ def trajectory(
         is_low=is_low,
         duration_s=knots_s[-1],
         slack_s=np.zeros(len(whole)),
+        late_s=np.zeros(len(whole)),
         grown_m=np.zeros(len(whole)),
         lifted_m=np.zeros(len(whole)),
         stop_s=np.zeros(len(whole)),

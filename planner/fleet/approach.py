@@ -268,7 +268,7 @@ class Meeting(Value, eq=False):
 
     def near(self, one: _Side, two: _Side, limit_m: float) -> tuple[_Side, _Side]:
         """Return the cells that can be flown at the same time, and in which both may be so near."""
-        one, two = _side_by_side(one, two, self.later_s, self._shifts_s(one.part, two.part))
+        one, two = _side_by_side(one, two, *self._windows_s(one.part, two.part))
         (low_1_m, high_1_m), (low_2_m, high_2_m) = one.box_m, two.box_m
         gap = np.maximum(low_1_m - high_2_m, low_2_m - high_1_m)
         above = low_2_m[:, 2] > high_1_m[:, 2]
@@ -288,11 +288,9 @@ class Meeting(Value, eq=False):
         bends_m = one.bend_m, two.bend_m
         cubic_m = self.first.error_m[one.part] + self.second.error_m[two.part]
         off_m = bends_m[0] + bends_m[1]
-        shift_s = self._shifts_s(one.part, two.part)
+        later_s, shift_s = self._windows_s(one.part, two.part)
         if self.zone is None:
-            distance_m, first_s, second_s = _straight_approach(
-                one, two, self.later_s, shift_s, axes=3
-            )
+            distance_m, first_s, second_s = _straight_approach(one, two, later_s, shift_s, axes=3)
             return _Bounds(
                 least_m=np.maximum(distance_m - off_m - cubic_m, 0.0),
                 most_m=distance_m + off_m + cubic_m,
@@ -302,7 +300,7 @@ class Meeting(Value, eq=False):
                 sizes=bends_m,
             )
         zone = self.zone
-        level_m, first_s, second_s = _straight_approach(one, two, self.later_s, shift_s, axes=2)
+        level_m, first_s, second_s = _straight_approach(one, two, later_s, shift_s, axes=2)
         level_m = level_m - self._grown_m(one.part, two.part)
         low_m, high_m = (side.control_m[..., 2] for side in (one, two))
         # While both are flown at the same times the height between them is even too.
@@ -350,9 +348,14 @@ class Meeting(Value, eq=False):
             grown_m=float(self._grown_m(one.part, two.part)[0]),
         )
 
-    def _shifts_s(self, one: IntArray, two: IntArray) -> FloatArray:
-        """Return how much sooner or later than planned parts may be flown, beside each other. (n,)"""
-        return self.shift_s + self.first.slack_s[one] + self.second.slack_s[two]
+    def _windows_s(self, one: IntArray, two: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return how much later the second starts beside parts, and how much sooner or later than that. (n,)
+
+        Parts that may be late count as half of it later, and so much sooner or later.  (n,) [s], [s]
+        """
+        late_1_s, late_2_s = self.first.late_s[one], self.second.late_s[two]
+        slack_s = self.shift_s + self.first.slack_s[one] + self.second.slack_s[two]
+        return self.later_s + 0.5 * (late_2_s - late_1_s), slack_s + 0.5 * (late_1_s + late_2_s)
 
     def _grown_m(self, one: IntArray, two: IntArray) -> FloatArray:
         return self.first.grown_m[one] + self.second.grown_m[two]
@@ -378,8 +381,10 @@ class Meeting(Value, eq=False):
         if (gap >= 0.0).any():
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         slack_s = self.shift_s + first.slack_s + float(second.slack_s.max())
-        low = np.searchsorted(second.end_s, first.start_s - self.later_s - slack_s, side="left")
-        high = np.searchsorted(second.start_s, first.end_s - self.later_s + slack_s, side="right")
+        soonest_s = first.start_s - self.later_s - slack_s - float(second.late_s.max())
+        latest_s = first.end_s - self.later_s + slack_s + first.late_s
+        low = np.searchsorted(second.end_s, soonest_s, side="left")
+        high = np.searchsorted(second.start_s, latest_s, side="right")
         count = np.maximum(high - low, 0)
         found = []
         # In blocks: with starts as uncertain as the flights are long every part may meet every other.
@@ -404,14 +409,19 @@ class Meeting(Value, eq=False):
 
 
 def _side_by_side(
-    one: _Side, two: _Side, later_s: float, shift_s: FloatArray
+    one: _Side, two: _Side, later_s: FloatArray, shift_s: FloatArray
 ) -> tuple[_Side, _Side]:
     """Return the parts of cells that can be flown at the same time."""
     together = np.flatnonzero(
         (one.start_s - later_s - shift_s <= two.end_s)
         & (two.start_s <= one.end_s - later_s + shift_s)
     )
-    one, two, shift_s = one.select(together), two.select(together), shift_s[together]
+    one, two, later_s, shift_s = (
+        one.select(together),
+        two.select(together),
+        later_s[together],
+        shift_s[together],
+    )
     return (
         one.within(two.start_s + later_s - shift_s, two.end_s + later_s + shift_s),
         two.within(one.start_s - later_s - shift_s, one.end_s - later_s + shift_s),
@@ -426,7 +436,7 @@ def _chord_m(side: _Side, time_s: FloatArray) -> FloatArray:
 
 
 def _straight_approach(
-    one: _Side, two: _Side, later_s: float, shift_s: FloatArray, *, axes: int
+    one: _Side, two: _Side, later_s: FloatArray, shift_s: FloatArray, *, axes: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     r"""Return the least distance of even straight motions, and both times of it. (n,) [m, s, s]
 

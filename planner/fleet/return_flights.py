@@ -16,9 +16,11 @@ from planner.fleet.trajectory import Trajectory, cubics, in_frame
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.fleet.approach import ClosestApproach
-    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.flight.returns.path import FlownReturns, ReturnPoints, Returns
     from planner.geo.geodesy import LocalFrame
 
 _FIRST_INTERVALS = 48
@@ -41,6 +43,8 @@ class ReturnFlights(Value, eq=False):
     """How wrong the position may be. [m]"""
     time_fraction: float
     """How much of the time of the flight it may be sooner or later. [-]"""
+    late_s: Callable[[FlownReturns], FloatArray]
+    """How much later returns may be flown besides, with the way there. [s]"""
 
     def first_intervals(self) -> tuple[FloatArray, FloatArray]:
         """Return beginnings and ends of intervals of the flight in which it may be broken off. (n,) [s]"""
@@ -119,6 +123,7 @@ class ReturnFlights(Value, eq=False):
             is_low=np.zeros(len(group), np.bool_),
             duration_s=np.inf,
             slack_s=self.time_fraction * starts_s,
+            late_s=self.late_s(flown).reshape(3, count).max(axis=0)[group],
             grown_m=np.full(len(group), self.grown_m),
             lifted_m=np.zeros(len(group)),
             stop_s=np.zeros(len(group)),

@@ -64,6 +64,8 @@ class Trajectory(Value, eq=False, dict=True):
     """Duration of the flight. [s]"""
     slack_s: FloatArray
     """How much sooner or later each part may be flown, by the spread of times. (n,) [s]"""
+    late_s: FloatArray
+    """How much later each part may be flown besides, for what its prediction does not fly. (n,) [s]"""
     grown_m: FloatArray
     """How much farther beside it the vehicle may be, by the error of its position. (n,) [m]"""
     lifted_m: FloatArray
@@ -145,7 +147,12 @@ class Trajectory(Value, eq=False, dict=True):
 
 
 def make_trajectory(
-    motion: Motion, route: Route, frame: LocalFrame, *, min_nav_alt_m: float
+    motion: Motion,
+    route: Route,
+    frame: LocalFrame,
+    *,
+    min_nav_alt_m: float,
+    late_s: FloatArray | None = None,
 ) -> Trajectory:
     """Return the place of a vehicle over time.
 
@@ -160,10 +167,12 @@ def make_trajectory(
         Common frame of all vehicles.
     min_nav_alt_m : float
         Height above the take-off place, and above a landing place, from which it counts as flying. [m]
+    late_s : ndarray, optional
+        How much later segments may be flown, at most; default not at all. (s,) [s]
     """
     piece, start_s, end_s, control_m, error_m = cubics(motion)
     control_m = in_frame(control_m, route, frame)
-    item = motion.segments.item[motion.piece_segment[piece]]
+    segment = motion.piece_segment[piece]
     lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
     last = np.repeat(control_m[-1:, -1:], 4, axis=1)
     if lands and route.stages[-1].return_path is None:
@@ -186,11 +195,14 @@ def make_trajectory(
             )
             control_m = np.concatenate((control_m[:at], parts, control_m[at + 1 :]))
             start_s, end_s = np.insert(start_s, at + 1, limit_s), np.insert(end_s, at, limit_s)
-            error_m, item = np.insert(error_m, at, error_m[at]), np.insert(item, at, item[at])
+            error_m = np.insert(error_m, at, error_m[at])
+            segment = np.insert(segment, at, segment[at])
     is_low = (end_s <= flying_s) | (start_s >= low_again_s)
     first = np.repeat(control_m[:1, :1], 4, axis=1)
     control_m = np.concatenate((first, control_m, last))
     duration_s = float(end_s[-1])
+    item = motion.segments.item[segment]
+    own_late_s = np.zeros(len(segment)) if late_s is None else late_s[segment]
     return Trajectory(
         start_s=np.concatenate(([-AT_REST_S], start_s, [duration_s])),
         end_s=np.concatenate(([0.0], end_s, [duration_s + AT_REST_S])),
@@ -202,6 +214,8 @@ def make_trajectory(
         is_low=np.concatenate(([True], is_low, [lands or bool(is_low.all())])),
         duration_s=duration_s,
         slack_s=np.zeros(len(control_m)),
+        # It stands there as soon as it may have landed, and until it sets out.
+        late_s=np.concatenate(([0.0], own_late_s, [0.0])),
         grown_m=np.zeros(len(control_m)),
         lifted_m=np.zeros(len(control_m)),
         stop_s=np.zeros(len(control_m)),

@@ -12,7 +12,7 @@ from planner.flight.budget import item_arrivals, predict_return_discharge, stay_
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.quantity import mean_of
 from planner.units import wh_from_j
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -95,9 +95,11 @@ class Assessment(Value, eq=False, dict=True):
         """What the flight may take above its prediction where the model says nothing."""
         from planner.flight.uncounted import Uncounted
 
-        return Uncounted.of(
-            self.returns.flight, self.reach, self.shown_airspeed_m_s, later_s=self.lateness.in_all_s
-        )
+        flight, route, planned = self.returns.flight, self.returns.route, self
+        if flight is not self.flight:  # who gives way to others holds on its way
+            planned = replace(self, flight=flight, route=route)
+        later_s = planned.lateness.in_all_s
+        return Uncounted.of(flight, self.reach, self.shown_airspeed_m_s, later_s=later_s)
 
     @cached_property
     def battery_profile(self) -> BatteryProfile | None:

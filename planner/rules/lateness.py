@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_own_pilot, step_speeds_m_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,6 +41,8 @@ class Lateness(Value, eq=False):
     circles_s: FloatArray
     ways_s: FloatArray
     """As its own autopilot flies from place to place."""
+    passed_s: FloatArray
+    """How much later each may be passed, at most: all of it, however little, by the end of its stage."""
     slowest: Slower | None = None
     circled_by: str = ""
     shaped_by: str = ""
@@ -75,23 +77,40 @@ def lateness_of(a: Assessment) -> Lateness:
     given, motion = a.own_parameters, a.flight.motion
     none_s = np.zeros(len(motion.segments.item))
     if a.autopilot is not Autopilot.STEP or given is None:
-        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s)
+        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=none_s)
     homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
-    climbs_s, slowest = _longer(a, given, motion, np.isin(motion.segments.item, homeward))
-    circles_s, circled_by = _circling_longer_s(a, given)
-    ways_s, shaped_by = _shaped_longer_s(a, given, climbs_s + circles_s)
+    returning = np.isin(motion.segments.item, homeward)
+    own = _own_motion(a, given)
+
+    def longer(least: float) -> tuple[FloatArray, FloatArray, FloatArray, Slower | None, str]:
+        climbs_s, slowest = _longer(a, given, motion, returning, least=least)
+        circles_s, circled_by = _circling_longer_s(a, given, least=least)
+        ways_s = _shaped_longer_s(a, own, climbs_s + circles_s, least=least)
+        ways_s += _homeward_longer_s(a, given, least=least)
+        return climbs_s, circles_s, ways_s, slowest, circled_by
+
+    climbs_s, circles_s, ways_s, slowest, circled_by = longer(1.0 + OVERSHOOT)
+    little_s = sum(longer(1.0)[:3], none_s)
+    by_stage_s = np.append(np.cumsum(little_s), 0.0)[motion.done_segment]
+    by_stage_s = np.maximum.accumulate(by_stage_s)
     return Lateness(
         climbs_s=climbs_s,
         circles_s=circles_s,
         ways_s=ways_s,
+        passed_s=np.maximum(by_stage_s[motion.segment_stage], np.cumsum(little_s)),
         slowest=slowest,
         circled_by=circled_by,
-        shaped_by=shaped_by,
+        shaped_by=_shaping(a, given),
     )
 
 
-def late_returns_of(a: Assessment, flown: FlownReturns | None) -> LateReturns:
-    """Return how much longer returns take; ``None``: there are none."""
+def late_returns_of(
+    a: Assessment, flown: FlownReturns | None, *, least: float = 1.0 + OVERSHOOT
+) -> LateReturns:
+    """Return how much longer returns take; ``None``: there are none.
+
+    ``least`` is the time over that predicted from which on it counts. [-]
+    """
     if flown is None:
         return LateReturns(climbs_s=np.zeros(0), point=np.zeros(0, np.intp), ways_s=np.zeros(0))
     given, motion, count = a.own_parameters, flown.flight.motion, len(flown.points.segment)
@@ -100,11 +119,12 @@ def late_returns_of(a: Assessment, flown: FlownReturns | None) -> LateReturns:
         return LateReturns(
             climbs_s=np.zeros(len(back.item)), point=back.item, ways_s=np.zeros(count)
         )
-    climbs_s, slowest = _longer(a, given, motion, np.ones(len(back.item), np.bool_))
+    always = np.ones(len(back.item), np.bool_)
+    climbs_s, slowest = _longer(a, given, motion, always, least=least)
     return LateReturns(
         climbs_s=climbs_s,
         point=back.item,
-        ways_s=_way_longer_s(given, back, count),
+        ways_s=_way_longer_s(given, back, count, least=least),
         slowest=slowest,
         shaped_by=_shaping(a, given),
     )
@@ -120,15 +140,18 @@ class Slower(Value, kw_only=False):
 
 
 def _longer(
-    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray
+    a: Assessment, given: FlightParameters, motion: Motion, returning: BoolArray, *, least: float
 ) -> tuple[FloatArray, Slower | None]:
-    """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most."""
+    """Return how much longer each segment takes at the vehicle's own speeds, and what takes the most.
+
+    From ``least`` times as fast as they let it on. [-]
+    """
     longer_s = np.zeros(len(motion.segments.duration_s))
     slowest: Slower | None = None
     limits = _speed_limits(a, given, motion, returning)
     for name, limit_m_s, way_m, spent_s in limits:
         flown_m_s = way_m / np.maximum(spent_s, 1e-9)
-        is_slower = limit_m_s * (1.0 + OVERSHOOT) < flown_m_s
+        is_slower = limit_m_s * least < flown_m_s
         added_s = np.where(is_slower, way_m / limit_m_s - spent_s, 0.0)
         longer_s += added_s
         total_s = float(np.sum(added_s))
@@ -143,7 +166,9 @@ def _longer(
     return longer_s, slowest
 
 
-def _circling_longer_s(a: Assessment, given: FlightParameters) -> tuple[FloatArray, str]:
+def _circling_longer_s(
+    a: Assessment, given: FlightParameters, *, least: float
+) -> tuple[FloatArray, str]:
     """Return how much longer ArduPilot's circles take, by the segment that ends each, and for what. (s,)"""
     longer_s, why = np.zeros(len(a.flight.motion.segments.duration_s)), "circle_rate_rad_s"
     if _is_px4(given):
@@ -160,7 +185,7 @@ def _circling_longer_s(a: Assessment, given: FlightParameters) -> tuple[FloatArr
             size_m, stage.turns, start_m=size_m, speed_m_s=speed_m_s, parameters=given, drag=0.0
         )
         counted_s = stage.turns * 2.0 * math.pi * size_m / speed_m_s
-        if own.duration_s > (1.0 + OVERSHOOT) * counted_s:
+        if own.duration_s > least * counted_s:
             longer_s[done] += own.duration_s - counted_s
             if own.rate_rad_s < abs(given.circle_rate_rad_s):
                 why = "acceleration_m_s2"
@@ -181,27 +206,44 @@ _BY_MODEL = RETURN_STAGES | {StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE
 """What is counted apart, or as the model has it."""
 
 
-def _shaped_longer_s(
-    a: Assessment, given: FlightParameters, longer_s: FloatArray
-) -> tuple[FloatArray, str]:
-    """Return how much longer the ways of its own autopilot take, and what of its file shapes them.
+def _own_motion(a: Assessment, given: FlightParameters) -> Motion | None:
+    """Return how its own autopilot flies; ``None`` where there is no way from place to place."""
+    if all(stage.kind in _BY_MODEL for stage in a.route.stages):
+        return None
+    return make_own_pilot(a.vehicle, given).fly(a.route)[0]
 
-    By the segment that ends each stage, beyond what is counted already: how much later than the model it is
-    there as the autopilot flies, at most so far.  (s,) [s]
+
+def _shaped_longer_s(
+    a: Assessment, own: Motion | None, longer_s: FloatArray, *, least: float
+) -> FloatArray:
+    """Return how much longer the ways of its own autopilot take, beyond what is counted already.
+
+    By the segment that ends each stage: how much later than the model it is there as the autopilot flies, at
+    most so far; where it is later than ``least`` times what moves. (s,) [s]
     """
-    motion, more_s, shaping = a.flight.motion, np.zeros(len(longer_s)), _shaping(a, given)
+    motion, more_s = a.flight.motion, np.zeros(len(longer_s))
+    if own is None:
+        return more_s
     counts = np.array([stage.kind not in _BY_MODEL for stage in a.route.stages])
-    if not counts.any():
-        return more_s, shaping
-    own, _ = make_own_pilot(a.vehicle, given).fly(a.route)
     counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
     flown_s = _stage_sums_s(own, own.segments.duration_s)
     late_s = np.cumsum(np.where(counts, flown_s - counted_s, 0.0))
     held_s = np.array([stage.hold_s for stage in a.route.stages])
-    if late_s.max() > OVERSHOOT * (counted_s - held_s)[counts].sum():
+    if late_s.max() > (least - 1.0) * (counted_s - held_s)[counts].sum():
         latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
         np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
-    return more_s, shaping
+    return more_s
+
+
+def _homeward_longer_s(a: Assessment, given: FlightParameters, *, least: float) -> FloatArray:
+    """Return how much longer the level ways of the mission's own returns take, by what ends each. (s,) [s]"""
+    motion, stages = a.flight.motion, a.route.stages
+    by_stage = replace(motion.segments, item=motion.segment_stage)
+    longer_s = _way_longer_s(given, by_stage, len(stages), least=least)
+    returns = np.array([stage.kind in RETURN_STAGES for stage in stages])
+    more_s = np.zeros(len(by_stage.item))
+    np.add.at(more_s, motion.done_segment, np.where(returns, longer_s, 0.0))
+    return more_s
 
 
 def _shaping(a: Assessment, given: FlightParameters) -> str:
@@ -217,7 +259,9 @@ def _stage_sums_s(motion: Motion, duration_s: FloatArray) -> FloatArray:
     return np.diff(np.maximum.accumulate(end_s), prepend=0.0)
 
 
-def _way_longer_s(given: FlightParameters, back: SegmentColumns, count: int) -> FloatArray:
+def _way_longer_s(
+    given: FlightParameters, back: SegmentColumns, count: int, *, least: float
+) -> FloatArray:
     """Return how much longer the level ways of returns take, from rest to rest. (count,) [s]
 
     v/a + a/J beyond d/v, a way too short for the speed no longer than 2 √(d/a) + a/J.
@@ -234,7 +278,7 @@ def _way_longer_s(given: FlightParameters, back: SegmentColumns, count: int) -> 
         way_m / speed_m_s + ramp_s,
     )
     own_s += acceleration_m_s2 / given.jerk_m_s3
-    return np.where((way_m > 0.0) & (own_s > flown_s * (1.0 + OVERSHOOT)), own_s - flown_s, 0.0)
+    return np.where((way_m > 0.0) & (own_s > flown_s * least), own_s - flown_s, 0.0)
 
 
 def _is_px4(given: FlightParameters) -> TypeIs[Px4Parameters]:

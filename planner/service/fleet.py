@@ -68,8 +68,20 @@ class FlownSortie(Value):
 
     @property
     def end_s(self) -> float:
-        """When it has landed. [s]"""
+        """When it has landed, as predicted. [s]"""
         return self.start_s + self.time_s
+
+    @property
+    def late_s(self) -> float:
+        """How much later than predicted it lands, at most, as its model has it sooner (E108). [s]"""
+        if self.assessment is None:
+            return 0.0
+        return float(self.assessment.lateness.passed_s.max(initial=0.0))
+
+    @property
+    def landed_s(self) -> float:
+        """When it has landed at the latest. [s]"""
+        return self.end_s + self.late_s
 
     @property
     def energy_wh(self) -> float | None:
@@ -270,7 +282,7 @@ def fly_sorties(
         flown.append(one)
         if sortie.pack is not None:
             # What is not known is taken for empty: then it is charged the longer.
-            day.put_down(sortie.pack, one.end_s + fleet.swap_s, one.charge_left or 0.0)
+            day.put_down(sortie.pack, one.landed_s + fleet.swap_s, one.charge_left or 0.0)
     return tuple(flown), day.finish()
 
 

@@ -479,7 +479,7 @@ class _Judge:
         others.sort(key=lambda one: one.name != sortie.vehicle)  # who flies it anyway first
         flown, known = self._fly(rest), self._known_errors(rest)
         settled_s = self._fleet.swap_s + 2.0 * self._error_s
-        ends_s = {one.name: one.end_s + settled_s + _slow_s(one) for one in flown}
+        ends_s = {one.name: one.landed_s + settled_s + _slow_s(one) for one in flown}
         openings = {
             (max(start_s, sortie.start_s, vehicle.available_from_s, job.earliest_s), place)
             for place, vehicle in enumerate(others)

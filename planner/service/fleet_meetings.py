@@ -49,7 +49,7 @@ def pad_shifts(fleet: Fleet, flights: Sequence[Sequence[FlownSortie]]) -> Closed
         return {}
     landings = landing_pads(fleet, [way for _, way in ways])
     stays = {
-        at: [(pad, -time_s, 0.0), (landing, way.time_s, way.time_s + time_s)]
+        at: [(pad, -time_s, 0.0), (landing, way.time_s, way.time_s + way.late_s + time_s)]
         for (at, way), pad, landing in zip(ways, pads, landings, strict=True)
         if pad in shared
     }
@@ -79,7 +79,7 @@ def carry_shifts(fleet: Fleet, flights: Sequence[Sequence[FlownSortie]]) -> Clos
         (one, first), (two, second) = ways[row], ways[column]
         if row < column and one[0] != two[0] and first.sortie.vehicle == second.sortie.vehicle:
             after_s, before_s = (
-                way.time_s + fleet.swap_s + carry_s(fleet, float(away))
+                way.time_s + way.late_s + fleet.swap_s + carry_s(fleet, float(away))
                 for way, away in ((first, away_m[row, column]), (second, away_m[column, row]))
             )
             found[one, two] = ((-before_s, after_s),)

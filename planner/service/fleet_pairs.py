@@ -104,28 +104,32 @@ class _Pair(Value, eq=False):
         away_m = np.maximum(np.maximum(beside_m, zone.of_height_m(above_m)), 0.0)
         return np.where(is_judged & ~are_low, away_m, np.nan)
 
-    def shift_s(self, time_s: FloatArray) -> FloatArray:
-        """Return how much sooner or later one may be than the other at times. (n,) [s]"""
-        shift_s = np.full(len(time_s), 2.0 * self.spacing.start_error_s)
+    def shifts_s(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return from what to what times of the second count beside those of the first. (n,), (n,) [s]"""
+        slack_s, late_s = np.full(len(time_s), 2.0 * self.spacing.start_error_s), []
         for side in (self.first, self.second):
-            shift_s += side.trajectory.slack_s[side.trajectory.part_at(time_s - side.start_s)]
-        return shift_s
+            part = side.trajectory.part_at(time_s - side.start_s)
+            slack_s += side.trajectory.slack_s[part]
+            late_s.append(side.trajectory.late_s[part])
+        return -slack_s - late_s[1], slack_s + late_s[0]
 
     def least_m(self, time_s: FloatArray) -> FloatArray:
         """Return how near they may come at times, sooner or later than planned. (n,) [m]"""
-        shift_s = self.shift_s(time_s)
+        low_s, high_s = self.shifts_s(time_s)
         least_m = self.apart_m(time_s)
-        for fraction in _SHIFTS if shift_s.any() else ():
-            least_m = np.fmin(least_m, self.apart_m(time_s, fraction * shift_s))
+        for fraction in _SHIFTS if (high_s - low_s).any() else ():
+            shift_s = low_s + 0.5 * (1.0 + fraction) * (high_s - low_s)
+            least_m = np.fmin(least_m, self.apart_m(time_s, shift_s))
         return least_m
 
     def nearest(self, about_s: float, step_s: float) -> tuple[float, float]:
         """Return when, and how near, they come nearest about a time."""
-        shift_s, reach_s = 0.0, float(self.shift_s(np.array([about_s]))[0])
-        limit_s, least_m = reach_s, float(self.apart_m(np.array([about_s]))[0])
+        low_s, high_s = (float(one[0]) for one in self.shifts_s(np.array([about_s])))
+        shift_s, reach_s = 0.5 * (low_s + high_s), 0.5 * (high_s - low_s)
+        least_m = float(self.apart_m(np.array([about_s]))[0])
         for _ in range(_ROUNDS):
             times_s = np.linspace(about_s - step_s, about_s + step_s, _FINER)
-            shifts_s = np.clip(shift_s + np.linspace(-reach_s, reach_s, _FINER), -limit_s, limit_s)
+            shifts_s = np.clip(shift_s + np.linspace(-reach_s, reach_s, _FINER), low_s, high_s)
             grid_s, by_s = (one.ravel() for one in np.meshgrid(times_s, np.unique(shifts_s)))
             away_m = self.apart_m(grid_s, by_s)
             if np.isfinite(away_m).any():

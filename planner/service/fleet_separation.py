@@ -26,6 +26,7 @@ from planner.fleet.separation import (
 from planner.fleet.trajectory import make_trajectory
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_pilot
+from planner.rules.lateness import late_returns_of
 from planner.service.fleet import FleetFinding
 from planner.service.fleet_times import at, stands
 from planner.service.separation import (
@@ -33,6 +34,7 @@ from planner.service.separation import (
     SEPARATION,
     SEPARATION_UNCHECKED,
     known_home_amsl_m,
+    late_text,
     system_id,
     uncounted_curve,
     why_left_out,
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.fleet import Fleet, Separation
     from planner.fleet.trajectory import Trajectory
+    from planner.flight.returns.path import FlownReturns
     from planner.geo.geodesy import LocalFrame
     from planner.rules.assessment import Assessment
     from planner.service.fleet import FlownSortie
@@ -203,6 +206,7 @@ def _alone(
             assessment.route,
             frame,
             min_nav_alt_m=separation.min_nav_alt_m,
+            late_s=assessment.lateness.passed_s,
         )
         made = replace(
             whole,
@@ -213,7 +217,8 @@ def _alone(
         pad = fleet.pad_of(one.sortie)
         own = (one.sortie.job, fleet.mission_of(one.sortie), one.sortie.vehicle)
         flight = (*own, None if pad is None else pad.name)
-        columns = (made.start_s, made.end_s, made.control_m, made.slack_s, made.stop_s)
+        times_s = made.start_s, made.end_s, made.slack_s, made.late_s, made.stop_s
+        columns = (*times_s, made.control_m)
         return known.once((*flight, *(each.tobytes() for each in columns)), lambda: made)
 
     # The assessment is kept with it: another one in its place would have its id.
@@ -360,6 +365,7 @@ class _Pairs:
             f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}){told}: {_apart(near)} each other "
             f"{at(one.start_s + approach.first_s)}, items {approach.first_item} and "
             f"{approach.second_item}; {self._required(one, two, near)}"
+            + late_text((one, approach.first_s), (two, approach.second_s))
         )
         fix = "fly them at other heights or places, or one after the other"
         if is_tried and delay_s is None:
@@ -574,7 +580,14 @@ def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
         frame=frame,
         grown_m=assessment.setup.position_margin_m,
         time_fraction=_time_fraction(assessment),
+        late_s=partial(_returns_late_s, assessment),
     )
+
+
+def _returns_late_s(assessment: Assessment, flown: FlownReturns) -> FloatArray:
+    """Return how much later returns may be flown, with the way there, at most. (n,) [s]"""
+    back_s = late_returns_of(assessment, flown, least=1.0).in_all_s
+    return assessment.lateness.passed_s[flown.points.segment] + back_s
 
 
 def _stands_low(two: Member, approach: ClosestApproach) -> bool:

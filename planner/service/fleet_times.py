@@ -234,7 +234,7 @@ def _grouped(flown: Iterable[FlownSortie], key: str) -> Mapping[str, list[FlownS
 
 def ready_s(fleet: Fleet, one: FlownSortie, two: FlownSortie) -> float:
     """Return when the vehicle of a sortie is ready for its next: changed, and brought there. [s]"""
-    return one.end_s + fleet.swap_s + carry_s(fleet, carried_m(one, two))
+    return one.landed_s + fleet.swap_s + carry_s(fleet, carried_m(one, two))
 
 
 def carry_s(fleet: Fleet, away_m: float) -> float:
@@ -286,7 +286,7 @@ def pack_clashes(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFi
 def _pack_free_s(fleet: Fleet, one: FlownSortie, two: FlownSortie) -> float:
     """Return when the pack of a sortie is free for its next; over a field a swap brings it. [s]"""
     is_far = carried_m(one, two) > IN_SIGHT_M
-    return ready_s(fleet, one, two) if is_far else one.end_s + fleet.swap_s
+    return ready_s(fleet, one, two) if is_far else one.landed_s + fleet.swap_s
 
 
 def _packs(
@@ -339,7 +339,7 @@ def _clashes(fleet: Fleet, name: str, one: FlownSortie, two: FlownSortie) -> Ite
     """Yield what keeps a vehicle from its next sortie."""
     away_m, from_s = carried_m(one, two), ready_s(fleet, one, two)
     carry_m_s = None if fleet.swap is None else fleet.swap.carry_m_s
-    if two.start_s < (swapped_s := one.end_s + fleet.swap_s):
+    if two.start_s < (swapped_s := one.landed_s + fleet.swap_s):
         yield VEHICLE_CLASH.finding(
             f"{two.name} starts {at(two.start_s)}; {name} is back from {one.name} and ready {at(swapped_s)}"
         )
@@ -392,23 +392,26 @@ def _too_late(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
     for one in flown:
         job, name = fleet.jobs[one.sortie.job], one.sortie.vehicle
         until_s = fleet.vehicles[name].available_until_s
-        if until_s is not None and one.end_s > until_s:
-            message = (
-                f"{one.name} lands {at(one.end_s)}; {name} is there until {quantity.clock(until_s)}"
-            )
+        if until_s is not None and one.landed_s > until_s:
+            message = f"{one.name} lands {_at_latest(one)}; {name} is there until {quantity.clock(until_s)}"
             yield FleetFinding(
                 finding=VEHICLE_CLASH.finding(message), sorties=(one.name,), at_s=until_s
             )
         limits = [(f"job {job.name}", job.latest_s), ("the operation", fleet.operation.latest_s)]
         for what, latest_s in limits:
-            if latest_s is not None and one.end_s > latest_s:
+            if latest_s is not None and one.landed_s > latest_s:
                 message = (
-                    f"{one.name} lands {at(one.end_s)}, {what} ends at {quantity.clock(latest_s)} "
-                    f"({quantity.duration(one.end_s - latest_s)} late)"
+                    f"{one.name} lands {_at_latest(one)}, {what} ends at {quantity.clock(latest_s)} "
+                    f"({quantity.duration(one.landed_s - latest_s)} late)"
                 )
                 yield FleetFinding(
                     finding=OUT_OF_HOURS.finding(message), sorties=(one.name,), at_s=latest_s
                 )
+
+
+def _at_latest(one: FlownSortie) -> str:
+    """Return when a sortie lands, in words."""
+    return at(one.landed_s) + " at the latest (E108)" * (one.late_s > 0.0)
 
 
 def too_early(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:
@@ -449,7 +452,7 @@ def stands(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, Stand]:
     swap_s = fleet.swap_s
     found = {}
     for sorties in _grouped(flown, "vehicle").values():
-        ends_s = [-AT_REST_S, *(one.end_s for one in sorties[:-1])]
+        ends_s = [-AT_REST_S, *(one.landed_s for one in sorties[:-1])]
         starts_s = [*(one.start_s for one in sorties[1:]), AT_REST_S]
         for one, before_s, next_s in zip(sorties, ends_s, starts_s, strict=True):
             pad = fleet.pad_of(one.sortie)
@@ -458,7 +461,7 @@ def stands(fleet: Fleet, flown: Sequence[FlownSortie]) -> Mapping[str, Stand]:
                 longest_s = swap_s
             found[one.name] = Stand(
                 before_s=min(max(one.start_s - before_s, 0.0), longest_s),
-                after_s=min(max(next_s - one.end_s, 0.0), longest_s),
+                after_s=min(max(next_s - one.end_s, 0.0), one.late_s + longest_s),
             )
     return found
 

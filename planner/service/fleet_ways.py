@@ -323,7 +323,7 @@ class Ways:
         energy_wh = flown.energy_wh
         return Option(
             vehicle=flown.sortie.vehicle,
-            duration_s=flown.time_s,
+            duration_s=flown.time_s + flown.late_s,
             energy_wh=math.nan if energy_wh is None else energy_wh,
             packs=packs,
         )

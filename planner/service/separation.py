@@ -20,7 +20,6 @@ from planner.fleet.separation import (
     predict_conflicts,
 )
 from planner.fleet.trajectory import make_trajectory
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
@@ -51,8 +50,10 @@ SEPARATION = Rule(
     "take-off place, after its end where it ended.  Not while both are below --min-nav-alt over their "
     "take-off or landing places.  It is found to 1 cm; fires where it is more than that below "
     "--separation.  The suggested delay is tried by the same search.  --start-error also covers the "
-    "uncertainty of a flight's times.  In a fleet file the zone is an upright cylinder, horizontal_m and the "
-    "position errors of both wide, and the spread of times of the models counts as start errors do.",
+    "uncertainty of a flight's times; what a step-response model takes longer by its parameters (E108), "
+    "however little, counts as up to so much later.  In a fleet file the zone is an upright cylinder, "
+    "horizontal_m and the position errors of both wide, and the spread of times of the models counts as "
+    "start errors do.",
     fix="start one of them later, or fly them at other heights or places",
 )
 
@@ -75,8 +76,8 @@ SEPARATION_UNCHECKED = Rule(
     how="--separation requires it, and another mission could not be read or flies nothing, the flight "
     "never rises to --min-nav-alt, or the altitude of a home is unknown (none, or 0) where homes are "
     "more than 1 m apart: heights are then compared above home.  An error in a fleet file, and where one "
-    "waits on the ground for what its times do not count (T107), is slower by its parameters than its "
-    "step-response model (E108), or flies a spline that such a model is predicted to fly straight.",
+    "waits on the ground for what its times do not count (T107), or flies a spline that a step-response "
+    "model is predicted to fly straight.",
     fix="correct what is named, and check again",
     leaves_open=True,
 )
@@ -85,11 +86,8 @@ SEPARATION_UNCHECKED = Rule(
 _OWN_CODES = frozenset(
     rule.code for rule in (SEPARATION, DUPLICATE_SYSTEM_ID, SEPARATION_UNCHECKED)
 )
-_LATE = 0.03
-"""Of the time a flight moves: what the times of reference steps are off without that. [-]"""
+_SHOWN_S = 0.5
 _SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
-_LANDS_LATER_S = 20.0
-"""What the last 10 m take at LAND_SPEED as it is delivered: a landing later than that holds its place up."""
 
 
 def keep_apart(
@@ -137,6 +135,7 @@ def keep_apart(
                 assessment.route,
                 cases[0].route.frame,
                 min_nav_alt_m=together.min_nav_alt_m,
+                late_s=assessment.lateness.passed_s,
             ),
             start_s=starts_s[position],
             home_amsl_m=known_home_amsl_m(assessment),
@@ -233,6 +232,7 @@ def _too_near(
         message += (
             f", where both start within {quantity.duration(spacing.start_error_s)} of their times"
         )
+    message += late_text((fleet[number], own_s), (other, other_s))
     others = [
         fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
     ]
@@ -246,6 +246,19 @@ def _too_near(
         "fly them at other heights or places"
     )
     yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)
+
+
+def late_text(*sides: tuple[Member, float]) -> str:
+    """Return who may be later than predicted at its time, and by how much, in words; empty: none."""
+    late_s = {
+        one.file: float(one.trajectory.late_s[one.trajectory.part_at(np.array([time_s]))][0])
+        for one, time_s in sides
+    }
+    return "".join(
+        f"; {file} may be up to {quantity.duration(late)} later than that (E108)"
+        for file, late in late_s.items()
+        if late >= _SHOWN_S
+    )
 
 
 def _and_more(named: Sequence[object]) -> str:
@@ -295,17 +308,6 @@ def uncounted_wait(result: CheckResult | UnreadableMission) -> str:
     """Return what a flight waits for, where that is not in its times; empty: it waits for nothing else."""
     if not isinstance(result, CheckResult) or result.assessment is None:
         return ""
-    a = result.assessment
-    # What the last landing takes a little longer changes no way before it, and is over its own place.
-    flies = a.flight.motion.segments.state != STATE_INDEX[FlightState.LAND]
-    until = int(np.flatnonzero(flies)[-1]) + 1 if flies.any() else 0
-    late_s = float(a.lateness.in_all_s[:until].sum())
-    landing_s = float(a.lateness.in_all_s[until:].sum())
-    late_s += landing_s if landing_s > _LANDS_LATER_S else 0.0
-    segments = a.flight.motion.segments
-    moved_s = float(segments.duration_s[segments.state != STATE_INDEX[FlightState.HOVER]].sum())
-    if late_s > _LATE * moved_s:
-        return f"flies slower than its model of reference steps, {quantity.duration(late_s)} in all (E108)"
     items, setup = result.assessment.mission.items, result.assessment.setup
     for one in (*result.findings, *result.suppressed):
         if one.code != WAIT_NOT_COUNTED.code or one.item is None:

@@ -21,7 +21,7 @@ from planner.fleet.swarm.flights import Record, agent_flight
 from planner.fleet.swarm.policies import POLICIES
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
 from planner.flight.budget import flight_battery
-from planner.flight.motion.kinematics import STATES
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import charge_left
@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
     from planner.flight.prediction import Flight
     from planner.geo.geodesy import LocalFrame
+    from planner.service.fleet import FlownSortie
     from planner.service.preflight import CheckResult
     from planner.service.swarm_bodies import SwarmBody
     from planner.service.swarm_faults import SwarmFaultReport
@@ -79,6 +80,10 @@ GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 _HOUR_S = 3600.0
 _OFF_LANE = 0.05
 """Of the width of a lane: farther beside it an agent misses what it is to see. [-]"""
+_LATE = 0.03
+"""Of the time a flight moves: what the times of reference steps are off. [-]"""
+_LANDS_LATER_S = 20.0
+"""What the last 10 m take at LAND_SPEED as it is delivered: a landing later than that holds its place up."""
 _ROUNDING_M = 1e-6
 """By so much may places be rounded: agents that keep their separation exactly come no nearer. [m]"""
 
@@ -428,7 +433,7 @@ def _simulate_missions(
     found += [
         TIMES_UNKNOWN.finding(f"{one.name}: {wait}: no time and no separation of it is known")
         for one in filed.sorties
-        if (wait := uncounted_wait(one.result))
+        if (wait := uncounted_wait(one.result) or (policy != "none" and _flies_later(one)))
     ]
     gone = [
         one for one, agent in zip(filed.sorties, agents, strict=True) if agent.flight is not None
@@ -498,6 +503,25 @@ def _energy_by_state_wh(flight: Flight, setup: Setup) -> dict[str, float]:
     energies = wh_from_j(flight.segment_energy_j)
     sums = np.bincount(flight.motion.segments.state, energies, len(STATES))
     return {str(state): float(one) for state, one in zip(STATES, sums, strict=True) if one}
+
+
+def _flies_later(one: FlownSortie) -> str:
+    """Return that a flight is later than it is simulated; empty: by little.
+
+    Who gives way is simulated at its predicted times; without that, windows of them are looked at.
+    """
+    if one.assessment is None:
+        return ""
+    segments, late_s = one.assessment.flight.motion.segments, one.assessment.lateness.in_all_s
+    # What the last landing takes a little longer changes no way before it, and is over its own place.
+    flies = segments.state != STATE_INDEX[FlightState.LAND]
+    until = int(np.flatnonzero(flies)[-1]) + 1 if flies.any() else 0
+    landing_s, in_all_s = float(late_s[until:].sum()), float(late_s[:until].sum())
+    in_all_s += landing_s if landing_s > _LANDS_LATER_S else 0.0
+    moved_s = float(segments.duration_s[segments.state != STATE_INDEX[FlightState.HOVER]].sum())
+    if in_all_s <= _LATE * moved_s:
+        return ""
+    return f"flies slower than its model of reference steps, {quantity.duration(in_all_s)} in all (E108)"
 
 
 def _policy(policy: Policy | str) -> Policy:

@@ -244,8 +244,9 @@ def flown_together(
     all_ = members(fleet, separation, flown)
     spacing = fleet_spacing(separation)
     happened = [
-        replace(one, trajectory=replace(one.trajectory, slack_s=np.zeros(len(one.trajectory.item))))
+        replace(one, trajectory=replace(one.trajectory, slack_s=none_s, late_s=none_s))
         for one in all_
+        for none_s in (np.zeros(len(one.trajectory.item)),)
     ]
     if not is_planned:
         all_, spacing = happened, replace(spacing, start_error_s=0.0)

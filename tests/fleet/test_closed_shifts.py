@@ -11,6 +11,7 @@ from made_trajectories import place, straight
 
 from planner.fleet.approach import Cylinder, Meeting, closest_approach
 from planner.fleet.shifts import ROUND_S, ClosedShifts
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.fleet.trajectory import Trajectory
@@ -37,6 +38,16 @@ def test_crossing_tracks_are_clear_from_the_delay_of_their_angle_on(
         Meeting(first=through(0.0), second=through(angle_deg)), within_m=10.0
     )
     assert (low_s, high_s) == pytest.approx((-delay_s, delay_s), abs=1e-4 + 2 * ROUND_S)
+
+
+def test_starts_are_closed_for_as_long_as_either_may_be_late() -> None:
+    one, two = (
+        replace(flown, late_s=np.where(flown.is_rest, 0.0, late_s))
+        for flown, late_s in ((through(0.0), 5.0), (through(90.0), 2.0))
+    )
+    [(low_s, high_s)] = ClosedShifts(Meeting(first=one, second=two), within_m=10.0)
+    delay_s = 1.4217
+    assert (low_s, high_s) == pytest.approx((-delay_s - 2.0, delay_s + 5.0), abs=1e-4 + 2 * ROUND_S)
 
 
 def test_head_on_they_are_never_clear_before_one_of_them_is_over() -> None:

@@ -27,7 +27,7 @@ from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_
 from planner.fleet.trajectory import Trajectory, make_trajectory, part_of_cubic
 from planner.geo.geodesy import LocalFrame
 from planner.service.preflight import check
-from planner.values import field_values
+from planner.values import field_values, replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -52,6 +52,23 @@ def test_two_straight_legs_by_hand() -> None:
     assert found is not None
     assert found.distance_m == pytest.approx(math.sqrt(49 + 49 + 1), abs=ROUNDING_M)
     assert found.first_s == found.second_s == pytest.approx(9.8)
+
+
+@pytest.mark.parametrize("later_s", [-9.0, -4.0, 0.0, 4.0, 9.0])
+@pytest.mark.parametrize("late_s", [(5.0, 0.0), (0.0, 5.0), (5.0, 2.0)])
+def test_who_may_be_late_comes_so_much_nearer_to_who_is_behind(
+    later_s: float, late_s: tuple[float, float]
+) -> None:
+    """Both through one place at 5 m/s, at right angles: 5 τ / √2 for what is between their times there."""
+    northward = straight((0, 0, -50, 30), (20, 0, 50, 30))
+    one, two = (
+        replace(flown, late_s=np.full(len(flown.item), late))
+        for flown, late in zip((EAST, northward), late_s, strict=True)
+    )
+    between_s = max(later_s - late_s[0], -later_s - late_s[1], 0.0)
+    found = closest_approach(one, two, second_later_s=later_s)
+    assert found is not None
+    assert found.distance_m == pytest.approx(5.0 * between_s / math.sqrt(2.0), abs=ROUNDING_M)
 
 
 def test_a_limit_leaves_out_what_is_not_nearer() -> None:

@@ -393,6 +393,23 @@ def test_unknown_altitudes_of_homes_leave_the_separation_open() -> None:
     assert (result.verdict, result.verdict_text) == ("no-go", "NOT CHECKED")
 
 
+# 10 m at 0.2 m/s take 50 s, at 1.6 m/s, as the response comes down, some 6.
+@pytest.mark.parametrize(("land_cm_s", "codes_found"), [(50, set()), (20, {"S108", "S111"})])
+def test_a_vehicle_that_lands_late_is_not_ready_before(
+    tmp_path: Path, land_cm_s: int, codes_found: set[str]
+) -> None:
+    """30 s after its predicted landing and the swap it starts again, and is over hours 30 s after that."""
+    (tmp_path / "a.param").write_text(f"LAND_SPEED,{land_cm_s}\n")
+    model, file = "falkowski-2023-quadrotor", f'params = "{tmp_path}/a.param"'
+    given = pad("a", 0, 0) + vehicles("a", model=model, more=file) + SWAP
+    [alone] = checked(given, sortie("s1", "a", 0.0)).sorties
+    again_s = alone.time_s + 60.0 + 30.0
+    limit_s = again_s + alone.time_s + 30.0
+    hours = f"[operation]\nlatest_s = {limit_s!r}\n"
+    result = checked(given, hours, sortie("s1", "a", 0.0), sortie("s2", "a", again_s))
+    assert codes(result) & {"S108", "S111", "S127"} == codes_found
+
+
 def test_a_battery_has_less_left_by_what_a_flight_is_later_than_its_model() -> None:
     budget = BatteryBudget(
         capacity_wh=100.0,
