@@ -87,6 +87,7 @@ def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
         *_check_items(mission, back),
         *_check_jumps(mission.items),
         *_check_areas(mission, back),
+        *_check_unknown_areas(mission, back),
         *_check_home(mission, back),
         *_check_complex_items(mission, back),
         *_check_keys(mission, back),
@@ -186,6 +187,28 @@ def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
     if lost:
         message = f"left out {' and '.join(lost)}: QGC WPL text has no place for them beside items"
         yield AREAS_NOT_WRITTEN.finding(message)
+
+
+AREAS_TAKEN_FOR_NONE = Rule(
+    "L213 areas-taken-for-none",
+    Severity.WARNING,
+    summary="A plan is written that states no fence and no rally points; the text did not say.",
+    why="A check of the plan looks at no fence that the vehicle may hold (F114 asks it of a text), and a "
+    "ground station that sends the plan removes fence and rally points from the vehicle.",
+    how="QGC WPL text without fence and rally rows is written as a plan.",
+    fix="add the vehicle's fence and rally points to the plan: mavjoule fetch reads them",
+)
+
+
+def _check_unknown_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
+    if (
+        mission.file_format is MissionFormat.WPL
+        and mission.fence is None
+        and back.fence is not None
+    ):
+        yield AREAS_TAKEN_FOR_NONE.finding(
+            "the text does not say what fence and rally points there are: the plan states none"
+        )
 
 
 def _placeless_fence(fence: Fence | None) -> Fence | None:

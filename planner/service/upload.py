@@ -80,8 +80,8 @@ def send_mission(
 ) -> Upload:
     """Check a mission with what a vehicle reports, and send it there if it may be.
 
-    What the setup names counts more than what the vehicle reports.  ``may_send`` is asked once, with
-    the verdict and what is lost; nothing is sent without its yes.
+    What the vehicle reports counts as in `check_vehicle`.  ``may_send`` is asked once, with the
+    verdict and what is lost; nothing is sent without its yes.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ from planner.rules.energy import BATTERY_VOLTAGE_DIFFERS
 from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
 from planner.vehicle.pack import measured_voltage_fits
+from planner.vehicle.parameters.table import parameter_names
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -76,8 +78,27 @@ CONDITIONS_FROM_VEHICLE = Rule(
     why="The verdict holds for the vehicle as it is now: a changed battery or a new home requires "
     "another check.",
     how="Mission, fence, rally points, parameters, battery, heading and home are read over MAVLink.",
-    fix="give --charge, --heading, --home-amsl or --params to check with other values",
+    fix="give --charge or --heading to check with others; fetch the mission and check the file with --params "
+    "or --home-amsl",
 )
+
+SETTING_NOT_USED = Rule(
+    "V110 setting-not-used",
+    Severity.WARNING,
+    summary="A parameter file or an altitude of home was given that is not the vehicle's.",
+    why="The vehicle flies by what it holds: a parameter file of the morning, or of its sister, says nothing "
+    "of how it returns, what its failsafes do and where its fence is.",
+    how="--params, where the vehicle's own parameters were read and the file has another value of one that a "
+    "check reads; --home-amsl more than 0.5 m off the home that the vehicle reports, from which it counts "
+    "heights above sea level.  The vehicle's own count in any case.",
+    fix="leave it away, or fetch the mission and check the file with it",
+)
+_SAME_LEVEL_M = 0.5
+"""Homes that differ by less in height are one. [m]"""
+_NAMED = 3
+"""Parameters that are named, at most."""
+_SAME_NUMBER = 1e-6
+"""Numbers this near are one: vehicles hold them in single precision. [-]"""
 
 CHARGE_NOT_TOLD = Rule(
     "V102 charge-not-told",
@@ -113,11 +134,11 @@ def check_vehicle(
 ) -> CheckResult | UnreadableMission:
     """Check a mission, by default the one on the vehicle, with the vehicle's own conditions.
 
-    Its parameters, charge, heading and home.
-    What the setup names counts more; of its charge, only if that was given and is not its default.
+    Its parameters and home count more than what the setup names (`SETTING_NOT_USED`), its charge and heading
+    less; a charge only if it was given and is not the default.
     """
     identity, state = snapshot.identity, snapshot.state
-    findings = list(snapshot.findings)
+    findings = [*snapshot.findings, *_unused_settings(snapshot, setup)]
     if setup.battery is None and setup.vehicle.battery is None:
         findings += check_capacity(snapshot)
     findings += check_voltage(snapshot, setup)
@@ -136,9 +157,10 @@ def check_vehicle(
         setup = replace(setup, heading_deg=position.heading_deg)
         taken += [] if position.heading_deg is None else [f"heading {position.heading_deg:.0f}°"]
     home = snapshot.mission.home
-    if setup.home_amsl_m is None and home is not None and home.altitude_amsl_m is not None:
+    if home is not None and home.altitude_amsl_m is not None:
+        setup = replace(setup, home_amsl_m=None)
         taken.append(f"home {home.altitude_amsl_m:.1f} m AMSL{_moved(home, state.home)}")
-    if setup.parameters is None and snapshot.parameters:
+    if snapshot.parameters:
         setup = replace(setup, parameters=parameter_set(snapshot))
         taken.append(quantity.count(len(snapshot.parameters), "parameter"))
     if taken:
@@ -151,6 +173,34 @@ def check_vehicle(
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, setup, file=file)
+
+
+def _unused_settings(snapshot: VehicleSnapshot, setup: Setup) -> Iterator[Finding]:
+    """Yield what the setup names and the vehicle reports otherwise, but for its charge."""
+    vehicle, home, given = snapshot.identity.label, snapshot.mission.home, setup.parameters
+    if given is not None and snapshot.parameters:
+        from planner.vehicle.parameters.resolve import PARAMETERS_OF
+
+        held = parameter_set(snapshot)
+        own, typed = held.numbers(), given.numbers()
+        table = None if held.stack is None else PARAMETERS_OF.get(held.stack)
+        read = frozenset[str]() if table is None else parameter_names(table)
+        others = [
+            f"{name} {own[name]:g} ({typed[name]:g})"
+            for name in sorted(own.keys() & typed.keys() & read)
+            if not math.isclose(own[name], typed[name], rel_tol=_SAME_NUMBER)
+        ]
+        if others:
+            more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
+            yield SETTING_NOT_USED.finding(
+                f"{given.source} is not used: {vehicle} holds {', '.join(others[:_NAMED])}{more}"
+            )
+    typed_m, own_m = setup.home_amsl_m, None if home is None else home.altitude_amsl_m
+    if typed_m is not None and own_m is not None and abs(typed_m - own_m) > _SAME_LEVEL_M:
+        yield SETTING_NOT_USED.finding(
+            f"--home-amsl {quantity.height(typed_m)} is not used: {vehicle} reports its home at "
+            f"{quantity.height(own_m)} AMSL"
+        )
 
 
 def _check_charge(

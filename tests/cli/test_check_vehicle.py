@@ -2,12 +2,16 @@ from __future__ import annotations
 
 import json
 import math
+from typing import TYPE_CHECKING
 
 import pytest
 from virtual_vehicle import PX4, VirtualLine, VirtualVehicle, wire_item
 
 from planner.cli.main import main
 from planner.link.mission import MissionKind
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 URL = "udp:127.0.0.1:14550"
 _SOMEWHERE = {"x": 500_000_000, "y": 200_000_000}
@@ -92,6 +96,24 @@ def test_a_charge_that_is_given_counts_more_than_the_vehicles(
     messages = {f["code"]: f["message"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
     assert "E101" not in messages
     assert "charge" not in messages["V101"]
+
+
+def test_parameters_and_home_of_the_vehicle_count_whatever_is_typed(
+    vehicle: VirtualVehicle, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.parameters = {"RTL_RETURN_ALT": (60.0, 9), "MPC_Z_V_AUTO_UP": (3.0, 9)}
+    own = _check(capsys)[1]
+    typed = tmp_path / "typed.params"
+    typed.write_text("RTL_RETURN_ALT,30\nMPC_Z_V_AUTO_UP,3\nMPC_XY_CRUISE,9\n", encoding="utf-8")
+    result = _check(capsys, "--params", str(typed), "--home-amsl", "100")[1]
+    said = [f["message"] for f in result["findings"] if f["code"] == "V110"]  # type: ignore[attr-defined] # a list of objects
+    assert said == [
+        f"{typed} is not used: PX4 1.16.2 (system 1) holds RTL_RETURN_ALT 60 (30)",
+        "--home-amsl 100 m is not used: PX4 1.16.2 (system 1) reports its home at 200 m AMSL",
+    ]
+    assert [result[key] for key in ("totals", "return", "conditions")] == [
+        own[key] for key in ("totals", "return", "conditions")
+    ]
 
 
 def test_a_vehicle_that_does_not_tell_its_charge_is_told(

@@ -214,6 +214,24 @@ def test_a_charge_that_is_given_counts_unless_the_vehicle_reports_less(
     assert ("V109" in capsys.readouterr().err) == bool(answer)
 
 
+@pytest.mark.parametrize(("critical", "answer"), [(0.07, 0), (0.93, 2)])
+def test_a_vehicle_is_judged_by_its_own_failsafes_whatever_file_is_typed(
+    vehicle: GuardedVehicle,
+    critical: float,
+    answer: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """It reports 95 % of the charge: at 93 % it returns from the middle of its mission."""
+    own = {"BAT_CRIT_THR": (critical, 9), "COM_LOW_BAT_ACT": (3.0, 6)}
+    vehicle.parameters = {**vehicle.parameters, **own}
+    typed = tmp_path / "typed.params"
+    typed.write_text("BAT_CRIT_THR,0.07\n", encoding="utf-8")
+    assert main(["guard", URL, *CHECK, "--lost-after", "5s", "--params", str(typed)]) == 3
+    assert vehicle.results() == [answer]
+    assert ("E103" in capsys.readouterr().err) == bool(answer)
+
+
 @pytest.mark.parametrize("text", ["0s", "soon", "-3s", "2days"])
 def test_a_validity_that_is_none_is_bad_usage(
     text: str, capsys: pytest.CaptureFixture[str]

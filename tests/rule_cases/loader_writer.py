@@ -10,6 +10,7 @@ from made_missions import HOME, item, jump, mission, rtl, takeoff, waypoint
 from plan_text import PLAN, SURVEY, plan_of, simple_item
 from rule_cases.case import ARDUPILOT, PLAIN, RuleCases, vehicle_of
 
+from planner.geo.fence import Fence
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home, MissionFormat
@@ -71,6 +72,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: as_text(read(json.dumps(PLAN))),
         boundary=lambda: as_text(without("geoFence", "rallyPoints")),
         silent=lambda: as_plan(read(json.dumps(PLAN))),
+    ),
+    "L213": RuleCases(
+        fires=lambda: as_plan(read(TEXT)),
+        boundary=lambda: as_plan(replace(read(TEXT), fence=Fence())),  # known to be none
+        silent=lambda: as_text(read(TEXT)),
     ),
     "L202": RuleCases(
         fires=lambda: as_text(read(json.dumps(PLAN))),

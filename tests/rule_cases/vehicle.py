@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from made_terrain import ground
 from rule_cases.case import PLAIN, RuleCases, found
@@ -39,6 +39,7 @@ def reported(
     first_x: int = 470_000_000,
     autopilot: int = _PX4,
     given: float | None = None,
+    setup: Mapping[str, Any] | None = None,
     **without: bool,
 ) -> tuple[Finding, ...]:
     """Return what is reported of a vehicle with such parameters, home, charge and lists."""
@@ -58,8 +59,8 @@ def reported(
         ),
         address="udpin:127.0.0.1:14550",
     )
-    setup = Setup(load_vehicle(), charge=1.0 if given is None else given)
-    return check_vehicle(snapshot, setup, is_charge_given=given is not None).findings
+    own = Setup(load_vehicle(), charge=1.0 if given is None else given, **(setup or {}))
+    return check_vehicle(snapshot, own, is_charge_given=given is not None).findings
 
 
 def over_terrain(pending: int | None) -> tuple[Finding, ...]:
@@ -140,6 +141,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported(charge=0.79, given=0.9),
         boundary=lambda: reported(charge=0.8, given=0.9),
         silent=lambda: reported(charge=0.79),
+    ),
+    "V110": RuleCases(
+        fires=lambda: reported(setup={"home_amsl_m": 400.51}),
+        boundary=lambda: reported(setup={"home_amsl_m": 400.5}),
+        silent=lambda: reported(home=None, setup={"home_amsl_m": 500.0}),
     ),
     "X901": RuleCases(
         fires=lambda: read(b"{"),

@@ -25,7 +25,7 @@ from planner.findings import Place, Rule, Severity
 from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.table import parameter_table
+from planner.vehicle.parameters.table import parameter_names
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
@@ -146,9 +146,7 @@ def stack_of_names(names: Iterable[str]) -> Autopilot | None:
     """
     present = set(names)
     by_name = {
-        autopilot: sum(
-            one.name in present for row in parameter_table(table).values() for one in row.spellings
-        )
+        autopilot: len(present & parameter_names(table))
         for autopilot, table in (
             (Autopilot.PX4, Px4Parameters),
             (Autopilot.ARDUPILOT, ArduPilotParameters),

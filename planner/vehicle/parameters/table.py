@@ -209,6 +209,13 @@ def parameter_table(parameters: type[AutopilotParameters]) -> Mapping[str, Param
     }
 
 
+@lru_cache(maxsize=8)
+def parameter_names(parameters: type[AutopilotParameters]) -> frozenset[str]:
+    """Return the names of an autopilot's parameters that are read, as all of its versions spell them."""
+    rows = parameter_table(parameters).values()
+    return frozenset(one.name for row in rows for one in row.spellings)
+
+
 class OriginKind(StrEnum):
     """Where the value of a parameter was taken from."""
 
