@@ -130,7 +130,8 @@ CONDITION_NOT_MODELLED = Rule(
     "no faster than that), and with 1/√density; of an uncertain wind at two standard deviations.  A "
     "step-response model flies the level speeds that a parameter file states; "
     "climbs and descents that are more than 3 % slower than predicted, ways and circles its autopilot takes "
-    "more than 3 % longer for, by its own laws in calm air, and the heights below which landings are slow "
+    "more than 3 % longer for, by its own laws in calm air (without a file circles as ArduPilot "
+    "alone flies them, as it is delivered), and the heights below which landings are slow "
     "cost the longer time at hover power, with what is not counted over it too, an error where that takes "
     "the flight or a return below the reserve.  A file whose names do not say which autopilot it is of is an "
     "error.",

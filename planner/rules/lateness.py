@@ -12,6 +12,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_own_pilot, step_speeds_m_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import Value, replace
+from planner.vehicle.parameters.resolve import resolve_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -76,8 +77,21 @@ def lateness_of(a: Assessment) -> Lateness:
     """Return how much longer the vehicle takes than its model of reference steps."""
     given, motion = a.own_parameters, a.flight.motion
     none_s = np.zeros(len(motion.segments.item))
-    if a.autopilot is not Autopilot.STEP or given is None:
+    circles = any(stage.kind is StageKind.CIRCLE for stage in a.route.stages)
+    if a.autopilot is not Autopilot.STEP or (given is None and not circles):
         return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=none_s)
+    if given is None:
+        # Nobody else flies circles: no faster than ArduPilot does as it is delivered.
+        delivered = resolve_parameters(Autopilot.ARDUPILOT, model=a.vehicle).values
+        circles_s, circled_by = _circling_longer_s(a, delivered, least=1.0 + OVERSHOOT)
+        little_s, _ = _circling_longer_s(a, delivered, least=1.0)
+        return Lateness(
+            climbs_s=none_s,
+            circles_s=circles_s,
+            ways_s=none_s,
+            passed_s=_passed_s(motion, little_s),
+            circled_by=circled_by,
+        )
     homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
     returning = np.isin(motion.segments.item, homeward)
     own = _own_motion(a, given)
@@ -90,18 +104,22 @@ def lateness_of(a: Assessment) -> Lateness:
         return climbs_s, circles_s, ways_s, slowest, circled_by
 
     climbs_s, circles_s, ways_s, slowest, circled_by = longer(1.0 + OVERSHOOT)
-    little_s = sum(longer(1.0)[:3], none_s)
-    by_stage_s = np.append(np.cumsum(little_s), 0.0)[motion.done_segment]
-    by_stage_s = np.maximum.accumulate(by_stage_s)
     return Lateness(
         climbs_s=climbs_s,
         circles_s=circles_s,
         ways_s=ways_s,
-        passed_s=np.maximum(by_stage_s[motion.segment_stage], np.cumsum(little_s)),
+        passed_s=_passed_s(motion, sum(longer(1.0)[:3], none_s)),
         slowest=slowest,
         circled_by=circled_by,
         shaped_by=_shaping(a, given),
     )
+
+
+def _passed_s(motion: Motion, little_s: FloatArray) -> FloatArray:
+    """Return how much later each segment may be passed: as much as by the end of its stage. (s,) [s]"""
+    by_end_s = np.append(np.cumsum(little_s), 0.0)[motion.done_segment]
+    by_end_s = np.maximum.accumulate(by_end_s)[motion.segment_stage]
+    return np.asarray(np.maximum(by_end_s, np.cumsum(little_s)), np.float64)
 
 
 def late_returns_of(
@@ -175,7 +193,7 @@ def _circling_longer_s(
         return longer_s, ""
     from planner.flight.motion.ardupilot.circle_path import CircleTask
 
-    speeds = step_speeds_m_s(a.vehicle, given)
+    speeds = step_speeds_m_s(a.vehicle, a.own_parameters)
     for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
         if stage.kind is not StageKind.CIRCLE or not stage.radius_m:
             continue

@@ -616,6 +616,38 @@ def test_circles_are_later_than_the_speed_of_the_parameters(
     assert later_s == pytest.approx(max(502.7 - flown_s, 0.0), rel=0.05)
 
 
+# A turn of 5 m at 1.75 m/s, 20 deg/s, takes 18 s, one of 20 m at 5 m/s, √(a r / 2), 25.1 s and one of 80 m
+# or more 10 m/s, as the model flies.
+@pytest.mark.parametrize(("radius_m", "turn_s"), [(5.0, 18.0), (20.0, 25.1), (82.0, 51.5)])
+@pytest.mark.parametrize("parameters", ["", "RTL_ALT,3000\n"])
+def test_no_circle_is_flown_faster_than_ardupilot_flies_it(
+    parameters: str, radius_m: float, turn_s: float
+) -> None:
+    """Without a file too: 10 m/s round 5 m would be 2 g."""
+    turns = mission(
+        takeoff(30), item(18, north(100), 30.0, params=(20.0, 0.0, radius_m, 0.0)), rtl()
+    )
+    result = checked(turns, parameters)
+    assert result.assessment is not None
+    later_s = float(result.assessment.lateness.circles_s.sum())
+    flown_s = 20.0 * 2.0 * math.pi * radius_m / 10.0
+    assert later_s == pytest.approx(20.0 * turn_s - flown_s, abs=2.0)
+    told = [one for one in of("E108", result.findings) if "circles take longer" in one.message]
+    assert bool(told) is (later_s > 2.0)
+
+
+@pytest.mark.parametrize(("turns", "severity"), [(60, Severity.WARNING), (110, Severity.ERROR)])
+def test_circles_that_take_the_margin_are_no_go_without_a_parameter_file(
+    turns: int, severity: Severity
+) -> None:
+    """5.2 Ah of 77 Wh, 15.4 of it reserve: 110 turns of 5 m take 1,980 s, 69 Wh, 60 take 1,080 s, 38 Wh."""
+    tight = mission(
+        takeoff(30), item(18, north(100), 30.0, params=(float(turns), 0.0, 5.0, 0.0)), rtl()
+    )
+    told = [one for one in of("E108", checked(tight, "").findings) if "circles" in one.message]
+    assert [one.severity for one in told] == [severity]
+
+
 @pytest.mark.parametrize(("part", "severity"), [(0.95, Severity.ERROR), (1.1, Severity.WARNING)])
 def test_what_is_later_and_what_is_searched_for_have_to_fit_together(
     part: float, severity: Severity
