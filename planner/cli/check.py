@@ -28,7 +28,13 @@ from planner.cli.output import narrate, progress, refuse_output_file, show_trace
 from planner.errors import ExitCode, UsageError
 from planner.files import append_output, refuse_pattern
 from planner.report.text import caveat, tally
-from planner.service.preflight import UnreadableMission, check_file, shielded, surviving
+from planner.service.preflight import (
+    CheckResult,
+    UnreadableMission,
+    check_file,
+    shielded,
+    surviving,
+)
 from planner.setting import Group, Kind, declared
 from planner.setup import Output, Setup, Together
 from planner.values import field_values
@@ -37,7 +43,7 @@ from planner.workers import core_count, done_in_order
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.service.preflight import CheckResult, Results
+    from planner.service.preflight import Results
 
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 _READ = ("vehicle", "params", "profile")
@@ -108,7 +114,10 @@ def command(
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     jobs = list(zip(missions, settings, strict=True))
-    work = partial(_checked, link=link)
+    is_flight_used = together is not None or any(
+        getattr(output, option) is not None for option in ("report", "export", "plots")
+    )
+    work = partial(_checked, link=link, with_flight=is_flight_used)
     with done_in_order(work, jobs, workers=_workers(missions)) as done:
         shipped = progress(done, of=len(jobs), label="checked")
         results: Results = [kind(**fields) for kind, fields in shipped]
@@ -231,12 +240,15 @@ def _workers(missions: Sequence[str]) -> int:
 
 
 def _checked(
-    job: tuple[str, Mapping[str, Any]], *, link: Mapping[str, object]
+    job: tuple[str, Mapping[str, Any]], *, link: Mapping[str, object], with_flight: bool
 ) -> tuple[type, dict[str, Any]]:
-    """Return what a mission comes to, whole: its type and its fields."""
+    """Return what a mission comes to: its type and its fields, of which the flight is the largest by far."""
     mission, values = job
     result = shielded(partial(_check, mission, values, link), file=mission)
-    return type(result), field_values(result)
+    fields = field_values(result)
+    if isinstance(result, CheckResult) and not with_flight:
+        fields["assessment"] = None
+    return type(result), fields
 
 
 def _check(

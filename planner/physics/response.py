@@ -234,7 +234,9 @@ class Modes(Value, eq=False, dict=True):
         before = t < 0.0
         if t.ndim and not self.feedthrough.ndim and before.any():
             after, result = ~before, np.zeros((len(orders), *t.shape))
-            result[:, after] = self._after_impulse(t[after], orders)
+            # One by one: all at once they take eight times as long.
+            for own, found in zip(result, self._after_impulse(t[after], orders), strict=True):
+                own[after] = found
             return result
         if not before.any():
             return self._after_impulse(t, orders)

@@ -370,17 +370,20 @@ class Motion(Value, eq=False, dict=True):
         """
         law_of = self.piece_law[piece].reshape(len(piece))
         row, own_s = self.piece_row[piece], self.piece_offset_s[piece] + time_s
-        whole = KinematicState(
-            **{name: np.empty(time_s.shape) for name in field_names(KinematicState)}
-        )
-        for index, law in enumerate(self.laws):
-            chosen = np.flatnonzero(law_of == index)
-            if len(chosen) == len(piece):  # most flights have no circles
+        by_law = np.argsort(law_of, kind="stable")
+        ends = np.cumsum(np.bincount(law_of, minlength=len(self.laws))).tolist()
+        columns = np.empty((len(field_names(KinematicState)), *time_s.shape))
+        for law, begin, end in zip(self.laws, (0, *ends), ends, strict=False):
+            if end - begin == len(piece):  # most flights have no circles
                 return law.state_at(row, own_s).of_shape(time_s.shape)
-            if len(chosen):
-                for name, column in field_values(law.state_at(row[chosen], own_s[chosen])).items():
-                    getattr(whole, name)[chosen] = column
-        return whole
+            if begin < end:
+                chosen = by_law[begin:end]
+                state = law.state_at(row[chosen], own_s[chosen])
+                for column, values in zip(columns, field_values(state).values(), strict=True):
+                    column[begin:end] = values
+        # Brought into order at once: put where they belong law by law they take three times as long.
+        east_m, north_m, height_m, *velocity_m_s = columns.take(np.argsort(by_law), axis=1)
+        return KinematicState.of((east_m, north_m, height_m), velocity_m_s)
 
     def control_m(self, piece: IntArray, start_s: FloatArray, end_s: FloatArray) -> FloatArray:
         """Return the Bézier control points of cubics through spans of pieces. (n, 4, 3) [m]
