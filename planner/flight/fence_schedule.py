@@ -51,11 +51,7 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
     ]
     if again and events:
         # It is on when the take-off is complete, before the items behind it are carried out.
-        events[:0] = [
-            (number + 1, FenceAction.ON)
-            for number, stage in enumerate(route.stages)
-            if stage.kind is StageKind.TAKEOFF
-        ]
+        events[:0] = [(row + 1, FenceAction.ON) for row in route.rows_of(StageKind.TAKEOFF)]
         events.sort(key=lambda event: event[0])
     for first, action in events:
         floor[first:] = action is FenceAction.ON
@@ -77,7 +73,7 @@ def return_ceilings_m(
         return np.full(count, np.inf)
     is_on = schedule.limits.copy()
     if not parameters.fence_enable and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF:
-        is_on &= [stage.kind is not StageKind.TAKEOFF for stage in route.stages]
+        is_on[route.rows_of(StageKind.TAKEOFF)] = False
     ceiling_m = parameters.fence_height_max_m - parameters.fence_margin_m
     return np.where(is_on, ceiling_m, np.inf)
 

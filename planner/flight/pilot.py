@@ -23,7 +23,7 @@ from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
 from planner.mission.route.queue import TURN_DEG_S
-from planner.mission.route.stage import StageKind, return_spans
+from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import VehicleHabits
 from planner.physics.response import farthest_stop_s
 from planner.units import GRAVITY_M_S2
@@ -470,7 +470,7 @@ class StepPilot(Value):
 
     def _over_home(self, route: Route) -> tuple[FloatArray, float] | None:
         """Return the heights of a route's own returns and their wait, where they are known. [m], [s]"""
-        returns = return_spans(route.stages)
+        returns = route.return_spans
         if self.parameters is None or not returns:
             return None
         places_m = np.array(
@@ -662,12 +662,10 @@ RETURN_HEIGHT_ASSUMED = Rule(
 
 def _return_heights(route: Route) -> Iterator[Finding]:
     """Yield that the return of a route is flown level, if it has one."""
-    heights_m = (0.0, *(stage.height_m for stage in route.stages))
-    for before_m, stage in zip(heights_m, route.stages, strict=False):
-        if stage.kind is StageKind.RETURN:
-            message = f"return altitude unknown: {quantity.height(before_m)} above home assumed"
-            yield RETURN_HEIGHT_ASSUMED.finding(message, item=stage.item)
-            return
+    for row in route.rows_of(StageKind.RETURN)[:1]:
+        height = quantity.height(route.stages[row - 1].height_m)
+        message = f"return altitude unknown: {height} above home assumed"
+        yield RETURN_HEIGHT_ASSUMED.finding(message, item=route.stages[row].item)
 
 
 def _residence_s(vehicle: VehicleModel) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import cached_property
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from planner.mission.commands import Command, Frame
 from planner.values import Value, brief, field, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping, Sequence, Set
 
     from planner.autopilot import Autopilot
     from planner.fetched import FetchMark
@@ -191,7 +192,7 @@ class Home(Value, kw_only=False):
     """``None`` where the file does not know it. [m AMSL]"""
 
 
-class Mission(Value):
+class Mission(Value, dict=True):
     """A mission read from a file, in flown order, home not counted."""
 
     __repr__ = brief
@@ -219,6 +220,24 @@ class Mission(Value):
     """What reading it brought to light."""
     document: Any = None
     """The file's own content, kept so that writing it back loses nothing."""
+
+    @cached_property
+    def _numbers_by_command(self) -> dict[int, list[int]]:
+        numbers: dict[int, list[int]] = {}
+        for number, item in enumerate(self.items, start=1):
+            numbers.setdefault(item.command, []).append(number)
+        return numbers
+
+    @property
+    def commands(self) -> Set[int]:
+        """What the items command."""
+        return self._numbers_by_command.keys()
+
+    def numbered(self, *commands: int) -> list[tuple[int, MissionItem]]:
+        """Return the items of some commands with their numbers, from 1."""
+        known = self._numbers_by_command
+        numbers = sorted(number for command in commands for number in known.get(command, ()))
+        return [(number, self.items[number - 1]) for number in numbers]
 
     @property
     def vehicle_kind(self) -> VehicleKind | None:

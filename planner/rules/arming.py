@@ -175,8 +175,8 @@ def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iter
     if not is_px4:
         waits += [
             (stage.hold_s + _wait_for_the_clock_s(a, range(stage.item + 1, then.item)), stage.item)
-            for stage, then in pairwise(a.route.stages)
-            if stage.kind in {StageKind.LAND, StageKind.RETURN}
+            for row in a.route.rows_of(StageKind.LAND, StageKind.RETURN)
+            for stage, then in pairwise(a.route.stages[row : row + 2])
         ]
     else:  # it counts from arming until it has lifted off
         own = PX4.of(a)

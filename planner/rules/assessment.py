@@ -164,23 +164,21 @@ class Assessment(Value, eq=False, dict=True):
         if plan is None or plan.margin_wh is None or sample is None:
             return None
         taken_wh = sample.points.used_wh + sample.energy_wh
-        late_wh, uncounted_wh = self.returns_beyond_wh
-        if not counts_uncounted:
-            uncounted_wh = np.zeros(len(taken_wh))
+        late_wh = self.late_return_wh(sample, self.late_returns)
+        uncounted_wh = self.uncounted_returns_wh if counts_uncounted else np.zeros(len(taken_wh))
         row = int(np.argmax(taken_wh + late_wh + uncounted_wh))
         # The plan's is refined between the points of the sample.
         predicted_wh = plan.margin_wh + float(taken_wh.max() - taken_wh[row])
         return Margin(predicted_wh, float(late_wh[row]), float(uncounted_wh[row]))
 
     @cached_property
-    def returns_beyond_wh(self) -> tuple[FloatArray, FloatArray]:
-        """What the returns of the sample take besides, as `Margin`, with the way there. (n,), (n,) [Wh]"""
-        sample, late = self.returns.sample, self.late_returns
+    def uncounted_returns_wh(self) -> FloatArray:
+        """What the returns of the sample take besides that is not counted, with the way there. (n,) [Wh]"""
+        sample = self.returns.sample
         if sample is None:
-            return np.zeros(0), np.zeros(0)
-        late_wh = wh_from_j(self.flight.hover_near_home_w * late.in_all_s)
-        uncounted_wh = self.uncounted.returned_wh(sample.points.segment, sample.energy_wh + late_wh)
-        return self.late_return_wh(sample, late), uncounted_wh
+            return np.zeros(0)
+        late_wh = wh_from_j(self.flight.hover_near_home_w * self.late_returns.in_all_s)
+        return self.uncounted.returned_wh(sample.points.segment, sample.energy_wh + late_wh)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:

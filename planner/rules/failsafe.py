@@ -31,7 +31,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.commands import Command
 from planner.mission.items import MissionFormat
-from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind, return_spans
+from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.quantity import sd_of
 from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
@@ -293,9 +293,7 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     kind = a.route.stages[number].kind
     if kind not in _ENDS:
         return False
-    last = next(
-        (last for first, last in return_spans(a.route.stages) if first <= number <= last), number
-    )
+    last = next((last for first, last in a.route.return_spans if first <= number <= last), number)
     if last + 1 < len(a.route.stages):  # it lands and takes off again: the failsafe leaves it there
         return False
     state = a.flight.motion.segments.state[event.segment]
@@ -348,8 +346,7 @@ def _return_short_wh(a: Assessment, points: ReturnPoints) -> float:
 
 def _has_landing(mission: Mission) -> bool:
     """Return whether ArduPilot finds a way to land in the mission (``jump_to_landing_sequence``)."""
-    starts = {Command.DO_LAND_START, Command.DO_RETURN_PATH_START}
-    return any(item.command in starts for item in mission.items)
+    return bool(mission.numbered(Command.DO_LAND_START, Command.DO_RETURN_PATH_START))
 
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:

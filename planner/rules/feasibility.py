@@ -105,8 +105,7 @@ REQUIRED_ITEM_MISSING = Rule(
 
 @judges(REQUIRED_ITEM_MISSING, needs=(PX4,))
 def _required_by_px4(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    required = parameters.takeoff_land_required
-    commands = {item.command for item in a.mission.items}
+    required, commands = parameters.takeoff_land_required, a.mission.commands
     takes_off = not commands.isdisjoint(_TAKEOFFS)
     lands = Command.NAV_LAND in commands
     missing = []
@@ -131,11 +130,10 @@ def _required_by_ardupilot(a: Assessment, parameters: ArduPilotParameters) -> It
     bits = parameters.mission_items_required
     if bits <= 0 or not is_checked(a, MISSION):
         return
-    commands = {item.command for item in a.mission.items}
     missing = [
         command.name
         for bit, command in _REQUIRED.items()
-        if bits & 1 << bit and command not in commands
+        if bits & 1 << bit and command not in a.mission.commands
     ]
     limit_m = _rally_limit_m(a)
     if bits & 1 << _RALLY_BIT and not any(
@@ -201,8 +199,8 @@ def _takeoff_too_low(a: Assessment, target: Target) -> Iterator[Finding]:
     radius_m = _ACCEPTANCE_RADIUS_M if parameters is None else parameters.acceptance_radius_m
     is_later = target.version is not None and target.version >= _FROM_HOME_UP
     least_m = 0.0 if is_later else radius_m + _LEAST_CLIMB_M
-    for number, item in enumerate(a.mission.items, start=1):
-        if item.command not in _TAKEOFFS or item.altitude_m is None:
+    for number, item in a.mission.numbered(*_TAKEOFFS):
+        if item.altitude_m is None:
             continue
         height_m = item.altitude_m
         if item.frame in AMSL_FRAMES:
@@ -236,7 +234,7 @@ GATE_AT_WAYPOINT = Rule(
 @judges(GATE_AT_WAYPOINT, needs=(PX4_TARGET,))
 def _gate_at_waypoint(a: Assessment, _target: Target) -> Iterator[Finding]:
     items = a.mission.items
-    if all(item.command != Command.CONDITION_GATE for item in items):
+    if Command.CONDITION_GATE not in a.mission.commands:
         return
     for (before, *there), (number, *here) in pairwise(_places(a)):
         commands = {items[before - 1].command, items[number - 1].command}
@@ -274,8 +272,8 @@ SPEED_CLAMPED = Rule(
 def _speed_clamped(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
     limit_m_s = parameters.speed_max_m_s
     remarks = Remarks()
-    for number, item in enumerate(a.mission.items, start=1):
-        if item.command == Command.DO_CHANGE_SPEED and (item.param2 or 0.0) > limit_m_s:
+    for number, item in a.mission.numbered(Command.DO_CHANGE_SPEED):
+        if (item.param2 or 0.0) > limit_m_s:
             remarks.add(
                 SPEED_CLAMPED,
                 f"{quantity.beside(item.param2 or 0.0, limit_m_s, quantity.speed)} commanded; PX4 flies "
@@ -398,10 +396,8 @@ LAND_START_WITHOUT_LANDING = Rule(
 def _land_start_without_landing(a: Assessment, _target: Target) -> Iterator[Finding]:
     items = a.mission.items
     remarks = Remarks()
-    for number, item in enumerate(items, start=1):
-        if item.command == Command.DO_LAND_START and not any(
-            later.command in _LANDINGS for later in items[number:]
-        ):
+    for number, item in a.mission.numbered(Command.DO_LAND_START):
+        if not any(later.command in _LANDINGS for later in items[number:]):
             message = "DO_LAND_START: no landing follows"
             remarks.add(LAND_START_WITHOUT_LANDING, message, item=number, place=item.place)
     yield from remarks.findings()
@@ -425,8 +421,8 @@ def _too_many_jumps(a: Assessment, _target: Target) -> Iterator[Finding]:
     reached = set(a.route.reached)
     counted = [
         number
-        for number, item in enumerate(a.mission.items, start=1)
-        if item.command in JUMPS and number in reached and is_counted(item)
+        for number, item in a.mission.numbered(*JUMPS)
+        if number in reached and is_counted(item)
     ]
     if len(counted) <= _FEWEST_COUNTED:
         return

@@ -601,7 +601,7 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
 
 def _own_returns(a: Assessment) -> list[int]:
     """Return the items that are the mission's own return."""
-    return [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]
+    return [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
 
 
 def _joined(pieces_m: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:

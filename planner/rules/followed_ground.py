@@ -118,7 +118,8 @@ def _return_climbs_not_counted(
     if not len(homeward):
         return
     extra_wh = _extra_wh(a, sample, parameters, terrain)[homeward]
-    taken_wh = sample.points.used_wh + sample.energy_wh + sum(a.returns_beyond_wh)
+    taken_wh = sample.points.used_wh + sample.energy_wh
+    taken_wh += a.late_return_wh(sample, a.late_returns) + a.uncounted_returns_wh
     margin_wh = (budget.above_reserve_wh - taken_wh)[homeward]
     if np.isnan(extra_wh).any():
         yield NotEvaluated(

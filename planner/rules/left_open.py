@@ -166,13 +166,15 @@ def _target_searched(a: Assessment, parameters: Px4Parameters) -> Iterator[Findi
 
     ``switch_to_state_search`` climbs to PLD_SRCH_ALT; where the time is up the vehicle lands from there.
     """
-    items = [one.item for one in a.route.stages if _searches(a, one.item)]
+    landings = a.mission.numbered(Command.NAV_LAND)
+    searching = {number for number, item in landings if item.param2 == _REQUIRED}
+    items = [one.item for one in a.route.stages if searching and one.item in searching]
     by_return = parameters.return_precision_landing == _REQUIRED
     if not items and not by_return:
         return
     search_s = parameters.target_searches * parameters.target_search_s
     from_m = [
-        before.height_m for before, stage in pairwise(a.route.stages) if _searches(a, stage.item)
+        before.height_m for before, stage in pairwise(a.route.stages) if stage.item in searching
     ]
     from_m += [parameters.return_descend_altitude_m] * by_return
     lowest_m, climb_m_s = min(from_m, default=0.0), parameters.climb_speed_m_s
@@ -225,11 +227,6 @@ def _searched_too_high(a: Assessment, from_m: float, top_m: float) -> Iterator[N
             )
 
 
-def _searches(a: Assessment, item: int) -> bool:
-    asked = a.mission.items[item - 1]
-    return asked.command == Command.NAV_LAND and asked.param2 == _REQUIRED
-
-
 @judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT,))
 def _target_lost(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
     """Report landings that wait for a target (``AC_PrecLand_StateMachine::get_target_lost_actions``)."""
@@ -257,11 +254,12 @@ def _picked_up(a: Assessment) -> Iterator[Finding]:
         values.get(name) == 0.0 for name in _GRABS_ENABLED
     ):
         return
+    grippers = a.mission.numbered(Command.DO_GRIPPER)
+    grabs = {number for number, item in grippers if int(item.param2 or 0.0) == GRAB}
     first, flying = a.route.stages[0].item, False
-    for number in a.route.reached:
-        item = a.mission.items[number - 1]
+    for number in a.route.reached if grabs else ():
         flying |= number == first
-        if flying and item.command == Command.DO_GRIPPER and int(item.param2 or 0.0) == GRAB:
+        if flying and number in grabs:
             yield a.finding(
                 ITEM_NOT_MODELLED,
                 "DO_GRIPPER picks up a load on the way: its mass is not known, and it is carried from there",

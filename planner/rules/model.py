@@ -110,12 +110,13 @@ def _commanded_speeds(a: Assessment) -> Iterator[Found]:
     if a.autopilot is not Autopilot.STEP:
         return  # judged as it is flown
     speeds, own_m_s = step_speeds_m_s(a.vehicle, a.own_parameters), a.vehicle.default_speed_m_s
-    level = (s for s in a.route.stages if s.kind not in {StageKind.TAKEOFF, StageKind.DELAY})
-    flown = [(stage.speed_m_s, speeds.of(stage), stage) for stage in level]
+    others = {*a.route.rows_of(StageKind.TAKEOFF, StageKind.DELAY)}
+    level = (stage for row, stage in enumerate(a.route.stages) if row not in others)
     beyond = [
-        (asked, speed, stage.item)
-        for asked, speed, stage in flown
-        if speed not in limit and (asked is not None or speed != own_m_s)
+        (stage.speed_m_s, speed, stage.item)
+        for stage in level
+        if (speed := speeds.of(stage)) not in limit
+        and (stage.speed_m_s is not None or speed != own_m_s)
     ]
     back_m_s = speeds.returning_m_s
     if not beyond and (back_m_s in limit or back_m_s == own_m_s):
@@ -662,6 +663,8 @@ def _slower_parameters(a: Assessment) -> Iterator[Finding]:
     """Count what its own slower climbs, landings, accelerations and circles take a step-response model."""
     late, back = a.lateness, a.late_returns
     in_all_s, home_s = float(late.in_all_s.sum()), float(back.in_all_s.max(initial=0.0))
+    if not (in_all_s > 0.0 or home_s > 0.0):
+        return
     # What wind and thin air may take comes on top: each alone may fit.
     had_wh, left_wh = math.inf, a.left_wh
     if not math.isfinite(a.uncounted.flown_wh):

@@ -48,7 +48,7 @@ LOAD_NOT_PLACED = Rule(
 
 @judges(LOAD_NOT_PLACED, needs=(ARDUPILOT_TARGET,))
 def _load_not_placed(a: Assessment, _target: Target) -> Iterator[Finding]:
-    placing = {one.item: one for one in a.route.stages if one.kind is StageKind.SET_DOWN}
+    placing = {one.item: one for one in a.route.stages_of(StageKind.SET_DOWN)}
     if not placing:
         return
     first, parameters = next(iter(placing)), a.setup.parameters

@@ -111,7 +111,7 @@ def _endless(a: Assessment) -> Iterator[Finding]:
 def _never_turns(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
     if parameters.circle_rate_rad_s:
         return
-    circles = [s.item for s in a.route.stages if s.kind is StageKind.CIRCLE and s.turns > 0.0]
+    circles = [one.item for one in a.route.stages_of(StageKind.CIRCLE) if one.turns > 0.0]
     if circles:
         yield a.finding(
             ENDLESS,
@@ -184,10 +184,10 @@ def _never_at_height(a: Assessment, parameters: ArduPilotParameters) -> Iterator
     lowest_m = parameters.fence_height_min_m + margin_m if kind & FLOOR else -inf
     if version is not None and version < _AVOIDS_FLOOR:
         lowest_m = -inf
-    before_m = 0.0
-    for number, stage in enumerate(a.route.stages):
+    before_m, changing = 0.0, dict(a.mission.numbered(Command.NAV_LOITER_TO_ALT))
+    for number, stage in enumerate(a.route.stages if changing else ()):
         begun_m, before_m = before_m, stage.height_m
-        if a.mission.items[stage.item - 1].command != Command.NAV_LOITER_TO_ALT:
+        if stage.item not in changing:
             continue
         datum_m = float(homes.home_datum_m[homes.home_of(np.array([number]))][0])
         height_m, up_m = stage.height_m - datum_m, stage.height_m - begun_m
@@ -308,10 +308,11 @@ HOME_FAR = Rule(
 def _home_far(a: Assessment) -> Iterator[Finding]:
     if a.mission.home is None:
         return
+    stages, placeless = a.route.stages, {*a.route.rows_of(*_PLACELESS)}
     places = [
         (hypot(stage.east_m, stage.north_m), stage.item)
-        for stage in a.route.stages
-        if stage.kind not in _PLACELESS
+        for row, stage in enumerate(stages)
+        if row not in placeless
     ]
     if not places:
         return
@@ -342,8 +343,8 @@ LANDING_ALTITUDE = Rule(
 @judges(LANDING_ALTITUDE)
 def _landing_altitude(a: Assessment) -> Iterator[Finding]:
     remarks = Remarks()
-    for number, item in enumerate(a.mission.items, start=1):
-        if item.command == Command.NAV_LAND and item.altitude_m and item.frame in RELATIVE_FRAMES:
+    for number, item in a.mission.numbered(Command.NAV_LAND):
+        if item.altitude_m and item.frame in RELATIVE_FRAMES:
             message = f"landing altitude {quantity.height(item.altitude_m)} above home"
             remarks.add(LANDING_ALTITUDE, message, item=number, place=item.place)
     yield from remarks.findings()
@@ -370,9 +371,14 @@ def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
         (command, frame): support(command, autopilot, frame=frame, version=version)
         for command, frame in {(item.command, item.frame) for item in a.mission.items}
     }
-    for number, item in enumerate(a.mission.items, start=1):
-        taken = answers[item.command, item.frame]
-        if taken is Support.ACCEPTED or taken is Support.UNKNOWN:
+    wanting = {
+        asked: taken
+        for asked, taken in answers.items()
+        if taken not in {Support.ACCEPTED, Support.UNKNOWN}
+    }
+    for number, item in enumerate(a.mission.items if wanting else (), start=1):
+        taken = wanting.get((item.command, item.frame))
+        if taken is None:
             continue
         name = command_name(item.command)
         refusal = f"{autopilot.label} refuses {name}"
@@ -434,7 +440,7 @@ def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, 
 def _splines(a: Assessment) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP:
         return
-    curves = [stage for stage in a.route.stages if stage.kind is StageKind.SPLINE]
+    curves = a.route.stages_of(StageKind.SPLINE)
     profile = PROFILE.of(a)
     limits = () if profile is None else (profile.max_distance_m, profile.max_height_above_home_m)
     if curves:

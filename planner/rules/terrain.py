@@ -327,19 +327,18 @@ def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Fl
 
 def _may_be_low(a: Assessment) -> bool:
     """Return whether a flight may pass lower above home than --clearance."""
-    return any(
-        stage.kind is StageKind.SPLINE or stage.height_m < a.setup.clearance_m + _OVERSHOOT_M
-        for stage in a.route.stages
-        if stage.kind not in _LANDS | RETURN_STAGES
-    )
+    if a.route.rows_of(StageKind.SPLINE):
+        return True
+    low_m, others = a.setup.clearance_m + _OVERSHOOT_M, _LANDS | RETURN_STAGES
+    return any(stage.height_m < low_m and stage.kind not in others for stage in a.route.stages)
 
 
 def _is_vertical_at_ground(a: Assessment) -> BoolArray:
     """Return whether segments take off, land, or set down a load: they begin or end at the ground. (s,)"""
     columns = a.flight.motion.segments
-    sets_down = np.array([stage.kind is StageKind.SET_DOWN for stage in a.route.stages])
+    sets_down = np.isin(a.returns.segment_stage, a.route.rows_of(StageKind.SET_DOWN))
     # It stands, or climbs and descends: what is left is the level way there.
-    lowers = sets_down[a.returns.segment_stage] & ~np.isin(columns.state, _LEVEL)
+    lowers = sets_down & ~np.isin(columns.state, _LEVEL)
     return np.asarray(np.isin(columns.state, _NOT_AIRBORNE) | lowers)
 
 
@@ -606,7 +605,7 @@ def _returns(
     if returns_follow_terrain(a):
         return
     # The mission's own return is judged as it is flown.
-    own = [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]
+    own = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
     legs = legs[~np.isin(path.item[legs], own)]
     if not len(legs):
         return
@@ -749,9 +748,7 @@ LANDING_SLOPE = Rule(
 def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     """Judge where the mission lands, and where the vehicle itself would return to."""
     places: dict[tuple[float, float], tuple[str, int | None]] = {
-        (stage.east_m, stage.north_m): ("lands", stage.item)
-        for stage in a.route.stages
-        if stage.kind in _LANDS
+        (stage.east_m, stage.north_m): ("lands", stage.item) for stage in a.route.stages_of(*_LANDS)
     }
     sample = a.returns.sample
     if sample is not None:
@@ -819,7 +816,7 @@ def _lands_fast(
     a: Assessment, parameters: FlightParameters, _terrain: TerrainGrid
 ) -> Iterator[Found]:
     places, stages = a.returns.destinations, a.route.stages
-    landing = np.array([row for row, one in enumerate(stages) if one.kind in _LANDS], np.intp)
+    landing = np.array(a.route.rows_of(*_LANDS), np.intp)
     ground_m = np.array([stages[row].height_m for row in landing.tolist()])
     above_m = ground_m - places.home_datum_m[places.home_of(landing)]
     item: list[int | None] = [stages[row].item for row in landing.tolist()]

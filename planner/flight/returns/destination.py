@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.findings import Rule, Severity
 from planner.mission.commands import RELATIVE_FRAMES, Command
-from planner.mission.route.stage import ReturnPath, Stage, StageKind, return_spans
+from planner.mission.route.stage import ReturnPath, Stage, StageKind
 from planner.mission.route.walk import ground_amsl_m
 from planner.values import Value, replace
 
@@ -301,7 +301,7 @@ def with_own_returns(route: Route, destinations: Destinations) -> Route:
     They lead straight home in what is given; what takes off again after one does so from there.
     """
     stages = list(route.stages)
-    for first, number in return_spans(route.stages):
+    for first, number in route.return_spans:
         before, own = route.stages[first - 1], route.stages[number]
         place_m = np.array([[before.east_m, before.north_m, before.height_m]])
         stage = np.array([first])
@@ -404,7 +404,7 @@ def _with_mission(
             )
         leads = "along the mission, whose jumps PX4 may take again and again on the way"
         severity = Severity.ERROR
-    returning = next((one for one in route.stages if one.kind is StageKind.RETURN), None)
+    returning = next(iter(route.stages_of(StageKind.RETURN)), None)
     finding = SETTING_NOT_FOLLOWED.finding(
         f"RTL_TYPE {return_type} returns {leads}: time, energy and fence are those of the "
         "straight return",

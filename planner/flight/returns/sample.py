@@ -98,15 +98,13 @@ def landing_segments(returns: Returns) -> BoolArray:
 
     The way to the place of a landing is as any other: it may lead far from home.
     """
-    columns, stages = returns.flight.motion.segments, returns.route.stages
-    returning = {one.item for one in stages if one.kind in RETURN_STAGES}
-    lands, returns_home = (
-        np.array(rows)[returns.segment_stage]
-        for rows in (
-            [one.kind is StageKind.LAND for one in stages],
-            [one.item in returning for one in stages],
-        )
-    )
+    columns, route = returns.flight.motion.segments, returns.route
+    lands, returns_home = np.zeros((2, len(route.stages)), np.bool_)
+    lands[route.rows_of(StageKind.LAND)] = True
+    returning = {stage.item for stage in route.stages_of(*RETURN_STAGES)}
+    if returning:
+        returns_home[:] = [one.item in returning for one in route.stages]
+    lands, returns_home = lands[returns.segment_stage], returns_home[returns.segment_stage]
     goes_there = columns.distance_m > _UPRIGHT * np.abs(columns.climb_m)
     return np.asarray(returns_home | (lands & ~goes_there))
 

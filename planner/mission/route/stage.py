@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum, StrEnum
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from planner.findings import Finding
     from planner.geo.geodesy import LocalFrame
     from planner.mission.route.queue import HeldItem
@@ -111,19 +110,6 @@ class Stage(Value, kw_only=False):
         return min(self.above_ground_m, self.gives_up_m or math.inf)
 
 
-def return_spans(stages: Sequence[Stage]) -> list[tuple[int, int]]:
-    """Return the first and the last position of the stages of each return."""
-    spans: list[tuple[int, int]] = []
-    first = None
-    for at, stage in enumerate(stages):
-        if stage.kind in RETURN_STAGES and first is None:
-            first = at
-        if stage.kind is StageKind.RETURN and first is not None:
-            spans.append((first, at))
-            first = None
-    return spans
-
-
 class FenceAction(IntEnum):
     """First parameter of DO_FENCE_ENABLE (``AC_Fence::MavlinkFenceActions``)."""
 
@@ -186,7 +172,7 @@ class ParachuteSwitch(Value):
     item: int
 
 
-class Route(Value):
+class Route(Value, dict=True):
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
     stages: tuple[Stage, ...]
@@ -214,6 +200,34 @@ class Route(Value):
     held: tuple[HeldItem, ...] = ()
     """Items that conditions hold back, in flown order."""
     findings: tuple[Finding, ...] = ()
+
+    @cached_property
+    def _rows_by_kind(self) -> dict[StageKind, list[int]]:
+        rows: dict[StageKind, list[int]] = {}
+        for row, stage in enumerate(self.stages):
+            rows.setdefault(stage.kind, []).append(row)
+        return rows
+
+    def rows_of(self, *kinds: StageKind) -> list[int]:
+        """Return the positions of the stages of some kinds, in flown order."""
+        return sorted(row for kind in kinds for row in self._rows_by_kind.get(kind, ()))
+
+    def stages_of(self, *kinds: StageKind) -> list[Stage]:
+        """Return the stages of some kinds, in flown order."""
+        return [self.stages[row] for row in self.rows_of(*kinds)]
+
+    @property
+    def return_spans(self) -> list[tuple[int, int]]:
+        """The first and the last position of the stages of each return."""
+        spans: list[tuple[int, int]] = []
+        first = None
+        for row in self.rows_of(*RETURN_STAGES):
+            if first is None:
+                first = row
+            if self.stages[row].kind is StageKind.RETURN:
+                spans.append((first, row))
+                first = None
+        return spans
 
     @property
     def fence_switched_on(self) -> FenceSwitch | None:
