@@ -80,8 +80,10 @@ class Uncounted(Value, eq=False):
         times more of it as the worst of their situations. (s,) [s]
         """
         more, motion = power_ratio(flight.power, reach, shown_m_s) - 1.0, flight.motion
-        of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
         count = len(later_s)
+        if not more.any():
+            return cls(segments_wh=np.zeros(count), of_returns=0.0)
+        of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
         if np.isfinite(more).all():
             added_w = np.maximum(flight.node_power_w, 0.0) * of_mission
             pieces_j = added_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s

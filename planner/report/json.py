@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -205,8 +205,17 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
 def _segments(segments: Sequence[Segment]) -> list[Document]:
     if not isinstance(segments, Segments):  # none
         return [values(one, SEGMENT_KEYS) for one in segments]
-    columns = [[*map(plain, column)] for column in segments.columns().values()]
+    columns = map(_plain_column, segments.columns().values())
     return [dict(zip(SEGMENT_KEYS, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _plain_column(column: list[Any]) -> list[Any]:
+    """Return each as of `plain`: finite numbers, which have a finite sum, are it already."""
+    try:
+        is_plain = math.isfinite(sum(column))
+    except TypeError:  # texts, or some are absent
+        is_plain = False
+    return column if is_plain else [*map(plain, column)]
 
 
 def _passes(arrival: ItemArrival) -> Iterator[Document]:

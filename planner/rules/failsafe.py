@@ -385,6 +385,7 @@ def _failsafe_at_risk(
     predicted = _profile(a)
     if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
         return  # E103
+    uncounted = tuple(_uncounted_flight(a, pack, parameters))
     for chance, counts in (
         (MOST_CHANCE_EMPTY, Severity.ERROR),
         (max(a.setup.risk, LEAST_RISK), Severity.WARNING),
@@ -392,7 +393,7 @@ def _failsafe_at_risk(
         so_many = f"as {quantity.percent(chance)} of flights do"
         worse = _worse_flights(a, pack, parameters, deviations_beyond(chance))
         flights = [(*one, so_many) for one in worse]
-        for profile, longer, words, why in (*_uncounted_flight(a, pack, parameters), *flights):
+        for profile, longer, words, why in (*uncounted, *flights):
             event = _first_acting(_in_time(a, _events(a, profile, pack, parameters, longer=longer)))
             if event is None:
                 continue

@@ -370,13 +370,15 @@ class Motion(Value, eq=False, dict=True):
         """
         law_of = self.piece_law[piece].reshape(len(piece))
         row, own_s = self.piece_row[piece], self.piece_offset_s[piece] + time_s
+        counts = np.bincount(law_of, minlength=len(self.laws))
+        if np.count_nonzero(counts) == 1:  # most flights have no circles
+            return self.laws[counts.argmax()].state_at(row, own_s).of_shape(time_s.shape)
         by_law = np.argsort(law_of, kind="stable")
-        ends = np.cumsum(np.bincount(law_of, minlength=len(self.laws))).tolist()
         columns = np.empty((len(field_names(KinematicState)), *time_s.shape))
-        for law, begin, end in zip(self.laws, (0, *ends), ends, strict=False):
-            if end - begin == len(piece):  # most flights have no circles
-                return law.state_at(row, own_s).of_shape(time_s.shape)
-            if begin < end:
+        end = 0
+        for law, count in zip(self.laws, counts.tolist(), strict=True):
+            begin, end = end, end + count
+            if count:
                 chosen = by_law[begin:end]
                 state = law.state_at(row[chosen], own_s[chosen])
                 for column, values in zip(columns, field_values(state).values(), strict=True):

@@ -50,7 +50,7 @@ LANDED_STAGES = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages that end on the ground."""
 
 
-class Stage(Value, kw_only=False):
+class Stage(Value, kw_only=False, gc=False):
     """One thing asked of the vehicle, in the frame of its home."""
 
     kind: StageKind

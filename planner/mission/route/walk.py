@@ -132,7 +132,7 @@ def _is_amsl(frame: int, dialect: Autopilot | None) -> bool:
 def counts_from_sea(items: Sequence[MissionItem], dialect: Autopilot | None) -> bool:
     """Return whether an altitude that decides where a mission flies counts from the sea."""
     return any(
-        (item.command == Command.DO_SET_HOME and item.frame not in RELATIVE_FRAMES)
+        item.command == Command.DO_SET_HOME
         or (
             _is_amsl(item.frame, dialect)
             and item.altitude_m is not None
@@ -140,6 +140,7 @@ def counts_from_sea(items: Sequence[MissionItem], dialect: Autopilot | None) -> 
             and item.command not in _LANDINGS
         )
         for item in items
+        if item.frame not in RELATIVE_FRAMES
     )
 
 
@@ -473,12 +474,13 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
 
     def _is_held_back(self, item: MissionItem) -> bool:
         """Return whether an item is a condition or waits for one; PX4 flies no mission with them."""
-        if self.dialect is Autopilot.PX4:
+        is_condition = item.command in CONDITIONS
+        if not (is_condition or self.conditions) or self.dialect is Autopilot.PX4:
             return False
-        if item.command in CONDITIONS:
+        if is_condition:
             self.conditions.append(condition_of(item, self.habits.turn_deg_s))
             return True
-        if not self.conditions or item.command not in HELD:
+        if item.command not in HELD:
             return False
         conditions = tuple(self.conditions)
         if item.command == Command.DO_FENCE_ENABLE and item.param1:
@@ -650,7 +652,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             ground_m = self._followed_ground_m(from_deg)
         self.height_m = self.height_of_m(item)
         acceptance_radius_m = None
-        if kind is StageKind.GO and item.param2 is not None and item.param2 > 0.0:
+        if item.param2 is not None and item.param2 > 0.0 and kind is StageKind.GO:
             acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
         self._add(
             self._stage(
