@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,7 @@ from planner.rules.declaration import ARDUPILOT, PARAMETERS, PX4, TERRAIN, NotEv
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
@@ -73,6 +74,10 @@ _LEVEL = [
 ]
 _ALIKE_M = 0.01
 """Places that differ by less are as low as each other: the first is named. [m]"""
+_STRAIGHT_ON = math.cos(0.5)
+"""Of the angle by which a path turns at most without a corner. [-]"""
+_CIRCLE_PARTS = 12
+"""Chords of a circle: within 9 cm of one of 2.5 m."""
 _SAME_PLACE_M = 1e-3
 """Lines shorter over ground go up and down. [m]"""
 _ROUNDING_M = 1e-4
@@ -84,16 +89,17 @@ BELOW_TERRAIN = Rule(
     summary="The flight meets the ground, or passes nearer to it than --clearance.",
     why="Waypoints above the ground do not keep the leg between them above a ridge; height above "
     "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
-    how="Height of the predicted flight minus the ground of --terrain along the whole flight without "
-    "take-off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so "
-    "that no ridge falls between two samples; --position-error to both sides of it too, and at every "
-    "centre nearer than that of cells narrower than twice as much; fires below --clearance, 5 m by default "
-    "(heights above home and grids err by some metres each).  Legs that follow terrain on ArduPilot are "
-    "judged by their height above it.  Not evaluated (X904) where --terrain has no ground under "
-    "the path, or --position-error beside it: a hole in its grid, or beyond its end.  Without --terrain the "
-    "ground is level with home: a path more than 1 m below it fires, and one nearer to it than --clearance "
-    "is not evaluated (X904): it cannot be wrong by less than ground that is known.  Around home, where the "
-    "vehicle stood, the clearance is what ground of 15° rises, 5 m in 19 m.",
+    how="Height of the predicted flight minus the ground of --terrain along the whole flight without take-off"
+    " and landing: cut wherever it passes from cell to cell, and at the least of each cell, so that no "
+    "ridge falls between two samples; --position-error to both sides of it too, around where it turns, "
+    "ends, or goes up or down, and at every centre nearer than that of cells narrower than twice as much;"
+    " fires below --clearance, 5 m by default (heights above home and grids err by some metres each).  "
+    "Legs that follow terrain on ArduPilot are judged by their height above it.  Not evaluated (X904) "
+    "where --terrain has no ground under the path, or --position-error beside it: a hole in its grid, or "
+    "beyond its end.  Without --terrain the ground is level with home: a path more than 1 m below it "
+    "fires, and one nearer to it than --clearance is not evaluated (X904): it cannot be wrong by less "
+    "than ground that is known.  Around home, where the vehicle stood, the clearance is what ground of "
+    "15° rises, 5 m in 19 m.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -207,8 +213,13 @@ class _Clearance(Value, eq=False):
         return share * self.length_m
 
 
-def _clearance(a: Assessment, terrain: TerrainGrid | None, lines: FlightLines) -> _Clearance:
-    """Return the height above the ground along lines no longer than what is straight."""
+def _clearance(
+    a: Assessment, terrain: TerrainGrid | None, lines: FlightLines, *, beside_m: float = 0.0
+) -> _Clearance:
+    """Return the height above the ground along lines no longer than what is straight.
+
+    Of lines ``beside_m`` of the flight it is asked what is asked of the flight. [m]
+    """
     ends = np.stack((lines.start_m, lines.end_m), axis=1)
     if terrain is None or not a.route.knows_home_amsl:
         line = np.arange(len(ends))
@@ -223,6 +234,7 @@ def _clearance(a: Assessment, terrain: TerrainGrid | None, lines: FlightLines) -
     is_known = ~np.isnan(ground_m).any(axis=1)
     ground_m = np.where(is_known[:, None], ground_m, 0.0)
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
+    from_home_m = np.maximum(from_home_m - beside_m, 0.0)
     near_home_m = a.setup.clearance_m / _RISE
     return _Clearance(
         line=line,
@@ -394,7 +406,8 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
 def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Found]:
     """Yield a finding where the ground beside the path is too high, as near as the vehicle may be to it.
 
-    The path is judged shifted to both sides; of cells so fine that one may be between, every centre is.
+    The path is judged shifted to both sides, and all around where it turns, ends, or goes up or down; of
+    cells so fine that one may be between, every centre is.
     """
     from planner.flight.path import FlightLines, flown_lines
 
@@ -411,11 +424,12 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
             replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
             for side in (-across, across)
         ]
+        + [_around(lines, error_m)]
     )
     sides = _near_home_cut(
         sides.select(np.argsort(sides.owner, kind="stable")), a.setup.clearance_m
     )
-    clearance = _clearance(a, terrain, sides)
+    clearance = _clearance(a, terrain, sides, beside_m=error_m)
     if clearance.is_missed.any():
         leg = int(sides.owner[clearance.line[clearance.is_missed.argmax()]])
         yield NotEvaluated(
@@ -438,6 +452,35 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
             item=int(path.item[leg]),
             fix="fly higher there, or farther from it; --position-error says how wrong the position may be",
         )
+
+
+def _around(lines: FlightLines, radius_m: float) -> FlightLines:
+    """Return circles about where lines turn, end, or go up or down, at the lower end of these."""
+    from planner.flight.path import FlightLines
+
+    way_m = (lines.end_m - lines.start_m)[:, :2]
+    ahead = way_m / np.maximum(lines.length_m, _SAME_PLACE_M)[:, None]
+    goes_on = np.append((ahead[:-1] * ahead[1:]).sum(axis=1) > _STRAIGHT_ON, False)
+    goes_on[:-1] &= (lines.end_m[:-1] == lines.start_m[1:]).all(axis=1)
+    lower = (lines.start_m[:, 2] <= lines.end_m[:, 2])[:, None]
+    is_upright = lines.length_m < _SAME_PLACE_M
+    first = np.append(True, (lines.end_m[:-1] != lines.start_m[1:]).any(axis=1))
+    centre_m = np.concatenate(
+        (
+            lines.end_m[~goes_on],
+            lines.start_m[first],
+            np.where(lower, lines.start_m, lines.end_m)[is_upright],
+        )
+    )
+    owner = np.concatenate([lines.owner[one] for one in (~goes_on, first, is_upright)])
+    angle = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_PARTS + 1)
+    circle_m = radius_m * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))))
+    points_m = centre_m[:, None] + circle_m
+    return FlightLines(
+        start_m=points_m[:, :-1].reshape(-1, 3),
+        end_m=points_m[:, 1:].reshape(-1, 3),
+        owner=np.repeat(owner, _CIRCLE_PARTS),
+    )
 
 
 def _beside_m(a: Assessment) -> str:
@@ -465,7 +508,7 @@ def _highest_beside(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> 
     peak, row = tree.query(shapely.points(peaks_m), predicate="dwithin", distance=error_m)
     if not len(row):
         return None
-    height_m = _nearest_height_m(peaks_m[peak], ends_m[row, 0], ends_m[row, 1])
+    _, height_m = _nearest_m(peaks_m[peak], ends_m[row, 0], ends_m[row, 1])
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
     asked_m = np.minimum(a.setup.clearance_m, _RISE * np.hypot(*peaks_m[peak].T)) - _ROUNDING_M
     clearance_m = np.where(clearance_m < asked_m, clearance_m, np.inf)
@@ -477,15 +520,20 @@ def _highest_beside(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> 
     )
 
 
-def _nearest_height_m(place_m: FloatArray, start_m: FloatArray, end_m: FloatArray) -> FloatArray:
-    """Return the heights of lines where they are nearest to places on the map; of upright ones the least."""
+def _nearest_m(
+    place_m: FloatArray, start_m: FloatArray, end_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far lines are from places on the map, and their heights there; of upright ones the least."""
     way_m = end_m - start_m
     squared = (way_m[:, :2] ** 2).sum(axis=1)
     along = ((place_m - start_m[:, :2]) * way_m[:, :2]).sum(axis=1)
     share = np.clip(along / np.maximum(squared, _SAME_PLACE_M**2), 0.0, 1.0)
-    nearest_m = start_m[:, 2] + share * way_m[:, 2]
+    nearest_m = start_m + share[:, None] * way_m
     lower_m = np.minimum(start_m[:, 2], end_m[:, 2])
-    return np.asarray(np.where(squared > _SAME_PLACE_M**2, nearest_m, lower_m))
+    return (
+        np.hypot(*(place_m - nearest_m[:, :2]).T),
+        np.where(squared > _SAME_PLACE_M**2, nearest_m[:, 2], lower_m),
+    )
 
 
 def _follows_terrain(a: Assessment, number: int) -> bool:
@@ -701,18 +749,23 @@ def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> _
     )
     # A place is over + u (turn_0 − over) + v (turn_1 − over); its height as straight lines have it.
     sides_m = corners_m[row, 1:] - corners_m[row, :1]
-    away_m = peaks_m[peak] - corners_m[row, 0]
+    from_m = peaks_m[peak] - corners_m[row, 0]
     area = sides_m[:, 0, 0] * sides_m[:, 1, 1] - sides_m[:, 0, 1] * sides_m[:, 1, 0]
     if not len(row):
         return None
     is_wide = np.abs(area) > _NARROW_M2
     whole = np.where(is_wide, area, 1.0)
-    u = (away_m[:, 0] * sides_m[:, 1, 1] - away_m[:, 1] * sides_m[:, 1, 0]) / whole
-    v = (away_m[:, 1] * sides_m[:, 0, 0] - away_m[:, 0] * sides_m[:, 0, 1]) / whole
+    u = (from_m[:, 0] * sides_m[:, 1, 1] - from_m[:, 1] * sides_m[:, 1, 0]) / whole
+    v = (from_m[:, 1] * sides_m[:, 0, 0] - from_m[:, 0] * sides_m[:, 0, 1]) / whole
     base_m = over_m[row, 2]
     height_m = base_m + u * (turn_m[row, 0, 2] - base_m) + v * (turn_m[row, 1, 2] - base_m)
-    along_m = _nearest_height_m(peaks_m[peak], over_m[row], turn_m[row, 0])
-    height_m = np.where(is_wide, height_m, along_m)
+    is_inside = is_wide & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+    # Beside it the height of its edges counts, where they are nearest.
+    corners = (over_m[row], turn_m[row, 0], turn_m[row, 1])
+    edges = [_nearest_m(peaks_m[peak], *ends) for ends in combinations(corners, 2)]
+    away_m, beside_m = (np.stack(one) for one in zip(*edges, strict=True))
+    beside_m = np.take_along_axis(beside_m, away_m.argmin(axis=0)[None], axis=0)[0]
+    height_m = np.where(is_inside, height_m, beside_m)
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
     clearance_m = np.where(np.isnan(clearance_m), np.inf, clearance_m)
     worst = int(clearance_m.argmin())
@@ -731,13 +784,15 @@ def _box_m(places_m: FloatArray) -> tuple[FloatArray, FloatArray]:
 LANDING_SLOPE = Rule(
     "A117 landing-slope",
     Severity.ERROR,
-    summary="The ground slopes where the mission or a return lands.",
+    summary="The ground slopes, or rises beside the place, where the mission or a return lands.",
     why="A multicopter that sets down on a slope slides, or tips and strikes the ground with its "
     "rotors: the motors stop only when the autopilot takes it to have landed.",
     how="The steepest slope of --terrain within half a cell of each landing, and of where the vehicle "
     "itself would return to from anywhere: home, a rally point, the mission's landing.  A warning above "
     "7° and an error above 15°: of helicopters the US Army lands all on the first, none on more than the "
-    "second (FM 3-21.38).  Not evaluated (X904) where --terrain has no ground there, but at home, where the "
+    "second (FM 3-21.38).  An error too where ground within --position-error of such a place, but home, or "
+    "of where a load is set down is higher than it by more than 15° over that distance (a wall, trees).  Not "
+    "evaluated (X904) where --terrain has no ground there, but at home, where the "
     "vehicle stood.",
     fix="land on flatter ground, or give a finer grid where the place itself is flat",
     instead="--terrain with a finer grid",
@@ -757,7 +812,13 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
         targets = a.returns.destinations.targets(points.stage, sample.destination, points.stop_m)
         for east_m, north_m in np.unique(targets.ground_m[home, :2], axis=0).tolist():
             places.setdefault((east_m, north_m), ("a return lands", None))
+    sets_down: dict[tuple[float, float], tuple[str, int | None]] = {
+        (stage.east_m, stage.north_m): ("sets a load down", stage.item)
+        for stage in a.route.stages
+        if stage.kind is StageKind.SET_DOWN
+    }
     if not places:
+        yield from _lands_beside(a, terrain, sets_down)
         return
     half_m = 0.5 * terrain.cell_m
     around = half_m * np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
@@ -790,6 +851,48 @@ def _landing_slope(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
             f"{lands} on ground that slopes by {quantity.decimals(float(slope_deg[worst]), 0)}°",
             item=item,
             severity=None if slope_deg[worst] > _TOO_STEEP_DEG else Severity.WARNING,
+        )
+    if slope_deg[worst] <= _TOO_STEEP_DEG or unknown[worst]:
+        yield from _lands_beside(a, terrain, sets_down | places)
+
+
+def _lands_beside(
+    a: Assessment,
+    terrain: TerrainGrid,
+    places: Mapping[tuple[float, float], tuple[str, int | None]],
+) -> Iterator[Finding]:
+    """Yield the place beside which the ground is highest, where the vehicle may come down on it."""
+    error_m, frame = a.setup.position_margin_m, a.route.frame
+    worst: tuple[float, str, int | None] = (_RISE * error_m + _ROUNDING_M, "", None)
+    angle = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_PARTS, endpoint=False)
+    for (east_m, north_m), (what, item) in places.items():
+        if math.hypot(east_m, north_m) <= error_m:
+            continue  # it stood at home
+        around_m = np.array([east_m, north_m]) + error_m * np.column_stack(
+            (np.cos(angle), np.sin(angle))
+        )
+        around = frame.latitude_longitude_deg(*around_m.T)
+        [own_m] = terrain.height_amsl_m(
+            *frame.latitude_longitude_deg(np.array([east_m]), np.array([north_m]))
+        ).filled(np.nan)
+        if np.isnan(own_m):
+            continue  # not evaluated, by the slope
+        beside_m = [terrain.height_amsl_m(*around).filled(np.nan)]
+        latitude, longitude, peaks_m = terrain.peaks_above(own_m, *around)
+        away_m = np.hypot(
+            *(np.column_stack(frame.east_north_m(latitude, longitude)) - (east_m, north_m)).T
+        )
+        beside_m.append(peaks_m[away_m <= error_m])
+        rise_m = float(np.fmax.reduce(np.concatenate(beside_m))) - float(own_m)
+        if rise_m > worst[0]:
+            worst = (rise_m, what, item)
+    rise_m, what, item = worst
+    if what:
+        yield a.finding(
+            LANDING_SLOPE,
+            f"{what} within {_beside_m(a)} of ground that is {quantity.height(rise_m)} higher",
+            item=item,
+            fix="land farther from it; --position-error says how wrong the position may be",
         )
 
 

@@ -42,7 +42,7 @@ from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.findings import Finding
-    from planner.mission.items import Mission
+    from planner.mission.items import Mission, MissionItem
 
 STEP = load_vehicle("falkowski-2023-quadrotor")
 OF = {
@@ -124,6 +124,78 @@ def test_ground_as_near_as_the_position_may_be_wrong_is_under_the_path(
         assert [one.severity for one in found] == [Severity.ERROR]
     elif abs(beside_m) > 2.5 + 0.69:  # its slopes end at the next centre
         assert found == []
+
+
+UP_AND_DOWN = mission(takeoff(60), waypoint(100, 60), waypoint(100, 8), waypoint(100, 60), rtl())
+CORNER = mission(takeoff(20), waypoint(100, 20), waypoint(0, 60), rtl())
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+@pytest.mark.parametrize(("away_m", "is_low"), [(2.0, True), (4.0, False)])
+def test_ground_beside_a_way_straight_up_or_down_is_as_near_as_the_position_may_be_wrong(
+    autopilot: Autopilot, away_m: float, *, is_low: bool
+) -> None:
+    """A pole of 40 m, beyond the place and beside it; the legs there and back pass 60 m up."""
+    for place_m in ((away_m, 100.0), (0.0, 100.0 + away_m)):
+        terrain, _ = pole(*place_m)
+        assert bool(of("A102", findings(UP_AND_DOWN, terrain, autopilot))) is is_low
+
+
+@pytest.mark.parametrize(("steep", "is_low"), [(3.1, False), (3.3, True)])
+def test_ground_that_rises_beside_a_way_straight_down_is_as_high_as_where_the_vehicle_may_be(
+    steep: float, *, is_low: bool
+) -> None:
+    """2.5 m to the side it is 2.5 m × steep higher, of 8 m; cells are 10 m wide."""
+    level = ground(0.0).tiles[0]
+    wide_m = CELL_M * math.cos(math.radians(HOME.latitude_deg))
+    east_m = (np.arange(COLUMNS) + 0.5 - 0.5 * COLUMNS) * wide_m
+    rising = of_heights(np.tile(400.0 + steep * east_m, (ROWS, 1)), level)
+    assert bool(of("A102", findings(UP_AND_DOWN, rising, Autopilot.ARDUPILOT))) is is_low
+
+
+def test_ground_ahead_of_where_the_flight_turns_is_as_near_too() -> None:
+    for ahead_m, is_low in ((2.0, True), (4.0, False)):
+        terrain, _ = pole(0.0, 100.0 + ahead_m)
+        assert bool(of("A102", findings(CORNER, terrain))) is is_low
+
+
+LOAD = item(94, north(100), 0.0, params=(0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("end", "says"), [((item(21, north(100), 0.0),), "lands"), ((LOAD, rtl()), "sets a load down")]
+)
+@pytest.mark.parametrize(("away_m", "is_near"), [(2.0, True), (4.0, False)])
+def test_what_stands_beside_a_landing_may_be_landed_on(
+    end: tuple[MissionItem, ...], says: str, away_m: float, *, is_near: bool
+) -> None:
+    terrain, _ = pole(0.0, 100.0 + away_m)
+    made = mission(takeoff(60), waypoint(100, 60), *end)
+    found = of("A117", findings(made, terrain, Autopilot.ARDUPILOT))
+    assert [(f.severity, f.message) for f in found] == [
+        (Severity.ERROR, f"{says} within 2.5 m of ground that is 40 m higher")
+    ] * is_near
+
+
+def test_a_return_may_land_on_what_stands_beside_a_rally_point_but_at_home_it_stood() -> None:
+    made = mission(takeoff(60), waypoint(100, 60), rtl())
+    place = RallyPoint(
+        latitude_deg=north(100), longitude_deg=HOME.longitude_deg, height_above_home_m=60.0
+    )
+    for north_m, rally, codes in ((102.0, (place,), ["A117"]), (2.0, (), [])):
+        terrain, _ = pole(0.0, north_m)
+        found = findings(replace(made, rally=rally), terrain, Autopilot.ARDUPILOT)
+        assert [
+            one.code for one in found if one.code == "A117" and "within" in one.message
+        ] == codes
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+def test_returns_from_a_leg_uphill_are_as_high_as_it_is_beside_them(autopilot: Autopilot) -> None:
+    """Ground of 3.4° rises 6 m in 100 m: 24 m below the whole leg, and below returns that keep its height."""
+    uphill = mission(takeoff(30), at(0, 100, 30), at(6, 600, 60), rtl())
+    found = findings(uphill, slope(-math.degrees(math.atan(0.06))), autopilot, clearance_m=20.0)
+    assert of("A104", found) == []
 
 
 @pytest.mark.parametrize(("steep", "is_low"), [(3.9, False), (4.1, True)])
