@@ -61,6 +61,8 @@ class Uncounted(Value, eq=False):
 
     segments_wh: FloatArray
     """Of each segment of the flight, at most; infinite where the vehicle may not come forward. (s,) [Wh]"""
+    late_s: FloatArray
+    """How much longer each may last, at most, where the vehicle holds no such airspeed. (s,) [s]"""
     of_returns: float
     """Fraction of the energy of a return. [-]"""
 
@@ -79,11 +81,15 @@ class Uncounted(Value, eq=False):
         ``later_s`` is what its segments take longer than predicted, at the power of a hover and so many
         times more of it as the worst of their situations. (s,) [s]
         """
-        more, motion = power_ratio(flight.power, reach, shown_m_s) - 1.0, flight.motion
-        count = len(later_s)
-        if not more.any():
-            return cls(segments_wh=np.zeros(count), of_returns=0.0)
-        of_mission = more[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
+        motion, count = flight.motion, len(later_s)
+        more, longer = (one - 1.0 for one in situation_ratios(flight.power, reach, shown_m_s))
+        late_s = np.zeros(count)
+        if not (more.any() or longer.any()):
+            return cls(segments_wh=np.zeros(count), late_s=late_s, of_returns=0.0)
+        of_mission, mission_longer = (
+            one[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
+            for one in (more, longer)
+        )
         if np.isfinite(more).all():
             added_w = np.maximum(flight.node_power_w, 0.0) * of_mission
             pieces_j = added_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
@@ -91,10 +97,13 @@ class Uncounted(Value, eq=False):
             np.maximum.at(worst, motion.piece_segment, of_mission.max(axis=1))
             late_j = flight.hover_near_home_w * later_s * worst
             segments_j = np.bincount(motion.piece_segment, pieces_j, count) + late_j
+            lost_s = mission_longer @ QUADRATURE_WEIGHTS * motion.piece_duration_s
+            late_s += np.bincount(motion.piece_segment, lost_s, count)
         else:
             segments_j = np.full(count, np.inf)
         return cls(
             segments_wh=np.asarray(wh_from_j(segments_j), np.float64),
+            late_s=late_s,
             of_returns=float(more[reach.kind == SituationKind.RETURN].max(initial=0.0)),
         )
 
@@ -113,25 +122,27 @@ class Uncounted(Value, eq=False):
         return np.cumsum(self.segments_wh)[segment] + energy_wh * self.of_returns
 
 
-def power_ratio(
+def situation_ratios(
     power: SteadyPower, reach: Situations, shown_m_s: float | None = None
-) -> FloatArray:
-    """Return the power that situations may take over that predicted, at least 1. (n,) [-]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the power and the time that situations may take over those predicted, at least 1. (n,), (n,) [-]
 
-    Time lost against the wind, or for want of lean, is counted as power.
+    Time lost against the wind, or for want of lean, is counted as power too.
     """
-    more = _airspeed_ratio(power, reach, shown_m_s)
+    more, longer = _airspeed_ratios(power, reach, shown_m_s)
     if not power.vehicle.knows_air_density:
         density = power.air_density_kg_m3(reach.height_m)
         more = more * np.sqrt(np.maximum(SEA_LEVEL_DENSITY_KG_M3 / density, 1.0))
-    return more
+    return more, longer
 
 
-def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | None) -> FloatArray:
+def _airspeed_ratios(
+    power: SteadyPower, reach: Situations, shown_m_s: float | None
+) -> tuple[FloatArray, FloatArray]:
     vehicle, limit = power.vehicle, power.vehicle.valid_for.speed_m_s
-    more = np.ones(len(reach.item))
+    more, longer = np.ones((2, len(reach.item)))
     if limit is None or limit.high <= 0.0:
-        return more
+        return more, longer
     shown_m_s = limit.high if shown_m_s is None else shown_m_s
     held_m_s = vehicle.airspeed_limit_m_s or shown_m_s
     air_m_s, ground_m_s = reach.airspeed_m_s(power.wind), reach.ground_speed_m_s
@@ -139,13 +150,13 @@ def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | No
     is_step = vehicle.reference is Autopilot.STEP
     is_within = is_step or ground_m_s.max() <= limit.high
     if not power.wind.speed_m_s > 0.0 and is_within and held_m_s >= limit.high:
-        return more
+        return more, longer
     flown_m_s = air_m_s if vehicle.airspeed_limit_m_s is None else np.minimum(air_m_s, held_m_s)
     is_seen = vehicle.knows_airspeed & (flown_m_s <= limit.high)
     is_late = (air_m_s > held_m_s * (1.0 + _ROUNDING)) & (ground_m_s > 0.0)
     rows = np.flatnonzero(~is_seen | is_late)
     if not len(rows):
-        return more
+        return more, longer
     # Of the others nothing is to be added.
     reach, is_seen, is_late = reach.select(rows), is_seen[rows], is_late[rows]
     air_m_s, ground_m_s, flown_m_s = air_m_s[rows], ground_m_s[rows], flown_m_s[rows]
@@ -171,12 +182,13 @@ def _airspeed_ratio(power: SteadyPower, reach: Situations, shown_m_s: float | No
             wind=power.wind,
             airspeed_limit_m_s=held_m_s,
         )
-        longer = np.full(len(late), np.inf)
+        times = np.full(len(late), np.inf)
         comes = slower_m_s > SLOWEST_M_S
-        longer[comes] = ground_m_s[late][comes] / slower_m_s[comes]
-        own[late] = np.maximum(own[late], at(np.minimum(air_m_s, held_m_s))[late] * longer)
+        times[comes] = ground_m_s[late][comes] / slower_m_s[comes]
+        own[late] = np.maximum(own[late], at(np.minimum(air_m_s, held_m_s))[late] * times)
+        longer[rows[late]] = np.maximum(times, 1.0)
     more[rows] = own
-    return more
+    return more, longer
 
 
 def _steady_w(power: SteadyPower, reach: Situations, airspeed_m_s: FloatArray) -> FloatArray:

@@ -371,8 +371,8 @@ FAILSAFE_AT_RISK = Rule(
     "interval), or standard deviations of 5 % of the energy, and by the charge as given: an error where it "
     "lands where it is or stops its motors there, or on the return that it begins.  A warning where the "
     "vehicle returns in more flights than --risk allows.  COM_FLT_TIME_MAX likewise in the flight that takes "
-    "longest, by the interval of its time, or standard deviations of 5 %.  And in the flight that takes all "
-    "that the model does not count of wind, air and airspeed (E105, E108).",
+    "longest, by the interval of its time, or standard deviations of 5 %.  And in the flight that takes all, "
+    "and lasts as long, as the model may leave uncounted of wind, air and airspeed (E105, E108).",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge, or the parameters of --params",
 )
@@ -385,7 +385,7 @@ def _failsafe_at_risk(
     predicted = _profile(a)
     if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
         return  # E103
-    uncounted = tuple(_uncounted_flight(a, pack, parameters))
+    uncounted = tuple(_uncounted_flight(a, pack))
     for chance, counts in (
         (MOST_CHANCE_EMPTY, Severity.ERROR),
         (max(a.setup.risk, LEAST_RISK), Severity.WARNING),
@@ -412,16 +412,21 @@ def _failsafe_at_risk(
 
 
 def _uncounted_flight(
-    a: Assessment, pack: Battery, parameters: FlightParameters
+    a: Assessment, pack: Battery
 ) -> Iterator[tuple[BatteryProfile, float, str, str]]:
     """Yield the flight that takes all that its model does not count, as `_worse_flights`, and why it may."""
     more_wh, flown_wh = a.uncounted.flown_wh, a.totals.energy_wh
-    if not (parameters.measures_battery and flown_wh > 0.0 and 0.0 < more_wh < math.inf):
+    late_s = np.cumsum(a.uncounted.late_s)
+    if not flown_wh > 0.0 or not math.isfinite(more_wh) or not (more_wh or late_s[-1]):
         return
     more = more_wh / flown_wh
     words = f"takes {quantity.percent(more)} more than predicted"
+    if late_s[-1] > 0.0:
+        words += f" or lasts {quantity.duration(late_s[-1])} longer"
+    hungry = _hungry(a, pack, times=1.0 + more)
+    hungry = replace(hungry, later_s=hungry.later_s + np.append(0.0, late_s))
     why = "which its model does not count (E105, E108)"
-    yield _hungry(a, pack, times=1.0 + more), 1.0, words, why
+    yield hungry, 1.0, words, why
 
 
 def _hungry(a: Assessment, pack: Battery, *, times: float, less: float = 0.0) -> BatteryProfile:

@@ -74,7 +74,12 @@ def _actions_not_counted(a: Assessment) -> Iterator[Finding]:
 
 
 def _short_of_reserve(a: Assessment, needed_wh: float) -> str:
-    """Return in words how far what is not predicted goes below the reserve; empty: it does not."""
+    """Return in words how far what is not predicted goes below the reserve; empty: it does not.
+
+    What is short as predicted is that of E101 and E102.
+    """
+    if any(one.predicted_wh < 0.0 for one in a.margins):
+        return ""
     short_wh = needed_wh - a.left_wh
     if not math.isfinite(short_wh) and short_wh > 0.0:
         return "; nothing is left for it above the reserve"
@@ -96,7 +101,7 @@ def _resistance_not_counted(
     taken_wh = drop / (1.0 - drop) * drawn_wh
     rest_v = float(np.interp(budget.reserve_fraction, kind.ocv_soc, kind.cell_ocv_v))
     is_low = (1.0 - drop) * rest_v < (kind.lowest_cell_v or 0.0)
-    is_short = taken_wh > a.left_wh
+    is_short = bool(_short_of_reserve(a, taken_wh))
     may = f"; it may take {quantity.energy(taken_wh)} more" if taken_wh > 0.0 else ""
     if is_short and not is_low:
         may += " than there is above the reserve"
@@ -140,7 +145,7 @@ def _home_unknown(a: Assessment, _budget: BatteryBudget) -> Iterator[Finding]:
     waited_wh = wh_from_j(hover_w * wait_s)
     left_wh, short = a.left_wh - waited_wh, _short_of_reserve(a, way_wh + waited_wh)
     if not short:
-        if way_wh > 0.0 and math.isfinite(left_wh):
+        if way_wh > 0.0 and 0.0 <= left_wh < math.inf:
             farthest = quantity.distance(IN_SIGHT_M * left_wh / way_wh)
             yield a.finding(
                 HOME_UNKNOWN,

@@ -514,6 +514,29 @@ def test_failsafes_come_as_soon_as_the_vehicle_is_slow(parameters: str, code: st
     assert code not in {one.code for one in fast if one.severity is Severity.ERROR}
 
 
+# 900 m at 10 m/s against 5 m/s; identified up to 10 m/s the vehicle may come forward at 5 m/s: 90 s later.
+# One flight of a hundred lasts 11.6 % longer by the error of 5 % that is assumed, some 41 s.
+@pytest.mark.parametrize(
+    ("wind_m_s", "after_s", "is_told"), [(5.0, 60.0, True), (5.0, 110.0, False), (0.0, 60.0, False)]
+)
+def test_a_failsafe_by_time_comes_sooner_for_want_of_airspeed(
+    wind_m_s: float, after_s: float, *, is_told: bool
+) -> None:
+    held = mission(
+        takeoff(30),
+        speed(10.0),
+        waypoint(900, 30),
+        waypoint(0, 30),
+        waypoint(0, 30, hold_s=90.0),
+        rtl(),
+    )
+    limit_s = checked(held, "MPC_XY_CRUISE,10\n").totals.time_s + after_s
+    parameters = f"MPC_XY_CRUISE,10\nCOM_FLT_TIME_MAX,{limit_s!r}\n"
+    wind = Wind(speed_m_s=wind_m_s, from_deg=0.0)
+    told = of("E134", found(held, STEP, parameters, wind=wind, battery=LARGE))
+    assert bool(told) is is_told
+
+
 def test_what_a_slow_vehicle_takes_counts_in_the_chance_of_an_empty_battery() -> None:
     """1000 m at 2 m/s there and back for 10 m/s: 800 s at 130 W, 29 Wh more; 1.7 is a 20th of it all."""
     used_wh = checked(KILOMETRE, "").totals.energy_wh

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from made_missions import mission, rtl, speed, takeoff, waypoint
 
 from planner.findings import Severity
-from planner.flight.uncounted import _measured_w, power_ratio
+from planner.flight.uncounted import _measured_w, situation_ratios
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.service.preflight import CheckResult, check
@@ -178,7 +178,7 @@ def identified_up_to(top_m_s: float, vehicle: VehicleModel = QUAD) -> VehicleMod
 
 def ratios(result: CheckResult) -> FloatArray:
     assert result.assessment is not None
-    return power_ratio(result.assessment.flight.power, result.assessment.reach)
+    return situation_ratios(result.assessment.flight.power, result.assessment.reach)[0]
 
 
 def law_w(airspeed_m_s: float) -> float:
