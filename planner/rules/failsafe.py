@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.flight.budget import battery_temperature_c
 from planner.flight.failsafe import (
     LANDS,
     PX4_BATTERY_ACTIONS,
@@ -32,6 +33,7 @@ from planner.flight.returns.path import thinned
 from planner.mission.commands import Command
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
+from planner.physics.battery import loaded_voltage_v
 from planner.quantity import sd_of
 from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
@@ -39,6 +41,7 @@ from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import (
     ASSUMED_ERROR,
+    BATTERY_ASSUMED,
     LEAST_RISK,
     MOST_CHANCE_EMPTY,
     deviations_beyond,
@@ -47,6 +50,7 @@ from planner.rules.energy import (
 from planner.rules.lateness import late_returns_of
 from planner.units import wh_from_j
 from planner.values import replace
+from planner.vehicle.pack import high_resistance_ohm
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 
@@ -118,7 +122,10 @@ FAILSAFE_BEFORE_END = Rule(
     "returns by default: a warning where neither the action nor the version is known); COM_FLT_TIME_MAX.  "
     "ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and BATT_CRT_MAH, voltage under load "
     "(at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with "
-    "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the vehicle returns or lands, information where it "
+    "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; an unknown resistance is taken to be no more than that of cells of "
+    "0.05 ohm for 1 Ah (9 of 10 have less), at the highest power and in the worst of E134's flights: where "
+    "the failsafe acts by that, it is not checked (X904).  An error where the vehicle returns or lands, "
+    "information where it "
     "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
     "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8).  "
     "Not checked where nothing measures the battery "
@@ -129,14 +136,14 @@ FAILSAFE_BEFORE_END = Rule(
 )
 
 
-@judges(FAILSAFE_BEFORE_END, needs=(PACK, PARAMETERS))
+@judges(FAILSAFE_BEFORE_END, BATTERY_ASSUMED, needs=(PACK, PARAMETERS))
 def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding | NotEvaluated]:
     profile = _profile(a)
     found = list(_first_reported(a, _events(a, profile, pack, parameters)))
     yield from found
-    yield from _unwatched(profile, parameters)
+    yield from _unwatched(a, profile, pack, parameters)
     if any(one.severity is Severity.ERROR for one in found):
         return
     if isinstance(parameters, Px4Parameters):
@@ -246,7 +253,9 @@ def _first_acting(events: list[FailsafeEvent]) -> FailsafeEvent | None:
     return next((event for event in events if event.action != WARNS), None)
 
 
-def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterator[NotEvaluated]:
+def _unwatched(
+    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: FlightParameters
+) -> Iterator[Finding | NotEvaluated]:
     """Yield the thresholds of a parameter file that the battery says too little for."""
     if isinstance(parameters, Px4Parameters) or not parameters.measures_battery:
         return
@@ -268,6 +277,15 @@ def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterato
         if name in {"BATT_LOW_MAH", "BATT_CRT_MAH"} and not parameters.measures_current:
             continue
         is_loaded = name.endswith("_VOLT") and action != _REFUSES and not at_rest
+        most_ohm = high_resistance_ohm(pack, battery_temperature_c(a.setup, a.flight))
+        if is_loaded and most_ohm and _acts_on_none(a, profile, pack, parameters, most_ohm):
+            yield a.finding(
+                BATTERY_ASSUMED,
+                f"battery resistance assumed to be no more than {quantity.decimals(1000.0 * most_ohm, 0)} "
+                f"milliohm, as that of 9 of 10 such batteries: {name} of {shown(threshold)} then acts in no "
+                "flight",
+            )
+            continue
         yield NotEvaluated(
             rule=ARMING_REFUSED if name == "BATT_ARM_VOLT" else FAILSAFE_BEFORE_END,
             asked_by=f"{name} of {shown(threshold)}",
@@ -277,6 +295,29 @@ def _unwatched(profile: BatteryProfile, parameters: FlightParameters) -> Iterato
                 else "the battery's charge and voltage, such as --battery 5.2Ah@14.8V"
             ),
         )
+
+
+def _acts_on_none(
+    a: Assessment,
+    profile: BatteryProfile,
+    pack: Battery,
+    parameters: ArduPilotParameters,
+    resistance_ohm: float,
+) -> bool:
+    """Return whether no failsafe acts even at the highest power and the greatest error, by a resistance."""
+    if profile.rest_v is None:
+        return False
+    sds = deviations_beyond(MOST_CHANCE_EMPTY)
+    uncounted = (one for one, *_ in _uncounted_flight(a, pack))
+    worse = (one for one, *_ in _worse_flights(a, pack, parameters, sds))
+    for one in (profile, *uncounted, *worse):
+        assert one.rest_v is not None  # of the same battery
+        highest_w = one.times * a.totals.peak_power_w
+        loaded_v = loaded_voltage_v(one.rest_v, highest_w, resistance_ohm=resistance_ohm)
+        events = ardupilot_events(replace(one, loaded_v=loaded_v), parameters)
+        if _first_acting(_in_time(a, list(events))) is not None:
+            return False
+    return True
 
 
 def _volts(voltage_v: float) -> str:

@@ -558,8 +558,8 @@ def _speed_replaced(setup: Setup) -> Finding:
     )
 
 
-_FRAME = "FRAME_CLASS"
-"""Of copters and rovers; planes have Q_FRAME_CLASS."""
+_NO_PLANES = frozenset({"FRAME_CLASS", "FS_THR_ENABLE"})
+"""Of copters and rovers; planes have Q_FRAME_CLASS and THR_FAILSAFE."""
 _STANDS = "every item is where the vehicle stands: it never moves"
 
 
@@ -571,7 +571,7 @@ def _is_of_copter(setup: Setup) -> bool:
         return False
     from planner.vehicle.parameters.resolve import COPTER_ONLY
 
-    return not (COPTER_ONLY | {_FRAME}).isdisjoint(setup.parameters.values)
+    return not (COPTER_ONLY | _NO_PLANES).isdisjoint(setup.parameters.values)
 
 
 def assess(prepared: Preparation) -> Assessment | None:

@@ -108,6 +108,24 @@ def chemistry_of(battery: Battery | None) -> Chemistry:
     return load_chemistry(ASSUMED_CHEMISTRY) if found.highest_wh_kg is None else found
 
 
+def high_resistance_ohm(battery: Battery, temperature_c: float) -> float | None:
+    """Return the resistance that 9 of 10 batteries of its cells and charge stay below; ``None``: unknown. [Ω]
+
+    By the prior of models/priors/multicopter.toml, at its temperature by its kind of cell, at its age.
+    """
+    from planner.vehicle.priors import multicopter_priors
+
+    if battery.new_charge_ah is None or battery.cells_in_series is None:
+        return None
+    of_1_ah_ohm, kind = multicopter_priors()["cell_resistance"].high, chemistry_of(battery)
+    return replace(
+        battery,
+        internal_resistance_ohm=battery.cells_in_series * of_1_ah_ohm / battery.new_charge_ah,
+        resistance_temperature_c=kind.resistance_temperature_c,
+        resistance_factor=kind.resistance_factor,
+    ).resistance_ohm(temperature_c)
+
+
 @lru_cache(maxsize=64)
 def rest_curve(battery: Battery) -> RestCurve | None:
     """Return the curve a voltmeter sees on a battery without load; ``None``: it is not known.

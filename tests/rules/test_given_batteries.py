@@ -202,10 +202,37 @@ def test_a_battery_that_nothing_measures_has_no_failsafe(by: Autopilot, paramete
         assert "E103" in error_codes(flown("8Ah@22.2V", parameters, by=by))
 
 
+@pytest.mark.parametrize(("by_v", "is_checked"), [(-0.1, True), (0.1, False)])
+def test_a_failsafe_by_voltage_is_checked_by_poor_cells_where_no_resistance_is_known(
+    by_v: float, *, is_checked: bool
+) -> None:
+    label = read_battery("5.2Ah@4S")
+    bare = check(PLAIN, ARTICLE, battery=label, temperature_c=20.0)
+    # One flight of a hundred takes 2.326 x 5 % more; four cells of 0.05 ohm for 1 Ah, at 20 °C.
+    times, resistance_ohm = 1.0 + 2.326 * 0.05, 4 * 0.05 / 5.2
+    left = 1.0 - times * bare.totals.energy_wh / (5.2 * 14.8)
+    assert 0.75 < left < 0.9  # 3.93 to 4.08 V a cell (models/chemistries/lipo.toml)
+    rest_v = 4.0 * (3.93 + (left - 0.75) * (4.08 - 3.93) / (0.9 - 0.75))
+    loaded_v = (
+        rest_v + math.sqrt(rest_v**2 - 4.0 * resistance_ohm * times * bare.totals.peak_power_w)
+    ) / 2.0
+    # 0.1 V: the landing, in which a failsafe that lands changes nothing, takes 1 % of the charge, 0.04 V.
+    text = f"BATT_MONITOR,4\nBATT_FS_LOW_ACT,1\nBATT_LOW_VOLT,{loaded_v + by_v:.2f}\n"
+    result = check(
+        PLAIN,
+        ARTICLE,
+        battery=label,
+        temperature_c=20.0,
+        parameters=parameters_from_text(text.encode(), source="p.param"),
+    )
+    assert bool(told(result, "X904")) is not is_checked
+    assert any("38 milliohm" in one.message for one in told(result, "E125")) is is_checked
+
+
 def test_a_threshold_nobody_acts_on_asks_for_no_check() -> None:
     bare = replace(QUAD, battery=None)
     for action, is_asked in ((0, False), (2, True)):
-        text = f"BATT_LOW_VOLT,21\nBATT_FS_LOW_ACT,{action}\n"
+        text = f"BATT_LOW_VOLT,24\nBATT_FS_LOW_ACT,{action}\n"
         result = check(
             PLAIN,
             bare,

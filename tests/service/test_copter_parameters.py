@@ -20,6 +20,14 @@ from planner.values import replace
         ("WPNAV_SPEED,800\n", None, Severity.WARNING),
         ("FRAME_CLASS,1\n", None, Severity.WARNING),
         ("Q_FRAME_CLASS,1\n", None, Severity.ERROR),
+        *(
+            (f"{one},1\n", None, Severity.WARNING)
+            for one in ("RTL_ALT", "MOT_THST_HOVER", "FS_THR_ENABLE")
+        ),
+        *(
+            (f"{one},1\n", None, Severity.ERROR)
+            for one in ("RTL_ALTITUDE", "Q_M_THST_HOVER", "THR_FAILSAFE")
+        ),
         ("", "arducopter-4.6", Severity.WARNING),
         ("BATT_MONITOR,4\n", "arducopter-4.6", Severity.WARNING),
     ],

@@ -136,8 +136,16 @@ _NOTED = (
 """What is noted of single parameters, in the order of the findings."""
 _UNUSUAL = 30.0
 """A value so many times larger or smaller than usual may be in another unit."""
-COPTER_ONLY = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP", "LAND_SPEED"})
-"""Names of Copter's that no plane, rover or blimp of ArduPilot's has: a plane's begin with Q_."""
+_OF_SUB_TOO = frozenset(
+    {
+        *("WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP"),
+        *("MOT_THST_HOVER", "ANGLE_MAX", "ATC_ANGLE_MAX"),
+    }
+)
+"""Names of Copter's that a submarine has as well."""
+COPTER_ONLY = _OF_SUB_TOO | {"LAND_SPEED", "RTL_ALT", "RTL_ALT_M"}
+"""Names of Copter's that no plane, rover or blimp of ArduPilot's has: a plane's begin with Q_, its return
+has ALT_HOLD_RTL, later RTL_ALTITUDE."""
 _OTHER_VEHICLES: Mapping[str, tuple[str, ...]] = {
     "ArduSub": (
         "JS_GAIN_",
@@ -202,8 +210,6 @@ _OTHER_VEHICLES: Mapping[str, tuple[str, ...]] = {
     ),
 }
 """Beginnings of names that Copter has none of, by whose they are."""
-_OF_SUB_TOO = frozenset({"WPNAV_SPEED", "WP_SPD", "PILOT_SPEED_UP", "PILOT_SPD_UP"})
-"""Of those of a copter, what a submarine has as well."""
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
 
