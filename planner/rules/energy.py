@@ -11,6 +11,7 @@ from planner import quantity
 from planner.findings import FlightStretch, Rule, Severity
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of, sd_of
+from planner.rules.assessment import Margin
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.model import Basis
@@ -210,7 +211,8 @@ RESERVE_AT_RISK = Rule(
     how="10,000 samples of the wind, payload, temperature and charge as given (5±2@270±20) and of the "
     "errors in the [spread] of the vehicle model; fires where the fraction that lands, or that could "
     "not return from some point, below the reserve exceeds --risk (5 % by default) while the "
-    "prediction itself stays above it.  Not computed where the model has no [spread].",
+    "prediction itself stays above it.  Of a flight that is later by its parameters (E108), by standard "
+    "deviations of 5 % too, as E124.  Not computed where the model has no [spread].",
     fix="leave more margin: a shorter mission, or a larger or fuller battery",
     instead="--battery, --charge or --reserve",
 )
@@ -223,10 +225,16 @@ def _reserve_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way, returning = a.return_plan, None
     if way is not None and way.margin_wh is not None and way.margin_wh >= 0.0:
         returning = way.below_reserve_probability
+    back = a.return_margin(counts_uncounted=False)
+    landing = budget.below_reserve_probability
+    if a.late_wh > 0.0:
+        late = Margin(budget.margin_wh, a.late_wh, 0.0)
+        landing = max(landing, _chance_short(a, late, budget))
+    if returning is not None and back is not None and back.late_wh > 0.0:
+        returning = max(returning, _chance_short(a, back, budget))
     limit = (
         f"below the {reserve_name(budget)} reserve; --risk allows {quantity.percent(a.setup.risk)}"
     )
-    landing = budget.below_reserve_probability
     if landing > a.setup.risk:
         chance = quantity.beside(landing, a.setup.risk, quantity.chance)
         yield a.finding(RESERVE_AT_RISK, f"{chance} chance of landing {limit}")
@@ -564,34 +572,33 @@ def _empty_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way = a.return_plan
     is_assumed = budget.empty_probability is None
     landing = budget.empty_probability
-    left_wh = budget.margin_wh + budget.reserve_wh - a.late_wh
-    if landing is None or a.late_wh > 0.0:
-        landing = max(landing or 0.0, _chance_empty(a, left_wh, budget))
+    flown = Margin(budget.margin_wh, a.late_wh, 0.0)
+    if landing is None or flown.late_wh > 0.0:
+        landing = max(landing or 0.0, _chance_short(a, flown, budget, beyond_wh=budget.reserve_wh))
     returning = None if way is None else way.empty_probability
-    back, at_home_wh = a.return_margin(counts_uncounted=False), math.inf
-    if back is not None:
-        at_home_wh = back.predicted_wh - back.late_wh + budget.reserve_wh
-        if returning is None or back.late_wh > 0.0:
-            returning = max(returning or 0.0, _chance_empty(a, at_home_wh, budget))
+    back = a.return_margin(counts_uncounted=False)
+    if back is not None and (returning is None or back.late_wh > 0.0):
+        empty = _chance_short(a, back, budget, beyond_wh=budget.reserve_wh)
+        returning = max(returning or 0.0, empty)
     by = "" if not is_assumed else f"; an error of {quantity.percent(ASSUMED_ERROR)} assumed"
     if landing > MOST_CHANCE_EMPTY and budget.margin_wh >= 0.0:
         chance = quantity.beside(landing, MOST_CHANCE_EMPTY, quantity.chance)
         yield a.finding(
             EMPTY_AT_RISK,
             f"{chance} chance that the battery is empty before the landing: "
-            f"{quantity.energy(left_wh)} left{by}",
+            f"{quantity.energy(flown.left_wh + budget.reserve_wh)} left{by}",
         )
     elif (
         way is not None
-        and way.margin_wh is not None
-        and way.margin_wh >= 0.0
+        and back is not None
+        and (way.margin_wh or 0.0) >= 0.0
         and (returning or 0.0) > MOST_CHANCE_EMPTY
     ):
         chance = quantity.beside(returning or 0.0, MOST_CHANCE_EMPTY, quantity.chance)
         yield a.finding(
             EMPTY_AT_RISK,
             f"{chance} chance that the battery is empty before a return has landed: "
-            f"{quantity.energy(at_home_wh)} left{by}",
+            f"{quantity.energy(back.left_wh + budget.reserve_wh)} left{by}",
             item=way.tightest_item,
         )
 
@@ -636,14 +643,18 @@ def deviations_beyond(chance: float) -> float:
     return NormalDist().inv_cdf(1.0 - min(max(chance, LEAST_RISK), 1.0 - LEAST_RISK))
 
 
-def _chance_empty(a: Assessment, left_wh: float, budget: BatteryBudget) -> float:
-    """Return the chance that a flight takes all of a battery, by the error assumed and that of the charge."""
-    error_wh = math.hypot(
-        ASSUMED_ERROR * (budget.usable_wh - left_wh), sd_of(a.setup.charge) * budget.capacity_wh
-    )
+def _chance_short(
+    a: Assessment, margin: Margin, budget: BatteryBudget, *, beyond_wh: float = 0.0
+) -> float:
+    """Return the chance that a flight takes more than a margin, and so much beyond it.
+
+    By the error assumed, and that of the charge.
+    """
+    taken_wh = budget.above_reserve_wh - margin.left_wh
+    error_wh = math.hypot(ASSUMED_ERROR * taken_wh, sd_of(a.setup.charge) * budget.capacity_wh)
     if error_wh <= 0.0:
         return 0.0
-    return 0.5 * math.erfc(left_wh / error_wh / math.sqrt(2.0))
+    return 0.5 * math.erfc((margin.left_wh + beyond_wh) / error_wh / math.sqrt(2.0))
 
 
 AIR_UNKNOWN = Rule(

@@ -34,6 +34,7 @@ from planner.setup import read_battery
 from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.resolve import resolve_parameters
 
@@ -689,6 +690,23 @@ def test_what_is_later_and_what_is_searched_for_have_to_fit_together(
     battery = Battery(capacity_wh=(plain.totals.energy_wh + margin_wh) / 0.8)
     told = of("T110", found(HOME, STEP, slow, battery=battery))
     assert [one.severity for one in told] == [severity]
+
+
+# One flight of twenty takes 1.645 deviations of 5 % more, 8.2 %: --risk.
+@pytest.mark.parametrize(("over", "is_told"), [(1.07, True), (1.10, False)])
+def test_what_is_taken_longer_counts_in_the_chance_of_keeping_the_reserve(
+    over: float, *, is_told: bool
+) -> None:
+    given = parameters_from_text(b"WPNAV_SPEED_UP,30\nWPNAV_SPEED_DN,30\n", source="p.param")
+    own = load_vehicle("dji-matrice-100")
+    plain = check(OUT, own, parameters=given).assessment
+    assert plain is not None
+    needed_wh, held = over * (plain.totals.energy_wh + plain.late_wh), plain.battery
+    assert held is not None
+    reserve = (held.usable_wh - needed_wh) / held.capacity_wh
+    found_so = check(OUT, own, parameters=given, reserve=reserve).findings
+    landing = [one for one in of("E119", found_so) if "landing" in one.message]
+    assert bool(landing) is is_told
 
 
 def test_a_return_speed_of_0_is_the_models_where_nothing_else_is_stated() -> None:
