@@ -28,6 +28,14 @@ def slope(angle_deg: float) -> TerrainGrid:
     return of_heights(np.repeat(heights, COLUMNS, axis=1), level)
 
 
+def hill(top_m: float, *, at_m: float = 250.0, steep: float = 0.2) -> TerrainGrid:
+    """Return level ground with a hill across the way north, as high as a ridge and less steep."""
+    level = ground(0.0).tiles[0]
+    north_m = (np.arange(ROWS)[::-1, None] + 0.5) * CELL_M + SOUTH_M
+    rise_m = top_m + steep * (CELL_M - np.abs(north_m - at_m))
+    return of_heights(np.repeat(400.0 + np.clip(rise_m, 0.0, top_m), COLUMNS, axis=1), level)
+
+
 def of_heights(heights: npt.NDArray[np.float64], like: TerrainTile) -> TerrainGrid:
     """Return other heights in the place of a tile."""
     return TerrainGrid(tiles=(replace(like, heights_amsl_m=heights.astype(np.float32)),))

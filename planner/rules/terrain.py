@@ -12,6 +12,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.pilot import is_of_ardupilot
 from planner.flight.returns.destination import HERE, HOME
 from planner.mission.commands import TERRAIN_FRAMES, Command
 from planner.mission.route.stage import RETURN_STAGES, StageKind
@@ -39,6 +40,12 @@ _IN_THE_AIR = frozenset(
     {StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT}
 )
 _LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
+_OVER_GROUND = (_IN_THE_AIR - {StageKind.CIRCLE}) | {StageKind.RETURN}
+"""Stages with a straight leg that may follow the ground."""
+_MOST_PLACES = 4000
+"""Of a leg at which the ground is looked up."""
+_STEEPEST_RETURNS = 20
+"""So many returns, those over the steepest ground, are flown step by step."""
 _LEVEL_WITHIN_M = 1.0
 """Nearer to home's height, rounding may be meant. [m]"""
 _OVERSHOOT_M = 3.0
@@ -89,17 +96,18 @@ BELOW_TERRAIN = Rule(
     summary="The flight meets the ground, or passes nearer to it than --clearance.",
     why="Waypoints above the ground do not keep the leg between them above a ridge; height above "
     "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
-    how="Height of the predicted flight minus the ground of --terrain along the whole flight without take-off"
-    " and landing: cut wherever it passes from cell to cell, and at the least of each cell, so that no "
-    "ridge falls between two samples; --position-error to both sides of it too, around where it turns, "
-    "ends, or goes up or down, and at every centre nearer than that of cells narrower than twice as much;"
-    " fires below --clearance, 5 m by default (heights above home and grids err by some metres each).  "
-    "Legs that follow terrain on ArduPilot are judged by their height above it.  Not evaluated (X904) "
-    "where --terrain has no ground under the path, or --position-error beside it: a hole in its grid, or "
-    "beyond its end.  Without --terrain the ground is level with home: a path more than 1 m below it "
-    "fires, and one nearer to it than --clearance is not evaluated (X904): it cannot be wrong by less "
-    "than ground that is known.  Around home, where the vehicle stood, the clearance is what ground of "
-    "15° rises, 5 m in 19 m.",
+    how="Height of the predicted flight minus the ground of --terrain along the whole flight without take-"
+    "off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so that "
+    "no ridge falls between two samples; --position-error to both sides of it too, around where it "
+    "turns, ends, or goes up or down, and at every centre nearer than that of cells narrower than twice "
+    "as much; fires below --clearance, 5 m by default (heights above home and grids err by some metres "
+    "each).  Legs that follow terrain on ArduPilot are judged by their height above it, less what they "
+    "get too low where the ground rises faster than they climb (it looks at the ground below alone).  "
+    "Not evaluated (X904) where --terrain has no ground under the path, or --position-error beside it: "
+    "a hole in its grid, or beyond its end.  Without --terrain the ground is level with home: a path "
+    "more than 1 m below it fires, and one nearer to it than --clearance is not evaluated (X904): it "
+    "cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, the "
+    "clearance is what ground of 15° rises, 5 m in 19 m.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -131,7 +139,8 @@ RETURN_BELOW_TERRAIN = Rule(
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
     "--position-error of them.  Where "
-    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance.  PX4 also by RTL_DESCEND_ALT above a rally "
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance, and the 20 returns over the steepest "
+    "ground, which they may climb too slowly for.  PX4 also by RTL_DESCEND_ALT above a rally "
     "point that lies below the ground: it goes down to there before it lands.  Not evaluated (X904) where "
     "--terrain has no ground under a return, and without --terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
@@ -562,6 +571,156 @@ def _follows_too_low(a: Assessment) -> Iterator[Finding]:
                 item=stage.item,
             )
             return
+
+
+class _FollowingLegs(Value, eq=False):
+    """Straight legs that ArduPilot flies at a height above the ground."""
+
+    start_m: FloatArray
+    """East and north. (n, 2) [m]"""
+    end_m: FloatArray
+    above_m: FloatArray
+    """Height above the ground asked for at the beginning and the end. (n, 2) [m]"""
+    limits_m_s: tuple[FloatArray, FloatArray, FloatArray]
+    """Of horizontal flight, climbs and descents. (n,) each"""
+    stage: IntArray
+    """Those of consecutive numbers follow each other. (n,)"""
+
+    def least_above_m(
+        self, a: Assessment, terrain: TerrainGrid, parameters: ArduPilotParameters
+    ) -> FloatArray:
+        """Return the least height of each above the ground, as it is flown; NaN: not known. (n,) [m]"""
+        from planner.flight.motion.ardupilot.stages import followed_above_m
+
+        length_m = np.hypot(*(self.end_m - self.start_m).T)
+        ground_m = []
+        for start_m, end_m, long_m in zip(self.start_m, self.end_m, length_m, strict=True):
+            count = min(int(long_m / max(terrain.cell_m, _PART_M)) + 2, _MOST_PLACES)
+            places_m = start_m + np.linspace(0.0, 1.0, count)[:, None] * (end_m - start_m)
+            where = a.route.frame.latitude_longitude_deg(*places_m.T)
+            ground_m.append(terrain.height_amsl_m(*where).filled(np.nan))
+        is_known = np.array([not np.isnan(own).any() for own in ground_m], np.bool_)
+        level = [
+            own if known else np.zeros(2) for own, known in zip(ground_m, is_known, strict=True)
+        ]
+        least_m = followed_above_m(
+            self.stage,
+            level,
+            length_m,
+            self.above_m,
+            limits_m_s=self.limits_m_s,
+            parameters=parameters,
+        )
+        return np.where(is_known, least_m, np.nan)
+
+
+@judges(BELOW_TERRAIN, needs=(TERRAIN,))
+def _follows_too_late(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
+    """Yield a finding where the ground that a leg follows rises faster than ArduPilot climbs."""
+    stages = a.route.stages
+    rows = [
+        row
+        for row, stage in enumerate(stages)
+        if row and stage.kind in _OVER_GROUND and _follows_terrain(a, stage.item)
+    ]
+    if not rows:
+        return
+    parameters = _ardupilots(a)
+    place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in stages])
+    ground_m = terrain.height_amsl_m(*a.route.frame.latitude_longitude_deg(*place_m[:, :2].T))
+    above_m = place_m[:, 2] - (ground_m.filled(np.nan) - a.route.ground_datum_m)
+    stage = np.array(rows, np.intp)
+    is_return = np.array([stages[row].kind is StageKind.RETURN for row in rows])
+    kept_m = np.fmax(above_m[stage - 1], parameters.return_altitude_m)
+    asked_m = np.where(
+        is_return[:, None],
+        np.column_stack((kept_m, kept_m)),
+        np.column_stack((above_m[stage - 1], above_m[stage])),
+    )
+    cruise_m_s = np.where(is_return, parameters.return_speed_m_s, parameters.cruise_speed_m_s)
+
+    def limit(name: str, otherwise: FloatArray | float) -> FloatArray:
+        given = np.array([getattr(stages[row], name) or np.nan for row in rows])
+        return np.where(np.isnan(given), otherwise, given)
+
+    least_m = _FollowingLegs(
+        start_m=place_m[stage - 1, :2],
+        end_m=place_m[stage, :2],
+        above_m=asked_m,
+        limits_m_s=(
+            limit("speed_m_s", cruise_m_s),
+            limit("climb_speed_m_s", parameters.climb_speed_m_s),
+            limit("descent_speed_m_s", parameters.descent_speed_m_s),
+        ),
+        stage=stage,
+    ).least_above_m(a, terrain, parameters)
+    enough_m = a.setup.clearance_m - _ROUNDING_M
+    is_low = (least_m < enough_m) & (
+        asked_m.min(axis=1) >= enough_m
+    )  # else it is told as asked for
+    if is_low.any():
+        worst = int(np.where(is_low, least_m, np.inf).argmin())
+        lowest_m = float(least_m[worst])
+        yield a.finding(
+            BELOW_TERRAIN,
+            f"follows the ground, which rises faster than it climbs: {_above(lowest_m)}"
+            f"{_asked(a, lowest_m)}",
+            item=stages[rows[worst]].item,
+            fix="fly higher or more slowly there, or add an item where the ground begins to rise",
+        )
+
+
+def _ardupilots(a: Assessment) -> ArduPilotParameters:
+    """Return the parameters ArduPilot follows the ground by: a file's, else as it is delivered."""
+    from planner.vehicle.parameters.resolve import resolve_parameters
+
+    own = ARDUPILOT.of(a) or resolve_parameters(Autopilot.ARDUPILOT, model=a.vehicle).values
+    assert is_of_ardupilot(own)
+    return own
+
+
+@judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT, TERRAIN))
+def _returns_too_late(
+    a: Assessment, parameters: ArduPilotParameters, terrain: TerrainGrid
+) -> Iterator[Finding]:
+    """Yield a finding where the ground under a return that follows it rises faster than it climbs."""
+    sample = a.returns.sample
+    if sample is None or not len(sample.destination) or not returns_follow_terrain(a):
+        return
+    corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
+    ways_m = corners_m[:, 2:4, :2]
+    where = a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1])
+    ground = terrain.under(*where)
+    length_m = np.hypot(*(ways_m[:, 1] - ways_m[:, 0]).T)[ground.line] * (ground.end - ground.start)
+    rise_m = np.nan_to_num(ground.ground_amsl_m[:, 2] - ground.ground_amsl_m[:, 0], nan=0.0)
+    climbed_m = length_m * parameters.climb_speed_m_s / parameters.return_speed_m_s
+    behind_m = np.bincount(ground.line, np.maximum(rise_m - climbed_m, 0.0), len(ways_m))
+    chosen = np.argsort(-behind_m, kind="stable")[:_STEEPEST_RETURNS]
+    first = np.searchsorted(ground.line, chosen)
+    above_m = corners_m[chosen, 1, 2] - (ground.ground_amsl_m[first, 0] - a.route.ground_datum_m)
+    above_m = np.fmax(above_m, parameters.return_altitude_m)
+    one = np.ones(len(chosen))
+    least_m = _FollowingLegs(
+        start_m=ways_m[chosen, 0],
+        end_m=ways_m[chosen, 1],
+        above_m=np.column_stack((above_m, above_m)),
+        limits_m_s=(
+            parameters.return_speed_m_s * one,
+            parameters.climb_speed_m_s * one,
+            parameters.descent_speed_m_s * one,
+        ),
+        stage=2 * np.arange(len(chosen)),
+    ).least_above_m(a, terrain, parameters)
+    worst = int(np.nan_to_num(least_m, nan=np.inf).argmin())
+    lowest_m, enough_m = float(least_m[worst]), a.setup.clearance_m - _ROUNDING_M
+    if lowest_m < enough_m <= parameters.return_altitude_m:
+        yield a.finding(
+            RETURN_BELOW_TERRAIN,
+            f"a return from here follows the ground, which rises faster than it climbs: {_above(lowest_m)}"
+            f"{_asked(a, lowest_m)}",
+            item=a.route.stages[int(sample.points.stage[chosen[worst]])].item,
+            fix="raise RTL_ALT, or set RTL_ALT_TYPE 0 with RTL_ALT above the highest ground",
+        )
 
 
 def _rangefinder_reach_m(a: Assessment) -> float | None:

@@ -14,7 +14,7 @@ import pytest
 from ardupilot_missions import DEFAULTS, fly, go, states, takeoff, took_s
 from made_missions import HOME, item, mission, north, rtl
 from made_missions import takeoff as takeoff_item
-from made_terrain import ground, slope
+from made_terrain import ground, hill, slope
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -195,7 +195,7 @@ def test_a_step_response_model_is_flown_over_the_ground_that_ardupilot_follows(
         OVER_A_RIDGE,
         STEP,
         battery=Battery(capacity_wh=77.0),
-        terrain=ground(40.0),
+        terrain=hill(40.0),
         parameters=parameters_from_text(text.encode(), source="p.param"),
     )
     codes = {one.code for one in result.findings if one.severity is Severity.ERROR}

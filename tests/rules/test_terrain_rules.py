@@ -25,7 +25,7 @@ from made_missions import (
     takeoff,
     waypoint,
 )
-from made_terrain import CELL_DEG, CELL_M, COLUMNS, ROWS, ground, of_heights, slope
+from made_terrain import CELL_DEG, CELL_M, COLUMNS, ROWS, ground, hill, of_heights, slope
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -196,6 +196,43 @@ def test_returns_from_a_leg_uphill_are_as_high_as_it_is_beside_them(autopilot: A
     uphill = mission(takeoff(30), at(0, 100, 30), at(6, 600, 60), rtl())
     found = findings(uphill, slope(-math.degrees(math.atan(0.06))), autopilot, clearance_m=20.0)
     assert of("A104", found) == []
+
+
+def uphill(height_m: float) -> Mission:
+    """Return a leg of 400 m at a height above the ground, after one of 100 m over which it is reached."""
+    places = (item(16, north(one), height_m, frame=10) for one in (100.0, 500.0))
+    return mission(takeoff(30), *places, rtl())
+
+
+@pytest.mark.parametrize(
+    ("rise", "height_m", "is_low"),
+    [(0.6, 12.0, True), (0.6, 25.0, False), (0.05, 6.0, False), (-0.3, 12.0, False)],
+)
+def test_ardupilot_gets_low_over_ground_that_rises_faster_than_it_climbs(
+    rise: float, height_m: float, *, is_low: bool
+) -> None:
+    """10 m/s up 60 % asks for 6 m/s, it climbs at 2.5 m/s, so that it flies at 42 % of its speed.
+
+    WPNAV_TER_MARGIN of 10 m gives it that (2 − 0.42) · 5 m = 7.9 m too low.
+    """
+    above = slope(-math.degrees(math.atan(rise)))
+    found = of("A102", findings(uphill(height_m), above, Autopilot.ARDUPILOT, clearance_m=5.0))
+    assert [one.severity for one in found] == [Severity.ERROR] * is_low
+    for one in found:
+        assert "rises faster than it climbs" in one.message
+        least_m = float(re.findall(r"climbs: ([\d.]+) m above", one.message)[0])
+        assert least_m <= height_m - 7.9 + 0.05
+
+
+def test_a_return_over_ground_that_rises_faster_than_it_climbs_gets_low() -> None:
+    """Home is up the hill."""
+    stays = item(19, north(500), 12.0, params=(20.0, 0.0, 0.0, 0.0), frame=10)
+    down = mission(takeoff(30), stays, item(16, north(520), 12.0, frame=10), rtl())
+    for rise, codes in ((0.6, {"A102", "A104"}), (0.05, set())):
+        given = "RTL_ALT_TYPE,1\nRTL_ALT,1200\nTERRAIN_ENABLE,1\nWPNAV_SPEED,1000\n"
+        above = slope(math.degrees(math.atan(rise)))
+        found = findings(down, above, Autopilot.ARDUPILOT, given, clearance_m=5.0)
+        assert {one.code for one in found if "rises faster" in one.message} == codes
 
 
 @pytest.mark.parametrize(("steep", "is_low"), [(3.9, False), (4.1, True)])
@@ -537,7 +574,7 @@ def test_home_on_another_height_than_the_grid_says_is_warned_of() -> None:
 def test_legs_that_follow_the_terrain_are_not_judged_along_a_straight_line() -> None:
     places = [item(16, north(metres), 20.0, frame=10) for metres in (400, 500)]
     made = mission(takeoff(20), *places, item(21, north(500), 0.0))
-    assert of("A102", findings(made, ground(40.0), Autopilot.ARDUPILOT)) == []
+    assert of("A102", findings(made, hill(40.0), Autopilot.ARDUPILOT)) == []
 
 
 @pytest.mark.parametrize(
@@ -820,7 +857,7 @@ def test_the_return_of_the_mission_follows_the_ground_where_returns_do(
 ) -> None:
     over = item(16, north(700), 30.0, frame=10)
     one = mission(takeoff(30), over, rtl())
-    found = findings(one, ground(52.0), Autopilot.ARDUPILOT, f"RTL_ALT,3000\n{parameters}")
+    found = findings(one, hill(52.0), Autopilot.ARDUPILOT, f"RTL_ALT,3000\n{parameters}")
     assert any(f.code == "A102" and f.item == 3 for f in found) is meets
 
 

@@ -517,22 +517,60 @@ def followed_speed_m_s(
     from the beginning of each leg to its end (n), and the limits those commanded, all else (n,).
     """
     found = speed_m_s.copy()
+    if parameters.terrain_margin_m == 0.0:
+        return found
+    level_m = np.zeros((len(found), 2))
+    limits = (speed_m_s, climb_m_s, descent_m_s)
+    legs = _flown_legs(stage, ground_m, length_m, limits, level_m, parameters=parameters)
+    for row, leg, flown in legs:
+        found[row] = min(leg.length_m / flown.duration_s, leg.speed_m_s)
+    return found
+
+
+def followed_above_m(
+    stage: IntArray,
+    ground_m: Iterable[FloatArray],
+    length_m: FloatArray,
+    above_m: FloatArray,
+    *,
+    limits_m_s: tuple[FloatArray, FloatArray, FloatArray],
+    parameters: ArduPilotParameters,
+) -> FloatArray:
+    """Return the least heights above the ground of legs that follow it. (n,) [m]
+
+    As of `followed_speed_m_s`, asked to fly ``above_m`` at the beginning and the end of each (n, 2), at
+    horizontal, climb and descent speeds (n,) each.  ArduCopter looks at the ground below alone: where that
+    rises faster than it climbs it gets lower, and slows down only then (``AC_WPNav`` by WPNAV_TER_MARGIN).
+    """
+    found: FloatArray = above_m.min(axis=1)
+    legs = _flown_legs(stage, ground_m, length_m, limits_m_s, above_m, parameters=parameters)
+    for row, _, flown in legs:
+        found[row] = flown.least_m
+    return found
+
+
+def _flown_legs(
+    stage: IntArray,
+    ground_m: Iterable[FloatArray],
+    length_m: FloatArray,
+    limits_m_s: tuple[FloatArray, FloatArray, FloatArray],
+    above_m: FloatArray,
+    *,
+    parameters: ArduPilotParameters,
+) -> Iterator[tuple[int, _Leg, _FlownLeg]]:
+    """Yield the legs over ground that is steep for them, each begun as the one before was left."""
     ground = list(ground_m)
     slope = np.array([np.abs(np.diff(own)).max() * (len(own) - 1) for own in ground])
-    steep = (slope * speed_m_s > _HARMLESS_M_S * length_m) & (length_m > 0.0)
-    if not steep.any() or parameters.terrain_margin_m == 0.0:
-        return found
+    steep = (slope * limits_m_s[0] > _HARMLESS_M_S * length_m) & (length_m > 0.0)
     before: int | None = None
     motion = _LEVEL
     for row in np.flatnonzero(steep).tolist():
         follows = before is not None and stage[row] == stage[before] + 1
-        numbers = (float(c[row]) for c in (length_m, speed_m_s, climb_m_s, descent_m_s))
-        leg = _Leg(ground[row].tolist(), *numbers)
-        begin = motion if follows else _LEVEL
-        duration_s, motion = leg.flown(begin, parameters)
-        found[row] = min(leg.length_m / duration_s, leg.speed_m_s)
-        before = row
-    return found
+        numbers = (float(c[row]) for c in (length_m, *limits_m_s))
+        leg = _Leg(ground[row].tolist(), *numbers, *above_m[row].tolist())
+        flown = leg.flown(motion if follows else _LEVEL, parameters)
+        yield row, leg, flown
+        motion, before = flown.left, row
 
 
 class _Motion(NamedTuple):
@@ -549,6 +587,15 @@ class _Motion(NamedTuple):
 _LEVEL = _Motion(0.0, 0.0, 1.0)
 
 
+class _FlownLeg(NamedTuple):
+    """How a leg over steep ground is flown."""
+
+    duration_s: float
+    least_m: float
+    """Least height above the ground. [m]"""
+    left: _Motion
+
+
 class _Leg(NamedTuple):
     """A leg over ground that may slow it down."""
 
@@ -557,9 +604,12 @@ class _Leg(NamedTuple):
     speed_m_s: float
     climb_m_s: float
     descent_m_s: float
+    begins_m: float
+    """Asked to fly so far above the ground at its beginning and its end. [m]"""
+    ends_m: float
 
-    def flown(self, begin: _Motion, parameters: ArduPilotParameters) -> tuple[float, _Motion]:
-        """Return the duration [s] and how the leg is left."""
+    def flown(self, begin: _Motion, parameters: ArduPilotParameters) -> _FlownLeg:
+        """Return how the leg is flown, slowed down where the ground is too steep."""
         half_m = 0.5 * parameters.terrain_margin_m
         most_up = parameters.vertical_acceleration_m_s2 * _STEP_S
         most_on = parameters.acceleration_m_s2 / self.speed_m_s * _STEP_S
@@ -569,17 +619,18 @@ class _Leg(NamedTuple):
         spaces = len(self.ground_m) - 1
         error, rate, speed_fraction = begin
         height = self.ground_m[0] - error
-        share, duration = 0.0, 0.0  # of the way, of the time
+        share, duration, least_m = 0.0, 0.0, math.inf  # of the way, of the time
         while share < 1.0:
             at = share * spaces
             below = min(int(at), spaces - 1)
             low, high = self.ground_m[below], self.ground_m[below + 1]
             error = low + (at - below) * (high - low) - height
             size = abs(error)
+            least_m = min(least_m, self.begins_m + share * (self.ends_m - self.begins_m) - error)
             wanted = math.sqrt(2.0 * braking * max(size - 0.5 * linear_m, 0.0))
             wanted = gain * size if size < linear_m else wanted
             wanted = min(wanted, self.climb_m_s) if error > 0.0 else -min(wanted, self.descent_m_s)
-            slowed = min(max(2.0 - size / half_m, _SLOWEST), 1.0)
+            slowed = min(max(2.0 - size / half_m, _SLOWEST), 1.0) if half_m > 0.0 else 1.0
             rate += min(max(wanted - rate, -most_up), most_up)
             speed_fraction += min(max(slowed - speed_fraction, -most_on), most_on)
             way = speed_fraction * self.speed_m_s / self.length_m
@@ -587,4 +638,4 @@ class _Leg(NamedTuple):
             share = share + way * step if step == _STEP_S else 1.0
             height += rate * step
             duration += step
-        return duration, _Motion(error, rate, speed_fraction)
+        return _FlownLeg(duration, least_m, _Motion(error, rate, speed_fraction))
