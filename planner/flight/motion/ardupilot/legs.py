@@ -267,6 +267,8 @@ def settling_waits_s(
 
 def past_stops_m(legs: ArduPilotLegs, lag: TrackLag) -> float:
     """Return the way that the vehicle flies past the ends of level legs, and back, in all [m]."""
+    if lag.drag == 0.0:
+        return 0.0
     stops, steep = _stops(legs)
     return float(lag.past_stops_m(legs.curves.down.select(np.flatnonzero(stops & ~steep))).sum())
 
@@ -384,7 +386,6 @@ def plan_legs(
     rows = _corner_rows(stages, key, leads)
     limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
     start_m_s, end_m_s = _speeds_of_splines(stages, splines, key, leads)
-    peak = peak_speed_from_rest_m_s(length, limits)
     if splines is not None:
         joined = peak_speed_from_start_m_s(length, start_m_s, speed, limits)
         speed = np.where((start_m_s > 0.0) | (end_m_s > 0.0), joined, speed)
@@ -423,7 +424,8 @@ def plan_legs(
             break
         speeding = curves.up.select(entered)
         if is_changed.any():
-            first = np.where(is_changed, np.minimum(planned, peak), curves.first_m_s)
+            reached = np.minimum(planned, peak_speed_from_rest_m_s(length, limits))
+            first = np.where(is_changed, reached, curves.first_m_s)
             speeding = speed_ramps(first, limits).select(entered)
         corners = Corners.of(
             direction[rows],
@@ -441,15 +443,14 @@ def plan_legs(
             changed_s[entered] = half[rows]
             curves = flown_curves(changed_s)
     starts = np.flatnonzero(from_rest & leads)
-    lost_s[starts] = lag.lost_at_starts_s(curves.up.select(starts), direction[starts]) - _spared_s(
+    lost_s[starts] = _lost_at_starts_s(
         stages, stage, starts, curves, direction=direction, parameters=parameters, lag=lag
     )
-    curves = replace(curves, wait_s=wait_s + lost_s)
     return ArduPilotLegs(
         key=key,
         start_m=start,
         direction=direction,
-        curves=curves,
+        curves=replace(curves, wait_s=wait_s + lost_s),
         half_overlap_s=half,
         corner_speed_m_s=corner_speed,
         hidden_s=np.zeros(len(key)),
@@ -462,7 +463,7 @@ def plan_legs(
     )
 
 
-def _spared_s(
+def _lost_at_starts_s(
     stages: StageColumns,
     stage: IntArray,
     starts: IntArray,
@@ -472,20 +473,22 @@ def _spared_s(
     parameters: ArduPilotParameters,
     lag: TrackLag,
 ) -> FloatArray:
-    """Return the time legs lose less that begin at rest, shortly behind the stop of the one before. [s]"""
+    """Return the time legs lose that begin at rest: less shortly behind the stop of the one before. [s]"""
+    if lag.drag == 0.0:
+        return np.zeros(len(starts))
+    lost_s = lag.lost_at_starts_s(curves.up.select(starts), direction[starts])
     came = np.maximum(starts - 1, 0)
     rests_s = stages.hold_s[stage[came]]
     rows = np.flatnonzero((stage[came] == stage[starts] - 1) & (rests_s < SETTLED_S))
     starts, came, stops = starts[rows], came[rows], curves.down.select(came[rows])
-    spared = np.zeros(len(rests_s))
-    spared[rows] = lag.spared_behind_stops_s(
+    lost_s[rows] -= lag.spared_behind_stops_s(
         curves.up.select(starts),
         direction[starts],
         stops=stops,
         came=direction[came],
         since_s=rests_s[rows] + lag.settling_s(stops, parameters.waypoint_radius_m),
     )
-    return spared
+    return lost_s
 
 
 def _planned_stage(stages: StageColumns, stage: IntArray, from_rest: BoolArray) -> IntArray:
@@ -595,6 +598,8 @@ def _shortest_m(
     step = np.where(stages.is_first_leg[stage], _COORDINATE_M, 0.0)
     step[stages.is_here[stage]] = _HERE_M
     shortest = np.where(key % SLOTS == 0, np.where(rounded, _MEAN_STEP_M, step), 0.0)
+    if lag.drag == 0.0:  # it stops where its target does
+        return shortest
     home = np.flatnonzero((key % SLOTS == 1) & (stage > 0))
     came = stage[home] - 1
     way = lengths(stages.end_m[came] - stages.start_m[came])
