@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ DEFAULT_MODEL = "falkowski-2023-quadrotor"
 """The article's quadrotor, used where no vehicle is named."""
 
 
+@cache
 def model_names() -> tuple[str, ...]:
     """Return the names of the shipped models, sorted."""
     return tuple(sorted(path.stem for path in models_root().glob("*.toml")))

@@ -151,7 +151,9 @@ class StepLegs(Value, eq=False):
         Setting down a load takes two rows: down to the ground, and back up.  So do returns whose
         heights over home and wait there are known, ``over_home`` [m], [s]: to there, and down.
         """
-        two = {StageKind.SET_DOWN} if over_home is None else {StageKind.SET_DOWN, StageKind.RETURN}
+        # Looked up once: of every stage they take as long as all the rest.
+        set_down, circling, taking_off = StageKind.SET_DOWN, StageKind.CIRCLE, StageKind.TAKEOFF
+        two = {set_down} if over_home is None else {set_down, StageKind.RETURN}
         count = [1 + (s.kind in two) for s in stages]
         flown = [s for s, times in zip(stages, count, strict=True) for _ in range(times)]
         end = np.array([(s.east_m, s.north_m, s.height_m) for s in flown])
@@ -160,7 +162,7 @@ class StepLegs(Value, eq=False):
         landing = np.array([s.kind in LANDED_STAGES for s in flown])
         hold_s = np.array([s.hold_s for s in flown])
         for stage, row in zip(stages, first.tolist(), strict=True):
-            if stage.kind is StageKind.SET_DOWN:
+            if stage.kind is set_down:
                 is_placed = stage.lowered_m == stage.above_ground_m
                 end[row, 2], hold_s[row] = stage.height_m - stage.lowered_m, is_placed * set_down_s
         if over_home is not None:
@@ -170,10 +172,10 @@ class StepLegs(Value, eq=False):
             landing[rows] = False
         centre = end[:, :2].copy()
         for row, s in enumerate(flown):
-            if s.kind is StageKind.CIRCLE:
+            if s.kind is circling:
                 end[row, :2] = _edge_m(end[row, :2], end[row - 1, :2], abs(s.radius_m))
         speeds_m_s = [speeds.of(stage) for stage in flown]
-        takeoff = np.array([s.kind is StageKind.TAKEOFF for s in flown])
+        takeoff = np.array([s.kind is taking_off for s in flown])
         return cls(
             item=np.array([s.item for s in flown]),
             start_m=np.vstack((np.zeros((1, 3)), end[:-1])),
