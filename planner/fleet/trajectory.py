@@ -257,7 +257,7 @@ def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> 
 def cubics(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return piece, beginning, end, control points and error of cubics that follow a motion."""
     flown = np.flatnonzero(motion.piece_duration_s > 0.0)
-    begun_s = motion.piece_start_s()
+    begun_s = motion.piece_start_s
     laws = [i for i, law in enumerate(motion.laws) if isinstance(law, PolynomialLaw)]
     is_cubic = np.isin(motion.piece_law, laws)
     parts = np.where(is_cubic[flown], 1, _FIRST_PARTS)

@@ -121,7 +121,7 @@ def flown_path(
         piece, start_s, end_s = _divided(piece, start_s, end_s, parts)
     piece, time_s = np.insert(piece, place, last), np.insert(start_s, place, last_s)
     state = motion.state_at(piece, time_s)
-    time_s = motion.piece_start_s()[piece] + time_s
+    time_s = motion.piece_start_s[piece] + time_s
     piece = piece[:-1]
     segment = motion.piece_segment[piece]
     circles = [i for i, law in enumerate(motion.laws) if isinstance(law, CircleLaw)]

@@ -247,7 +247,7 @@ class Flight(Value, eq=False, dict=True):
     @cached_property
     def _transients_w(self) -> tuple[FloatArray, FloatArray]:
         """What transients add at the nodes of the quadrature, and at their peaks. (p, k) [W], [W]"""
-        since_start_s = self.motion.piece_start_s()[:, None] + self.node_s
+        since_start_s = self.motion.piece_start_s[:, None] + self.node_s
         times_s = np.concatenate((since_start_s.ravel(), self._peak_s))
         nodes_w, peaks_w = np.split(self.transients.total_power_w(times_s), [since_start_s.size])
         return nodes_w.reshape(since_start_s.shape), peaks_w

@@ -30,7 +30,7 @@ def test_splines_keep_their_speed_where_they_hardly_bend() -> None:
     points = [stage(StageKind.SPLINE, 200.0 * k, 10.0 * (k % 2)) for k in range(1, 6)]
     motion = fly(takeoff(), *points)
     piece = np.arange(len(motion.piece_duration_s))
-    begins = motion.piece_start_s()
+    begins = motion.piece_start_s
     speed = motion.state_at(piece, 0.5 * motion.piece_duration_s).ground_speed_m_s
     first, last = (motion.segments.end_s[motion.arrival_segment[k]] for k in (1, 4))
     assert speed[(begins > first) & (begins < last)].min() > 9.0

@@ -80,7 +80,7 @@ def test_every_segment_takes_what_hand_calculation_gives() -> None:
 
 def test_position_and_velocity_do_not_jump() -> None:
     motion = fly_ramps(StepLegs.of(OUT_AND_DOWN, speeds=StepSpeeds(8.0, 8.0)), RAMPS)
-    ends = motion.piece_start_s()[1:]
+    ends = motion.piece_start_s[1:]
     before, after = motion.state_at_time(ends - 1e-9), motion.state_at_time(ends + 1e-9)
     np.testing.assert_allclose(before.north_m, after.north_m, atol=1e-6)
     np.testing.assert_allclose(before.height_m, after.height_m, atol=1e-6)

@@ -359,8 +359,9 @@ class Motion(Value, eq=False, dict=True):
             slowed=None if slowed is None else slowed.select(slowed.item < items),
         )
 
+    @cached_property
     def piece_start_s(self) -> FloatArray:
-        """Return when each piece begins. (p,) [s]"""
+        """When each piece begins. (p,) [s]"""
         return np.concatenate(([0.0], np.cumsum(self.piece_duration_s)[:-1]))
 
     def state_at(self, piece: IntArray, time_s: FloatArray) -> KinematicState:
@@ -403,7 +404,7 @@ class Motion(Value, eq=False, dict=True):
 
         Times before the start and after the end are those of the first and last piece.
         """
-        starts = self.piece_start_s()
+        starts = self.piece_start_s
         piece = np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, len(starts) - 1)
         return piece, np.clip(time_s - starts[piece], 0.0, self.piece_duration_s[piece])
 

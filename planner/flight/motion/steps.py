@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
+    STATES,
     CircleLaw,
     Columns,
     FlightState,
@@ -95,6 +96,12 @@ class SpeedPulseLaw(Value, eq=False):
 _TAKEOFF, _CLIMB, _BRAKE, _DESCEND, _LAND = (
     STATE_INDEX[FlightState(s)] for s in ("takeoff", "climb", "brake", "descend", "land")
 )
+
+
+_WINDOWS = np.array(
+    [{_TAKEOFF: 0, _CLIMB: 0, _BRAKE: 2}.get(state, 1) for state in range(len(STATES))]
+)
+"""Whose window of power each state begins: 0 that of a climb, 1 of a descent, 2 of a brake."""
 
 
 class StepSpeeds(NamedTuple):
@@ -570,9 +577,8 @@ def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, T
     )
     motion, segments = join_parts(legs, parts)
     # Windows of power begin with every climb, descent and brake.
-    state = segments.state
     models = (responses.climb_power, responses.descent_power, responses.brake_power)
-    kind = np.select([np.isin(state, (_TAKEOFF, _CLIMB)), state == _BRAKE], [0, 2], 1)
+    kind = _WINDOWS[segments.state]
     begun = np.flatnonzero((segments.step != 0.0) & np.array([m is not None for m in models])[kind])
     return motion, Transients(
         responses=tuple(None if model is None else model.unit_step for model in models),
@@ -580,7 +586,7 @@ def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, T
         segment=begun,
         response=kind[begun],
         amplitude=segments.step[begun],
-        start_s=motion.segments.start_s[begun],
+        start_s=motion.segment_start_s[begun],
         pause_at_s=np.full(len(begun), _steepest(altitude).time_s),
         pause_s=segments.pause_s[begun],
     )

@@ -564,7 +564,7 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
         segment_stage=np.minimum(motion.segment_stage, len(route.stages) - 1),
         used_wh=_used_before_wh(flight),
         start_s=motion.segment_start_s,
-        piece_start_s=motion.piece_start_s(),
+        piece_start_s=motion.piece_start_s,
         first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
     )
 
