@@ -105,9 +105,10 @@ BELOW_TERRAIN = Rule(
     "get too low where the ground rises faster than they climb (it looks at the ground below alone).  "
     "Not evaluated (X904) where --terrain has no ground under the path, or --position-error beside it: "
     "a hole in its grid, or beyond its end.  Without --terrain the ground is level with home: a path "
-    "more than 1 m below it fires, and one nearer to it than --clearance is not evaluated (X904): it "
-    "cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, the "
-    "clearance is what ground of 15° rises, 5 m in 19 m.",
+    "more than 1 m below it fires, and one nearer to it than --clearance is not evaluated (X904), by more "
+    "than 1 m between places that are asked for no lower (PX4 ends a take-off NAV_MC_ALT_RAD below its "
+    "height): it cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, "
+    "the clearance is what ground of 15° rises, 5 m in 19 m.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -381,7 +382,9 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
     follows = np.array([_follows_terrain(a, number) for number in range(len(a.mission.items) + 1)])
     low = (least_m < clearance.asked_m) & ~follows[item]
     is_known = clearance.is_known
+    falls_short_m = np.where(_is_asked_high(a)[item], _LEVEL_WITHIN_M, 0.0)
     unsure = low & ~is_known & (least_m >= -_LEVEL_WITHIN_M)
+    unsure &= least_m < clearance.asked_m - falls_short_m
     if a.setup.terrain is not None:
         unsure &= ~clearance.is_missed  # reported with all the ground that is not known
     if unsure.any():
@@ -410,6 +413,17 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
         if is_known[worst]
         else "correct the altitude, or give --terrain where the ground falls away",
     )
+
+
+def _is_asked_high(a: Assessment) -> BoolArray:
+    """Return whether an item leads the vehicle no lower than --clearance above home. (items + 1,)"""
+    is_high = np.ones(len(a.mission.items) + 1, dtype=np.bool_)
+    from_m = math.inf  # a take-off is judged where it has ended
+    for stage in a.route.stages:
+        goes_down = stage.kind in _LANDS | RETURN_STAGES
+        is_high[stage.item] &= not goes_down and min(from_m, stage.height_m) >= a.setup.clearance_m
+        from_m = stage.height_m
+    return is_high
 
 
 def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Found]:

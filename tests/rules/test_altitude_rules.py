@@ -115,6 +115,19 @@ def test_a_place_under_ground_that_is_taken_to_be_level_is_an_error(
     assert [finding.severity for finding in found] == ([Severity.ERROR] if fires else [])
 
 
+@pytest.mark.parametrize("model", ["px4-quad-2kg", "arducopter-sitl-quad"])
+@pytest.mark.parametrize(
+    ("takeoff_m", "leg_m", "is_open"), [(5, 5, False), (4.9, 5, True), (5, 4.9, True)]
+)
+def test_a_flight_at_the_clearance_over_unknown_ground_is_high_enough(
+    model: str, takeoff_m: float, leg_m: float, *, is_open: bool
+) -> None:
+    # PX4 takes a take-off for ended within 0.8 m, NAV_MC_ALT_RAD, and climbs the rest along the leg.
+    one = mission(takeoff(takeoff_m), waypoint(100, leg_m), waypoint(200, 30), rtl())
+    found = check(one, load_vehicle(model), battery=Battery(capacity_wh=170.0)).findings
+    assert any("not known" in finding.message for finding in found) is is_open
+
+
 def test_a_landing_lower_than_home_is_not_under_the_ground() -> None:
     ends = item(21, north(200), -30.0)
     assert of("A102", mission(takeoff(30), waypoint(100, 30), ends)) == []
