@@ -38,6 +38,8 @@ _CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE})
 """Stages that are not divided where a speed changes."""
 _LEG_ERROR = 0.05
 """How far the time of a leg may be off. [-]"""
+_PLACE_ERROR_M = 1.0
+"""How far off a vehicle is where its leg is over: recorded copters stop up to 0.8 m off. [m]"""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -179,12 +181,16 @@ class _Times:
         return at_s
 
     def is_close(self, one: HeldItem) -> bool:
-        """Return whether a wait ends so near to its leg that either may be over first."""
+        """Return whether a condition is met so near to the end of its leg that either may be first."""
         begin_s, end_s = self.span_s(one)
-        if any(condition.within_m is not None for condition in one.conditions):
-            return False
         wait_s = sum(condition.wait_s for condition in one.conditions)
-        return wait_s > 0.0 and abs(begin_s + wait_s - end_s) < _LEG_ERROR * (end_s - begin_s)
+        if wait_s > 0.0 and abs(begin_s + wait_s - end_s) < _LEG_ERROR * (end_s - begin_s):
+            return True
+        near_m = [c.within_m for c in one.conditions if c.within_m is not None]
+        if not near_m:
+            return False
+        away_m = (self._place_m(np.array([end_s])) - self._places_m[one.last_stage])[0, :2]
+        return any(abs(each - float(np.hypot(*away_m))) < _PLACE_ERROR_M for each in near_m)
 
     def fraction(self, one: HeldItem) -> float | None:
         """Return how far along its leg an item is carried out; ``None`` where it never is. [-]"""
@@ -233,9 +239,12 @@ def _reported(
             place=mission.items[one.item - 1].place,
         )
         if one.item in close:
+            within = quantity.percent(_LEG_ERROR)
+            if one.conditions[-1].within_m is not None:
+                within = quantity.distance(_PLACE_ERROR_M)
             yield ITEM_NOT_MODELLED.finding(
-                f"{after}, and the leg is over within {quantity.percent(_LEG_ERROR)} of that: whether it is "
-                "carried out cannot be predicted",
+                f"{after}, and the leg is over within {within} of that: whether it is carried out cannot be "
+                "predicted",
                 severity=Severity.ERROR,
                 item=one.item,
                 place=mission.items[one.item - 1].place,

@@ -386,3 +386,17 @@ def test_a_wait_that_ends_with_its_leg_is_not_predicted(
     result = flown(*items, waypoint(north(200.0), 20.0), rtl())
     told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
     assert bool(told) == expected
+
+
+@pytest.mark.parametrize(
+    ("near_m", "expected"), [(0.5, True), (0.9, True), (1.1, False), (5.0, False)]
+)
+def test_a_distance_that_is_reached_with_the_place_is_not_predicted(
+    near_m: float, *, expected: bool
+) -> None:
+    """It stops at the place, recorded copters up to 0.8 m off."""
+    legs = (takeoff(20.0), waypoint(north(100.0), 20.0), distance(near_m), speed(3.0))
+    result = flown(*legs, waypoint(north(200.0), 20.0), rtl())
+    told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
+    assert [one.severity for one in told] == [Severity.ERROR] * expected
+    assert all("within 1.0 m of that" in one.message for one in told)

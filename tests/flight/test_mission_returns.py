@@ -224,6 +224,12 @@ def test_a_way_along_items_that_jump_is_no_go(kind: int) -> None:
     assert not [f for f in checked(flown, RTL_TYPE=3).findings if f.code == "T110"]
 
 
+def test_a_jump_of_no_repetition_is_none() -> None:
+    """``MissionBase::getNonJumpItem`` passes it over: a count of 0 is reached."""
+    flown = mission(takeoff(40), waypoint(500, 40), waypoint(600, 40), jump(2, 0), rtl())
+    assert not [f for f in checked(flown, RTL_TYPE=4).findings if f.code == "T110"]
+
+
 def test_a_mission_s_own_return_leads_to_the_rally_point_the_vehicle_takes() -> None:
     rally = RallyPoint(
         latitude_deg=north(-600.0), longitude_deg=HOME.longitude_deg, height_above_home_m=0.0

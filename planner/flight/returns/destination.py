@@ -435,7 +435,10 @@ class _ReturnItems:
 
     def has_jump(self, first: int, last: int) -> bool:
         """Return whether an item from one to another, both included, jumps."""
-        return any(item.command in _JUMPS for item in self._items[first : last + 1])
+        # One of no repetition is passed over (``MissionBase::getNonJumpItem``).
+        return any(
+            item.command in _JUMPS and item.param2 != 0.0 for item in self._items[first : last + 1]
+        )
 
     def landing_path(self, landing: int) -> ReturnPath:
         """Return the way down to the mission's landing, from where it begins."""

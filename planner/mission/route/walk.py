@@ -261,8 +261,8 @@ ITEM_NOT_MODELLED = Rule(
     "there is a fence, a terrain or a limit of the site; where a gripper picks up a load after the take-off "
     "and no --payload is given; where DO_SET_HOME moves home up between two places that ArduPilot flies "
     "through; where LOITER_TURNS counts below zero on ArduPilot; at a DO_CHANGE_SPEED or a landing behind a "
-    "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time and holds back a speed, a "
-    "home or the fence.",
+    "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within "
+    "1 m of where the leg is over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
