@@ -65,6 +65,8 @@ class Uncounted(Value, eq=False):
     """How much longer each may last, at most, where the vehicle holds no such airspeed. (s,) [s]"""
     of_returns: float
     """Fraction of the energy of a return. [-]"""
+    returns_longer: float
+    """Fraction of the time of a return, as `late_s`. [-]"""
 
     @classmethod
     def of(
@@ -85,7 +87,9 @@ class Uncounted(Value, eq=False):
         more, longer = (one - 1.0 for one in situation_ratios(flight.power, reach, shown_m_s))
         late_s = np.zeros(count)
         if not (more.any() or longer.any()):
-            return cls(segments_wh=np.zeros(count), late_s=late_s, of_returns=0.0)
+            return cls(
+                segments_wh=np.zeros(count), late_s=late_s, of_returns=0.0, returns_longer=0.0
+            )
         of_mission, mission_longer = (
             one[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
             for one in (more, longer)
@@ -105,6 +109,7 @@ class Uncounted(Value, eq=False):
             segments_wh=np.asarray(wh_from_j(segments_j), np.float64),
             late_s=late_s,
             of_returns=float(more[reach.kind == SituationKind.RETURN].max(initial=0.0)),
+            returns_longer=float(longer[reach.kind == SituationKind.RETURN].max(initial=0.0)),
         )
 
     @property

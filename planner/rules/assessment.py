@@ -124,6 +124,17 @@ class Assessment(Value, eq=False, dict=True):
         return lateness_of(self)
 
     @cached_property
+    def passed_late_s(self) -> FloatArray:
+        """How much later than predicted each segment may be passed, at most. (s,) [s]
+
+        By its parameters, and for want of airspeed.  Where it may not come forward at all E105 is an error.
+        """
+        lost_s = np.cumsum(self.uncounted.late_s)
+        if self.returns.flight is not self.flight:  # who gives way to others holds on its way
+            lost_s = lost_s[-1:]
+        return self.lateness.passed_s + lost_s
+
+    @cached_property
     def late_returns(self) -> LateReturns:
         """How much longer the returns of the sample take than that has them."""
         from planner.rules.lateness import late_returns_of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,10 +74,10 @@ class FlownSortie(Value):
 
     @property
     def late_s(self) -> float:
-        """How much later than predicted it lands, at most, as its model has it sooner (E108). [s]"""
+        """How much later than predicted it lands, at most (E105, E108). [s]"""
         if self.assessment is None:
             return 0.0
-        return float(self.assessment.lateness.passed_s.max(initial=0.0))
+        return float(self.assessment.passed_late_s.max(initial=0.0))
 
     @property
     def landed_s(self) -> float:
@@ -91,9 +92,12 @@ class FlownSortie(Value):
         return self.assessment.totals.energy_wh
 
     @property
-    def late_wh(self) -> float:
-        """What it takes above its prediction, as it is later than its model (E108). [Wh]"""
-        return _late_wh(self.result)
+    def beyond_wh(self) -> float:
+        """What it takes above its prediction, as it is later or its model does not count it (E108). [Wh]"""
+        if self.assessment is None:
+            return 0.0
+        uncounted_wh = self.assessment.uncounted.flown_wh
+        return self.assessment.late_wh + (uncounted_wh if math.isfinite(uncounted_wh) else 0.0)
 
     @property
     def lands(self) -> bool:

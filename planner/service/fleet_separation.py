@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property, partial
 from itertools import combinations
 from typing import TYPE_CHECKING, TypeVar, cast
@@ -206,7 +207,7 @@ def _alone(
             assessment.route,
             frame,
             min_nav_alt_m=separation.min_nav_alt_m,
-            late_s=assessment.lateness.passed_s,
+            late_s=assessment.passed_late_s,
         )
         made = replace(
             whole,
@@ -587,7 +588,10 @@ def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
 def _returns_late_s(assessment: Assessment, flown: FlownReturns) -> FloatArray:
     """Return how much later returns may be flown, with the way there, at most. (n,) [s]"""
     back_s = late_returns_of(assessment, flown, least=1.0).in_all_s
-    return assessment.lateness.passed_s[flown.points.segment] + back_s
+    longer = assessment.uncounted.returns_longer
+    if math.isfinite(longer):
+        back_s = back_s + longer * flown.time_s
+    return assessment.passed_late_s[flown.points.segment] + back_s
 
 
 def _stands_low(two: Member, approach: ClosestApproach) -> bool:

@@ -367,11 +367,11 @@ def _battery_kept(name: str, sorties: Sequence[FlownSortie]) -> Iterator[FleetFi
     """Yield sorties of a vehicle that fly on with one battery: nobody says that it is changed."""
     used_wh = 0.0
     for one, two in pairwise(sorties):
-        used_wh += (one.energy_wh or 0.0) + one.late_wh
+        used_wh += (one.energy_wh or 0.0) + one.beyond_wh
         if two.sortie.pack is not None or used_wh == 0.0:
             continue
         budget = None if two.assessment is None else two.assessment.battery
-        left_wh = 0.0 if budget is None else budget.margin_wh - two.late_wh - used_wh
+        left_wh = 0.0 if budget is None else budget.margin_wh - two.beyond_wh - used_wh
         message = (
             f"{two.name} starts with the battery that {one.name} has flown on: no [swap] says that "
             f"{name} has another"
@@ -411,7 +411,7 @@ def _too_late(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
 
 def _at_latest(one: FlownSortie) -> str:
     """Return when a sortie lands, in words."""
-    return at(one.landed_s) + " at the latest (E108)" * (one.late_s > 0.0)
+    return at(one.landed_s) + " at the latest (E105, E108)" * (one.late_s > 0.0)
 
 
 def too_early(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:

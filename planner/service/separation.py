@@ -51,9 +51,9 @@ SEPARATION = Rule(
     "take-off or landing places.  It is found to 1 cm; fires where it is more than that below "
     "--separation.  The suggested delay is tried by the same search.  --start-error also covers the "
     "uncertainty of a flight's times; what a step-response model takes longer by its parameters (E108), "
-    "however little, counts as up to so much later.  In a fleet file the zone is an upright cylinder, "
-    "horizontal_m and the position errors of both wide, and the spread of times of the models counts as "
-    "start errors do.",
+    "however little, and any for want of airspeed (E105), counts as up to so much later.  In a fleet file "
+    "the zone is an upright cylinder, horizontal_m and the position errors of both wide, and the spread of "
+    "times of the models counts as start errors do.",
     fix="start one of them later, or fly them at other heights or places",
 )
 
@@ -135,7 +135,7 @@ def keep_apart(
                 assessment.route,
                 cases[0].route.frame,
                 min_nav_alt_m=together.min_nav_alt_m,
-                late_s=assessment.lateness.passed_s,
+                late_s=assessment.passed_late_s,
             ),
             start_s=starts_s[position],
             home_amsl_m=known_home_amsl_m(assessment),
@@ -255,7 +255,7 @@ def late_text(*sides: tuple[Member, float]) -> str:
         for one, time_s in sides
     }
     return "".join(
-        f"; {file} may be up to {quantity.duration(late)} later than that (E108)"
+        f"; {file} may be up to {quantity.duration(late)} later than that (E105, E108)"
         for file, late in late_s.items()
         if late >= _SHOWN_S
     )

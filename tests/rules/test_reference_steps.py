@@ -571,12 +571,13 @@ def passed_s(result: CheckResult, east_m: float, north_m: float) -> float:
     return float(time_s[np.argmin(np.hypot(place_m[:, 0] - east_m, place_m[:, 1] - north_m))])
 
 
-def errors_beside(parameters: str, across_s: float) -> set[str]:
+def errors_beside(parameters: str, across_s: float, wind_m_s: float = 0.0) -> set[str]:
     """Return the errors of one that flies along beside one that crosses its way so much behind it."""
     given = parameters_from_text(parameters.encode(), source="p.param")
     big = Battery(capacity_wh=80.0)
-    along = check(ALONG, vehicle_of(STEP), battery=big, parameters=given)
-    across = check(ACROSS, vehicle_of(STEP), battery=big)
+    wind = Wind(speed_m_s=wind_m_s, from_deg=0.0)
+    along = check(ALONG, vehicle_of(STEP), battery=big, parameters=given, wind=wind)
+    across = check(ACROSS, vehicle_of(STEP), battery=big, wind=wind)
     east_m = 0.006 * METRES_PER_DEGREE_NORTH * math.cos(math.radians(47.0))
     start_s = passed_s(along, 0.0, 300.0) + across_s - passed_s(across, -east_m, 0.0)
     together = check_together([along, across], separation_m=20.0, starts_s=(0.0, start_s))
@@ -603,6 +604,18 @@ def test_no_hold_hides_that_a_vehicle_passes_later_than_its_model(
 ) -> None:
     """5 min are waited for, and the later take-off is 2 % of all that moves."""
     assert errors_beside(parameters, across_s) == codes
+
+
+# 600 m at 10 m/s against 5 m/s, of a model identified up to 10: 60 s more, if it holds no more airspeed, and
+# across the wind 912 m at 8.7 m/s take 14 s more; each counts by the end of its cruise.
+@pytest.mark.parametrize(
+    ("wind_m_s", "across_s", "codes"),
+    [(5.0, 25.0, {"S101"}), (5.0, 50.0, {"S101"}), (5.0, -20.0, set()), (0.0, 25.0, set())],
+)
+def test_who_may_lack_airspeed_passes_later(
+    wind_m_s: float, across_s: float, codes: set[str]
+) -> None:
+    assert errors_beside("WPNAV_SPEED,1000\n", across_s, wind_m_s) == codes
 
 
 # 10 m at 0.2 m/s take 50 s for some 6, 10 m at 0.5 m/s 20 s.
