@@ -36,7 +36,6 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from planner.autopilot import Autopilot
 from planner.flight.budget import ChargedPack, battery_temperature_c, predict_discharges
@@ -369,6 +368,8 @@ class ChebyshevAxis:
             self.points = self.ends = np.array([middle])
             self.weights = np.broadcast_to(1.0, (sampled.size, 1))
             return
+        from numpy.polynomial.chebyshev import chebpts1, chebvander  # for conditions with a spread
+
         unit = chebpts1(count)
         self.points = middle + half * unit
         self.ends = np.array([low, high])

@@ -12,7 +12,6 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_own_pilot, step_speeds_m_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import Value, replace
-from planner.vehicle.parameters.resolve import resolve_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,10 +76,12 @@ def lateness_of(a: Assessment) -> Lateness:
     """Return how much longer the vehicle takes than its model of reference steps."""
     given, motion = a.own_parameters, a.flight.motion
     none_s = np.zeros(len(motion.segments.item))
-    circles = any(stage.kind is StageKind.CIRCLE for stage in a.route.stages)
+    circles = a.route.rows_of(StageKind.CIRCLE)
     if a.autopilot is not Autopilot.STEP or (given is None and not circles):
         return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=none_s)
     if given is None:
+        from planner.vehicle.parameters.resolve import resolve_parameters
+
         # Nobody else flies circles: no faster than ArduPilot does as it is delivered.
         delivered = resolve_parameters(Autopilot.ARDUPILOT, model=a.vehicle).values
         circles_s, circled_by = _circling_longer_s(a, delivered, least=1.0 + OVERSHOOT)
@@ -92,7 +93,7 @@ def lateness_of(a: Assessment) -> Lateness:
             passed_s=_passed_s(motion, little_s),
             circled_by=circled_by,
         )
-    homeward = [s.item for s in a.route.stages if s.kind is StageKind.RETURN]
+    homeward = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
     returning = np.isin(motion.segments.item, homeward)
     own = _own_motion(a, given)
 

@@ -334,7 +334,7 @@ class Motion(Value, eq=False, dict=True):
     @property
     def leg_count(self) -> int:
         """How many stages it serves before that of its last landing, or of its end."""
-        served = np.unique(self.done_segment[self.done_segment >= 0])
+        served = {*self.done_segment.tolist()} - {-1}  # `np.unique` loads all of `numpy.ma`
         return max(len(served) - 1, 0)
 
     def leading(self, items: int) -> Self:

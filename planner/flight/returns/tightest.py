@@ -381,16 +381,21 @@ def _flown_each(
     returns: Returns, points: Sequence[FloatArray]
 ) -> Iterator[tuple[ReturnSweep, ...]]:
     """Yield the sweeps of groups of points, by segments and fractions, flown as few times as can be."""
-    every, row = np.unique(np.concatenate(points), axis=0, return_inverse=True)
-    several = [
-        _swept(returns.flown(returns.points(some[:, 0].astype(np.intp), some[:, 1])))
-        for some in np.split(every, range(_AT_ONCE, len(every), _AT_ONCE))
-        if len(some)
-    ]
-    flown, end = ReturnSweep.joined(several) if several else None, 0
+    asked = np.concatenate(points)
+    if not len(asked):
+        yield from [()] * len(points)
+        return
+    every, row = np.unique(asked, axis=0, return_inverse=True)
+    flown = ReturnSweep.joined(
+        [
+            _swept(returns.flown(returns.points(some[:, 0].astype(np.intp), some[:, 1])))
+            for some in np.split(every, range(_AT_ONCE, len(every), _AT_ONCE))
+        ]
+    )
+    end = 0
     for own in points:
         begin, end = end, end + len(own)
-        yield () if flown is None else (flown.select(row.ravel()[begin:end]),)
+        yield (flown.select(row.ravel()[begin:end]),)
 
 
 def _interpolated(
