@@ -273,10 +273,11 @@ class Meeting(Value, eq=False):
         gap = np.maximum(low_1_m - high_2_m, low_2_m - high_1_m)
         above = low_2_m[:, 2] > high_1_m[:, 2]
         gap_m = np.maximum(gap, 0.0)
+        level_m = np.hypot(gap_m[:, 0], gap_m[:, 1])
         if self.zone is None:
-            box_m = lengths(gap_m)
+            beside_m = np.maximum(level_m - self._grown_m(one.part, two.part), 0.0)
+            box_m = np.hypot(beside_m, gap_m[:, 2])
         else:
-            level_m = np.hypot(gap_m[:, 0], gap_m[:, 1])
             apart_m = np.maximum(gap_m[:, 2] - self._lifted_m(one.part, two.part), 0.0)
             height_m = self.zone.of_height_m(np.where(above, apart_m, -apart_m))
             box_m = np.maximum(level_m - self._grown_m(one.part, two.part), height_m)
@@ -291,8 +292,17 @@ class Meeting(Value, eq=False):
         later_s, shift_s = self._windows_s(one.part, two.part)
         if self.zone is None:
             distance_m, first_s, second_s = _straight_approach(one, two, later_s, shift_s, axes=3)
+            least_m = distance_m - off_m
+            grown_m = self._grown_m(one.part, two.part)
+            if grown_m.any():  # beside each other alone: no farther than their heights are apart
+                heights_m = [side.control_m[..., 2] for side in (one, two)]
+                low_m, high_m = (
+                    np.stack([f(each, axis=1) for each in heights_m]) for f in (np.min, np.max)
+                )
+                apart_m = np.maximum(low_m - high_m[::-1], 0.0).max(axis=0)
+                least_m = np.maximum(least_m - grown_m, np.minimum(apart_m, least_m))
             return _Bounds(
-                least_m=np.maximum(distance_m - off_m - cubic_m, 0.0),
+                least_m=np.maximum(least_m - cubic_m, 0.0),
                 most_m=distance_m + off_m + cubic_m,
                 is_exact=off_m <= STRAIGHT_TOLERANCE_M,
                 first_s=first_s,
@@ -368,9 +378,9 @@ class Meeting(Value, eq=False):
         first, second = self.first, self.second
         above = np.array([0.0, 0.0, self.above_m])
         reach_m = np.array([within_m, within_m, within_m])
+        reach_m[:2] += first.widest_m + second.widest_m
         down_m = within_m
         if self.zone is not None:
-            reach_m[:2] += first.widest_m + second.widest_m
             lifted_m = float(first.lifted_m.max() + second.lifted_m.max())
             reach_m[2], down_m = self.zone.over_m + lifted_m, self.zone.under_m + lifted_m
         (low_1_m, high_1_m), (low_2_m, high_2_m) = first.box_m, second.box_m

@@ -67,7 +67,8 @@ class Trajectory(Value, eq=False, dict=True):
     late_s: FloatArray
     """How much later each part may be flown besides, for what its prediction does not fly. (n,) [s]"""
     grown_m: FloatArray
-    """How much farther beside it the vehicle may be, by the error of its position. (n,) [m]"""
+    """How much farther beside it the vehicle may be, by the error of its position, or where the wind widens
+    or narrows a circle. (n,) [m]"""
     lifted_m: FloatArray
     """How much higher or lower than it. (n,) [m]"""
     stop_s: FloatArray
@@ -153,6 +154,7 @@ def make_trajectory(
     *,
     min_nav_alt_m: float,
     late_s: FloatArray | None = None,
+    beside_m: FloatArray | None = None,
 ) -> Trajectory:
     """Return the place of a vehicle over time.
 
@@ -169,6 +171,8 @@ def make_trajectory(
         Height above the take-off place, and above a landing place, from which it counts as flying. [m]
     late_s : ndarray, optional
         How much later segments may be flown, at most; default not at all. (s,) [s]
+    beside_m : ndarray, optional
+        How far beside them the vehicle may be, at most; default not at all. (s,) [m]
     """
     piece, start_s, end_s, control_m, error_m = cubics(motion)
     control_m = in_frame(control_m, route, frame)
@@ -202,7 +206,9 @@ def make_trajectory(
     control_m = np.concatenate((first, control_m, last))
     duration_s = float(end_s[-1])
     item = motion.segments.item[segment]
-    own_late_s = np.zeros(len(segment)) if late_s is None else late_s[segment]
+    own_late_s, own_beside_m = (
+        np.zeros(len(segment)) if own is None else own[segment] for own in (late_s, beside_m)
+    )
     return Trajectory(
         start_s=np.concatenate(([-AT_REST_S], start_s, [duration_s])),
         end_s=np.concatenate(([0.0], end_s, [duration_s + AT_REST_S])),
@@ -216,7 +222,7 @@ def make_trajectory(
         slack_s=np.zeros(len(control_m)),
         # It stands there as soon as it may have landed, and until it sets out.
         late_s=np.concatenate(([0.0], own_late_s, [0.0])),
-        grown_m=np.zeros(len(control_m)),
+        grown_m=np.concatenate(([0.0], own_beside_m, [0.0])),
         lifted_m=np.zeros(len(control_m)),
         stop_s=np.zeros(len(control_m)),
     )

@@ -20,7 +20,9 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
+    from planner.flight.motion.kinematics import CirclesAtRate
     from planner.physics.wind import Wind
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
@@ -214,7 +216,7 @@ CIRCLE_LEAN = Rule(
     "highest airspeed it shows.  The time of the circle stays.  ArduCopter 4.7 flew circles of 30 m that "
     "asked 1.4 times as much 15 m too wide and 22 m too narrow: with an area of the fence, ground of "
     "--terrain that comes as near to its height as --clearance, or max_distance_m of the site within 0.75 "
-    "radii of such a circle F107, A102 and M122 are not checked (X904).",
+    "radii of such a circle F107, A102 and M122 are not checked (X904); separations take it so much nearer.",
     fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX, "
     "PSC_ANGLE_MAX)",
 )
@@ -238,13 +240,7 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fou
     circles = a.flight.motion.circles
     if circles is None or limit_m_s is None:
         return
-    from planner.flight.motion.ardupilot.legs import drag_per_s
-
-    strength_m_s = a.setup.wind.speed_m_s * a.setup.wind.speed_factor(circles.height_m)
-    needed_m_s = (
-        np.hypot(circles.speed_m_s, circles.turn_m_s2 / drag_per_s(parameters, limit_m_s))
-        + strength_m_s
-    )
+    strength_m_s, needed_m_s = _needed_m_s(a, parameters, circles, limit_m_s)
     # A wind as strong as the limit is W101's.
     some = (needed_m_s > limit_m_s) & (strength_m_s < limit_m_s)
     if not some.any():
@@ -268,8 +264,7 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fou
         (TOO_FAR_FOR_SITE, _is_at_the_limit, "the site's max_distance_m"),
     ):
         for number in np.flatnonzero(some).tolist():
-            item, speed_m_s = int(circles.item[number]), float(circles.speed_m_s[number])
-            off_m = _WIDE_OR_NARROW * speed_m_s**2 / float(circles.turn_m_s2[number])
+            item, off_m = int(circles.item[number]), float(_off_m(circles)[number])
             if is_near(a, item, off_m):
                 yield NotEvaluated(
                     rule=rule,
@@ -283,6 +278,42 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fou
 
 _WIDE_OR_NARROW = 0.75
 """Of its radius, how far from a circle a vehicle was seen to fly that could not lean enough. [-]"""
+
+
+def _needed_m_s(
+    a: Assessment, parameters: ArduPilotParameters, circles: CirclesAtRate, limit_m_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the wind on circles, and the airspeed whose lean they ask for. (n,) [m s⁻¹]"""
+    from planner.flight.motion.ardupilot.legs import drag_per_s
+
+    strength_m_s = a.setup.wind.speed_m_s * a.setup.wind.speed_factor(circles.height_m)
+    across_m_s = circles.turn_m_s2 / drag_per_s(parameters, limit_m_s)
+    return strength_m_s, np.hypot(circles.speed_m_s, across_m_s) + strength_m_s
+
+
+def _off_m(circles: CirclesAtRate) -> FloatArray:
+    """Return how far from circles a vehicle may be that cannot lean enough. (n,) [m]"""
+    return _WIDE_OR_NARROW * circles.speed_m_s**2 / circles.turn_m_s2
+
+
+def circles_off_m(a: Assessment) -> FloatArray | None:
+    """Return how far beside its segments a vehicle may be where the wind widens or narrows its circles.
+
+    ``None``: nowhere. (s,) [m]
+    """
+    parameters, circles = ARDUPILOT.of(a), a.flight.motion.circles
+    if parameters is None or circles is None:
+        return None
+    limit_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    if limit_m_s is None:
+        return None
+    _, needed_m_s = _needed_m_s(a, parameters, circles, limit_m_s)
+    item = a.flight.motion.segments.item
+    off_m = np.zeros(len(item))
+    for number in np.flatnonzero(needed_m_s > limit_m_s).tolist():
+        own = item == circles.item[number]
+        off_m[own] = np.maximum(off_m[own], _off_m(circles)[number])
+    return off_m
 
 
 def _is_fenced(a: Assessment, item: int, within_m: float) -> bool:

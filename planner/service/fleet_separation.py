@@ -28,6 +28,7 @@ from planner.fleet.trajectory import make_trajectory
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_pilot
 from planner.rules.lateness import late_returns_of
+from planner.rules.wind import circles_off_m
 from planner.service.fleet import FleetFinding
 from planner.service.fleet_times import at, stands
 from planner.service.separation import (
@@ -208,18 +209,20 @@ def _alone(
             frame,
             min_nav_alt_m=separation.min_nav_alt_m,
             late_s=assessment.passed_late_s,
+            beside_m=circles_off_m(assessment),
         )
         made = replace(
             whole,
             slack_s=_time_fraction(assessment) * np.clip(whole.end_s, 0.0, whole.duration_s),
-            grown_m=np.where(whole.is_rest & whole.is_low, 0.0, assessment.setup.position_margin_m),
+            grown_m=whole.grown_m
+            + np.where(whole.is_rest & whole.is_low, 0.0, assessment.setup.position_margin_m),
             stop_s=_stop_s(assessment, whole) if separation.may_stop else whole.stop_s,
         )
         pad = fleet.pad_of(one.sortie)
         own = (one.sortie.job, fleet.mission_of(one.sortie), one.sortie.vehicle)
         flight = (*own, None if pad is None else pad.name)
         times_s = made.start_s, made.end_s, made.slack_s, made.late_s, made.stop_s
-        columns = (*times_s, made.control_m)
+        columns = (*times_s, made.grown_m, made.control_m)
         return known.once((*flight, *(each.tobytes() for each in columns)), lambda: made)
 
     # The assessment is kept with it: another one in its place would have its id.

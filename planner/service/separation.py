@@ -23,6 +23,7 @@ from planner.fleet.trajectory import make_trajectory
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
+from planner.rules.wind import circles_off_m
 from planner.service.preflight import CheckResult, UnreadableMission, verdict
 from planner.setting import taking_settings
 from planner.setup import Together
@@ -136,6 +137,7 @@ def keep_apart(
                 cases[0].route.frame,
                 min_nav_alt_m=together.min_nav_alt_m,
                 late_s=assessment.passed_late_s,
+                beside_m=circles_off_m(assessment),
             ),
             start_s=starts_s[position],
             home_amsl_m=known_home_amsl_m(assessment),
@@ -233,6 +235,7 @@ def _too_near(
             f", where both start within {quantity.duration(spacing.start_error_s)} of their times"
         )
     message += late_text((fleet[number], own_s), (other, other_s))
+    message += _beside_text((fleet[number], own_s), (other, other_s))
     others = [
         fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
     ]
@@ -258,6 +261,19 @@ def late_text(*sides: tuple[Member, float]) -> str:
         f"; {file} may be up to {quantity.duration(late)} later than that (E105, E108)"
         for file, late in late_s.items()
         if late >= _SHOWN_S
+    )
+
+
+def _beside_text(*sides: tuple[Member, float]) -> str:
+    """Return whose circle the wind may widen at its time, and by how much, in words; empty: none."""
+    off_m = {
+        one.file: float(one.trajectory.grown_m[one.trajectory.part_at(np.array([time_s]))][0])
+        for one, time_s in sides
+    }
+    return "".join(
+        f"; {file} may be up to {quantity.height(away_m)} beside its circle in this wind (W105)"
+        for file, away_m in off_m.items()
+        if away_m
     )
 
 

@@ -91,3 +91,40 @@ def test_a_mission_that_flies_nothing_is_told_of_on_both_sides() -> None:
 @pytest.mark.parametrize("seed", [0, 3, 10])
 def test_a_drawn_fleet_is_judged_as_by_samples_of_its_tracks(seed: int) -> None:
     assert misjudged(drawn_fleet(seed)) == []
+
+
+@pytest.mark.parametrize(
+    ("away_m", "height_m", "wind_m_s", "is_too_near"),
+    [
+        (23.0, 20.0, 9.3, True),
+        (27.0, 20.0, 9.3, False),
+        (23.0, 20.0, 8.9, False),  # W105 is silent
+        (13.0, 20.0, 0.0, False),
+        (23.0, 31.0, 9.3, False),  # the circle stays level
+    ],
+)
+def test_a_circle_that_the_wind_widens_is_so_much_nearer_to_others(
+    away_m: float, height_m: float, wind_m_s: float, *, is_too_near: bool
+) -> None:
+    """Three quarters of 20 m are 15 m, and 10 m are kept; it hovers so far beside the circle.
+
+    The vehicle flies a metre or two inside of the circle its target is on.
+    """
+    from planner.physics.wind import Wind
+    from planner.service.preflight import check
+    from planner.service.separation import check_together
+    from planner.vehicle.library import load_vehicle
+
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    there = item(18, north(300), 20.0, params=(2.0, 0.0, 20.0, 0.0))
+    circles = mission(takeoff(20), there, rtl())
+    wait = item(19, HOME.latitude_deg, height_m, params=(120.0, 0.0, 0.0, 0.0))
+    hovers = mission(takeoff(height_m), wait, item(21, HOME.latitude_deg, 0.0))
+    wind = Wind(speed_m_s=wind_m_s, from_deg=90.0)
+    results = [check(one, vehicle, wind=wind) for one in (circles, moved(hovers, 320.0 + away_m))]
+    for one in check_together(results, separation_m=10.0):
+        found = [f.message for f in one.findings if f.code == "S101"]
+        assert bool(found) is is_too_near
+        assert all(
+            "may be up to 15 m beside its circle in this wind (W105)" in each for each in found
+        )
