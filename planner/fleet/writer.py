@@ -74,8 +74,9 @@ def _moved(keys: Mapping[str, Any], source: Path, folder: Path) -> dict[str, Any
         elif isinstance(kind, Files) and isinstance(value, list):
             found[key] = [_from(folder, source.parent / one) for one in value]
         elif isinstance(kind, File) and isinstance(value, str):
-            beside = kind.beside(value, source.parent)
-            found[key] = value if beside == value else _from(folder, beside)
+            # A name, and a path that is whole, are the same from any folder.
+            is_path = kind.beside(value, Path("elsewhere")) != value
+            found[key] = _from(folder, kind.beside(value, source.parent)) if is_path else value
         else:
             found[key] = value
     return found

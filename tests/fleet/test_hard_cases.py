@@ -255,3 +255,20 @@ def test_a_fleet_file_that_changes_while_it_is_planned_is_not_written_over_anoth
     file.write_text(file.read_text() + "available_from_s = 60\n")
     with pytest.raises(FleetFileError, match="has changed since it was read"):
         fleet_file_text(fleet, tmp_path)
+
+
+def test_a_plan_in_another_folder_names_what_lies_beside_the_fleet_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the folder of the file itself too, where its paths are as short as names."""
+    monkeypatch.chdir(tmp_path)
+    write_mission(OUT, tmp_path / "out.plan")
+    (tmp_path / "a.param").write_text("RTL_ALT,3000\n")
+    tables = pad("a", 0, 0) + vehicles("a", more='params = "a.param"')
+    (tmp_path / "fleet.toml").write_text(
+        'schema = 1\n[job.out]\nmission = "out.plan"\n' + tables, encoding="utf-8"
+    )
+    written = fleet_file_text(read_fleet("fleet.toml"), "planned")
+    assert 'params = "../a.param"' in written
+    assert 'mission = "../out.plan"' in written
+    assert 'model = "arducopter-sitl-quad"' in written
