@@ -71,9 +71,23 @@ def test_every_quantity_has_an_origin() -> None:
 def test_assumed_defaults_are_one_finding_that_counts_them() -> None:
     result = resolve_parameters(Autopilot.ARDUPILOT)
     [(severity, message)] = messages(result, "P101")
-    count = len(parameter_table(ArduPilotParameters))
+    count = len(parameter_table(ArduPilotParameters)) - 1  # PLND_STRICT, behind PLND_ENABLED
     assert severity is Severity.INFO
     assert f"WP_SPD, WP_SPD_UP, WP_SPD_DN and {count - 3} more parameters" in message
+
+
+@pytest.mark.parametrize(("enabled", "is_assumed"), [(0, False), (1, True)])
+def test_what_a_vehicle_has_not_while_it_is_switched_off_is_not_assumed(
+    enabled: int, *, is_assumed: bool
+) -> None:
+    """ArduPilot lists no parameters of a library whose _ENABLED is 0."""
+    rows = parameter_table(ArduPilotParameters).values()
+    values = {row.now.name: row.default for row in rows if row.now.name != "PLND_STRICT"}
+    values["PLND_ENABLED"] = enabled
+    text = "\n".join(f"{name},{value}" for name, value in values.items())
+    given = parameters_from_text(text.encode(), source="vehicle.param")
+    found = messages(resolve_parameters(Autopilot.ARDUPILOT, file=given), "P101")
+    assert bool(found) is is_assumed
 
 
 def test_defaults_about_rally_points_are_reported_where_there_are_some() -> None:

@@ -212,6 +212,8 @@ _OTHER_VEHICLES: Mapping[str, tuple[str, ...]] = {
 """Beginnings of names that Copter has none of, by whose they are."""
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
+_SWITCHED_BY = {"precision_strictness": "precision_landing"}
+"""Which quantity has to be other than 0 for a vehicle to have another parameter at all."""
 
 
 def _other_vehicle(file: ParameterSet) -> str:
@@ -314,7 +316,9 @@ def _resolved(
     assumed = [
         row.spelling_of(resolution.flown_version).name
         for name, row in resolution.table.items()
-        if name not in resolution.origins and (has_rally or not name.startswith("rally_"))
+        if name not in resolution.origins
+        and (has_rally or not name.startswith("rally_"))
+        and (name not in _SWITCHED_BY or getattr(flown, _SWITCHED_BY[name]))
     ]
     if assumed:
         more = len(assumed) - _NAMED
