@@ -35,6 +35,7 @@ def trajectory(
         duration_s=knots_s[-1],
         slack_s=np.zeros(len(whole)),
         late_s=np.zeros(len(whole)),
+        early_s=np.zeros(len(whole)),
         grown_m=np.zeros(len(whole)),
         lifted_m=np.zeros(len(whole)),
         stop_s=np.zeros(len(whole)),

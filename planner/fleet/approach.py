@@ -361,11 +361,13 @@ class Meeting(Value, eq=False):
     def _windows_s(self, one: IntArray, two: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return how much later the second starts beside parts, and how much sooner or later than that. (n,)
 
-        Parts that may be late count as half of it later, and so much sooner or later.  (n,) [s], [s]
+        Parts that may be late count as half of it later, and so much sooner or later, early ones likewise.
+        (n,) [s], [s]
         """
-        late_1_s, late_2_s = self.first.late_s[one], self.second.late_s[two]
+        later_s = self.second.late_s[two] + self.first.early_s[one]
+        sooner_s = self.first.late_s[one] + self.second.early_s[two]
         slack_s = self.shift_s + self.first.slack_s[one] + self.second.slack_s[two]
-        return self.later_s + 0.5 * (late_2_s - late_1_s), slack_s + 0.5 * (late_1_s + late_2_s)
+        return self.later_s + 0.5 * (later_s - sooner_s), slack_s + 0.5 * (later_s + sooner_s)
 
     def _grown_m(self, one: IntArray, two: IntArray) -> FloatArray:
         return self.first.grown_m[one] + self.second.grown_m[two]
@@ -391,8 +393,9 @@ class Meeting(Value, eq=False):
         if (gap >= 0.0).any():
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         slack_s = self.shift_s + first.slack_s + float(second.slack_s.max())
-        soonest_s = first.start_s - self.later_s - slack_s - float(second.late_s.max())
-        latest_s = first.end_s - self.later_s + slack_s + first.late_s
+        early_s, late_s = float(second.early_s.max()), float(second.late_s.max())
+        soonest_s = first.start_s - self.later_s - slack_s - late_s - first.early_s
+        latest_s = first.end_s - self.later_s + slack_s + first.late_s + early_s
         low = np.searchsorted(second.end_s, soonest_s, side="left")
         high = np.searchsorted(second.start_s, latest_s, side="right")
         count = np.maximum(high - low, 0)

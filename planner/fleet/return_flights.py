@@ -45,6 +45,8 @@ class ReturnFlights(Value, eq=False):
     """How much of the time of the flight it may be sooner or later. [-]"""
     late_s: Callable[[FlownReturns], FloatArray]
     """How much later returns may be flown besides, with the way there. [s]"""
+    early_s: FloatArray
+    """How much sooner the segments they are flown from may be. (s,) [s]"""
 
     def first_intervals(self) -> tuple[FloatArray, FloatArray]:
         """Return beginnings and ends of intervals of the flight in which it may be broken off. (n,) [s]"""
@@ -124,6 +126,7 @@ class ReturnFlights(Value, eq=False):
             duration_s=np.inf,
             slack_s=self.time_fraction * starts_s,
             late_s=self.late_s(flown).reshape(3, count).max(axis=0)[group],
+            early_s=self.early_s[points.segment].reshape(3, count).max(axis=0)[group],
             grown_m=np.full(len(group), self.grown_m),
             lifted_m=np.zeros(len(group)),
             stop_s=np.zeros(len(group)),

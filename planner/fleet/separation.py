@@ -122,7 +122,8 @@ def clearing_delay_s(first: Member, second: Member, spacing: Spacing) -> float |
         return _approach(first, second, spacing, delay_s=float(delay_s), accuracy_m=np.inf) is None
 
     ended_s = first.start_s + first.trajectory.duration_s - second.start_s
-    ended_s += 2.0 * spacing.start_error_s + float(first.trajectory.late_s.max())
+    ended_s += float(first.trajectory.late_s.max() + second.trajectory.early_s.max())
+    ended_s += 2.0 * spacing.start_error_s
     longest_s = max(int(np.ceil(ended_s)), 0) + 1
     if not clears(longest_s):
         return None

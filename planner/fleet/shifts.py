@@ -124,9 +124,10 @@ def _near_shifts(
         is_short = np.maximum(*moves) <= short_s
         slack_s = meeting.first.slack_s[one.part] + meeting.second.slack_s[two.part]
         slack_s = (slack_s + meeting.shift_s)[is_short]
-        late_1_s, late_2_s = meeting.first.late_s[one.part], meeting.second.late_s[two.part]
-        low_s.append((one.start_s - two.end_s - late_2_s)[is_short] - slack_s)
-        high_s.append((one.end_s - two.start_s + late_1_s)[is_short] + slack_s)
+        later_s = meeting.second.late_s[two.part] + meeting.first.early_s[one.part]
+        sooner_s = meeting.first.late_s[one.part] + meeting.second.early_s[two.part]
+        low_s.append((one.start_s - two.end_s - later_s)[is_short] - slack_s)
+        high_s.append((one.end_s - two.start_s + sooner_s)[is_short] + slack_s)
         rest = np.flatnonzero(~is_short)
         is_first = (moves[0] >= moves[1])[rest]
         one, two = one.select(rest).halves(is_first), two.select(rest).halves(~is_first)

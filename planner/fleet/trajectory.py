@@ -66,6 +66,8 @@ class Trajectory(Value, eq=False, dict=True):
     """How much sooner or later each part may be flown, by the spread of times. (n,) [s]"""
     late_s: FloatArray
     """How much later each part may be flown besides, for what its prediction does not fly. (n,) [s]"""
+    early_s: FloatArray
+    """How much sooner, likewise. (n,) [s]"""
     grown_m: FloatArray
     """How much farther beside it the vehicle may be, by the error of its position, or where the wind widens
     or narrows a circle. (n,) [m]"""
@@ -154,6 +156,7 @@ def make_trajectory(
     *,
     min_nav_alt_m: float,
     late_s: FloatArray | None = None,
+    early_s: FloatArray | None = None,
     beside_m: FloatArray | None = None,
 ) -> Trajectory:
     """Return the place of a vehicle over time.
@@ -169,8 +172,8 @@ def make_trajectory(
         Common frame of all vehicles.
     min_nav_alt_m : float
         Height above the take-off place, and above a landing place, from which it counts as flying. [m]
-    late_s : ndarray, optional
-        How much later segments may be flown, at most; default not at all. (s,) [s]
+    late_s, early_s : ndarray, optional
+        How much later and sooner segments may be flown, at most; default not at all. (s,) [s]
     beside_m : ndarray, optional
         How far beside them the vehicle may be, at most; default not at all. (s,) [m]
     """
@@ -206,8 +209,9 @@ def make_trajectory(
     control_m = np.concatenate((first, control_m, last))
     duration_s = float(end_s[-1])
     item = motion.segments.item[segment]
-    own_late_s, own_beside_m = (
-        np.zeros(len(segment)) if own is None else own[segment] for own in (late_s, beside_m)
+    own_late_s, own_early_s, own_beside_m = (
+        np.zeros(len(segment)) if own is None else own[segment]
+        for own in (late_s, early_s, beside_m)
     )
     return Trajectory(
         start_s=np.concatenate(([-AT_REST_S], start_s, [duration_s])),
@@ -222,6 +226,7 @@ def make_trajectory(
         slack_s=np.zeros(len(control_m)),
         # It stands there as soon as it may have landed, and until it sets out.
         late_s=np.concatenate(([0.0], own_late_s, [0.0])),
+        early_s=np.concatenate(([0.0], own_early_s, own_early_s[-1:])),
         grown_m=np.concatenate(([0.0], own_beside_m, [0.0])),
         lifted_m=np.zeros(len(control_m)),
         stop_s=np.zeros(len(control_m)),

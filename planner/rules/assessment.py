@@ -135,6 +135,13 @@ class Assessment(Value, eq=False, dict=True):
         return self.lateness.passed_s + lost_s
 
     @cached_property
+    def passed_early_s(self) -> FloatArray:
+        """How much sooner than predicted each segment may be passed, at most. (s,) [s]"""
+        from planner.rules.lateness import passed_early_s
+
+        return passed_early_s(self)
+
+    @cached_property
     def late_returns(self) -> LateReturns:
         """How much longer the returns of the sample take than that has them."""
         from planner.rules.lateness import late_returns_of

@@ -123,6 +123,27 @@ def _passed_s(motion: Motion, little_s: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(by_end_s, np.cumsum(little_s)), np.float64)
 
 
+def passed_early_s(a: Assessment) -> FloatArray:
+    """Return how much sooner each segment may be passed: as much as by an end of its stage. (s,) [s]
+
+    Its own autopilot flies through corners at which the model stops: that of the parameter file, else that
+    which the mission was written for, as it is delivered.
+    """
+    motion, given, own = a.flight.motion, a.own_parameters, None
+    if a.autopilot is Autopilot.STEP and given is None and a.mission.autopilot is not None:
+        from planner.vehicle.parameters.resolve import resolve_parameters
+
+        given = resolve_parameters(a.mission.autopilot, model=a.vehicle).values
+    if a.autopilot is Autopilot.STEP and given is not None:
+        own = _own_motion(a, given)
+    if own is None:
+        return np.zeros(len(motion.segments.item))
+    longer_s, _ = _own_longer_s(a, own, np.zeros(len(motion.segments.item)))
+    early_s = -np.cumsum(longer_s)
+    by_ends_s = np.maximum(early_s, np.append(0.0, early_s[:-1]))
+    return np.asarray(np.maximum(by_ends_s, 0.0)[motion.segment_stage], np.float64)
+
+
 def late_returns_of(
     a: Assessment, flown: FlownReturns | None, *, least: float = 1.0 + OVERSHOOT
 ) -> LateReturns:
@@ -243,15 +264,25 @@ def _shaped_longer_s(
     motion, more_s = a.flight.motion, np.zeros(len(longer_s))
     if own is None:
         return more_s
-    counts = np.array([stage.kind not in _BY_MODEL for stage in a.route.stages])
-    counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
-    flown_s = _stage_sums_s(own, own.segments.duration_s)
-    late_s = np.cumsum(np.where(counts, flown_s - counted_s, 0.0))
-    held_s = np.array([stage.hold_s for stage in a.route.stages])
-    if late_s.max() > (least - 1.0) * (counted_s - held_s)[counts].sum():
+    own_longer_s, moving_s = _own_longer_s(a, own, longer_s)
+    late_s = np.cumsum(own_longer_s)
+    if late_s.max() > (least - 1.0) * moving_s:
         latest_s = np.maximum.accumulate(np.maximum(late_s, 0.0))
         np.add.at(more_s, motion.done_segment, np.diff(latest_s, prepend=0.0))
     return more_s
+
+
+def _own_longer_s(a: Assessment, own: Motion, longer_s: FloatArray) -> tuple[FloatArray, float]:
+    """Return how much longer each stage takes as its own autopilot flies, and the time that moves.
+
+    Than the model has it and ``longer_s`` besides.  (stages,) [s], [s]
+    """
+    motion = a.flight.motion
+    counts = np.array([stage.kind not in _BY_MODEL for stage in a.route.stages])
+    counted_s = _stage_sums_s(motion, motion.segments.duration_s + longer_s)
+    held_s = np.array([stage.hold_s for stage in a.route.stages])
+    own_longer_s = np.where(counts, _stage_sums_s(own, own.segments.duration_s) - counted_s, 0.0)
+    return own_longer_s, float((counted_s - held_s)[counts].sum())
 
 
 def _homeward_longer_s(a: Assessment, given: FlightParameters, *, least: float) -> FloatArray:

@@ -80,6 +80,13 @@ class FlownSortie(Value):
         return float(self.assessment.passed_late_s.max(initial=0.0))
 
     @property
+    def lands_s(self) -> float:
+        """When it lands at the soonest. [s]"""
+        if self.assessment is None:
+            return self.end_s
+        return self.end_s - float(self.assessment.passed_early_s[-1:].sum())
+
+    @property
     def landed_s(self) -> float:
         """When it has landed at the latest. [s]"""
         return self.end_s + self.late_s

@@ -49,7 +49,10 @@ def pad_shifts(fleet: Fleet, flights: Sequence[Sequence[FlownSortie]]) -> Closed
         return {}
     landings = landing_pads(fleet, [way for _, way in ways])
     stays = {
-        at: [(pad, -time_s, 0.0), (landing, way.time_s, way.time_s + way.late_s + time_s)]
+        at: [
+            (pad, -time_s, 0.0),
+            (landing, way.lands_s - way.start_s, way.landed_s - way.start_s + time_s),
+        ]
         for (at, way), pad, landing in zip(ways, pads, landings, strict=True)
         if pad in shared
     }

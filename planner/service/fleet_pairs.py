@@ -106,12 +106,12 @@ class _Pair(Value, eq=False):
 
     def shifts_s(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return from what to what times of the second count beside those of the first. (n,), (n,) [s]"""
-        slack_s, late_s = np.full(len(time_s), 2.0 * self.spacing.start_error_s), []
-        for side in (self.first, self.second):
-            part = side.trajectory.part_at(time_s - side.start_s)
-            slack_s += side.trajectory.slack_s[part]
-            late_s.append(side.trajectory.late_s[part])
-        return -slack_s - late_s[1], slack_s + late_s[0]
+        first, second = self.first.trajectory, self.second.trajectory
+        one = first.part_at(time_s - self.first.start_s)
+        two = second.part_at(time_s - self.second.start_s)
+        slack_s = first.slack_s[one] + second.slack_s[two] + 2.0 * self.spacing.start_error_s
+        low_s = -slack_s - second.late_s[two] - first.early_s[one]
+        return low_s, slack_s + first.late_s[one] + second.early_s[two]
 
     def least_m(self, time_s: FloatArray) -> FloatArray:
         """Return how near they may come at times, sooner or later than planned. (n,) [m]"""

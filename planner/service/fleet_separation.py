@@ -209,6 +209,7 @@ def _alone(
             frame,
             min_nav_alt_m=separation.min_nav_alt_m,
             late_s=assessment.passed_late_s,
+            early_s=assessment.passed_early_s,
             beside_m=circles_off_m(assessment),
         )
         made = replace(
@@ -221,8 +222,8 @@ def _alone(
         pad = fleet.pad_of(one.sortie)
         own = (one.sortie.job, fleet.mission_of(one.sortie), one.sortie.vehicle)
         flight = (*own, None if pad is None else pad.name)
-        times_s = made.start_s, made.end_s, made.slack_s, made.late_s, made.stop_s
-        columns = (*times_s, made.grown_m, made.control_m)
+        times_s = made.start_s, made.end_s, made.slack_s, made.late_s, made.early_s
+        columns = (*times_s, made.stop_s, made.grown_m, made.control_m)
         return known.once((*flight, *(each.tobytes() for each in columns)), lambda: made)
 
     # The assessment is kept with it: another one in its place would have its id.
@@ -585,6 +586,7 @@ def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
         grown_m=assessment.setup.position_margin_m,
         time_fraction=_time_fraction(assessment),
         late_s=partial(_returns_late_s, assessment),
+        early_s=assessment.passed_early_s,
     )
 
 

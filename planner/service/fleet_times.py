@@ -512,7 +512,7 @@ def pad_stays(fleet: Fleet, flown: Sequence[FlownSortie]) -> dict[str, list[Stay
             stay = Stay(from_s=one.start_s - stand.before_s, until_s=one.start_s, flown=one)
             stays.setdefault(pad.name, []).append(stay)
         if landing is not None:
-            stay = Stay(from_s=one.end_s, until_s=one.end_s + stand.after_s, flown=one)
+            stay = Stay(from_s=one.lands_s, until_s=one.end_s + stand.after_s, flown=one)
             stays.setdefault(landing, []).append(stay)
     return stays
 

@@ -52,9 +52,10 @@ SEPARATION = Rule(
     "take-off or landing places.  It is found to 1 cm; fires where it is more than that below "
     "--separation.  The suggested delay is tried by the same search.  --start-error also covers the "
     "uncertainty of a flight's times; what a step-response model takes longer by its parameters (E108), "
-    "however little, and any for want of airspeed (E105), counts as up to so much later.  In a fleet file "
-    "the zone is an upright cylinder, horizontal_m and the position errors of both wide, and the spread of "
-    "times of the models counts as start errors do.",
+    "however little, and any for want of airspeed (E105), counts as up to so much later, and what the "
+    "autopilot of its parameters, else of the mission, flies through where the model stops, as up to so much "
+    "sooner.  In a fleet file the zone is an upright cylinder, horizontal_m and the position errors of both "
+    "wide, and the spread of times of the models counts as start errors do.",
     fix="start one of them later, or fly them at other heights or places",
 )
 
@@ -137,6 +138,7 @@ def keep_apart(
                 cases[0].route.frame,
                 min_nav_alt_m=together.min_nav_alt_m,
                 late_s=assessment.passed_late_s,
+                early_s=assessment.passed_early_s,
                 beside_m=circles_off_m(assessment),
             ),
             start_s=starts_s[position],
@@ -252,15 +254,19 @@ def _too_near(
 
 
 def late_text(*sides: tuple[Member, float]) -> str:
-    """Return who may be later than predicted at its time, and by how much, in words; empty: none."""
-    late_s = {
-        one.file: float(one.trajectory.late_s[one.trajectory.part_at(np.array([time_s]))][0])
+    """Return who may be later or sooner than predicted at its time, in words; empty: none."""
+    parts = {
+        one.file: (one.trajectory, int(one.trajectory.part_at(np.array([time_s]))[0]))
         for one, time_s in sides
     }
     return "".join(
-        f"; {file} may be up to {quantity.duration(late)} later than that (E105, E108)"
-        for file, late in late_s.items()
-        if late >= _SHOWN_S
+        f"; {file} may be up to {quantity.duration(by_s)} {when}"
+        for file, (flown, part) in parts.items()
+        for by_s, when in (
+            (float(flown.late_s[part]), "later than that (E105, E108)"),
+            (float(flown.early_s[part]), "sooner than that: its autopilot flies through corners"),
+        )
+        if by_s >= _SHOWN_S
     )
 
 

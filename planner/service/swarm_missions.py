@@ -244,7 +244,9 @@ def flown_together(
     all_ = members(fleet, separation, flown)
     spacing = fleet_spacing(separation)
     happened = [
-        replace(one, trajectory=replace(one.trajectory, slack_s=none_s, late_s=none_s))
+        replace(
+            one, trajectory=replace(one.trajectory, slack_s=none_s, late_s=none_s, early_s=none_s)
+        )
         for one in all_
         for none_s in (np.zeros(len(one.trajectory.item)),)
     ]

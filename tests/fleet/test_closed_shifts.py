@@ -50,6 +50,16 @@ def test_starts_are_closed_for_as_long_as_either_may_be_late() -> None:
     assert (low_s, high_s) == pytest.approx((-delay_s - 2.0, delay_s + 5.0), abs=1e-4 + 2 * ROUND_S)
 
 
+def test_starts_are_closed_for_as_long_as_either_may_be_early() -> None:
+    one, two = (
+        replace(flown, early_s=np.where(flown.is_rest, 0.0, early_s))
+        for flown, early_s in ((through(0.0), 5.0), (through(90.0), 2.0))
+    )
+    [(low_s, high_s)] = ClosedShifts(Meeting(first=one, second=two), within_m=10.0)
+    delay_s = 1.4217
+    assert (low_s, high_s) == pytest.approx((-delay_s - 5.0, delay_s + 2.0), abs=1e-4 + 2 * ROUND_S)
+
+
 def test_head_on_they_are_never_clear_before_one_of_them_is_over() -> None:
     # They rest 600 m apart at their ends: the second, 600 m long, is in the way as long as it takes
     # the first to be past its place of departure, and it that of the first.

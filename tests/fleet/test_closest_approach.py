@@ -66,9 +66,13 @@ def test_who_may_be_late_comes_so_much_nearer_to_who_is_behind(
         for flown, late in zip((EAST, northward), late_s, strict=True)
     )
     between_s = max(later_s - late_s[0], -later_s - late_s[1], 0.0)
-    found = closest_approach(one, two, second_later_s=later_s)
-    assert found is not None
-    assert found.distance_m == pytest.approx(5.0 * between_s / math.sqrt(2.0), abs=ROUNDING_M)
+    # Who may be early is so much nearer to who is ahead.
+    early_1, early_2 = (replace(one, late_s=0.0 * one.late_s, early_s=one.late_s), two)
+    sooner_s = max(later_s, -later_s - late_s[1] - late_s[0], 0.0)
+    for first, second, gap_s in ((one, two, between_s), (early_1, early_2, sooner_s)):
+        found = closest_approach(first, second, second_later_s=later_s)
+        assert found is not None
+        assert found.distance_m == pytest.approx(5.0 * gap_s / math.sqrt(2.0), abs=ROUNDING_M)
 
 
 def test_a_limit_leaves_out_what_is_not_nearer() -> None:

@@ -548,13 +548,9 @@ def test_what_a_slow_vehicle_takes_counts_in_the_chance_of_an_empty_battery() ->
     assert "E124" not in {one.code for one in plain}
 
 
+WAITS = item(19, north(0.0), 40.0, params=(300.0, 0.0, 0.0, None))
 EAST = Home(latitude_deg=north(300), longitude_deg=8.006, altitude_amsl_m=400.0)
-ALONG = mission(
-    takeoff(40),
-    item(19, north(0.0), 40.0, params=(300.0, 0.0, 0.0, None)),
-    waypoint(600, 40),
-    rtl(),
-)
+ALONG = mission(takeoff(40), WAITS, waypoint(600, 40), rtl())
 ACROSS = mission(
     item(22, None, 40.0),
     item(16, north(300), 40.0, longitude_deg=7.994),
@@ -571,12 +567,14 @@ def passed_s(result: CheckResult, east_m: float, north_m: float) -> float:
     return float(time_s[np.argmin(np.hypot(place_m[:, 0] - east_m, place_m[:, 1] - north_m))])
 
 
-def errors_beside(parameters: str, across_s: float, wind_m_s: float = 0.0) -> set[str]:
+def errors_beside(
+    parameters: str | None, across_s: float, wind_m_s: float = 0.0, way: Mission = ALONG
+) -> set[str]:
     """Return the errors of one that flies along beside one that crosses its way so much behind it."""
-    given = parameters_from_text(parameters.encode(), source="p.param")
+    given = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
     big = Battery(capacity_wh=80.0)
     wind = Wind(speed_m_s=wind_m_s, from_deg=0.0)
-    along = check(ALONG, vehicle_of(STEP), battery=big, parameters=given, wind=wind)
+    along = check(way, vehicle_of(STEP), battery=big, parameters=given, wind=wind)
     across = check(ACROSS, vehicle_of(STEP), battery=big, wind=wind)
     east_m = 0.006 * METRES_PER_DEGREE_NORTH * math.cos(math.radians(47.0))
     start_s = passed_s(along, 0.0, 300.0) + across_s - passed_s(across, -east_m, 0.0)
@@ -604,6 +602,37 @@ def test_no_hold_hides_that_a_vehicle_passes_later_than_its_model(
 ) -> None:
     """5 min are waited for, and the later take-off is 2 % of all that moves."""
     assert errors_beside(parameters, across_s) == codes
+
+
+STOPPING, THROUGH = (
+    mission(takeoff(40), WAITS, *(waypoint(at_m, 40) for at_m in range(by_m, 601, by_m)), rtl())
+    for by_m in (60, 600)
+)
+
+
+# The model stops at each of ten places, ArduPilot at none, as the model on one way of 600 m, by some seconds.
+@pytest.mark.parametrize(
+    ("parameters", "sooner_s", "codes"),
+    [
+        ("WPNAV_SPEED,1000\n", 0.0, {"S101"}),
+        ("WPNAV_SPEED,1000\n", 12.0, set()),
+        ("WPNAV_SPEED,1000\n", -12.0, {"S101"}),
+    ],
+)
+def test_who_stops_nowhere_passes_sooner_than_a_model_that_stops(
+    parameters: str, sooner_s: float, codes: set[str]
+) -> None:
+    stops_s, through_s = (
+        passed_s(checked(one, parameters), 0.0, 300.0) for one in (STOPPING, THROUGH)
+    )
+    assert stops_s - through_s > 30.0
+    assert errors_beside(parameters, through_s - stops_s - sooner_s, way=STOPPING) == codes
+    assert errors_beside(parameters, 12.0, way=STOPPING) == set()
+    # Without a file the autopilot the mission was written for flies so, where it says one.
+    written = replace(STOPPING, autopilot=Autopilot.ARDUPILOT)
+    behind_s = through_s - stops_s - sooner_s
+    assert errors_beside(None, behind_s, way=written) == codes
+    assert errors_beside(None, behind_s, way=STOPPING) == set()
 
 
 # 600 m at 10 m/s against 5 m/s, of a model identified up to 10: 60 s more, if it holds no more airspeed, and
