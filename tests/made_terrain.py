@@ -57,3 +57,21 @@ def ground(ridge_m: float, *, at_m: float = 250.0, rows: int = ROWS) -> TerrainG
         cell_m=CELL_M,
     )
     return TerrainGrid(tiles=(tile,))
+
+
+def pole(east_m: float, north_m: float, *, columns: int = 41) -> tuple[TerrainGrid, float]:
+    """Return level ground in cells of 1 m by 0.68 m with one 40 m higher, and how far east its centre is."""
+    rows, cell_deg = 400, CELL_DEG / CELL_M
+    wide_m = math.cos(math.radians(HOME.latitude_deg))
+    row, column = rows - 1 - round(north_m + 40.0), round(east_m / wide_m) + columns // 2
+    heights = np.full((rows, columns), 400.0, dtype=np.float32)
+    heights[row, column] += 40.0
+    south, west = north(-40.5), HOME.longitude_deg - 0.5 * columns * cell_deg
+    tile = replace(
+        ground(0.0).tiles[0],
+        heights_amsl_m=heights,
+        transform=(cell_deg, 0.0, west, 0.0, -cell_deg, south + rows * cell_deg),
+        bounds_deg=(south, west, south + rows * cell_deg, west + columns * cell_deg),
+        cell_m=wide_m,
+    )
+    return TerrainGrid(tiles=(tile,)), (column - columns // 2) * wide_m

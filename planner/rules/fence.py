@@ -301,7 +301,9 @@ PATH_CROSSES = Rule(
     "DO_FENCE_ENABLE in flown order.  Curves are divided until straight pieces are within 5 cm of them; "
     "whole pieces are cut with whole edges, so that no crossing falls between two samples.  Legs and edges "
     "are drawn as the autopilot takes them: PX4's edges are straight in degrees and its legs in metres, "
-    "ArduPilot's are both straight in its own metres.",
+    "ArduPilot's are both straight in its own metres.  A step-response model stops at corners: where the "
+    "autopilot of --params cuts one by more than --position-error and passes the fence there, it is not "
+    "evaluated (X904), nor are the ground (A102) and the distance a site allows (M122).",
     fix="move the waypoint, or the fence",
     instead="a mission inside its fence",
 )

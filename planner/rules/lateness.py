@@ -29,6 +29,10 @@ HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
 OVERSHOOT = 0.03
 """A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
+_CLIMB = STATE_INDEX[FlightState.CLIMB]
+_LEVEL = [
+    STATE_INDEX[state] for state in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
+]
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 
@@ -95,7 +99,7 @@ def lateness_of(a: Assessment) -> Lateness:
         )
     homeward = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
     returning = np.isin(motion.segments.item, homeward)
-    own = _own_motion(a, given)
+    own = own_motion(a, given)
 
     def longer(least: float) -> tuple[FloatArray, FloatArray, FloatArray, Slower | None, str]:
         climbs_s, slowest = _longer(a, given, motion, returning, least=least)
@@ -126,22 +130,32 @@ def _passed_s(motion: Motion, little_s: FloatArray) -> FloatArray:
 def passed_early_s(a: Assessment) -> FloatArray:
     """Return how much sooner each segment may be passed: as much as by an end of its stage. (s,) [s]
 
-    Its own autopilot flies through corners at which the model stops: that of the parameter file, else that
-    which the mission was written for, as it is delivered.
+    Its own autopilot flies through corners at which the model stops, and may climb faster: that of the
+    parameter file, else that which the mission was written for, as it is delivered.
     """
-    motion, given, own = a.flight.motion, a.own_parameters, None
+    motion, given = a.flight.motion, a.own_parameters
     if a.autopilot is Autopilot.STEP and given is None and a.mission.autopilot is not None:
         from planner.vehicle.parameters.resolve import resolve_parameters
 
         given = resolve_parameters(a.mission.autopilot, model=a.vehicle).values
-    if a.autopilot is Autopilot.STEP and given is not None:
-        own = _own_motion(a, given)
-    if own is None:
-        return np.zeros(len(motion.segments.item))
-    longer_s, _ = _own_longer_s(a, own, np.zeros(len(motion.segments.item)))
-    early_s = -np.cumsum(longer_s)
+    none_s = np.zeros(len(motion.segments.item))
+    if a.autopilot is not Autopilot.STEP or given is None:
+        return none_s
+    own = make_own_pilot(a.vehicle, given).fly(a.route)[0]
+    count = len(a.route.stages)
+    early_s = np.nan_to_num(_marks_s(motion, count) - _marks_s(own, count), nan=0.0)
+    early_s = np.maximum(early_s, 0.0).max(axis=0)
     by_ends_s = np.maximum(early_s, np.append(0.0, early_s[:-1]))
-    return np.asarray(np.maximum(by_ends_s, 0.0)[motion.segment_stage], np.float64)
+    return np.asarray(by_ends_s[motion.segment_stage], np.float64)
+
+
+def _marks_s(motion: Motion, count: int) -> FloatArray:
+    """Return when the climb of each stage ends, its level way and all of it; NaN: never. (3, count) [s]"""
+    end_s, state = np.cumsum(motion.segments.duration_s), motion.segments.state
+    marks_s = np.full((3, count), -np.inf)
+    for row, ends in enumerate((state == _CLIMB, np.isin(state, _LEVEL), np.isin(state, state))):
+        np.maximum.at(marks_s[row], motion.segment_stage[ends], end_s[ends])
+    return np.where(np.isfinite(marks_s), marks_s, np.nan)
 
 
 def late_returns_of(
@@ -242,11 +256,11 @@ _SHAPING = (
     "yaw_mode",
 )
 """What shapes the way from place to place beside speeds."""
-_BY_MODEL = RETURN_STAGES | {StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE}
+_BY_MODEL = frozenset({*RETURN_STAGES, StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE})
 """What is counted apart, or as the model has it."""
 
 
-def _own_motion(a: Assessment, given: FlightParameters) -> Motion | None:
+def own_motion(a: Assessment, given: FlightParameters) -> Motion | None:
     """Return how its own autopilot flies; ``None`` where there is no way from place to place."""
     if all(stage.kind in _BY_MODEL for stage in a.route.stages):
         return None

@@ -336,15 +336,28 @@ class _Flown(Value, kw_only=False, eq=False):
 
 def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Flown | None:
     """Return the height of a flight over ground; ``None`` where it only goes up and down."""
-    from planner.flight.path import flown_lines, flown_path
+    from planner.flight.path import flown_path
 
     path = flown_path(a.flight.motion, straight_m=straight_m, with_heights=True)
     legs = np.flatnonzero(~_is_vertical_at_ground(a)[path.segment])
-    if not len(legs):
-        return None
+    return _over(a, terrain, path, legs) if len(legs) else None
+
+
+def _over(a: Assessment, terrain: TerrainGrid | None, path: FlownPath, legs: IntArray) -> _Flown:
+    """Return the height of legs of a path over ground."""
+    from planner.flight.path import flown_lines
+
     lines = _near_home_cut(flown_lines(path, legs), a.setup.clearance_m)
     clearance = _clearance(a, terrain, lines)
     return _Flown(path, legs, clearance, path.item[lines.owner[clearance.line]])
+
+
+def items_too_low(
+    a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray
+) -> frozenset[int | None]:
+    """Return the first items on whose legs of a path a vehicle were too low, within its position error."""
+    flown = _over(a, terrain, path, legs)
+    return frozenset(one.item for one in (*_too_low(a, flown), *_beside(a, terrain, flown)))
 
 
 def _may_be_low(a: Assessment) -> bool:

@@ -264,7 +264,7 @@ def late_text(*sides: tuple[Member, float]) -> str:
         for file, (flown, part) in parts.items()
         for by_s, when in (
             (float(flown.late_s[part]), "later than that (E105, E108)"),
-            (float(flown.early_s[part]), "sooner than that: its autopilot flies through corners"),
+            (float(flown.early_s[part]), "sooner than that, as its own autopilot flies"),
         )
         if by_s >= _SHOWN_S
     )

@@ -800,3 +800,21 @@ def test_what_thin_air_takes_is_taken_over_the_longer_time() -> None:
         flown_wh = assessment.totals.energy_wh + assessment.late_wh
         of_energy.append(assessment.uncounted.flown_wh / flown_wh)
     assert of_energy == [pytest.approx(0.1045, abs=0.0015)] * 2
+
+
+def test_who_climbs_faster_than_the_model_comes_home_sooner() -> None:
+    """10 m up for the return: 10 / 2.5 + 2.5 / 1 = 6.5 s by ArduPilot's acceleration, by the model thrice."""
+    back = mission(takeoff(40), waypoint(300, 40), rtl())
+    result = checked(
+        back, "WPNAV_SPEED,1000\nWPNAV_SPEED_UP,250\nWPNAV_ACCEL_Z,100\nRTL_ALT,5000\n"
+    )
+    assert result.assessment is not None
+    motion = result.assessment.flight.motion
+    returns, columns = motion.segment_stage == 2, motion.segments
+    climb_s = float(columns.duration_s[returns & (columns.climb_m > 0.0)].sum())
+    early_s = result.assessment.passed_early_s
+    sooner_s = float(early_s[returns].max() - early_s[motion.segment_stage == 1].max())
+    assert climb_s > 18.0
+    assert sooner_s == pytest.approx(
+        climb_s - 6.5, abs=2.0
+    )  # jerk takes some, the way home gives some

@@ -25,7 +25,7 @@ from made_missions import (
     takeoff,
     waypoint,
 )
-from made_terrain import CELL_DEG, CELL_M, COLUMNS, ROWS, ground, hill, of_heights, slope
+from made_terrain import CELL_M, COLUMNS, ROWS, ground, hill, of_heights, pole, slope
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -93,24 +93,6 @@ def test_a_ridge_between_two_waypoints_is_found(
     assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
     if fires:
         assert "below the ground" in found[0].message
-
-
-def pole(east_m: float, north_m: float) -> tuple[TerrainGrid, float]:
-    """Return level ground in cells of 1 m by 0.68 m with one 40 m higher, and how far east its centre is."""
-    rows, columns, cell_deg = 400, 41, CELL_DEG / CELL_M
-    wide_m = math.cos(math.radians(HOME.latitude_deg))
-    row, column = rows - 1 - round(north_m + 40.0), round(east_m / wide_m) + columns // 2
-    heights = np.full((rows, columns), 400.0, dtype=np.float32)
-    heights[row, column] += 40.0
-    south, west = north(-40.5), HOME.longitude_deg - 0.5 * columns * cell_deg
-    tile = replace(
-        ground(0.0).tiles[0],
-        heights_amsl_m=heights,
-        transform=(cell_deg, 0.0, west, 0.0, -cell_deg, south + rows * cell_deg),
-        bounds_deg=(south, west, south + rows * cell_deg, west + columns * cell_deg),
-        cell_m=wide_m,
-    )
-    return TerrainGrid(tiles=(tile,)), (column - columns // 2) * wide_m
 
 
 @settings(max_examples=4, deadline=None)

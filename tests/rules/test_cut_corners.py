@@ -1,0 +1,63 @@
+"""Corners that the autopilot of a parameter file cuts, judged beside a model of reference steps."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff, waypoint
+from made_terrain import pole
+from rule_cases.case import found
+
+from planner.geo.fence import Fence, FenceCircle
+from planner.values import replace
+
+EAST_PER_M = 1.0 / (METRES_PER_DEGREE_NORTH * math.cos(math.radians(47.0)))
+TURNS = mission(
+    takeoff(40),
+    waypoint(200, 40),
+    item(16, north(200), 40.0, longitude_deg=8.0 + 200 * EAST_PER_M),
+    rtl(),
+)
+"""A right angle 200 m north of home, to the right."""
+SHARP = {
+    "ArduPilot": "WPNAV_SPEED,1000\nWPNAV_RADIUS,{radius}00\n",
+    "PX4": "MPC_XY_CRUISE,10\nNAV_ACC_RAD,{radius}\n",
+}
+
+
+def inside(by_m: float, radius_m: float) -> FenceCircle:
+    """Return an exclusion on the bisector of the corner, so far inside it."""
+    aside_m = by_m / math.sqrt(2.0)
+    return FenceCircle(
+        inclusion=False,
+        latitude_deg=north(200 - aside_m),
+        longitude_deg=8.0 + aside_m * EAST_PER_M,
+        radius_m=radius_m,
+    )
+
+
+# The legs pass 6 m inside the corner at 4.2 m: 3.2 m from a circle of 1 m.  A turn that begins 10 or 20 m
+# before the waypoint cuts the corner by at most 7 or 14 m, and by 1.4 m where it begins 2 m before.
+@pytest.mark.parametrize("by_m", [6.0, -6.0])
+@pytest.mark.parametrize(
+    ("of", "radius", "cuts"),
+    [("ArduPilot", 10, True), ("ArduPilot", 2, False), ("PX4", 20, True), ("PX4", 2, False)],
+)
+def test_an_exclusion_inside_a_corner_that_the_autopilot_cuts_is_not_checked(
+    of: str, radius: int, by_m: float, *, cuts: bool
+) -> None:
+    fenced = replace(TURNS, fence=Fence(circles=(inside(by_m, 1.0),)))
+    told = found(fenced, parameters=SHARP[of].format(radius=radius))
+    assert not {one.code for one in told} & {"F101"}
+    open_ = [one for one in told if one.code == "X904" and "autopilot cuts" in one.message]
+    assert bool(open_) is (cuts and by_m > 0.0)
+
+
+# ArduPilot cuts the corner by at most 7 m: 6.1 m inside it, 4.3 m from both legs, is within 2.5 m of that.
+@pytest.mark.parametrize(("radius", "is_open"), [(10, True), (2, False)])
+def test_ground_as_high_where_a_corner_is_cut_is_not_checked(radius: int, *, is_open: bool) -> None:
+    terrain, _ = pole(4.3, 195.7, columns=801)
+    told = found(TURNS, parameters=SHARP["ArduPilot"].format(radius=radius), terrain=terrain)
+    assert not [one for one in told if one.code == "A102"]
+    assert any("ground as high at a corner" in one.message for one in told) is is_open
