@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.resolve import FlightParameters
 
-_PART_M = 2.5
-"""Ways are looked at in parts so long."""
+_PART_M, _MOST_PARTS = 2.5, 20_000
+"""Ways are looked at in parts so long, longer ones where those were more."""
 _BESIDE = ("the fence", "ground as high", "the site's max_distance_m")
 """What is near, in words, in the order of the rules."""
 
@@ -43,7 +43,8 @@ def _cut_corners(a: Assessment, parameters: FlightParameters) -> Iterator[NotEva
     own = own_motion(a, parameters)
     if own is None:
         return
-    path = flown_path(own, straight_m=_PART_M, with_heights=True)
+    part_m = max(_PART_M, float(own.segments.distance_m.sum()) / _MOST_PARTS)
+    path = flown_path(own, straight_m=part_m, with_heights=True)
     off_m = _off_m(a, path)
     rows = np.flatnonzero(off_m > a.setup.position_margin_m)
     if not len(rows):

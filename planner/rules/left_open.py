@@ -101,7 +101,7 @@ def _resistance_not_counted(
     taken_wh = drop / (1.0 - drop) * drawn_wh
     rest_v = float(np.interp(budget.reserve_fraction, kind.ocv_soc, kind.cell_ocv_v))
     is_low = (1.0 - drop) * rest_v < (kind.lowest_cell_v or 0.0)
-    is_short = bool(_short_of_reserve(a, taken_wh))
+    is_short = taken_wh > 0.0 and bool(_short_of_reserve(a, taken_wh))
     may = f"; it may take {quantity.energy(taken_wh)} more" if taken_wh > 0.0 else ""
     if is_short and not is_low:
         may += " than there is above the reserve"
