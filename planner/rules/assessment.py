@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
     from planner.flight.failsafe import BatteryProfile
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.reach import Situations
     from planner.flight.returns.path import FlownReturns, Returns
@@ -133,6 +134,13 @@ class Assessment(Value, eq=False, dict=True):
         if self.returns.flight is not self.flight:  # who gives way to others holds on its way
             lost_s = lost_s[-1:]
         return self.lateness.passed_s + lost_s
+
+    @cached_property
+    def own_motion(self) -> Motion | None:
+        """How the own autopilot of a model of reference steps flies; ``None``: it is not known."""
+        from planner.rules.lateness import own_motion_of
+
+        return own_motion_of(self)
 
     @cached_property
     def passed_early_s(self) -> FloatArray:

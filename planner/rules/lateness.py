@@ -99,7 +99,7 @@ def lateness_of(a: Assessment) -> Lateness:
         )
     homeward = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
     returning = np.isin(motion.segments.item, homeward)
-    own = own_motion(a, given)
+    own = a.own_motion
 
     def longer(least: float) -> tuple[FloatArray, FloatArray, FloatArray, Slower | None, str]:
         climbs_s, slowest = _longer(a, given, motion, returning, least=least)
@@ -127,21 +127,27 @@ def _passed_s(motion: Motion, little_s: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(by_end_s, np.cumsum(little_s)), np.float64)
 
 
-def passed_early_s(a: Assessment) -> FloatArray:
-    """Return how much sooner each segment may be passed: as much as by an end of its stage. (s,) [s]
+def own_motion_of(a: Assessment) -> Motion | None:
+    """Return how the own autopilot of a model of reference steps flies; ``None``: it is not known.
 
-    Its own autopilot flies through corners at which the model stops, and may climb faster: that of the
-    parameter file, else that which the mission was written for, as it is delivered.
+    It flies through corners at which the model stops, and climbs along legs: that of the parameter file, else
+    that which the mission was written for, as it is delivered.
     """
-    motion, given = a.flight.motion, a.own_parameters
+    given = a.own_parameters
     if a.autopilot is Autopilot.STEP and given is None and a.mission.autopilot is not None:
         from planner.vehicle.parameters.resolve import resolve_parameters
 
         given = resolve_parameters(a.mission.autopilot, model=a.vehicle).values
-    none_s = np.zeros(len(motion.segments.item))
     if a.autopilot is not Autopilot.STEP or given is None:
-        return none_s
-    own = make_own_pilot(a.vehicle, given).fly(a.route)[0]
+        return None
+    return make_own_pilot(a.vehicle, given).fly(a.route)[0]
+
+
+def passed_early_s(a: Assessment) -> FloatArray:
+    """Return how much sooner each segment may be passed: as much as by an end of its stage. (s,) [s]"""
+    motion, own = a.flight.motion, a.own_motion
+    if own is None:
+        return np.zeros(len(motion.segments.item))
     count = len(a.route.stages)
     early_s = np.nan_to_num(_marks_s(motion, count) - _marks_s(own, count), nan=0.0)
     early_s = np.maximum(early_s, 0.0).max(axis=0)
@@ -258,13 +264,6 @@ _SHAPING = (
 """What shapes the way from place to place beside speeds."""
 _BY_MODEL = frozenset({*RETURN_STAGES, StageKind.TAKEOFF, StageKind.LAND, StageKind.CIRCLE})
 """What is counted apart, or as the model has it."""
-
-
-def own_motion(a: Assessment, given: FlightParameters) -> Motion | None:
-    """Return how its own autopilot flies; ``None`` where there is no way from place to place."""
-    if all(stage.kind in _BY_MODEL for stage in a.route.stages):
-        return None
-    return make_own_pilot(a.vehicle, given).fly(a.route)[0]
 
 
 def _shaped_longer_s(

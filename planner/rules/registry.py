@@ -50,7 +50,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "terrain": (),
     "overlapping_terrain": (),
     "followed_ground": (BUDGET,),
-    "cut_corners": (PARAMETERS,),
+    "own_ways": (PARAMETERS,),
     "site": (PROFILE,),
 }
 """The modules with rules, each with what all of them need: it is imported only where that is there."""

@@ -354,10 +354,11 @@ def _over(a: Assessment, terrain: TerrainGrid | None, path: FlownPath, legs: Int
 
 def items_too_low(
     a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray
-) -> frozenset[int | None]:
+) -> frozenset[int]:
     """Return the first items on whose legs of a path a vehicle were too low, within its position error."""
     flown = _over(a, terrain, path, legs)
-    return frozenset(one.item for one in (*_too_low(a, flown), *_beside(a, terrain, flown)))
+    found = (*_too_low(a, flown), *_beside(a, terrain, flown))
+    return frozenset(one.item for one in found if one.item is not None)
 
 
 def _may_be_low(a: Assessment) -> bool:

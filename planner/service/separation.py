@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,11 +31,12 @@ from planner.setup import Together
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.separation import Conflict
+    from planner.geo.geodesy import LocalFrame
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.files import ParameterSet
@@ -52,10 +54,11 @@ SEPARATION = Rule(
     "take-off or landing places.  It is found to 1 cm; fires where it is more than that below "
     "--separation.  The suggested delay is tried by the same search.  --start-error also covers the "
     "uncertainty of a flight's times; what a step-response model takes longer by its parameters (E108), "
-    "however little, and any for want of airspeed (E105), counts as up to so much later, and what the "
-    "autopilot of its parameters, else of the mission, flies through where the model stops, as up to so much "
-    "sooner.  In a fleet file the zone is an upright cylinder, horizontal_m and the position errors of both "
-    "wide, and the spread of times of the models counts as start errors do.",
+    "however little, and any for want of airspeed (E105), counts as up to so much later; such a model's "
+    "flight is also judged as the autopilot of its parameters, else of the mission, flies it: through "
+    "corners, and climbing along its legs.  In a fleet file that counts as up to so much sooner, the zone is "
+    "an upright cylinder, horizontal_m and the position errors of both wide, and the spread of times of the "
+    "models counts as start errors do.",
     fix="start one of them later, or fly them at other heights or places",
 )
 
@@ -138,7 +141,6 @@ def keep_apart(
                 cases[0].route.frame,
                 min_nav_alt_m=together.min_nav_alt_m,
                 late_s=assessment.passed_late_s,
-                early_s=assessment.passed_early_s,
                 beside_m=circles_off_m(assessment),
             ),
             start_s=starts_s[position],
@@ -147,19 +149,14 @@ def keep_apart(
         for position, assessment in flown
     ]
     spacing = Spacing(separation_m=together.separation_m, start_error_s=together.start_error_s)
-    conflicts = list(predict_conflicts(fleet, spacing))
-
-    @cache  # for the finding of each of the two
-    def details(conflict: Conflict) -> tuple[ClosestApproach, float | None]:
-        pair = fleet[conflict.first], fleet[conflict.second]
-        nearest = predict_approach(*pair, spacing) or conflict.approach
-        return nearest, clearing_delay_s(*pair, spacing)
-
+    ways = [_FlownFleet(fleet, spacing)]
+    if any(assessment.own_motion is not None for assessment in cases):
+        own = partial(_as_its_own_flies, cases[0].route.frame, together.min_nav_alt_m)
+        ways.append(_FlownFleet([*map(own, fleet, cases)], spacing, ", as its own autopilot flies"))
     added: list[list[Finding]] = [[] for _ in results]
     for number, (position, assessment) in enumerate(flown):
-        added[position] += _too_near(
-            number, fleet, conflicts, spacing, assessment.mission, details=details
-        )
+        found = (one for each in ways for one in each.too_near(number, assessment.mission))
+        added[position] += islice(found, 1)
         added[position] += _samesystem_id(number, cases, fleet)
     waits = [f"{one.file} {wait}" for one in results if (wait := uncounted_wait(one))]
     curves = [f"{one.file} {curve}" for one in results if (curve := uncounted_curve(one))]
@@ -204,53 +201,74 @@ def known_home_amsl_m(assessment: Assessment) -> float | None:
     return assessment.route.home_amsl_m if is_known else None
 
 
-def _too_near(
-    number: int,
-    fleet: Sequence[Member],
-    conflicts: Sequence[Conflict],
-    spacing: Spacing,
-    mission: Mission,
-    *,
-    details: Callable[[Conflict], tuple[ClosestApproach, float | None]],
-) -> Iterator[Finding]:
-    """Yield one finding about all that one member comes too near to: the nearest, and how many."""
-    own = [conflict for conflict in conflicts if number in {conflict.first, conflict.second}]
-    if not own:
-        return
-    worst = min(own, key=lambda conflict: conflict.approach.distance_m)
-    approach, delay_s = details(worst)
-    sides = [
-        (worst.first, approach.first_s, approach.first_item),
-        (worst.second, approach.second_s, approach.second_item),
-    ]
-    if number == worst.second:
-        sides.reverse()
-    (_, own_s, item), (other_number, other_s, other_item) = sides
-    other = fleet[other_number]
-    message = (
-        f"{quantity.beside(approach.distance_m, spacing.separation_m, quantity.height)} from "
-        f"{other.file}, {quantity.height(spacing.separation_m)} required by --separation: "
-        f"{_when(fleet[number], own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
-    )
-    if spacing.start_error_s > 0.0:
-        message += (
-            f", where both start within {quantity.duration(spacing.start_error_s)} of their times"
+def _as_its_own_flies(
+    frame: LocalFrame, min_nav_alt_m: float, one: Member, assessment: Assessment
+) -> Member:
+    """Return a member as its own autopilot flies, where its model of reference steps does otherwise."""
+    own = assessment.own_motion
+    if own is None:
+        return one
+    flown = make_trajectory(own, assessment.route, frame, min_nav_alt_m=min_nav_alt_m)
+    return replace(one, trajectory=flown)
+
+
+class _FlownFleet:
+    """A fleet in one of the ways it may be flown, and who come too near to each other."""
+
+    def __init__(self, fleet: Sequence[Member], spacing: Spacing, flown: str = "") -> None:
+        self._fleet = fleet
+        self._spacing = spacing
+        self._flown = flown
+        """How, in words; empty: as predicted."""
+        self._conflicts = list(predict_conflicts(fleet, spacing))
+        self._details = cache(self._make_details)  # for the finding of each of the two
+
+    def _make_details(self, conflict: Conflict) -> tuple[ClosestApproach, float | None]:
+        pair = self._fleet[conflict.first], self._fleet[conflict.second]
+        nearest = predict_approach(*pair, self._spacing) or conflict.approach
+        return nearest, clearing_delay_s(*pair, self._spacing)
+
+    def too_near(self, number: int, mission: Mission) -> Iterator[Finding]:
+        """Yield one finding about all that one member comes too near to: the nearest, and how many."""
+        fleet, spacing = self._fleet, self._spacing
+        own = [
+            conflict for conflict in self._conflicts if number in {conflict.first, conflict.second}
+        ]
+        if not own:
+            return
+        worst = min(own, key=lambda conflict: conflict.approach.distance_m)
+        approach, delay_s = self._details(worst)
+        sides = [
+            (worst.first, approach.first_s, approach.first_item),
+            (worst.second, approach.second_s, approach.second_item),
+        ]
+        if number == worst.second:
+            sides.reverse()
+        (_, own_s, item), (other_number, other_s, other_item) = sides
+        other = fleet[other_number]
+        message = (
+            f"{quantity.beside(approach.distance_m, spacing.separation_m, quantity.height)} from "
+            f"{other.file}, {quantity.height(spacing.separation_m)} required by --separation: "
+            f"{_when(fleet[number], own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
+            f"{self._flown}"
         )
-    message += late_text((fleet[number], own_s), (other, other_s))
-    message += _beside_text((fleet[number], own_s), (other, other_s))
-    others = [
-        fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
-    ]
-    if others:
-        message += f"; too near to {others[0]}{_and_more(others)} as well"
-    later = fleet[worst.second]
-    fix = (
-        f"no later start of {later.file} keeps the two apart: fly them at other heights or places"
-        if delay_s is None
-        else f"start {later.file} {quantity.duration(delay_s)} later, which keeps the two apart, or "
-        "fly them at other heights or places"
-    )
-    yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)
+        if spacing.start_error_s > 0.0:
+            message += f", where both start within {quantity.duration(spacing.start_error_s)} of their times"
+        message += late_text((fleet[number], own_s), (other, other_s))
+        message += _beside_text((fleet[number], own_s), (other, other_s))
+        others = [
+            fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
+        ]
+        if others:
+            message += f"; too near to {others[0]}{_and_more(others)} as well"
+        later = fleet[worst.second]
+        fix = (
+            f"no later start of {later.file} keeps the two apart: fly them at other heights or places"
+            if delay_s is None
+            else f"start {later.file} {quantity.duration(delay_s)} later, which keeps the two apart, or "
+            "fly them at other heights or places"
+        )
+        yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)
 
 
 def late_text(*sides: tuple[Member, float]) -> str:

@@ -583,7 +583,8 @@ def errors_beside(
     return {one.code for one in found if one.code in {"S101", "S104"}}
 
 
-# At 0.7 m/s 40 m take 57.1 s, G1 within a metre of 40 m some 24: 33 s later all the way, 330 m.
+# At 0.7 m/s 40 m take 57.1 s, G1 within a metre of 40 m some 24: 33 s later all the way, 330 m; within
+# 20 m they are for 2 s before and after, and ArduPilot gets under way some seconds later than G1.
 @pytest.mark.parametrize(
     ("parameters", "across_s", "codes"),
     [
@@ -591,7 +592,7 @@ def errors_beside(
         ("WPNAV_SPEED,1000\n", 25.0, set()),
         ("WPNAV_SPEED_UP,70\n", 25.0, {"S101"}),
         ("WPNAV_SPEED_UP,70\n", 31.0, {"S101"}),
-        ("WPNAV_SPEED_UP,70\n", 38.0, set()),
+        ("WPNAV_SPEED_UP,70\n", 45.0, set()),
         ("WPNAV_SPEED_UP,70\n", -5.0, set()),
         ("WPNAV_ACCEL,250\nWPNAV_SPEED_UP,250\n", -5.0, set()),
         ("WPNAV_ACCEL,250\nWPNAV_SPEED_UP,250\n", 5.0, set()),
@@ -616,7 +617,7 @@ STOPPING, THROUGH = (
     [
         ("WPNAV_SPEED,1000\n", 0.0, {"S101"}),
         ("WPNAV_SPEED,1000\n", 12.0, set()),
-        ("WPNAV_SPEED,1000\n", -12.0, {"S101"}),
+        ("WPNAV_SPEED,1000\n", -12.0, set()),
     ],
 )
 def test_who_stops_nowhere_passes_sooner_than_a_model_that_stops(

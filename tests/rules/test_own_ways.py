@@ -1,4 +1,4 @@
-"""Corners that the autopilot of a parameter file cuts, judged beside a model of reference steps."""
+"""Ways that the autopilot of a parameter file flies, judged beside those of a model of reference steps."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import pytest
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import pole
+from made_terrain import ground, pole
 from rule_cases.case import found
 
 from planner.geo.fence import Fence, FenceCircle
@@ -60,4 +60,17 @@ def test_ground_as_high_where_a_corner_is_cut_is_not_checked(radius: int, *, is_
     terrain, _ = pole(4.3, 195.7, columns=801)
     told = found(TURNS, parameters=SHARP["ArduPilot"].format(radius=radius), terrain=terrain)
     assert not [one for one in told if one.code == "A102"]
-    assert any("ground as high at a corner" in one.message for one in told) is is_open
+    assert any("ground as high on the way" in one.message for one in told) is is_open
+
+
+# From 12 m at 20 m to 60 m at 300 m a leg straight in space is 12 + 48 · 130 / 280 = 34.3 m up over the ridge
+# at 150 m, the model, which climbs in place, 60 m.  The ridge is as wide as two cells, 10 m to both sides.
+@pytest.mark.parametrize(("ridge_m", "is_open"), [(38.0, True), (24.0, False)])
+def test_ground_as_high_as_the_autopilot_climbs_along_a_leg_is_not_checked(
+    ridge_m: float, *, is_open: bool
+) -> None:
+    rising = mission(takeoff(12), waypoint(20, 12), waypoint(300, 60), rtl())
+    terrain = ground(ridge_m, at_m=150.0)
+    told = found(rising, parameters="WPNAV_SPEED,1000\nRTL_ALT,6000\n", terrain=terrain)
+    assert not [one for one in told if one.code == "A102"]
+    assert any("climbs along its legs" in one.message for one in told) is is_open

@@ -1,4 +1,7 @@
-"""Corners that a vehicle's own autopilot cuts, where its model of reference steps stops at them."""
+"""Ways of a vehicle's own autopilot, where its model of reference steps flies others.
+
+The model stops at corners that the autopilot cuts, and climbs in place where that climbs along a leg.
+"""
 
 from __future__ import annotations
 
@@ -8,27 +11,30 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.rules.declaration import FENCE, PARAMETERS, PROFILE, NotEvaluated, judges
-from planner.rules.lateness import own_motion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.findings import Rule
     from planner.flight.path import FlownPath
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _PART_M, _MOST_PARTS = 2.5, 20_000
 """Ways are looked at in parts so long, longer ones where those were more."""
-_BESIDE = ("the fence", "ground as high", "the site's max_distance_m")
-"""What is near, in words, in the order of the rules."""
+_OFF_M = 0.1
+"""Ways nearer to those predicted are the same."""
+_AT_GROUND = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
+_NEEDS = "a vehicle model that is flown by that autopilot"
 
 
 @judges(CONDITION_NOT_MODELLED, needs=(PARAMETERS,))
-def _cut_corners(a: Assessment, parameters: FlightParameters) -> Iterator[NotEvaluated]:
-    """Yield what is too near to the ways across corners, as the autopilot of the parameters flies them."""
+def _own_ways(a: Assessment, _parameters: FlightParameters) -> Iterator[NotEvaluated]:
+    """Yield what is too near to the ways that the autopilot of the parameters flies instead."""
     fence, terrain, profile = FENCE.of(a), a.setup.terrain, PROFILE.of(a)
     longest_m = None if profile is None else profile.max_distance_m
     if a.autopilot is not Autopilot.STEP or (
@@ -40,34 +46,40 @@ def _cut_corners(a: Assessment, parameters: FlightParameters) -> Iterator[NotEva
     from planner.rules.site import TOO_FAR_FOR_SITE, path_distances_m
     from planner.rules.terrain import BELOW_TERRAIN, items_too_low
 
-    own = own_motion(a, parameters)
+    own = a.own_motion
     if own is None:
         return
     part_m = max(_PART_M, float(own.segments.distance_m.sum()) / _MOST_PARTS)
     path = flown_path(own, straight_m=part_m, with_heights=True)
     off_m = _off_m(a, path)
-    rows = np.flatnonzero(off_m > a.setup.position_margin_m)
-    if not len(rows):
-        return
-    nowhere = np.zeros(len(rows), np.bool_)
-    near = {PATH_CROSSES: nowhere, BELOW_TERRAIN: nowhere, TOO_FAR_FOR_SITE: nowhere}
-    if fence is not None:
-        near[PATH_CROSSES] = _is_by_fence(a, path, rows)
-    if terrain is not None:
-        low = items_too_low(a, terrain, path, rows)
-        near[BELOW_TERRAIN] = np.array([item in low for item in path.item[rows].tolist()])
+    rows = np.flatnonzero(off_m > _OFF_M)
+    near: list[tuple[Rule, str, IntArray]] = []
+    if fence is not None and len(rows):
+        near.append((PATH_CROSSES, "the fence", rows[_is_by_fence(a, path, rows)]))
     if profile is not None and longest_m is not None:
-        near[TOO_FAR_FOR_SITE] = path_distances_m(a, profile, path)[rows] > longest_m
-    for (rule, are_near), what in zip(near.items(), _BESIDE, strict=True):
-        if are_near.any():
-            row = int(rows[are_near][off_m[rows[are_near]].argmax()])
+        is_far = path_distances_m(a, profile, path)[:-1] > longest_m
+        near.append((TOO_FAR_FOR_SITE, "the site's max_distance_m", rows[is_far[rows]]))
+    for rule, what, there in near:
+        if len(there):
+            row = int(there[off_m[there].argmax()])
             yield NotEvaluated(
                 rule=rule,
                 asked_by=f"{what} at a corner that the vehicle's own autopilot cuts by "
                 f"{quantity.distance(float(off_m[row]))}",
-                needs="a vehicle model that is flown by that autopilot",
+                needs=_NEEDS,
                 item=int(path.item[row]),
             )
+    aloft = np.flatnonzero(~np.isin(own.segments.state, _AT_GROUND)[path.segment])
+    if terrain is not None and len(aloft):
+        for item in sorted(items_too_low(a, terrain, path, aloft)):
+            yield NotEvaluated(
+                rule=BELOW_TERRAIN,
+                asked_by="ground as high on the way of the vehicle's own autopilot, which cuts corners and "
+                "climbs along its legs,",
+                needs=_NEEDS,
+                item=item,
+            )
+            break
 
 
 def _off_m(a: Assessment, path: FlownPath) -> FloatArray:
