@@ -111,6 +111,8 @@ def _is_by_fence(a: Assessment, path: FlownPath, rows: IntArray) -> BoolArray:
     legs = straight_legs(points_m[rows], points_m[rows + 1])
     near = np.zeros(len(rows), np.bool_)
     for barrier in (*fenced.area.barriers, *fenced.around_homes):
-        if fenced.is_on(barrier).any():
-            near |= barrier.leg_clearance(legs).clearance_m < fenced.position_error_m
+        flown_on = np.isin(path.item[rows], fenced.path.item[fenced.is_on(barrier)])
+        if flown_on.any():
+            is_near = barrier.leg_clearance(legs).clearance_m < fenced.position_error_m
+            near |= is_near & flown_on
     return near

@@ -54,6 +54,16 @@ def test_an_exclusion_inside_a_corner_that_the_autopilot_cuts_is_not_checked(
     assert bool(open_) is (cuts and by_m > 0.0)
 
 
+def test_no_fence_is_near_a_corner_while_it_is_off() -> None:
+    parameters = "FENCE_ENABLE,1\nFENCE_TYPE,4\n" + SHARP["ArduPilot"].format(radius=10)
+    for is_on in (1, 0):
+        switch = item(207, None, None, frame=2, params=(float(is_on), 0.0, 0.0, 0.0))
+        switched = mission(TURNS.items[0], switch, *TURNS.items[1:])
+        fenced = replace(switched, fence=Fence(circles=(inside(6.0, 1.0),)))
+        told = found(fenced, parameters=parameters)
+        assert any("autopilot cuts" in one.message for one in told) is bool(is_on)
+
+
 # ArduPilot cuts the corner by at most 7 m: 6.1 m inside it, 4.3 m from both legs, is within 2.5 m of that.
 @pytest.mark.parametrize(("radius", "is_open"), [(10, True), (2, False)])
 def test_ground_as_high_where_a_corner_is_cut_is_not_checked(radius: int, *, is_open: bool) -> None:
