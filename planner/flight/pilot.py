@@ -663,7 +663,7 @@ RETURN_HEIGHT_ASSUMED = Rule(
 def _return_heights(route: Route) -> Iterator[Finding]:
     """Yield that the return of a route is flown level, if it has one."""
     for row in route.rows_of(StageKind.RETURN)[:1]:
-        height = quantity.height(route.stages[row - 1].height_m)
+        height = quantity.height(route.stages[row - 1].height_m if row else 0.0)
         message = f"return altitude unknown: {height} above home assumed"
         yield RETURN_HEIGHT_ASSUMED.finding(message, item=route.stages[row].item)
 

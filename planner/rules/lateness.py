@@ -159,7 +159,7 @@ def _marks_s(motion: Motion, count: int) -> FloatArray:
     """Return when the climb of each stage ends, its level way and all of it; NaN: never. (3, count) [s]"""
     end_s, state = np.cumsum(motion.segments.duration_s), motion.segments.state
     marks_s = np.full((3, count), -np.inf)
-    for row, ends in enumerate((state == _CLIMB, np.isin(state, _LEVEL), np.isin(state, state))):
+    for row, ends in enumerate((state == _CLIMB, np.isin(state, _LEVEL), slice(None))):
         np.maximum.at(marks_s[row], motion.segment_stage[ends], end_s[ends])
     return np.where(np.isfinite(marks_s), marks_s, np.nan)
 

@@ -40,24 +40,21 @@ def test_crossing_tracks_are_clear_from_the_delay_of_their_angle_on(
     assert (low_s, high_s) == pytest.approx((-delay_s, delay_s), abs=1e-4 + 2 * ROUND_S)
 
 
-def test_starts_are_closed_for_as_long_as_either_may_be_late() -> None:
+# Who may be late reaches into what comes behind it, who may be early into what is ahead.
+@pytest.mark.parametrize(
+    ("name", "before_s", "behind_s"), [("late_s", 2.0, 5.0), ("early_s", 5.0, 2.0)]
+)
+def test_starts_are_closed_for_as_long_as_either_may_be_late_or_early(
+    name: str, before_s: float, behind_s: float
+) -> None:
     one, two = (
-        replace(flown, late_s=np.where(flown.is_rest, 0.0, late_s))
-        for flown, late_s in ((through(0.0), 5.0), (through(90.0), 2.0))
+        replace(flown, **{name: np.where(flown.is_rest, 0.0, by_s)})
+        for flown, by_s in ((through(0.0), 5.0), (through(90.0), 2.0))
     )
     [(low_s, high_s)] = ClosedShifts(Meeting(first=one, second=two), within_m=10.0)
     delay_s = 1.4217
-    assert (low_s, high_s) == pytest.approx((-delay_s - 2.0, delay_s + 5.0), abs=1e-4 + 2 * ROUND_S)
-
-
-def test_starts_are_closed_for_as_long_as_either_may_be_early() -> None:
-    one, two = (
-        replace(flown, early_s=np.where(flown.is_rest, 0.0, early_s))
-        for flown, early_s in ((through(0.0), 5.0), (through(90.0), 2.0))
-    )
-    [(low_s, high_s)] = ClosedShifts(Meeting(first=one, second=two), within_m=10.0)
-    delay_s = 1.4217
-    assert (low_s, high_s) == pytest.approx((-delay_s - 5.0, delay_s + 2.0), abs=1e-4 + 2 * ROUND_S)
+    expected = (-delay_s - before_s, delay_s + behind_s)
+    assert (low_s, high_s) == pytest.approx(expected, abs=1e-4 + 2 * ROUND_S)
 
 
 def test_head_on_they_are_never_clear_before_one_of_them_is_over() -> None:
