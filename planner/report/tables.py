@@ -20,7 +20,7 @@ from planner.flight.prediction import sample_trace, used_energy_wh
 from planner.flight.returns.path import return_profile
 from planner.flight.uncertainty import predict_energy_band
 from planner.geo.barrier import swept_areas
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import LANDED_STAGES, StageKind
 from planner.rules.energy import destination_name, place_along
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.service.separation import known_home_amsl_m
@@ -353,8 +353,6 @@ _SAMPLES = 20_000
 """Looked at for that."""
 _EXTREMES = 7
 """Rows kept of each short time: the first, and the extremes of power, altitude and speed."""
-_LANDINGS = (StageKind.LAND, StageKind.RETURN)
-"""Where the vehicle lands anyway: nothing is left to turn back from."""
 _BAND_POINTS = 121
 """Times that the spread of the energy is looked at."""
 _BANDS = 500
@@ -618,7 +616,8 @@ def _turning(assessment: Assessment, profile: ReturnProfile | None) -> IntArray:
     """Return the rows of a profile from which a flight may still turn back."""
     if profile is None:
         return np.zeros(0, dtype=np.intp)
-    landing = [stage.item for stage in assessment.route.stages if stage.kind in _LANDINGS]
+    # Where the vehicle lands anyway nothing is left to turn back from.
+    landing = [stage.item for stage in assessment.route.stages_of(*LANDED_STAGES)]
     return np.flatnonzero(~np.isin(profile.item, landing))
 
 

@@ -223,7 +223,7 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
 
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
-    from planner.rules.terrain import tops_over_terrain_m
+    from planner.rules.terrain_following import tops_over_terrain_m
 
     returns = a.returns
     points = [returns.end_points(returns.stage_ends)]

@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HOME
 from planner.rules.declaration import ARDUPILOT, BUDGET, POWER, TERRAIN, NotEvaluated, judges
-from planner.rules.terrain import returns_follow_terrain
+from planner.rules.terrain_following import returns_follow_terrain
 from planner.units import GRAVITY_M_S2, wh_from_j
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.rules.declaration import Need, judges
+from planner.rules.declaration import SEVERAL_TERRAINS, judges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,12 +21,6 @@ _AROUND_M = 200.0
 """Curves, position errors and returns stay so near to the box of the flight, home and rally points. [m]"""
 _WORTH_SAYING_M = 1.0
 """Whole metres, as SRTM has them, and resampling differ by less. [m]"""
-
-_SEVERAL: Need[TerrainGrid] = Need(
-    "two terrain files or more",
-    lambda a: a.setup.terrain if a.setup.terrain and len(a.setup.terrain.tiles) > 1 else None,
-    is_subject=True,
-)
 
 TERRAIN_DIFFERS = Rule(
     "A119 terrain-differs",
@@ -41,7 +35,7 @@ TERRAIN_DIFFERS = Rule(
 )
 
 
-@judges(TERRAIN_DIFFERS, needs=(_SEVERAL,))
+@judges(TERRAIN_DIFFERS, needs=(SEVERAL_TERRAINS,))
 def _terrain_differs(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     for other in others_around(a, terrain):
         if abs(other.apart_m) > _WORTH_SAYING_M:

@@ -13,7 +13,7 @@ from planner.flight.path import flown_path
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name, is_navigation
 from planner.rules.declaration import EXTREMES, PROFILE, judges
-from planner.rules.terrain import tops_over_terrain_m
+from planner.rules.terrain_following import tops_over_terrain_m
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import parameter_table
 

@@ -15,7 +15,7 @@ from planner.flight.motion.ardupilot.circle_path import CircleTask, circle_path
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
 from planner.flight.motion.kinematics import horizontal, is_nonzero
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
-from planner.mission.route.stage import RETURN_STAGES, StageKind
+from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.values import Value, field_names
 
 if TYPE_CHECKING:
@@ -41,9 +41,6 @@ _LOWEST_TAKEOFF_M = 1.0
 
 _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_DOWN)
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
-
-_LANDED = (StageKind.LAND, StageKind.RETURN)
-"""Stages after which the vehicle stands on the ground."""
 
 _SPLINES_LEAD_TO = (StageKind.LAND, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT)
 """``ModeAuto::get_spline_from_cmd``: a spline is flown through towards the place of any command."""
@@ -214,7 +211,7 @@ def stage_columns(
             parameters=parameters,
         )
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
-    landed = np.concatenate(([True], is_kind(kind[:-1], *_LANDED)))
+    landed = np.concatenate(([True], is_kind(kind[:-1], *LANDED_STAGES)))
     through = is_kind(kind, StageKind.GO, StageKind.SPLINE, StageKind.RETURN_LEG) & (hold == 0.0)
     onward = is_kind(kind, *_NEXT_MAY_BE)
     onward[1:] |= is_kind(kind[:-1], StageKind.RETURN_LEG)
@@ -322,7 +319,7 @@ def _chained(
         before = end[row - 1] if row else before
         match stages[row].kind:
             case StageKind.TAKEOFF:
-                stands = row == 0 or stages[row - 1].kind in _LANDED
+                stands = row == 0 or stages[row - 1].kind in LANDED_STAGES
                 end[row, :2] = before[:2]
                 end[row, 2] = max(place_m[row, 2], before[2] + _LOWEST_TAKEOFF_M * stands)
             case StageKind.DELAY:

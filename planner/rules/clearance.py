@@ -1,0 +1,197 @@
+"""Height above the ground along lines, and how much of it is asked for."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.path import FlightLines
+    from planner.geo.terrain import TerrainGrid
+    from planner.rules.assessment import Assessment
+
+PART_M = 2.5
+"""Lines near home are judged in parts so long: the ground there may rise by 0.7 m in one. [m]"""
+STRAIGHT_M = 1000.0
+"""Lines so long are straight in degrees too, to 2 cm at 47°. [m]"""
+STEEPEST_DEG = 15.0
+"""Of ground that a vehicle stands on: the US Army lands no helicopter on steeper (FM 3-21.38, landing
+sites). [°]"""
+STEEPEST_RISE = math.tan(math.radians(STEEPEST_DEG))
+"""Of the ground around where a vehicle can stand: 5 m in 19 m. [-]"""
+SAME_PLACE_M = 1e-3
+"""Lines shorter over ground go up and down. [m]"""
+ROUNDING_M = 1e-4
+"""Heights of grids are of single precision. [m]"""
+_CIRCLE_PARTS = 12
+"""Chords of a circle: within 9 cm of one of 2.5 m."""
+_BOX_PLACES = 5
+"""Along each side of a box, and in it: enough for the box in a projection."""
+
+GROUND_THERE = "a grid without holes there: --terrain, with several files where one ends"
+
+
+class Clearance(Value, eq=False):
+    """Height above the ground along lines, in parts in which it is a parabola."""
+
+    line: IntArray
+    """Line each part is of, rising. (k,)"""
+    start: FloatArray
+    """Where on its line each part begins and ends, 0 to 1. (k,)"""
+    end: FloatArray
+    length_m: FloatArray
+    """Over ground. (k,) [m]"""
+    at_m: FloatArray
+    """At the beginning, the middle and the end; above home's level where the ground is not known. (k, 3)"""
+    is_known: BoolArray
+    """Whether the ground is. (k,)"""
+    asked_m: FloatArray
+    """What is to be kept. (k,) [m]"""
+    is_missed: BoolArray
+    """Whether the ground is not known where it matters: not by home, where the vehicle stood. (k,)"""
+
+    def extremes_m(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the least and the greatest of each part, and where on the line the least is. (k,)"""
+        first, middle, last = self.at_m.T
+        bend = 2.0 * (first - 2.0 * middle + last)
+        slope = last - first - bend
+        turns = np.abs(bend) > ROUNDING_M
+        top = np.clip(-slope / np.where(turns, 2.0 * bend, 1.0), 0.0, 1.0)
+        top = np.where(turns, top, 0.0)
+        values = np.stack((first, first + top * (slope + top * bend), last))
+        place = np.stack((np.zeros(len(top)), top, np.ones(len(top))))
+        lowest = values.argmin(axis=0)[None]
+        where = np.take_along_axis(place, lowest, axis=0)[0]
+        return (
+            np.take_along_axis(values, lowest, axis=0)[0],
+            values.max(axis=0),
+            self.start + where * (self.end - self.start),
+        )
+
+    def length_too_low_m(self) -> FloatArray:
+        """Return the length of each part that is lower than is asked for. (k,) [m]"""
+        first, middle, last = self.at_m.T - self.asked_m
+        bend = 2.0 * (first - 2.0 * middle + last)
+        slope = last - first - bend
+        turns = np.abs(bend) > ROUNDING_M
+        root = np.sqrt(np.maximum(slope**2 - 4.0 * bend * first, 0.0))
+        twice = np.where(turns, 2.0 * bend, 1.0)
+        straight = -first / np.where(slope != 0.0, slope, 1.0)
+        cuts = np.sort(
+            [
+                np.zeros(len(bend)),
+                np.clip(np.where(turns, (-slope - root) / twice, straight), 0.0, 1.0),
+                np.clip(np.where(turns, (-slope + root) / twice, straight), 0.0, 1.0),
+                np.ones(len(bend)),
+            ],
+            axis=0,
+        )
+        middles = 0.5 * (cuts[1:] + cuts[:-1])
+        below = first + middles * (slope + middles * bend) < 0.0
+        share: FloatArray = (np.diff(cuts, axis=0) * below).sum(axis=0)
+        return share * self.length_m
+
+
+def clearance_of(
+    a: Assessment, terrain: TerrainGrid | None, lines: FlightLines, *, beside_m: float = 0.0
+) -> Clearance:
+    """Return the height above the ground along lines no longer than what is straight.
+
+    Of lines ``beside_m`` of the flight it is asked what is asked of the flight. [m]
+    """
+    ends = np.stack((lines.start_m, lines.end_m), axis=1)
+    if terrain is None or not a.route.knows_home_amsl:
+        line = np.arange(len(ends))
+        start, end = np.zeros(len(ends)), np.ones(len(ends))
+        ground_m = np.full((len(ends), 3), np.nan)
+    else:
+        ground = terrain.under(*a.route.frame.latitude_longitude_deg(ends[..., 0], ends[..., 1]))
+        line, start, end = ground.line, ground.start, ground.end
+        ground_m = ground.ground_amsl_m - a.route.ground_datum_m
+    along = np.stack((start, 0.5 * (start + end), end), axis=1)
+    place_m = ends[line, :1] + along[..., None] * (ends[line, 1:] - ends[line, :1])
+    is_known = ~np.isnan(ground_m).any(axis=1)
+    ground_m = np.where(is_known[:, None], ground_m, 0.0)
+    from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
+    from_home_m = np.maximum(from_home_m - beside_m, 0.0)
+    near_home_m = a.setup.clearance_m / STEEPEST_RISE
+    return Clearance(
+        line=line,
+        start=start,
+        end=end,
+        length_m=lines.length_m[line] * (end - start),
+        at_m=place_m[..., 2] - ground_m,
+        is_known=is_known,
+        asked_m=np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m) - ROUNDING_M,
+        is_missed=~is_known & (from_home_m > near_home_m),
+    )
+
+
+def near_home_cut(lines: FlightLines, clearance_m: float) -> FlightLines:
+    """Return lines, those cut that begin or end where less than the whole clearance is asked for."""
+    from planner.flight.path import FlightLines
+
+    near_m = clearance_m / STEEPEST_RISE
+    near = np.minimum(*(np.hypot(*end[:, :2].T) for end in (lines.start_m, lines.end_m))) < near_m
+    if not near.any():
+        return lines
+    both = FlightLines.joined([lines.select(~near), lines.select(near).cut(PART_M)])
+    return both.select(np.argsort(both.owner, kind="stable"))
+
+
+class Lowest(Value, kw_only=False, eq=False):
+    """The place where lines are nearest to the ground."""
+
+    clearance_m: float
+    row: int
+    """Of the lines, or of the fan of returns; beyond it, on what they follow along the mission."""
+    place_m: FloatArray
+    """East, north, height above home. (3,) [m]"""
+
+
+def nearest_m(
+    place_m: FloatArray, start_m: FloatArray, end_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far lines are from places on the map, and their heights there; of upright ones the least."""
+    way_m = end_m - start_m
+    squared = (way_m[:, :2] ** 2).sum(axis=1)
+    along = ((place_m - start_m[:, :2]) * way_m[:, :2]).sum(axis=1)
+    share = np.clip(along / np.maximum(squared, SAME_PLACE_M**2), 0.0, 1.0)
+    nearest_m = start_m + share[:, None] * way_m
+    lower_m = np.minimum(start_m[:, 2], end_m[:, 2])
+    return (
+        np.hypot(*(place_m - nearest_m[:, :2]).T),
+        np.where(squared > SAME_PLACE_M**2, nearest_m[:, 2], lower_m),
+    )
+
+
+def box_places_m(places_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return east and north of places all around others, on the edge of their box. [m]"""
+    low, high = places_m[:, :2].min(axis=0), places_m[:, :2].max(axis=0)
+    shares = np.linspace(0.0, 1.0, _BOX_PLACES)
+    east, north = np.meshgrid(*(low[:, None] + (high - low)[:, None] * shares))
+    return east.ravel(), north.ravel()
+
+
+def circle_m(radius_m: float) -> FloatArray:
+    """Return east and north of places around the origin, the first of them last too. (n, 2) [m]"""
+    angle = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_PARTS + 1)
+    return radius_m * np.column_stack((np.cos(angle), np.sin(angle)))
+
+
+def above_text(clearance_m: float, what: str = "the ground") -> str:
+    """Return how high above something, or how far below it, a flight is."""
+    side = "below" if clearance_m < 0.0 else "above"
+    return f"{quantity.height(abs(clearance_m))} {side} {what}"
+
+
+def too_near_text(a: Assessment, clearance_m: float, what: str = "the ground") -> str:
+    """Return how high above the ground a flight is, and what was asked for where it does not meet it."""
+    asked = "" if clearance_m < 0.0 else f" (--clearance {quantity.height(a.setup.clearance_m)})"
+    return above_text(clearance_m, what) + asked

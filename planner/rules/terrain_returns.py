@@ -1,0 +1,283 @@
+"""Rules on the ground under returns of the vehicle itself."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Rule, Severity
+from planner.flight.returns.destination import HOME
+from planner.mission.route.stage import StageKind
+from planner.rules.clearance import (
+    GROUND_THERE,
+    ROUNDING_M,
+    STRAIGHT_M,
+    Lowest,
+    above_text,
+    box_places_m,
+    clearance_of,
+    nearest_m,
+    too_near_text,
+)
+from planner.rules.declaration import ARDUPILOT, PX4, TERRAIN, NotEvaluated, judges
+from planner.rules.terrain_following import (
+    OVER_TERRAIN,
+    FollowingLegs,
+    reach_down_m,
+    returns_follow_terrain,
+)
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.arrays import IntArray
+    from planner.findings import Finding
+    from planner.flight.path import FlownPath
+    from planner.flight.returns.fan import ReturnFan
+    from planner.geo.terrain import TerrainGrid
+    from planner.rules.assessment import Assessment
+    from planner.rules.declaration import Found
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_STEEPEST_RETURNS = 20
+"""So many returns, those over the steepest ground, are flown step by step."""
+_MOST_RETURNS = 2_000
+_RETURN_SPACING_M = 100.0
+"""Returns begin no farther apart, nor than a cell, unless there would be more than can be judged; the
+ground between them is judged as well. [m]"""
+_MOST_CELLS = 500_000
+"""Cells that returns pass over, at most: beyond, they begin farther apart."""
+_NARROW_M2 = 1e-6
+"""Returns from a stretch that pass over less are one line. [m²]"""
+
+RETURN_BELOW_TERRAIN = Rule(
+    "A104 rtl-below-terrain",
+    Severity.ERROR,
+    summary="The vehicle's own return would meet the ground.",
+    why="The height of a return counts from home and ignores hills: vehicles flew into them "
+    "(QGroundControl #5524, ArduPilot #12170, PX4 #20003).",
+    how="From all over the flight to where the vehicle itself would return (home, a rally point or along "
+    "the mission), at the height of its return: PX4 the higher of its own and RTL_RETURN_ALT over that "
+    "place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT over home, whatever "
+    "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
+    "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
+    "--position-error of them.  Where "
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance, and the 20 returns over the steepest "
+    "ground, which they may climb too slowly for.  PX4 also by RTL_DESCEND_ALT above a rally "
+    "point that lies below the ground: it goes down to there before it lands.  Not evaluated (X904) where "
+    "--terrain has no ground under a return, and without --terrain where returns follow terrain.",
+    fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
+    instead="--terrain or --clearance",
+)
+
+
+def return_spacing_m(cell_m: float, length_m: float) -> float:
+    """Return how far apart on a path of some length the places are that returns are judged from. [m]"""
+    return max(min(_RETURN_SPACING_M, cell_m), length_m / _MOST_RETURNS)
+
+
+@judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT, TERRAIN))
+def _returns_too_late(
+    a: Assessment, parameters: ArduPilotParameters, terrain: TerrainGrid
+) -> Iterator[Finding]:
+    """Yield a finding where the ground under a return that follows it rises faster than it climbs."""
+    sample = a.returns.sample
+    if sample is None or not len(sample.destination) or not returns_follow_terrain(a):
+        return
+    corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
+    ways_m = corners_m[:, 2:4, :2]
+    where = a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1])
+    ground = terrain.under(*where)
+    length_m = np.hypot(*(ways_m[:, 1] - ways_m[:, 0]).T)[ground.line] * (ground.end - ground.start)
+    rise_m = np.nan_to_num(ground.ground_amsl_m[:, 2] - ground.ground_amsl_m[:, 0], nan=0.0)
+    climbed_m = length_m * parameters.climb_speed_m_s / parameters.return_speed_m_s
+    behind_m = np.bincount(ground.line, np.maximum(rise_m - climbed_m, 0.0), len(ways_m))
+    chosen = np.argsort(-behind_m, kind="stable")[:_STEEPEST_RETURNS]
+    first = np.searchsorted(ground.line, chosen)
+    above_m = corners_m[chosen, 1, 2] - (ground.ground_amsl_m[first, 0] - a.route.ground_datum_m)
+    above_m = np.fmax(above_m, parameters.return_altitude_m)
+    one = np.ones(len(chosen))
+    least_m = FollowingLegs(
+        start_m=ways_m[chosen, 0],
+        end_m=ways_m[chosen, 1],
+        above_m=np.column_stack((above_m, above_m)),
+        limits_m_s=(
+            parameters.return_speed_m_s * one,
+            parameters.climb_speed_m_s * one,
+            parameters.descent_speed_m_s * one,
+        ),
+        stage=2 * np.arange(len(chosen)),
+    ).least_above_m(a, terrain, parameters)
+    worst = int(np.nan_to_num(least_m, nan=np.inf).argmin())
+    lowest_m, enough_m = float(least_m[worst]), a.setup.clearance_m - ROUNDING_M
+    if lowest_m < enough_m <= parameters.return_altitude_m:
+        yield a.finding(
+            RETURN_BELOW_TERRAIN,
+            f"a return from here follows the ground, which rises faster than it climbs: "
+            f"{too_near_text(a, lowest_m)}",
+            item=a.route.stages[int(sample.points.stage[chosen[worst]])].item,
+            fix="raise RTL_ALT, or set RTL_ALT_TYPE 0 with RTL_ALT above the highest ground",
+        )
+
+
+@judges(RETURN_BELOW_TERRAIN, needs=(ARDUPILOT,))
+def _returns_over_terrain(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Found]:
+    has_source = parameters.terrain_enable or reach_down_m(a) is not None
+    if parameters.return_altitude_type != OVER_TERRAIN or not has_source:
+        return
+    height_m = parameters.return_altitude_m
+    if a.setup.terrain is None:
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by="a return above terrain (RTL_ALT_TYPE 1)",
+            needs=TERRAIN.what,
+        )
+    elif 0.0 < height_m < a.setup.clearance_m:  # at 0 it keeps the height it is at
+        yield a.finding(
+            RETURN_BELOW_TERRAIN, f"returns follow the ground {too_near_text(a, height_m)}"
+        )
+
+
+@judges(RETURN_BELOW_TERRAIN, needs=(PX4,))
+def _waits_below_ground(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Judge the height at which PX4 waits over a rally point (``RtlDirect``, LOITER_DOWN)."""
+    sample = a.returns.sample
+    if sample is None:
+        return
+    points = sample.points
+    targets = a.returns.destinations.targets(points.stage, sample.destination, points.stop_m)
+    waits_m = targets.above_ground_m + parameters.return_descend_altitude_m
+    waits_m = np.where(sample.destination > HOME, waits_m, np.inf)
+    worst = int(waits_m.argmin())
+    if waits_m[worst] <= ROUNDING_M:
+        yield a.finding(
+            RETURN_BELOW_TERRAIN,
+            f"a return to rally point {int(sample.destination[worst])} goes down to "
+            f"{above_text(float(waits_m[worst]))} before it lands",
+            fix="correct the altitude of the rally point: it counts from home",
+        )
+
+
+def returns_too_low(
+    a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray, cell_m: float
+) -> Iterator[Found]:
+    """Yield a finding where a return of the vehicle meets the ground."""
+    from planner.flight.path import FlightLines
+    from planner.flight.returns.fan import return_fan
+
+    if returns_follow_terrain(a):
+        return
+    # The mission's own return is judged as it is flown.
+    own = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
+    legs = legs[~np.isin(path.item[legs], own)]
+    if not len(legs):
+        return
+    stage = a.returns.segment_stage[path.segment[legs]]
+    along_m = np.cumsum(path.length_m[legs])
+    spacing_m = return_spacing_m(cell_m, float(along_m[-1]))
+    # Legs that follow each other on a stage, no longer than the spacing, are one stretch.
+    number = np.floor((along_m - path.length_m[legs]) / spacing_m)
+    new = (np.diff(number, prepend=-1.0) != 0.0) | (np.diff(stage, prepend=-1) != 0)
+    new |= np.diff(legs, prepend=-2) != 1
+    first = np.flatnonzero(new)
+    last = np.append(first[1:], len(legs)) - 1
+    time_s = np.stack((path.time_s[legs[first]], path.time_s[legs[last] + 1]), axis=1)
+    fan, along = return_fan(a.returns, time_s, stage[first])
+    item = path.item[legs[first]][fan.stretch]
+    # From where it decides to over where it lands; the landing itself is not judged.
+    corners = fan.corners_m[:, :, :4].reshape(-1, 4, 3)
+    lines = FlightLines(
+        start_m=corners[:, :-1].reshape(-1, 3),
+        end_m=corners[:, 1:].reshape(-1, 3),
+        owner=np.repeat(np.arange(len(corners)) // 2, 3),
+    )
+    # Between lines the ground is highest at centres of cells, all of which are judged.
+    every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS))) or 1
+    lines = lines.select(lines.owner % every == 0)
+    count = len(fan.stretch)
+    both = FlightLines.joined([lines, replace(along, owner=along.owner + count)])
+    both = both.cut(STRAIGHT_M)
+    clearance = clearance_of(a, terrain, both)
+    least_m, _, where = clearance.extremes_m()
+    if clearance.is_missed.any():
+        owner = int(both.owner[clearance.line[clearance.is_missed.argmax()]])
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by="the ground under a return",
+            needs=GROUND_THERE,
+            item=int(item[owner]) if owner < count else None,
+        )
+    is_low = clearance.is_known & (least_m < clearance.asked_m)
+    least_m = np.where(is_low, least_m, np.inf)
+    worst = int(least_m.argmin())
+    line = int(clearance.line[worst])
+    place_m = both.start_m[line] + where[worst] * (both.end_m[line] - both.start_m[line])
+    low = Lowest(float(least_m[worst]), int(both.owner[line]), place_m)
+    peak = _lowest_over_peaks(a, terrain, fan)
+    if peak is not None and peak.clearance_m < low.clearance_m:
+        low = peak
+    if low.clearance_m >= a.setup.clearance_m - ROUNDING_M:
+        return
+    above = too_near_text(a, low.clearance_m)
+    if low.row >= count:
+        yield a.finding(RETURN_BELOW_TERRAIN, f"the return along the mission is {above}")
+        return
+    to_go_m = float(np.hypot(*(fan.corners_m[low.row, 0, 3] - low.place_m)[:2]))
+    goal = "home" if fan.destination[low.row] == HOME else "its landing"
+    yield a.finding(
+        RETURN_BELOW_TERRAIN,
+        f"a return from here, {quantity.height(float(low.place_m[2]))} above home, is {above}, "
+        f"{quantity.distance(to_go_m)} from {goal}",
+        item=int(item[low.row]),
+    )
+
+
+def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> Lowest | None:
+    """Return where a return between the two ends of a stretch passes lowest over the centre of a cell."""
+    import shapely
+
+    turn_m, over_m = fan.corners_m[:, :, 2], fan.corners_m[:, 0, 3]
+    lowest_m = min(float(turn_m[..., 2].min()), float(over_m[:, 2].min()))
+    every_m = np.concatenate((turn_m.reshape(-1, 3), over_m))
+    frame = a.route.frame
+    latitude, longitude, ground_amsl_m = terrain.peaks_above(
+        a.route.ground_datum_m + lowest_m - a.setup.clearance_m,
+        *frame.latitude_longitude_deg(*box_places_m(every_m)),
+    )
+    if not len(latitude):
+        return None
+    peaks_m = np.column_stack(frame.east_north_m(latitude, longitude))
+    corners_m = np.stack((over_m[:, :2], turn_m[:, 0, :2], turn_m[:, 1, :2]), axis=1)
+    tree = shapely.STRtree(shapely.convex_hull(shapely.linestrings(corners_m)))
+    peak, row = tree.query(
+        shapely.points(peaks_m), predicate="dwithin", distance=a.setup.position_margin_m
+    )
+    # A place is over + u (turn_0 − over) + v (turn_1 − over); its height as straight lines have it.
+    sides_m = corners_m[row, 1:] - corners_m[row, :1]
+    from_m = peaks_m[peak] - corners_m[row, 0]
+    area = sides_m[:, 0, 0] * sides_m[:, 1, 1] - sides_m[:, 0, 1] * sides_m[:, 1, 0]
+    if not len(row):
+        return None
+    is_wide = np.abs(area) > _NARROW_M2
+    whole = np.where(is_wide, area, 1.0)
+    u = (from_m[:, 0] * sides_m[:, 1, 1] - from_m[:, 1] * sides_m[:, 1, 0]) / whole
+    v = (from_m[:, 1] * sides_m[:, 0, 0] - from_m[:, 0] * sides_m[:, 0, 1]) / whole
+    base_m = over_m[row, 2]
+    height_m = base_m + u * (turn_m[row, 0, 2] - base_m) + v * (turn_m[row, 1, 2] - base_m)
+    is_inside = is_wide & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+    # Beside it the height of its edges counts, where they are nearest.
+    corners = (over_m[row], turn_m[row, 0], turn_m[row, 1])
+    edges = [nearest_m(peaks_m[peak], *ends) for ends in combinations(corners, 2)]
+    away_m, beside_m = (np.stack(one) for one in zip(*edges, strict=True))
+    beside_m = np.take_along_axis(beside_m, away_m.argmin(axis=0)[None], axis=0)[0]
+    height_m = np.where(is_inside, height_m, beside_m)
+    clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
+    clearance_m = np.where(np.isnan(clearance_m), np.inf, clearance_m)
+    worst = int(clearance_m.argmin())
+    place_m = np.append(peaks_m[peak[worst]], height_m[worst])
+    return Lowest(float(clearance_m[worst]), int(row[worst]), place_m)
