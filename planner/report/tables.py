@@ -22,7 +22,6 @@ from planner.flight.uncertainty import predict_energy_band
 from planner.geo.barrier import swept_areas
 from planner.mission.route.stage import LANDED_STAGES, StageKind
 from planner.rules.energy import destination_name, place_along
-from planner.rules.fenced_flight import make_fenced_flight
 from planner.service.separation import known_home_amsl_m
 from planner.values import Value, field_names, field_values
 
@@ -65,7 +64,7 @@ def stop_room_rows(assessment: Assessment) -> list[Row]:
         return []
     import shapely
 
-    flown = make_fenced_flight(assessment)
+    flown = assessment.fenced
     dot_m = _DOT * float(np.ptp(flown.points_m, axis=0).max())
     farthest_m = float(np.hypot(*(flown.stopped_m - flown.points_m).T).max()) + flown.margin_m
     if farthest_m < dot_m:

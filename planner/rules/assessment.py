@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.autopilot import Autopilot
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.quantity import mean_of
@@ -16,7 +17,7 @@ from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
-    from planner.autopilot import Autopilot, Target
+    from planner.autopilot import Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
     from planner.flight.failsafe import BatteryProfile
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from planner.flight.uncounted import Uncounted
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
+    from planner.rules.fenced_flight import FencedFlight
     from planner.rules.lateness import Lateness, LateReturns
     from planner.setup import Setup
     from planner.vehicle.battery import Battery
@@ -134,6 +136,20 @@ class Assessment(Value, eq=False, dict=True):
         if self.returns.flight is not self.flight:  # who gives way to others holds on its way
             lost_s = lost_s[-1:]
         return self.lateness.passed_s + lost_s
+
+    @cached_property
+    def fenced(self) -> FencedFlight:
+        """The flight and its fence, in one frame."""
+        from planner.rules.fenced_flight import make_fenced_flight
+
+        return make_fenced_flight(self)
+
+    @property
+    def may_fly_other_ways(self) -> bool:
+        """Whether this is a model of reference steps, and it is known which autopilot flies the vehicle."""
+        return self.autopilot is Autopilot.STEP and not (
+            self.own_parameters is None and self.target is None
+        )
 
     @cached_property
     def own_motion(self) -> Motion | None:

@@ -74,6 +74,12 @@ def _fence_limits(a: Assessment) -> FenceLimits | None:
     return limits if a.mission.fence or is_switched_on or limits else None
 
 
+def _may_matter_on_other_ways(a: Assessment) -> bool:
+    return a.may_fly_other_ways and not (
+        a.setup.terrain is None and FENCE.of(a) is None and a.setup.profile is None
+    )
+
+
 def _px4(a: Assessment) -> Px4Parameters | None:
     if a.own_parameters is None:
         return None
@@ -136,6 +142,11 @@ FETCHED: Need[tuple[FetchMark, FetchMark]] = Need(
 )
 PROFILE: Need[SiteProfile] = Need(
     "a profile of the site: --profile", lambda a: a.setup.profile, is_subject=True
+)
+OTHER_WAYS: Need[bool] = Need(
+    "a model of reference steps for another autopilot, with a fence, terrain or a site beside its way",
+    lambda a: _may_matter_on_other_ways(a) or None,
+    is_subject=True,
 )
 
 

@@ -23,7 +23,7 @@ from planner.rules.fence_settings import (
     limits_in_use,
     why_not_enforced,
 )
-from planner.rules.fenced_flight import make_fenced_flight, straight_legs
+from planner.rules.fenced_flight import straight_legs
 from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
 from planner.values import Value
 
@@ -368,7 +368,7 @@ def _way_around(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.ARDUPILOT or not planner:
         return
     margin_m = given.get("OA_MARGIN_MAX", _OA_MARGIN_M)
-    flown = make_fenced_flight(a)
+    flown = a.fenced
     legs = flown.legs(np.arange(len(flown.group)))
     nearest = [
         (float(clearance_m.min()), int(clearance_m.argmin()), barrier)
@@ -436,7 +436,7 @@ def _fenced_flight(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
 
 def flight_in_fence(a: Assessment) -> Iterator[Finding]:
     """Yield what is wrong with the areas of a fence, and where a flight or its returns leave them."""
-    flown = make_fenced_flight(a)
+    flown = a.fenced
     yield from flown.area.findings
     if a.mission.home is None:
         yield a.finding(

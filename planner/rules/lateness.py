@@ -131,16 +131,16 @@ def own_motion_of(a: Assessment) -> Motion | None:
     """Return how the own autopilot of a model of reference steps flies; ``None``: it is not known.
 
     It flies through corners at which the model stops, and climbs along legs: that of the parameter file, else
-    that which the mission was written for, as it is delivered.
+    that whose rules the mission has to meet, as it is delivered.
     """
-    given = a.own_parameters
-    if a.autopilot is Autopilot.STEP and given is None and a.mission.autopilot is not None:
+    if not a.may_fly_other_ways:
+        return None
+    given, target = a.own_parameters, a.target
+    if given is None and target is not None:
         from planner.vehicle.parameters.resolve import resolve_parameters
 
-        given = resolve_parameters(a.mission.autopilot, model=a.vehicle).values
-    if a.autopilot is not Autopilot.STEP or given is None:
-        return None
-    return make_own_pilot(a.vehicle, given).fly(a.route)[0]
+        given = resolve_parameters(target.autopilot, version=target.version).values
+    return None if given is None else make_own_pilot(a.vehicle, given).fly(a.route)[0]
 
 
 def passed_early_s(a: Assessment) -> FloatArray:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import CONDITION_NOT_MODELLED
-from planner.rules.declaration import FENCE, PARAMETERS, PROFILE, NotEvaluated, judges
+from planner.flight.pilot import CONDITION_NOT_MODELLED, is_of_ardupilot
+from planner.mission.route.stage import RETURN_STAGES, StageKind
+from planner.rules.declaration import FENCE, PROFILE, NotEvaluated, judges
+from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from planner.findings import Rule
     from planner.flight.path import FlownPath
     from planner.rules.assessment import Assessment
+    from planner.rules.fenced_flight import FencedFlight
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _PART_M, _MOST_PARTS = 2.5, 20_000
@@ -29,17 +31,25 @@ _PART_M, _MOST_PARTS = 2.5, 20_000
 _OFF_M = 0.1
 """Ways nearer to those predicted are the same."""
 _AT_GROUND = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
+DELIVERED_RADIUS_M = 2.0
+"""WPNAV_RADIUS, and NAV_ACC_RAD of multicopters, as they are delivered. [m]"""
+_STRAIGHT = frozenset(
+    {
+        *RETURN_STAGES,
+        *(StageKind.TAKEOFF, StageKind.GO, StageKind.LOITER, StageKind.DELAY, StageKind.LAND),
+    }
+)
+"""Stages that autopilots fly along straight lines, but at their corners."""
 _NEEDS = "a vehicle model that is flown by that autopilot"
 
 
-@judges(CONDITION_NOT_MODELLED, needs=(PARAMETERS,))
-def _own_ways(a: Assessment, _parameters: FlightParameters) -> Iterator[NotEvaluated]:
-    """Yield what is too near to the ways that the autopilot of the parameters flies instead."""
+@judges(CONDITION_NOT_MODELLED)
+def _own_ways(a: Assessment) -> Iterator[NotEvaluated]:
+    """Yield what is too near to the ways that the vehicle's own autopilot flies instead."""
     fence, terrain, profile = FENCE.of(a), a.setup.terrain, PROFILE.of(a)
     longest_m = None if profile is None else profile.max_distance_m
-    if a.autopilot is not Autopilot.STEP or (
-        fence is None and terrain is None and longest_m is None
-    ):
+    fenced = None if fence is None else a.fenced
+    if terrain is None and longest_m is None and not (fenced and _may_be_by(a, fenced)):
         return
     from planner.flight.path import flown_path
     from planner.rules.fence import PATH_CROSSES
@@ -54,8 +64,8 @@ def _own_ways(a: Assessment, _parameters: FlightParameters) -> Iterator[NotEvalu
     off_m = _off_m(a, path)
     rows = np.flatnonzero(off_m > _OFF_M)
     near: list[tuple[Rule, str, IntArray]] = []
-    if fence is not None and len(rows):
-        near.append((PATH_CROSSES, "the fence", rows[_is_by_fence(a, path, rows)]))
+    if fenced is not None and len(rows):
+        near.append((PATH_CROSSES, "the fence", rows[_is_by_fence(fenced, path, rows)]))
     if profile is not None and longest_m is not None:
         is_far = path_distances_m(a, profile, path)[:-1] > longest_m
         near.append((TOO_FAR_FOR_SITE, "the site's max_distance_m", rows[is_far[rows]]))
@@ -101,16 +111,32 @@ def _off_m(a: Assessment, path: FlownPath) -> FloatArray:
     return off_m
 
 
-def _is_by_fence(a: Assessment, path: FlownPath, rows: IntArray) -> BoolArray:
-    """Return whether legs of a path pass an area of the fence that is on within the position error. (k,)"""
-    from planner.rules.fenced_flight import make_fenced_flight, straight_legs
+def _may_be_by(a: Assessment, fenced: FencedFlight) -> bool:
+    """Return whether any way may be too near to the fence: corners are cut by less than the radius there."""
+    if not _STRAIGHT.issuperset(stage.kind for stage in a.route.stages):
+        return True
+    given = a.own_parameters
+    radius_m = DELIVERED_RADIUS_M if given is None else _radius_m(given)
+    asked_m = (stage.acceptance_radius_m or 0.0 for stage in a.route.stages)
+    beside_m = max(radius_m, *asked_m)
+    return any(
+        not fenced.is_clear_of(one, beside_m=beside_m)
+        and len(fenced.legs_near(one, beside_m=beside_m))
+        for one in fenced.area.barriers
+    )
 
-    fenced = make_fenced_flight(a)
-    places_deg = a.route.frame.latitude_longitude_deg(path.east_m, path.north_m)
+
+def _radius_m(given: FlightParameters) -> float:
+    return given.waypoint_radius_m if is_of_ardupilot(given) else given.acceptance_radius_m
+
+
+def _is_by_fence(fenced: FencedFlight, path: FlownPath, rows: IntArray) -> BoolArray:
+    """Return whether legs of a path pass an area of the fence that is on within the position error. (k,)"""
+    places_deg = fenced.assessment.route.frame.latitude_longitude_deg(path.east_m, path.north_m)
     points_m = np.column_stack(fenced.frame.east_north_m(*places_deg))
     legs = straight_legs(points_m[rows], points_m[rows + 1])
     near = np.zeros(len(rows), np.bool_)
-    for barrier in (*fenced.area.barriers, *fenced.around_homes):
+    for barrier in fenced.area.barriers:
         flown_on = np.isin(path.item[rows], fenced.path.item[fenced.is_on(barrier)])
         if flown_on.any():
             is_near = barrier.leg_clearance(legs).clearance_m < fenced.position_error_m

@@ -13,6 +13,7 @@ from planner.rules.declaration import (
     BUDGET,
     DRAWN,
     FENCE,
+    OTHER_WAYS,
     PARAMETERS,
     PROFILE,
     SEVERAL_TERRAINS,
@@ -55,7 +56,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "touchdown": (PARAMETERS,),
     "overlapping_terrain": (SEVERAL_TERRAINS,),
     "followed_ground": (BUDGET,),
-    "own_ways": (PARAMETERS,),
+    "own_ways": (OTHER_WAYS,),
     "site": (PROFILE,),
 }
 """The modules with rules, each with what all of them need: it is imported only where that is there."""

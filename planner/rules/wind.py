@@ -320,9 +320,7 @@ def _is_fenced(a: Assessment, item: int, within_m: float) -> bool:
     """Return whether the circle of an item is so near to the edge of an area of the fence, on either side."""
     if not a.mission.fence:
         return False
-    from planner.rules.fenced_flight import make_fenced_flight
-
-    flown = make_fenced_flight(a)
+    flown = a.fenced
     rows = np.flatnonzero((flown.path.item == item) & flown.path.is_circle)
     legs = flown.legs(rows)
     return any(

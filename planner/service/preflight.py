@@ -691,7 +691,8 @@ def _target(mission: Mission, setup: Setup) -> Target | None:
             msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
             raise UsageError(msg)
         return setup.target
-    autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by
+    written_for = None if mission.autopilot is Autopilot.STEP else mission.autopilot
+    autopilot = written_for if flown_by is Autopilot.STEP else flown_by
     if autopilot is None and given is not None:
         autopilot = given.stack
     if autopilot is None:

@@ -9,8 +9,11 @@ from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, ta
 from made_terrain import ground, pole
 from rule_cases.case import found
 
+from planner.autopilot import Autopilot, Target
 from planner.geo.fence import Fence, FenceCircle
+from planner.rules.own_ways import DELIVERED_RADIUS_M
 from planner.values import replace
+from planner.vehicle.parameters.resolve import resolve_parameters
 
 EAST_PER_M = 1.0 / (METRES_PER_DEGREE_NORTH * math.cos(math.radians(47.0)))
 TURNS = mission(
@@ -52,6 +55,33 @@ def test_an_exclusion_inside_a_corner_that_the_autopilot_cuts_is_not_checked(
     assert not {one.code for one in told} & {"F101"}
     open_ = [one for one in told if one.code == "X904" and "autopilot cuts" in one.message]
     assert bool(open_) is (cuts and by_m > 0.0)
+
+
+# The radius of an item counts for PX4 alone; ArduPilot cuts by what WPNAV_RADIUS lets it, 2 m.
+@pytest.mark.parametrize("says", ["file", "target", "neither"])
+@pytest.mark.parametrize(
+    ("autopilot", "radius", "cuts"),
+    [(Autopilot.PX4, 20.0, True), (Autopilot.PX4, 2.0, False), (Autopilot.ARDUPILOT, 20.0, False)],
+)
+def test_the_autopilot_that_a_mission_is_for_cuts_corners_without_a_parameter_file(
+    autopilot: Autopilot, radius: float, says: str, *, cuts: bool
+) -> None:
+    within = [replace(one, param2=radius) for one in TURNS.items[1:3]]
+    turns = mission(TURNS.items[0], *within, TURNS.items[3])
+    fenced = replace(turns, fence=Fence(circles=(inside(6.0, 1.0),)))
+    if says == "file":
+        fenced = replace(fenced, autopilot=autopilot)
+    told = found(fenced, target=Target(autopilot) if says == "target" else None)
+    is_open = any("autopilot cuts" in one.message for one in told)
+    assert is_open is (cuts and says != "neither")
+
+
+# The bound under which nothing is flown a second time.
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_no_autopilot_has_a_larger_radius_as_it_is_delivered(autopilot: Autopilot) -> None:
+    delivered = resolve_parameters(autopilot).values
+    of = "acceptance_radius_m" if autopilot is Autopilot.PX4 else "waypoint_radius_m"
+    assert getattr(delivered, of) == DELIVERED_RADIUS_M
 
 
 def test_no_fence_is_near_a_corner_while_it_is_off() -> None:
