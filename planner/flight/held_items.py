@@ -183,10 +183,14 @@ class _Times:
     def is_close(self, one: HeldItem) -> bool:
         """Return whether a condition is met so near to the end of its leg that either may be first."""
         begin_s, end_s = self.span_s(one)
+        near_m = [c.within_m for c in one.conditions if c.within_m is not None]
+        if (
+            0.0 in near_m
+        ):  # no distance is below it (ArduCopter, ``ModeAuto::verify_within_distance``)
+            return False
         wait_s = sum(condition.wait_s for condition in one.conditions)
         if wait_s > 0.0 and abs(begin_s + wait_s - end_s) < _LEG_ERROR * (end_s - begin_s):
             return True
-        near_m = [c.within_m for c in one.conditions if c.within_m is not None]
         if not near_m:
             return False
         away_m = (self._place_m(np.array([end_s])) - self._places_m[one.last_stage])[0, :2]
@@ -227,25 +231,23 @@ def _reported(
         seen.add(one.item)
         at_s, (begin_s, end_s) = times.fires_s(one), times.span_s(one)
         after = f"{one.command.name} is held back by {one.conditions[-1]}"
-        if at_s is None:
-            message = f"{after}: never carried out, the leg is over after "
-            message += quantity.duration(end_s - begin_s)
-        else:
-            message = f"{after}: carried out {quantity.duration(at_s - begin_s)} into the leg"
-        yield HELD_BACK.finding(
-            message,
-            severity=Severity.WARNING if at_s is None else None,
-            item=one.item,
-            place=mission.items[one.item - 1].place,
-        )
+        rule = HELD_BACK
+        severity: Severity | None = None
         if one.item in close:
             within = quantity.percent(_LEG_ERROR)
             if one.conditions[-1].within_m is not None:
                 within = quantity.distance(_PLACE_ERROR_M)
-            yield ITEM_NOT_MODELLED.finding(
-                f"{after}, and the leg is over within {within} of that: whether it is carried out cannot be "
-                "predicted",
-                severity=Severity.ERROR,
-                item=one.item,
-                place=mission.items[one.item - 1].place,
+            rule, severity = ITEM_NOT_MODELLED, Severity.ERROR
+            message = (
+                f"{after}, and the leg is over within {within} of that: whether it is carried out "
             )
+            message += "cannot be predicted"
+        elif at_s is None:
+            severity = Severity.WARNING
+            message = f"{after}: never carried out, the leg is over after "
+            message += quantity.duration(end_s - begin_s)
+        else:
+            message = f"{after}: carried out {quantity.duration(at_s - begin_s)} into the leg"
+        yield rule.finding(
+            message, severity=severity, item=one.item, place=mission.items[one.item - 1].place
+        )

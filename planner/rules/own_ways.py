@@ -53,7 +53,7 @@ def _own_ways(a: Assessment) -> Iterator[NotEvaluated]:
         return
     from planner.flight.path import flown_path
     from planner.rules.fence import PATH_CROSSES
-    from planner.rules.site import TOO_FAR_FOR_SITE, path_distances_m
+    from planner.rules.site import PATH_SLACK_M, TOO_FAR_FOR_SITE, path_distances_m
     from planner.rules.terrain import BELOW_TERRAIN, items_too_low
 
     own = a.own_motion
@@ -67,7 +67,7 @@ def _own_ways(a: Assessment) -> Iterator[NotEvaluated]:
     if fenced is not None and len(rows):
         near.append((PATH_CROSSES, "the fence", rows[_is_by_fence(fenced, path, rows)]))
     if profile is not None and longest_m is not None:
-        is_far = path_distances_m(a, profile, path)[:-1] > longest_m
+        is_far = path_distances_m(a, profile, path)[1:] > longest_m + PATH_SLACK_M
         near.append((TOO_FAR_FOR_SITE, "the site's max_distance_m", rows[is_far[rows]]))
     for rule, what, there in near:
         if len(there):

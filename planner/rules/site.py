@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _ROUNDING_M = 0.05
 """Rounding of files is no breach. [m]"""
-_OVERSHOT_M = 1.0
+PATH_SLACK_M = 1.0
 """Recorded flights come up to 0.8 m past places they stop at. [m]"""
 
 PARAMETER_NOT_AS_EXPECTED = Rule(
@@ -202,7 +202,7 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     path = flown_path(a.flight.motion)
     path_m = path_distances_m(a, profile, path)
     point = int(np.argmax(path_m))
-    if path_m[point] > max(farthest_m, limit_m) + _OVERSHOT_M:
+    if path_m[point] > max(farthest_m, limit_m) + PATH_SLACK_M:
         item = int(path.item[max(point - 1, 0)])
         what, farthest_m, beyond = f"the way of item {item}", float(path_m[point]), beyond + 1
     if not beyond:

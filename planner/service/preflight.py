@@ -691,11 +691,10 @@ def _target(mission: Mission, setup: Setup) -> Target | None:
             msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
             raise UsageError(msg)
         return setup.target
-    written_for = None if mission.autopilot is Autopilot.STEP else mission.autopilot
-    autopilot = written_for if flown_by is Autopilot.STEP else flown_by
-    if autopilot is None and given is not None:
+    autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by
+    if (autopilot is None or autopilot is Autopilot.STEP) and given is not None:
         autopilot = given.stack
-    if autopilot is None:
+    if autopilot is None or autopilot is Autopilot.STEP:
         return None
     is_known = given is not None and given.stack is autopilot
     return Target(autopilot, given.version if given is not None and is_known else None)

@@ -389,7 +389,9 @@ def test_a_wait_that_ends_with_its_leg_is_not_predicted(
 
 
 @pytest.mark.parametrize(
-    ("near_m", "expected"), [(0.5, True), (0.9, True), (1.1, False), (5.0, False)]
+    ("near_m", "expected"),
+    # ArduCopter asks for a distance below it: below 0 m none is, however near it stops.
+    [(0.0, False), (0.5, True), (0.9, True), (1.1, False), (5.0, False)],
 )
 def test_a_distance_that_is_reached_with_the_place_is_not_predicted(
     near_m: float, *, expected: bool
@@ -400,3 +402,7 @@ def test_a_distance_that_is_reached_with_the_place_is_not_predicted(
     told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
     assert [one.severity for one in told] == [Severity.ERROR] * expected
     assert all("within 1.0 m of that" in one.message for one in told)
+    # What is said of it instead: never, or when.
+    assert held_back(result) == {0.0: [Severity.WARNING], 0.5: [], 0.9: []}.get(
+        near_m, [Severity.INFO]
+    )

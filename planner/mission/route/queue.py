@@ -56,7 +56,7 @@ class Condition(Value):
     wait_s: float = 0.0
     """Time it takes. [s]"""
     within_m: float | None = None
-    """Distance to the place flown to below which it is met; ``None``: it is one of time. [m]"""
+    """Distance to the place flown to below which it is met, 0: never; ``None``: it is one of time. [m]"""
 
     def __str__(self) -> str:
         if self.within_m is not None:
