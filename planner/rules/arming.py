@@ -48,7 +48,8 @@ WOULD_NOT_ARM = Rule(
     summary="The vehicle would not arm with these parameters.",
     why="A vehicle that refuses to arm on the field costs the day; the reason stands in its parameter "
     "file the evening before.",
-    how="PX4: COM_ARMABLE 0; SYS_HAS_GPS 0 or EKF2_GPS_CTRL without bit 0, and no EKF2_AGP_CTRL or "
+    how="PX4: COM_ARMABLE 0; COM_HOME_EN 0 (without a home it refuses heights above home, and never "
+    "returns); SYS_HAS_GPS 0 or EKF2_GPS_CTRL without bit 0, and no EKF2_AGP_CTRL or "
     "EKF2_EV_CTRL: a mission needs a position (modeCheck.cpp); SYS_HAS_MAG 0 or EKF2_MAG_TYPE 5, and bit 3 "
     "in neither EKF2_GPS_CTRL nor EKF2_EV_CTRL: no position without a heading (tried in PX4's simulation); "
     "CAL_ACCn_ID, CAL_GYROn_ID or, with SYS_HAS_MAG, CAL_MAGn_ID all 0; EKF2_EN 0 without LPE_EN (no "

@@ -602,6 +602,8 @@ def refused_by_px4(values: Mapping[str, float]) -> Iterator[str]:
     """Yield each reason for which PX4 would not arm for a mission."""
     if values.get("COM_ARMABLE", 1.0) < 1.0:
         yield "COM_ARMABLE is 0"
+    if not values.get("COM_HOME_EN", 1.0):  # nor does it take one (``VEHICLE_CMD_DO_SET_HOME``)
+        yield "COM_HOME_EN is 0: it has no home, which heights and returns count from"
     if not any(values.get(name, 0.0) for name in _OTHER_POSITIONS):
         if not values.get("SYS_HAS_GPS", 1.0):
             yield "SYS_HAS_GPS is 0, and nothing else gives a position"

@@ -326,6 +326,8 @@ def test_the_floor_is_kept_from_a_version_on(
         ("MPC_XY_CRUISE,5\n", False),
         ("COM_ARMABLE,0\n", True),
         ("COM_ARMABLE,1\n", False),
+        ("COM_HOME_EN,0\n", True),
+        ("COM_HOME_EN,1\n", False),
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", True),
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,9\nCAL_ACC2_ID,0\nCAL_ACC3_ID,0\n", False),
         ("CAL_ACC0_ID,0\nCAL_ACC1_ID,0\nCAL_ACC2_ID,0\n", False),  # not the whole of it
