@@ -1,4 +1,4 @@
-"""Rules on the thrust: whether the vehicle has what it takes to hover."""
+"""Rules on the thrust: whether the vehicle has what it takes to hover, in what air and with what load."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.pilot import airspeed_limit_m_s
-from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
 from planner.rules.assessment import numbers
-from planner.rules.declaration import ARDUPILOT, EXTREMES, PX4, Need, NotEvaluated, judges
+from planner.rules.declaration import ARDUPILOT, EXTREMES, POWER, PX4, Need, NotEvaluated, judges
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 from planner.vehicle.model import NO_LEAN_THRUST
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
+    from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -37,6 +38,20 @@ _LEAST_LEAN_RAD = math.radians(10.0)
 """What ArduPilot leaves of the lean however much a hover takes: its AC_ATTITUDE_CONTROL_ANGLE_LIMIT_MIN."""
 _SAME_NUMBER = 1e-6
 """Numbers this near are one: files write them in single precision. [-]"""
+_AIR_SLACK = 1.02
+"""Thrust a little beyond what a data sheet stands for is taken: 2 % of density. [-]"""
+_MOST_HOVER = 0.6
+"""Fraction of its thrust that a vehicle hovers with as a rule, at most, as the prior thrust_ratio has it:
+ArduPilot's guide finds MOT_THST_HOVER between 0.2 and 0.6 (copter/source/docs/ac_throttlemid.rst). [-]"""
+_MOST_LIFT = NO_LEAN_THRUST / _MOST_HOVER
+"""More thrust, in times of that of the model's flights, is not taken for granted: a vehicle that flew them
+with the most that is usual has no lean left beyond it.  As much as those of data sheets may. [-]"""
+_SAME_MASS = 1e-9
+"""Two masses that are the same but for the arithmetic. [-]"""
+_STATE_THRUST = (
+    "carry less, fly lower, or state the thrust of its motors (thrust_max_n in the model, mavjoule vehicle "
+    "new --motor)"
+)
 
 HOVER_POWER_IMPOSSIBLE = Rule(
     "E132 hover-power-impossible",
@@ -275,3 +290,157 @@ def _times_thinner(a: Assessment) -> float:
     known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
     thinnest = a.flight.power.air_density_kg_m3(float(a.reach.height_m.max()))
     return max(known_kg_m3 / float(thinnest), 1.0)
+
+
+LIFT_UNKNOWN = Rule(
+    "E120 lift-unknown",
+    Severity.ERROR,
+    summary="The flight takes far more thrust than the flights the model was identified on.",
+    why="A model's power keeps growing where the vehicle no longer leaves the ground: it has no limit "
+    "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
+    how="Mass over air density, at the highest point of the flight with payload, over that of a flight the "
+    "model knows: more than 1.33 (thrust falls with air density as weight grows), for a hover with 0.6 of "
+    "the thrust, the most that is usual, then takes the 0.8 from which on ArduPilot has no lean left.  "
+    "Of the ranges of [valid_for] nobody knows which of both were flown together: it flew the heaviest in "
+    "its densest air, 1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a "
+    "range the model's "
+    "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
+    "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
+    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n, or of a "
+    "flown model the hover throttle, tells the thrust E116 judges instead.  And no vehicle more than "
+    "mass_max_kg.",
+    fix="carry less, fly lower, or record such a flight and run mavjoule identify",
+    instead="--payload",
+)
+
+
+@judges(LIFT_UNKNOWN, needs=(POWER,))
+def _heaviest(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
+    most_kg = a.vehicle.mass_max_kg
+    mass_kg = power.mass_kg
+    if most_kg is not None and mass_kg is not None and mass_kg > most_kg * (1.0 + _SAME_MASS):
+        yield a.finding(
+            LIFT_UNKNOWN,
+            f"{quantity.beside(mass_kg, most_kg, quantity.mass)} at take-off; its maker allows "
+            f"{quantity.mass(most_kg)} at most",
+            fix="carry less",
+        )
+
+
+ABOVE_CEILING = Rule(
+    "E133 above-ceiling",
+    Severity.WARNING,
+    summary="The vehicle takes off from higher than its maker allows.",
+    why="In thin air rotors and battery give less than it takes to hold the vehicle up and against the "
+    "wind; its maker says up to where it tried that.",
+    how="Home above ceiling_amsl_m of the model (mavjoule vehicle new --ceiling).  An error where the air at "
+    "home is more than 2 % thinner than standard air at that altitude, and neither thrust_max_n nor a "
+    "measured hover throttle tells the thrust, by which E116 judges.",
+    fix="take off from lower, or state the thrust of its motors (thrust_max_n in the model)",
+    instead="a take-off below the ceiling, or thrust_max_n in the model",
+)
+
+
+@judges(ABOVE_CEILING, needs=(POWER,))
+def _above_ceiling(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
+    ceiling_m, home_m = a.vehicle.ceiling_amsl_m, a.route.home_amsl_m
+    if ceiling_m is None or not a.route.knows_home_amsl or home_m <= ceiling_m:
+        return
+    allowed_kg_m3, here_kg_m3 = (
+        standard_density_kg_m3(ceiling_m),
+        float(power.air_density_kg_m3(0.0)),
+    )
+    is_too_thin = here_kg_m3 * _AIR_SLACK < allowed_kg_m3 and measured_thrust(a) is None
+    yield a.finding(
+        ABOVE_CEILING,
+        f"take-off at {quantity.beside(home_m, ceiling_m, quantity.height)} AMSL; its maker allows it up to "
+        f"{quantity.height(ceiling_m)}",
+        severity=Severity.ERROR if is_too_thin else None,
+    )
+
+
+@judges(LIFT_UNKNOWN, needs=(EXTREMES, POWER))
+def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Finding]:
+    thin_kg_m3 = float(power.air_density_kg_m3(extremes.highest_m))
+    if _is_of_sheet(a):
+        yield from _beyond_sheet(a, thin_kg_m3)
+    elif is_lift_unknown(a, thin_kg_m3):
+        load = "the flight" if power.mass_kg is None else quantity.mass(power.mass_kg)
+        lifted = _times_lifted(a, thin_kg_m3)
+        yield a.finding(
+            LIFT_UNKNOWN,
+            f"{load} in air of {quantity.decimals(thin_kg_m3, 2)} kg/m³ needs "
+            f"{quantity.beside(lifted, _MOST_LIFT, times_text)} the thrust of the flights the model was "
+            "identified on: whether the vehicle has it is unknown",
+        )
+
+
+def is_lift_unknown(a: Assessment, thin_kg_m3: float) -> bool:
+    """Return whether a flight takes more thrust in such air than those of the model, and nobody knows it."""
+    return _times_lifted(a, thin_kg_m3) > _MOST_LIFT and measured_thrust(a) is None
+
+
+def _times_lifted(a: Assessment, thin_kg_m3: float) -> float:
+    """Return the thrust of a flight in such air over the most of those the model was identified on. [-]"""
+    limit = a.vehicle.valid_for.air_density_kg_m3
+    densest = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
+    thinner = thinnest_known_kg_m3(a) / thin_kg_m3
+    times_heaviest, times_lightest = _times_heavier_than_flown(a)
+    at_heaviest = times_heaviest * min(SEA_LEVEL_DENSITY_KG_M3, densest) / thin_kg_m3
+    return min(at_heaviest, times_lightest * thinner)
+
+
+def thinnest_known_kg_m3(a: Assessment) -> float:
+    """Return the density of the thinnest air that a model stands for. [kg m⁻³]"""
+    limit = a.vehicle.valid_for.air_density_kg_m3
+    return SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.low
+
+
+def _is_of_sheet(a: Assessment) -> bool:
+    """Whether the thrust of the vehicle is known from its data sheet's masses alone."""
+    basis, knows = a.vehicle.provenance.basis, a.vehicle.knows_mass and a.vehicle.knows_air_density
+    return basis is not None and basis.is_sheet and knows and a.vehicle.thrust_max_n is None
+
+
+def _beyond_sheet(a: Assessment, thin_kg_m3: float) -> Iterator[Finding]:
+    """Find more mass, or thrust, than a data sheet stands for."""
+    own_kg, mass_kg, limit = a.vehicle.mass_kg, a.flight.power.mass_kg, a.vehicle.valid_for.mass_kg
+    if own_kg is None or mass_kg is None:
+        return  # no law that knows the mass
+    heaviest_kg = own_kg if limit is None else max(limit.high, own_kg)
+    stated_kg = a.vehicle.mass_max_kg
+    if mass_kg > heaviest_kg * (1.0 + _SAME_MASS):
+        if stated_kg is None or mass_kg <= stated_kg:
+            yield a.finding(
+                LIFT_UNKNOWN,
+                f"{quantity.beside(mass_kg, heaviest_kg, quantity.mass)} at take-off; nobody flew this "
+                f"vehicle, and no more than {quantity.mass(heaviest_kg)} is taken for granted of one of "
+                f"{quantity.mass(own_kg)}",
+                fix=_STATE_THRUST,
+            )
+        return
+    known = max(heaviest_kg / own_kg, SEA_LEVEL_DENSITY_KG_M3 / thinnest_known_kg_m3(a))
+    lifted = mass_kg / own_kg * SEA_LEVEL_DENSITY_KG_M3 / thin_kg_m3
+    if lifted > _AIR_SLACK * known:
+        yield a.finding(
+            LIFT_UNKNOWN,
+            f"{quantity.mass(mass_kg)} in air of {quantity.decimals(thin_kg_m3, 2)} kg/m³ needs "
+            f"{quantity.beside(lifted, known, times_text)} the thrust of {quantity.mass(own_kg)} at sea "
+            f"level; nobody flew this vehicle, no more than {times_text(known)} is taken for granted",
+            fix=_STATE_THRUST,
+        )
+
+
+def _times_heavier_than_flown(a: Assessment) -> tuple[float, float]:
+    """Return the mass that flies over the heaviest and the lightest the model was identified with."""
+    vehicle, mass_kg = a.vehicle, a.flight.power.mass_kg
+    limit, own_kg = vehicle.valid_for.mass_kg, vehicle.mass_kg
+    lightest_kg, heaviest_kg = (own_kg, own_kg) if limit is None else (limit.low, limit.high)
+    if not vehicle.knows_mass or mass_kg is None or lightest_kg is None or heaviest_kg is None:
+        return 1.0, 1.0  # a payload that is not counted is E108's
+    return mass_kg / heaviest_kg, mass_kg / lightest_kg
+
+
+def times_text(ratio: float) -> str:
+    """Return a ratio in words."""
+    return f"{quantity.decimals(ratio, 1)} times"

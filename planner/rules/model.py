@@ -16,18 +16,16 @@ from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
-from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
-from planner.rules.declaration import EXTREMES, FETCHED, POWER, PX4, NotEvaluated, judges
+from planner.rules.declaration import EXTREMES, POWER, PX4, NotEvaluated, judges
 from planner.rules.lateness import HEIGHT_SLACK_M, OVERSHOOT
-from planner.rules.lift import measured_thrust
+from planner.rules.lift import is_lift_unknown, thinnest_known_kg_m3, times_text
 from planner.rules.wind import known_text, shown_airspeed_text
-from planner.vehicle.model import NO_LEAN_THRUST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.fetched import FetchMark
     from planner.findings import Finding
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
@@ -41,14 +39,6 @@ _FAR = 2.0
 """A climb or descent so many times as fast as any identified is an error. [-]"""
 _DENSITY_SLACK = 0.02
 """A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
-_AIR_SLACK = 1.02
-"""Thrust a little beyond what a data sheet stands for is taken: 2 % of density. [-]"""
-_MOST_HOVER = 0.6
-"""Fraction of its thrust that a vehicle hovers with as a rule, at most, as the prior thrust_ratio has it:
-ArduPilot's guide finds MOT_THST_HOVER between 0.2 and 0.6 (copter/source/docs/ac_throttlemid.rst). [-]"""
-_MOST_LIFT = NO_LEAN_THRUST / _MOST_HOVER
-"""More thrust, in times of that of the model's flights, is not taken for granted: a vehicle that flew them
-with the most that is usual has no lean left beyond it.  As much as those of data sheets may. [-]"""
 _THINNER = 1.1
 """Thinness of air from which on it is said that it is not counted: 5 % of the power of a hover, the error
 assumed of a model without a [spread] (E124); nor is it known in what air such a model flew. [-]"""
@@ -355,46 +345,6 @@ def unnamed_vehicle(setup: Setup) -> Iterator[Finding]:
         )
 
 
-PAIR_MIXED = Rule(
-    "X908 pair-mixed",
-    Severity.ERROR,
-    summary="Plan and parameters were fetched apart, and the parameters changed between.",
-    why="Speeds, climbs, the return and its failsafes are predicted from the parameters: with those of "
-    "last week, or of another vehicle, the prediction is of a flight that nobody will see.",
-    how="mavjoule fetch notes in both files the time, the vehicle and a check sum over the parameters "
-    "that a vehicle does not change by itself.  Where the check sums differ: an error where the "
-    "parameters are the older, a warning where the plan is, or where they are another vehicle's.  "
-    "Files without the note are not compared.",
-    fix="fetch both from the vehicle that flies, or give --params the file fetched with the plan",
-    leaves_open=True,
-)
-
-
-@judges(PAIR_MIXED, needs=(FETCHED,))
-def _pair_mixed(a: Assessment, marks: tuple[FetchMark, FetchMark]) -> Iterator[Finding]:
-    plan, parameters = marks
-    if plan.parameters == parameters.parameters:
-        return
-    severity = Severity.WARNING
-    if plan.vehicle and parameters.vehicle and plan.vehicle != parameters.vehicle:
-        text = (
-            f"the parameters are those of autopilot {parameters.vehicle}; the plan was fetched from "
-            f"autopilot {plan.vehicle}"
-        )
-    elif parameters.time > plan.time:
-        text = (
-            f"the plan is older than the parameters: fetched {plan.time} and {parameters.time}, and "
-            "the vehicle's parameters changed between"
-        )
-    else:
-        severity = Severity.ERROR
-        text = (
-            f"the parameters are older than the plan: fetched {parameters.time} and {plan.time}, and "
-            "the vehicle's parameters changed between"
-        )
-    yield a.finding(PAIR_MIXED, text, severity=severity)
-
-
 POWER_UNKNOWN = Rule(
     "E109 power-not-identified",
     Severity.ERROR,
@@ -438,148 +388,6 @@ def _cruise_power_assumed(a: Assessment, _power: SteadyPower) -> Iterator[Findin
         )
 
 
-_SAME_MASS = 1e-9
-"""Two masses that are the same but for the arithmetic. [-]"""
-_STATE_THRUST = (
-    "carry less, fly lower, or state the thrust of its motors (thrust_max_n in the model, mavjoule vehicle "
-    "new --motor)"
-)
-
-LIFT_UNKNOWN = Rule(
-    "E120 lift-unknown",
-    Severity.ERROR,
-    summary="The flight takes far more thrust than the flights the model was identified on.",
-    why="A model's power keeps growing where the vehicle no longer leaves the ground: it has no limit "
-    "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
-    how="Mass over air density, at the highest point of the flight with payload, over that of a flight the "
-    "model knows: more than 1.33 (thrust falls with air density as weight grows), for a hover with 0.6 of "
-    "the thrust, the most that is usual, then takes the 0.8 from which on ArduPilot has no lean left.  "
-    "Of the ranges of [valid_for] nobody knows which of both were flown together: it flew the heaviest in "
-    "its densest air, 1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a "
-    "range the model's "
-    "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
-    "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
-    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n, or of a "
-    "flown model the hover throttle, tells the thrust E116 judges instead.  And no vehicle more than "
-    "mass_max_kg.",
-    fix="carry less, fly lower, or record such a flight and run mavjoule identify",
-    instead="--payload",
-)
-
-
-@judges(LIFT_UNKNOWN, needs=(POWER,))
-def _heaviest(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
-    most_kg = a.vehicle.mass_max_kg
-    mass_kg = power.mass_kg
-    if most_kg is not None and mass_kg is not None and mass_kg > most_kg * (1.0 + _SAME_MASS):
-        yield a.finding(
-            LIFT_UNKNOWN,
-            f"{quantity.beside(mass_kg, most_kg, quantity.mass)} at take-off; its maker allows "
-            f"{quantity.mass(most_kg)} at most",
-            fix="carry less",
-        )
-
-
-ABOVE_CEILING = Rule(
-    "E133 above-ceiling",
-    Severity.WARNING,
-    summary="The vehicle takes off from higher than its maker allows.",
-    why="In thin air rotors and battery give less than it takes to hold the vehicle up and against the "
-    "wind; its maker says up to where it tried that.",
-    how="Home above ceiling_amsl_m of the model (mavjoule vehicle new --ceiling).  An error where the air at "
-    "home is more than 2 % thinner than standard air at that altitude, and neither thrust_max_n nor a "
-    "measured hover throttle tells the thrust, by which E116 judges.",
-    fix="take off from lower, or state the thrust of its motors (thrust_max_n in the model)",
-    instead="a take-off below the ceiling, or thrust_max_n in the model",
-)
-
-
-@judges(ABOVE_CEILING, needs=(POWER,))
-def _above_ceiling(a: Assessment, power: SteadyPower) -> Iterator[Finding]:
-    ceiling_m, home_m = a.vehicle.ceiling_amsl_m, a.route.home_amsl_m
-    if ceiling_m is None or not a.route.knows_home_amsl or home_m <= ceiling_m:
-        return
-    allowed_kg_m3, here_kg_m3 = (
-        standard_density_kg_m3(ceiling_m),
-        float(power.air_density_kg_m3(0.0)),
-    )
-    is_too_thin = here_kg_m3 * _AIR_SLACK < allowed_kg_m3 and measured_thrust(a) is None
-    yield a.finding(
-        ABOVE_CEILING,
-        f"take-off at {quantity.beside(home_m, ceiling_m, quantity.height)} AMSL; its maker allows it up to "
-        f"{quantity.height(ceiling_m)}",
-        severity=Severity.ERROR if is_too_thin else None,
-    )
-
-
-@judges(LIFT_UNKNOWN, CONDITION_NOT_MODELLED, needs=(EXTREMES, POWER))
-def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Finding]:
-    vehicle, limit = a.vehicle, a.vehicle.valid_for.air_density_kg_m3
-    thin = float(power.air_density_kg_m3(extremes.highest_m))
-    sea_level = SEA_LEVEL_DENSITY_KG_M3
-    thinnest, densest = (sea_level, sea_level) if limit is None else (limit.low, limit.high)
-    thinner = thinnest / thin
-    air = f"air of {quantity.decimals(thin, 2)} kg/m³"
-    if _is_of_sheet(a):
-        yield from _beyond_sheet(a, thin, thinnest)
-        return
-    times_heaviest, times_lightest = _times_heavier(a)
-    lifted = min(times_heaviest * min(sea_level, densest) / thin, times_lightest * thinner)
-    if lifted > _MOST_LIFT and measured_thrust(a) is None:
-        load = "the flight" if power.mass_kg is None else quantity.mass(power.mass_kg)
-        yield a.finding(
-            LIFT_UNKNOWN,
-            f"{load} in {air} needs {quantity.beside(lifted, _MOST_LIFT, _times)} the thrust of the "
-            "flights the model was identified on: whether the vehicle has it is unknown",
-        )
-        return
-    # A temperature or a pressure that is not counted is reported already.
-    is_reported = a.setup.temperature_c is not None or a.setup.pressure_hpa is not None
-    if not vehicle.knows_air_density and thinner > _THINNER and not is_reported:
-        costs, is_short = _uncounted(a)
-        yield a.finding(
-            CONDITION_NOT_MODELLED,
-            f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
-            f"density term{costs}",
-            severity=Severity.ERROR if is_short else None,
-        )
-
-
-def _is_of_sheet(a: Assessment) -> bool:
-    """Whether the thrust of the vehicle is known from its data sheet's masses alone."""
-    basis, knows = a.vehicle.provenance.basis, a.vehicle.knows_mass and a.vehicle.knows_air_density
-    return basis is not None and basis.is_sheet and knows and a.vehicle.thrust_max_n is None
-
-
-def _beyond_sheet(a: Assessment, thin_kg_m3: float, thinnest_kg_m3: float) -> Iterator[Finding]:
-    """Find more mass, or thrust, than a data sheet stands for."""
-    own_kg, mass_kg, limit = a.vehicle.mass_kg, a.flight.power.mass_kg, a.vehicle.valid_for.mass_kg
-    if own_kg is None or mass_kg is None:
-        return  # no law that knows the mass
-    heaviest_kg = own_kg if limit is None else max(limit.high, own_kg)
-    stated_kg = a.vehicle.mass_max_kg
-    if mass_kg > heaviest_kg * (1.0 + _SAME_MASS):
-        if stated_kg is None or mass_kg <= stated_kg:
-            yield a.finding(
-                LIFT_UNKNOWN,
-                f"{quantity.beside(mass_kg, heaviest_kg, quantity.mass)} at take-off; nobody flew this "
-                f"vehicle, and no more than {quantity.mass(heaviest_kg)} is taken for granted of one of "
-                f"{quantity.mass(own_kg)}",
-                fix=_STATE_THRUST,
-            )
-        return
-    known = max(heaviest_kg / own_kg, SEA_LEVEL_DENSITY_KG_M3 / thinnest_kg_m3)
-    lifted = mass_kg / own_kg * SEA_LEVEL_DENSITY_KG_M3 / thin_kg_m3
-    if lifted > _AIR_SLACK * known:
-        yield a.finding(
-            LIFT_UNKNOWN,
-            f"{quantity.mass(mass_kg)} in air of {quantity.decimals(thin_kg_m3, 2)} kg/m³ needs "
-            f"{quantity.beside(lifted, known, _times)} the thrust of {quantity.mass(own_kg)} at sea level; "
-            f"nobody flew this vehicle, no more than {_times(known)} is taken for granted",
-            fix=_STATE_THRUST,
-        )
-
-
 def _uncounted(a: Assessment) -> tuple[str, bool]:
     """Return what wind and thin air that the model does not count may take, and whether it is too much."""
     if not a.margins:
@@ -597,20 +405,6 @@ def _uncounted(a: Assessment) -> tuple[str, bool]:
     return f"{text} than the {quantity.energy(had_wh)} above the reserve allow", True
 
 
-def _times_heavier(a: Assessment) -> tuple[float, float]:
-    """Return the mass that flies over the heaviest and the lightest the model was identified with."""
-    vehicle, mass_kg = a.vehicle, a.flight.power.mass_kg
-    limit, own_kg = vehicle.valid_for.mass_kg, vehicle.mass_kg
-    lightest_kg, heaviest_kg = (own_kg, own_kg) if limit is None else (limit.low, limit.high)
-    if not vehicle.knows_mass or mass_kg is None or lightest_kg is None or heaviest_kg is None:
-        return 1.0, 1.0  # a payload that is not counted is E108's
-    return mass_kg / heaviest_kg, mass_kg / lightest_kg
-
-
-def _times(ratio: float) -> str:
-    return f"{quantity.decimals(ratio, 1)} times"
-
-
 def _not_counted(a: Assessment, what: str, term: str) -> Finding:
     """Return that a condition is not counted, for want of a term, and what that may take."""
     costs, is_short = _uncounted(a)
@@ -619,6 +413,24 @@ def _not_counted(a: Assessment, what: str, term: str) -> Finding:
         f"{what} not counted: this model has no {term} term{costs}",
         severity=Severity.ERROR if is_short else None,
     )
+
+
+@judges(CONDITION_NOT_MODELLED, needs=(EXTREMES, POWER))
+def _thin_air(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Finding]:
+    thin_kg_m3 = float(power.air_density_kg_m3(extremes.highest_m))
+    thinner = thinnest_known_kg_m3(a) / thin_kg_m3
+    # A temperature or a pressure that is not counted is reported already.
+    is_reported = a.setup.temperature_c is not None or a.setup.pressure_hpa is not None
+    if a.vehicle.knows_air_density or is_reported or thinner <= _THINNER:
+        return
+    if not is_lift_unknown(a, thin_kg_m3):
+        costs, is_short = _uncounted(a)
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"air of {quantity.decimals(thin_kg_m3, 2)} kg/m³, {times_text(thinner)} thinner than at sea "
+            f"level, not counted: the model has no air density term{costs}",
+            severity=Severity.ERROR if is_short else None,
+        )
 
 
 @judges(CONDITION_NOT_MODELLED)

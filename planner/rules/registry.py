@@ -13,6 +13,7 @@ from planner.rules.declaration import (
     BUDGET,
     DRAWN,
     FENCE,
+    FETCHED,
     OTHER_WAYS,
     PARAMETERS,
     PROFILE,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "energy": (),
     "model": (),
+    "fetched_pair": (FETCHED,),
     "lift": (),
     "wind": (),
     "structure": (),

@@ -21,8 +21,8 @@ from planner.rules.energy import (
     DISCHARGE_RATE_HIGH,
 )
 from planner.rules.failsafe import ARMING_REFUSED
-from planner.rules.lift import HOVER_THROTTLE_HIGH
-from planner.rules.model import ABOVE_CEILING, LIFT_UNKNOWN, MODEL_OUTSIDE_ENVELOPE, NO_VEHICLE
+from planner.rules.lift import ABOVE_CEILING, HOVER_THROTTLE_HIGH, LIFT_UNKNOWN
+from planner.rules.model import MODEL_OUTSIDE_ENVELOPE, NO_VEHICLE
 from planner.rules.wind import NO_HEADWAY, WIND_BEYOND_MODEL, WIND_LIMIT
 from planner.service.fleet_separation import GROUND_SEPARATION
 from planner.service.preflight import CheckResult, check_mission
