@@ -311,18 +311,19 @@ def make_pilot(
 def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot:
     """Return who flies a vehicle of reference steps by the laws of its own autopilot, in calm air.
 
-    At the speed that its parameters state, else at its model's; without the lag, of which the model knows
+    At the speeds that its parameters state, else at its model's; without the lag, of which the model knows
     nothing.
     """
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
 
-    calm, speed_m_s = Wind(), step_speeds_m_s(vehicle, parameters).own_m_s
-    own = replace(parameters, cruise_speed_m_s=speed_m_s)
+    calm, speeds = Wind(), step_speeds_m_s(vehicle, parameters)
+    own = replace(parameters, cruise_speed_m_s=speeds.own_m_s)
     if isinstance(own, Px4Parameters):
         from planner.flight.motion.px4.pilot import Px4Pilot
 
         return Px4Pilot(parameters=own, wind=calm)
+    own = replace(own, return_speed_m_s=speeds.returning_m_s)
     return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None)
 
 

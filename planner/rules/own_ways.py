@@ -12,16 +12,22 @@ import numpy as np
 from planner import quantity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED, is_of_ardupilot
+from planner.flight.power import NO_TRANSIENTS
+from planner.flight.prediction import make_flight
+from planner.flight.returns.path import make_returns
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.rules.declaration import FENCE, PROFILE, NotEvaluated, judges
 from planner.rules.fenced_flight import straight_legs
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Rule
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.path import FlownPath
+    from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
     from planner.rules.fenced_flight import FencedFlight
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -54,7 +60,6 @@ def _own_ways(a: Assessment) -> Iterator[NotEvaluated]:
     from planner.flight.path import flown_path
     from planner.rules.fence import PATH_CROSSES
     from planner.rules.site import PATH_SLACK_M, TOO_FAR_FOR_SITE, path_distances_m
-    from planner.rules.terrain import BELOW_TERRAIN, items_too_low
 
     own = a.own_motion
     if own is None:
@@ -81,15 +86,34 @@ def _own_ways(a: Assessment) -> Iterator[NotEvaluated]:
             )
     aloft = np.flatnonzero(~np.isin(own.segments.state, _AT_GROUND)[path.segment])
     if terrain is not None and len(aloft):
-        for item in sorted(items_too_low(a, terrain, path, aloft)):
+        yield from _over_ground(_as_its_own_flies(a, own), terrain, path, aloft)
+
+
+def _as_its_own_flies(a: Assessment, own: Motion) -> Assessment:
+    """Return the flight as its own autopilot flies it, and the returns from there, by the model's power."""
+    flown = a.returns
+    flight = make_flight(own, NO_TRANSIENTS, a.flight.power)
+    returns = make_returns(a.route, flight, flown.pilot, flown.destinations)
+    return replace(a, flight=flight, returns=returns)
+
+
+def _over_ground(
+    own: Assessment, terrain: TerrainGrid, path: FlownPath, aloft: IntArray
+) -> Iterator[NotEvaluated]:
+    """Yield ground that is too high on the way of the vehicle's own autopilot, or on a return from it."""
+    from planner.rules.terrain import BELOW_TERRAIN, items_too_low
+    from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN, returns_too_low
+
+    of = "the way of the vehicle's own autopilot, which cuts corners and climbs along its legs,"
+    returned = returns_too_low(own, terrain, path, aloft, terrain.cell_m)
+    for rule, where, items in (
+        (BELOW_TERRAIN, "on", sorted(items_too_low(own, terrain, path, aloft))),
+        (RETURN_BELOW_TERRAIN, "on a return from", [one.item for one in returned]),
+    ):
+        if items:
             yield NotEvaluated(
-                rule=BELOW_TERRAIN,
-                asked_by="ground as high on the way of the vehicle's own autopilot, which cuts corners and "
-                "climbs along its legs,",
-                needs=_NEEDS,
-                item=item,
+                rule=rule, asked_by=f"ground as high {where} {of}", needs=_NEEDS, item=items[0]
             )
-            break
 
 
 def _off_m(a: Assessment, path: FlownPath) -> FloatArray:

@@ -7,12 +7,15 @@ import math
 import pytest
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff, waypoint
 from made_terrain import ground, pole
-from rule_cases.case import found
+from rule_cases.case import PLENTY, found
 
 from planner.autopilot import Autopilot, Target
 from planner.geo.fence import Fence, FenceCircle
 from planner.rules.own_ways import DELIVERED_RADIUS_M
+from planner.service.preflight import check
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.resolve import resolve_parameters
 
 EAST_PER_M = 1.0 / (METRES_PER_DEGREE_NORTH * math.cos(math.radians(47.0)))
@@ -114,3 +117,43 @@ def test_ground_as_high_as_the_autopilot_climbs_along_a_leg_is_not_checked(
     told = found(rising, parameters="WPNAV_SPEED,1000\nRTL_ALT,6000\n", terrain=terrain)
     assert not [one for one in told if one.code == "A102"]
     assert any("climbs along its legs" in one.message for one in told) is is_open
+
+
+# Half-way along a leg of 250 m from 12 to 60 m ArduPilot is 36 m up, and returns from there no higher where
+# RTL_ALT is 15 m: over a pole of 40 m half-way home.  The model climbs in place and returns at 60 m.
+@pytest.mark.parametrize(("return_m", "is_open"), [(15, True), (50, False)])
+def test_ground_as_high_under_returns_from_a_leg_that_climbs_is_not_checked(
+    return_m: int, *, is_open: bool
+) -> None:
+    terrain, east_m = pole(62.0, 149.0, columns=801)
+    rising = mission(
+        takeoff(12),
+        waypoint(298, 12),
+        item(16, north(298), 60.0, longitude_deg=8.0 + 4.0 * east_m * EAST_PER_M),
+        rtl(),
+    )
+    parameters = f"WPNAV_SPEED,1000\nRTL_ALT,{return_m}00\n"
+    told = found(rising, parameters=parameters, terrain=terrain)
+    assert not [one for one in told if one.code in {"A102", "A104"}]
+    assert any("on a return from the way" in one.message for one in told) is is_open
+
+
+# It flies home at the speed of its missions where RTL_SPEED is 0, and not at the default of another vehicle.
+@pytest.mark.parametrize(
+    ("parameters", "speed_m_s"),
+    [("", None), ("RTL_ALT,1500\n", None), ("RTL_SPEED,500\n", 5.0), ("WPNAV_SPEED,600\n", 6.0)],
+)
+def test_the_own_autopilot_returns_at_the_speed_of_the_model(
+    parameters: str, speed_m_s: float | None
+) -> None:
+    vehicle = load_vehicle("dji-matrice-100")
+    given = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
+    asked = replace(TURNS, autopilot=Autopilot.ARDUPILOT)
+    assessment = check(asked, vehicle, battery=PLENTY, parameters=given).assessment
+    assert assessment is not None
+    motion = assessment.own_motion
+    assert motion is not None
+    returning = motion.segment_stage == len(assessment.route.stages) - 1
+    assert motion.segments.speed_m_s[returning].max() == pytest.approx(
+        speed_m_s or vehicle.default_speed_m_s
+    )
