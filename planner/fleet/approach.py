@@ -9,6 +9,7 @@ nothing is off by more than :data:`STRAIGHT_TOLERANCE_M`.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -239,7 +240,7 @@ class _Bounds(Value, eq=False):
         return one.select(rest).halves(is_first), two.select(rest).halves(~is_first)
 
 
-class Meeting(Value, eq=False):
+class Meeting(Value, eq=False, dict=True):
     """Two vehicles in the air at the same time, and what they keep apart by."""
 
     first: Trajectory
@@ -358,14 +359,29 @@ class Meeting(Value, eq=False):
             grown_m=float(self._grown_m(one.part, two.part)[0]),
         )
 
+    def late_s(self, one: IntArray, two: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return how much later, and how much sooner, the second may be beside parts. (n,), (n,) [s]
+
+        Two alike are late by the same at the same place: only what one loses beyond the other counts.
+        """
+        first, second = self.first.late_s[one], self.second.late_s[two]
+        later_s, sooner_s = second[:, 1], first[:, 1]
+        if self._are_alike:
+            later_s = np.maximum(later_s - first[:, 0], 0.0)
+            sooner_s = np.maximum(sooner_s - second[:, 0], 0.0)
+        return later_s + self.second.longer_s[two], sooner_s + self.first.longer_s[one]
+
+    @cached_property
+    def _are_alike(self) -> bool:
+        one, two = self.first.pace, self.second.pace
+        return one is not None and two is not None and one.is_that_of(two)
+
     def _windows_s(self, one: IntArray, two: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return how much later the second starts beside parts, and how much sooner or later than that. (n,)
 
-        Parts that may be late count as half of it later, and so much sooner or later, early ones likewise.
-        (n,) [s], [s]
+        Parts that may be late count as half of it later, and so much sooner or later. (n,) [s], [s]
         """
-        later_s = self.second.late_s[two] + self.first.early_s[one]
-        sooner_s = self.first.late_s[one] + self.second.early_s[two]
+        later_s, sooner_s = self.late_s(one, two)
         slack_s = self.shift_s + self.first.slack_s[one] + self.second.slack_s[two]
         return self.later_s + 0.5 * (later_s - sooner_s), slack_s + 0.5 * (later_s + sooner_s)
 
@@ -393,9 +409,9 @@ class Meeting(Value, eq=False):
         if (gap >= 0.0).any():
             return np.zeros(0, np.intp), np.zeros(0, np.intp)
         slack_s = self.shift_s + first.slack_s + float(second.slack_s.max())
-        early_s, late_s = float(second.early_s.max()), float(second.late_s.max())
-        soonest_s = first.start_s - self.later_s - slack_s - late_s - first.early_s
-        latest_s = first.end_s - self.later_s + slack_s + first.late_s + early_s
+        latest_s = first.late_s[:, 1] + first.longer_s
+        soonest_s = first.start_s - self.later_s - slack_s - second.latest_s
+        latest_s += first.end_s - self.later_s + slack_s
         low = np.searchsorted(second.end_s, soonest_s, side="left")
         high = np.searchsorted(second.start_s, latest_s, side="right")
         count = np.maximum(high - low, 0)

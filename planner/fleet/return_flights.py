@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.fleet.approach import ClosestApproach
+    from planner.fleet.trajectory import Pace
     from planner.flight.returns.path import FlownReturns, ReturnPoints, Returns
     from planner.geo.geodesy import LocalFrame
 
@@ -43,10 +44,12 @@ class ReturnFlights(Value, eq=False):
     """How wrong the position may be. [m]"""
     time_fraction: float
     """How much of the time of the flight it may be sooner or later. [-]"""
-    late_s: Callable[[FlownReturns], FloatArray]
-    """How much later returns may be flown besides, with the way there. [s]"""
-    early_s: FloatArray
-    """How much sooner the segments they are flown from may be. (s,) [s]"""
+    late_s: FloatArray
+    """How much later segments may be flown, as in a trajectory. (s, 2) [s]"""
+    longer_s: Callable[[FlownReturns], FloatArray]
+    """How much longer returns may take. (n,) [s]"""
+    pace: Pace | None
+    """That of the flight."""
 
     def first_intervals(self) -> tuple[FloatArray, FloatArray]:
         """Return beginnings and ends of intervals of the flight in which it may be broken off. (n,) [s]"""
@@ -114,6 +117,7 @@ class ReturnFlights(Value, eq=False):
         stopped_s = (points.time_s + points.stop_s)[stopping]
         items = self.returns.flight.motion.segments.item[points.segment]
         low_m, high_m = control_m.min(axis=1), control_m.max(axis=1)
+        begun_late_s = self.late_s[points.segment].reshape(3, count, 2)
         trajectory = Trajectory(
             start_s=starts_s,
             end_s=np.concatenate(((end_of_s + later_s)[of_middle], stopped_s)),
@@ -125,11 +129,14 @@ class ReturnFlights(Value, eq=False):
             is_low=np.zeros(len(group), np.bool_),
             duration_s=np.inf,
             slack_s=self.time_fraction * starts_s,
-            late_s=self.late_s(flown).reshape(3, count).max(axis=0)[group],
-            early_s=self.early_s[points.segment].reshape(3, count).max(axis=0)[group],
+            late_s=np.stack(
+                (begun_late_s[..., 0].min(axis=0), begun_late_s[..., 1].max(axis=0)), 1
+            )[group],
+            longer_s=self.longer_s(flown).reshape(3, count).max(axis=0)[group],
             grown_m=np.full(len(group), self.grown_m),
             lifted_m=np.zeros(len(group)),
             stop_s=np.zeros(len(group)),
+            pace=self.pace,
         )
         return FlownFan(
             trajectory=trajectory,

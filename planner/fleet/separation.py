@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.fleet.approach import ACCURACY_M, Cylinder, closest_approach
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.arrays import FloatArray
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.trajectory import Trajectory
 
@@ -24,7 +27,7 @@ _ROUGHLY = 0.05
 """To what part of the separation it is first found how near two come that come too near. [-]"""
 
 
-class Member(Value, eq=False):
+class Member(Value, eq=False, dict=True):
     """One vehicle of a fleet."""
 
     file: str
@@ -40,6 +43,18 @@ class Member(Value, eq=False):
     """Height kept free below it. [m]"""
     vehicle: str = ""
     """Two flights of one vehicle are not in each other's way; empty: each is of its own."""
+    own: Trajectory | None = None
+    """As its own autopilot flies, where its model does otherwise; ``None``: that is not known."""
+    flies_own: bool = False
+    """Whether that is its trajectory."""
+
+    @cached_property
+    def reach_box_m(self) -> FloatArray:
+        """Box, east and north, that it does not leave, however it flies. (2, 2) [m]"""
+        ways = [one.reach for one in (self.trajectory, self.own) if one is not None]
+        low_m = np.min([one.box_m[0][:2] - one.widest_m for one in ways], axis=0)
+        high_m = np.max([one.box_m[1][:2] + one.widest_m for one in ways], axis=0)
+        return np.stack((low_m, high_m))
 
 
 class Spacing(Value):
@@ -70,17 +85,48 @@ class Conflict(Value):
     first: int
     second: int
     approach: ClosestApproach
+    sides: tuple[Member, Member]
+    """As these fly then: as predicted, or as their own autopilots do."""
+
+
+def as_flown(first: Member, second: Member) -> Iterator[tuple[Member, Member]]:
+    """Yield in what ways two members may fly beside each other: as predicted, and as their own autopilots do.
+
+    Whether these fly as their models do is one question for two alike; of others each may.
+    """
+    ways = [*product(_ways(first), _ways(second))]
+    yield ways[0]
+    if _are_alike(first, second):
+        yield ways[-1]
+    else:
+        yield from ways[1:]
+
+
+def _ways(one: Member) -> list[Member]:
+    """Return a member as predicted, and as its own autopilot flies where that is known."""
+    if one.own is None:
+        return [one]
+    return [one, replace(one, trajectory=one.own, own=None, flies_own=True)]
+
+
+def _are_alike(first: Member, second: Member) -> bool:
+    if first.own is None or second.own is None:
+        return False
+    one, two = first.own.pace, second.own.pace
+    return one is not None and two is not None and one.flown_by == two.flown_by
 
 
 def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Conflict]:
     """Yield every two members, of trajectories in one frame, that come nearer to each other than they may.
 
-    The closest approach is that of :func:`rough_approach`.
+    In the first way that does, at whatever starts, to 5 % of the separation.
     """
     for first, second in sorted(near_pairs(fleet, spacing)):
-        approach = rough_approach(fleet[first], fleet[second], spacing)
-        if approach is not None:
-            yield Conflict(first=first, second=second, approach=approach)
+        for sides in as_flown(fleet[first], fleet[second]):
+            approach = rough_approach(*sides, spacing)
+            if approach is not None:
+                yield Conflict(first=first, second=second, approach=approach, sides=sides)
+                break
 
 
 def rough_approach(first: Member, second: Member, spacing: Spacing) -> ClosestApproach | None:
@@ -92,10 +138,8 @@ def near_pairs(fleet: Sequence[Member], spacing: Spacing) -> Iterator[tuple[int,
     """Yield the pairs of members of two vehicles whose boxes in space and time are not too far apart."""
     if len(fleet) < 2:
         return
-    flown = [one.trajectory.reach for one in fleet]
-    reach_m = 0.5 * spacing.separation_m + np.array([one.widest_m for one in flown])
-    low, high = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
-    low, high = low - reach_m[:, None], high + reach_m[:, None]
+    low, high = np.array([one.reach_box_m for one in fleet]).swapaxes(0, 1)
+    low, high = low - 0.5 * spacing.separation_m, high + 0.5 * spacing.separation_m
     order = np.argsort(low[:, 0], kind="stable")
     ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
     for place, first in enumerate(order.tolist()):
@@ -114,15 +158,19 @@ def predict_approach(first: Member, second: Member, spacing: Spacing) -> Closest
 def clearing_delay_s(first: Member, second: Member, spacing: Spacing) -> float | None:
     """Return the smallest later start of the second found that keeps apart two members too near now.
 
-    In whole seconds, tried as :func:`predict_conflicts` does; ``None`` where waiting until the first has
-    ended does not help.
+    In whole seconds, tried in every way they may fly; ``None`` where waiting until the first has ended does
+    not help.
     """
+    ways = [*as_flown(first, second)]
 
     def clears(delay_s: int) -> bool:
-        return _approach(first, second, spacing, delay_s=float(delay_s), accuracy_m=np.inf) is None
+        return all(
+            _approach(*sides, spacing, delay_s=float(delay_s), accuracy_m=np.inf) is None
+            for sides in ways
+        )
 
-    ended_s = first.start_s + first.trajectory.duration_s - second.start_s
-    ended_s += float(first.trajectory.late_s.max() + second.trajectory.early_s.max())
+    lasts_s = [one.trajectory.duration_s + one.trajectory.latest_s for one, _ in ways]
+    ended_s = first.start_s + max(lasts_s) - second.start_s
     ended_s += 2.0 * spacing.start_error_s
     longest_s = max(int(np.ceil(ended_s)), 0) + 1
     if not clears(longest_s):

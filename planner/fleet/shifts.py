@@ -124,8 +124,7 @@ def _near_shifts(
         is_short = np.maximum(*moves) <= short_s
         slack_s = meeting.first.slack_s[one.part] + meeting.second.slack_s[two.part]
         slack_s = (slack_s + meeting.shift_s)[is_short]
-        later_s = meeting.second.late_s[two.part] + meeting.first.early_s[one.part]
-        sooner_s = meeting.first.late_s[one.part] + meeting.second.early_s[two.part]
+        later_s, sooner_s = meeting.late_s(one.part, two.part)
         low_s.append((one.start_s - two.end_s - later_s)[is_short] - slack_s)
         high_s.append((one.end_s - two.start_s + sooner_s)[is_short] + slack_s)
         rest = np.flatnonzero(~is_short)

@@ -37,7 +37,35 @@ _BERNSTEIN = np.stack(
     axis=1,
 )
 """Parts of the control points at these."""
+
+
+_LATER_S, _MOST_OF_LATER = 0.5, 256
+"""How much later the end of a part may be flown than its beginning, of which more are made; and how many, at
+most. [s]"""
+_STRAIGHT_M = 0.5
+"""A way so little longer than straight is straight: a fifth of the position error of a receiver. [m]"""
+_ALIKE_S = 0.1
+"""What is passed within this of each other is passed at the same time: 1 m at 10 m/s, less than errors of
+positions. [s]"""
+_CRUISE = STATE_INDEX[FlightState.CRUISE]
 _LAND = STATE_INDEX[FlightState.LAND]
+
+
+class Pace(Value, eq=False):
+    """What tells when a flight is where, and by how much later: of two alike the same at each place."""
+
+    flown_by: tuple[object, ...]
+    """The model, the parameters of its autopilot, and the wind."""
+    passed_s: FloatArray
+    """When each segment ends, and how much later it may, at most. (2, s) [s]"""
+
+    def is_that_of(self, other: Pace) -> bool:
+        """Return whether another flight passes all its segments at these times, and as late as this one."""
+        return (
+            self.passed_s.shape == other.passed_s.shape
+            and bool(np.abs(self.passed_s - other.passed_s).max(initial=0.0) <= _ALIKE_S)
+            and self.flown_by == other.flown_by
+        )
 
 
 class Trajectory(Value, eq=False, dict=True):
@@ -65,9 +93,10 @@ class Trajectory(Value, eq=False, dict=True):
     slack_s: FloatArray
     """How much sooner or later each part may be flown, by the spread of times. (n,) [s]"""
     late_s: FloatArray
-    """How much later each part may be flown besides, for what its prediction does not fly. (n,) [s]"""
-    early_s: FloatArray
-    """How much sooner, likewise. (n,) [s]"""
+    """How much later each part may be flown besides, for what its prediction does not fly: where it begins,
+    at least of two alike, and where it ends, at most. (n, 2) [s]"""
+    longer_s: FloatArray
+    """How much later than that, whatever one alike does. (n,) [s]"""
     grown_m: FloatArray
     """How much farther beside it the vehicle may be, by the error of its position, or where the wind widens
     or narrows a circle. (n,) [m]"""
@@ -75,6 +104,8 @@ class Trajectory(Value, eq=False, dict=True):
     """How much higher or lower than it. (n,) [m]"""
     stop_s: FloatArray
     """So many seconds of its level speed it gets straight on where it may be told to stop. (n,) [s]"""
+    pace: Pace | None = None
+    """``None``: no flight is known to be alike."""
 
     @cached_property
     def reach(self) -> Trajectory:
@@ -113,13 +144,18 @@ class Trajectory(Value, eq=False, dict=True):
         return self.low_m.min(axis=0), self.high_m.max(axis=0)
 
     @cached_property
+    def latest_s(self) -> float:
+        """The most that any part may be flown later. [s]"""
+        return float((self.late_s[:, 1] + self.longer_s).max())
+
+    @cached_property
     def widest_m(self) -> float:
         """The most that a part is grown by. [m]"""
         return float(self.grown_m.max())
 
     def parts(self, rows: IntArray) -> Trajectory:
         """Return some of its parts; where the vehicle is between them is not told."""
-        columns = (name for name in field_names(self) if name != "duration_s")
+        columns = (name for name in field_names(self) if name not in {"duration_s", "pace"})
         return replace(self, **{name: getattr(self, name)[rows] for name in columns})
 
     @property
@@ -156,8 +192,9 @@ def make_trajectory(
     *,
     min_nav_alt_m: float,
     late_s: FloatArray | None = None,
-    early_s: FloatArray | None = None,
+    lost_s: FloatArray | None = None,
     beside_m: FloatArray | None = None,
+    pace: Pace | None = None,
 ) -> Trajectory:
     """Return the place of a vehicle over time.
 
@@ -172,14 +209,25 @@ def make_trajectory(
         Common frame of all vehicles.
     min_nav_alt_m : float
         Height above the take-off place, and above a landing place, from which it counts as flying. [m]
-    late_s, early_s : ndarray, optional
-        How much later and sooner segments may be flown, at most; default not at all. (s,) [s]
+    late_s : ndarray, optional
+        How much later segments may be flown, at least of two alike, and at most; default not at all.
+        (s, 2) [s]
+    lost_s : ndarray, optional
+        How much longer each may last besides, at most; default none does. (s,) [s]
     beside_m : ndarray, optional
         How far beside them the vehicle may be, at most; default not at all. (s,) [m]
+    pace : Pace, optional
+        That of the flight.
     """
     piece, start_s, end_s, control_m, error_m = cubics(motion)
     control_m = in_frame(control_m, route, frame)
     segment = motion.piece_segment[piece]
+    if lost_s is not None and lost_s.any():
+        part, begin, end = _evenly_late(motion, segment, start_s, end_s, lost_s)
+        width_s = (end_s - start_s)[part]
+        control_m = part_of_cubic(control_m[part], begin, end)
+        start_s, end_s = start_s[part] + begin * width_s, start_s[part] + end * width_s
+        error_m, segment = error_m[part], segment[part]
     lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
     last = np.repeat(control_m[-1:, -1:], 4, axis=1)
     if lands and route.stages[-1].return_path is None:
@@ -209,10 +257,10 @@ def make_trajectory(
     control_m = np.concatenate((first, control_m, last))
     duration_s = float(end_s[-1])
     item = motion.segments.item[segment]
-    own_late_s, own_early_s, own_beside_m = (
-        np.zeros(len(segment)) if own is None else own[segment]
-        for own in (late_s, early_s, beside_m)
-    )
+    own_late_s = np.zeros((len(segment), 2)) if late_s is None else late_s[segment]
+    if lost_s is not None and lost_s.any():
+        own_late_s = own_late_s + _lost_by_s(motion, segment, start_s, end_s, lost_s)
+    own_beside_m = np.zeros(len(segment)) if beside_m is None else beside_m[segment]
     return Trajectory(
         start_s=np.concatenate(([-AT_REST_S], start_s, [duration_s])),
         end_s=np.concatenate(([0.0], end_s, [duration_s + AT_REST_S])),
@@ -225,12 +273,53 @@ def make_trajectory(
         duration_s=duration_s,
         slack_s=np.zeros(len(control_m)),
         # It stands there as soon as it may have landed, and until it sets out.
-        late_s=np.concatenate(([0.0], own_late_s, [0.0])),
-        early_s=np.concatenate(([0.0], own_early_s, own_early_s[-1:])),
+        late_s=np.pad(own_late_s, ((1, 1), (0, 0))),
+        longer_s=np.zeros(len(control_m)),
         grown_m=np.concatenate(([0.0], own_beside_m, [0.0])),
         lifted_m=np.zeros(len(control_m)),
         stop_s=np.zeros(len(control_m)),
+        pace=pace,
     )
+
+
+def _evenly_late(
+    motion: Motion, segment: IntArray, start_s: FloatArray, end_s: FloatArray, lost_s: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return cubics again, those of straight cruises in parts none of which is much later at its end.
+
+    Which each is of, and its fractions of that. (k,)
+    """
+    late_s = np.diff(_lost_by_s(motion, segment, start_s, end_s, lost_s), axis=1)[:, 0]
+    is_even = _is_even(motion)[segment]
+    count = np.where(is_even, np.clip(np.ceil(late_s / _LATER_S), 1, _MOST_OF_LATER), 1)
+    count = count.astype(np.intp)
+    part = np.repeat(np.arange(len(count)), count)
+    number = np.arange(len(part)) - np.repeat(np.cumsum(count) - count, count)
+    return part, number / count[part], (number + 1) / count[part]
+
+
+def _lost_by_s(
+    motion: Motion, segment: IntArray, start_s: FloatArray, end_s: FloatArray, lost_s: FloatArray
+) -> FloatArray:
+    """Return how much later parts of segments begin and end: evenly in straight cruises. (k, 2) [s]"""
+    begun_s = motion.segment_start_s[segment]
+    duration_s = np.maximum(motion.segments.duration_s[segment], 1e-12)
+    is_even = _is_even(motion)[segment]
+    passed = (np.stack((start_s, end_s), axis=1) - begun_s[:, None]) / duration_s[:, None]
+    passed = np.where(is_even[:, None], np.clip(passed, 0.0, 1.0), [0.0, 1.0])
+    before_s = (np.cumsum(lost_s) - lost_s)[segment]
+    return np.asarray(before_s[:, None] + passed * lost_s[segment, None])
+
+
+def _is_even(motion: Motion) -> BoolArray:
+    """Return which segments are straight, level and at one speed. (s,)"""
+    columns = motion.segments
+    begin_m, end_m = (
+        motion.state_at_time(time_s).place_m for time_s in (motion.segment_start_s, columns.end_s)
+    )
+    is_straight = np.hypot(*(end_m - begin_m)[:, :2].T) > columns.distance_m - _STRAIGHT_M
+    is_level = np.abs(columns.climb_m) < _STRAIGHT_M
+    return np.asarray((columns.state == _CRUISE) & is_straight & is_level)
 
 
 def in_frame(control_m: FloatArray, route: Route, frame: LocalFrame) -> FloatArray:

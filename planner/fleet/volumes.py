@@ -107,6 +107,8 @@ def _volume(flown: Trajectory, rows: IntArray) -> Volume:
         outline_m=np.array(outline.exterior.coords)[:-1],
         low_m=float(flown.control_m[rows, :, 2].min()) - up_m,
         high_m=float(flown.control_m[rows, :, 2].max()) + up_m,
-        start_s=float((flown.start_s - flown.slack_s - flown.early_s)[rows].min()),
-        end_s=float((flown.end_s + flown.slack_s + flown.late_s)[rows].max()),
+        start_s=float((flown.start_s - flown.slack_s)[rows].min()),
+        end_s=float(
+            (flown.end_s + flown.slack_s + flown.late_s[:, 1] + flown.longer_s)[rows].max()
+        ),
     )

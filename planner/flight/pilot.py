@@ -308,7 +308,9 @@ def make_pilot(
     )
 
 
-def make_own_pilot(vehicle: VehicleModel, parameters: FlightParameters) -> Pilot:
+def make_own_pilot(
+    vehicle: VehicleModel, parameters: FlightParameters
+) -> ArduPilotPilot | Px4Pilot:
     """Return who flies a vehicle of reference steps by the laws of its own autopilot, in calm air.
 
     At the speeds that its parameters state, else at its model's; without the lag, of which the model knows

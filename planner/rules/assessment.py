@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
     from planner.flight.failsafe import BatteryProfile
     from planner.flight.motion.kinematics import Motion
+    from planner.flight.motion.px4.pilot import Px4Pilot
+    from planner.flight.pilot import ArduPilotPilot
+    from planner.flight.power import Transients
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.reach import Situations
     from planner.flight.returns.path import FlownReturns, Returns
@@ -126,16 +129,27 @@ class Assessment(Value, eq=False, dict=True):
 
         return lateness_of(self)
 
-    @cached_property
+    @property
+    def lost_s(self) -> FloatArray:
+        """How much longer each segment may last for want of airspeed, at most. (s,) [s]
+
+        Where it may not come forward at all E105 is an error.
+        """
+        lost_s = self.uncounted.late_s
+        if self.returns.flight is self.flight:
+            return lost_s
+        # Who gives way to others holds on its way: nobody knows where it is late.
+        first_s = np.zeros(len(self.flight.motion.segments.item))
+        first_s[0] = lost_s.sum()
+        return first_s
+
+    @property
     def passed_late_s(self) -> FloatArray:
         """How much later than predicted each segment may be passed, at most. (s,) [s]
 
-        By its parameters, and for want of airspeed.  Where it may not come forward at all E105 is an error.
+        By its parameters, and for want of airspeed.
         """
-        lost_s = np.cumsum(self.uncounted.late_s)
-        if self.returns.flight is not self.flight:  # who gives way to others holds on its way
-            lost_s = lost_s[-1:]
-        return self.lateness.passed_s + lost_s
+        return self.lateness.passed_s[:, 1] + np.cumsum(self.lost_s)
 
     @cached_property
     def fenced(self) -> FencedFlight:
@@ -152,18 +166,23 @@ class Assessment(Value, eq=False, dict=True):
         )
 
     @cached_property
+    def own_flown(self) -> tuple[ArduPilotPilot | Px4Pilot, tuple[Motion, Transients]] | None:
+        """Who flies a vehicle of reference steps by its own autopilot, and how; ``None``: it is not known."""
+        from planner.rules.lateness import own_flown_of
+
+        return own_flown_of(self)
+
+    @property
     def own_motion(self) -> Motion | None:
         """How the own autopilot of a model of reference steps flies; ``None``: it is not known."""
-        from planner.rules.lateness import own_motion_of
-
-        return own_motion_of(self)
+        return None if self.own_flown is None else self.own_flown[1][0]
 
     @cached_property
-    def passed_early_s(self) -> FloatArray:
-        """How much sooner than predicted each segment may be passed, at most. (s,) [s]"""
-        from planner.rules.lateness import passed_early_s
+    def own(self) -> Assessment | None:
+        """The flight of a model of reference steps as its own autopilot flies it; ``None``: not known."""
+        from planner.rules.lateness import as_its_own_flies
 
-        return passed_early_s(self)
+        return as_its_own_flies(self)
 
     @cached_property
     def late_returns(self) -> LateReturns:

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import Motion, SegmentColumns
+    from planner.flight.motion.px4.pilot import Px4Pilot
+    from planner.flight.pilot import ArduPilotPilot
+    from planner.flight.power import Transients
     from planner.flight.returns.path import FlownReturns
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -29,10 +32,6 @@ HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
 OVERSHOOT = 0.03
 """A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
-_CLIMB = STATE_INDEX[FlightState.CLIMB]
-_LEVEL = [
-    STATE_INDEX[state] for state in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
-]
 _LOW_M = 10.0
 """Height below which autopilots take off and land at a speed of their own (MPC_LAND_ALT1, LAND_ALT_LOW)."""
 
@@ -46,7 +45,8 @@ class Lateness(Value, eq=False):
     ways_s: FloatArray
     """As its own autopilot flies from place to place."""
     passed_s: FloatArray
-    """How much later each may be passed, at most: all of it, however little, by the end of its stage."""
+    """How much later each may be passed: what is lost, however little, by the end of the stage before it, at
+    least of two alike, and by that of its own, at most. (s, 2) [s]"""
     slowest: Slower | None = None
     circled_by: str = ""
     shaped_by: str = ""
@@ -82,7 +82,8 @@ def lateness_of(a: Assessment) -> Lateness:
     none_s = np.zeros(len(motion.segments.item))
     circles = a.route.rows_of(StageKind.CIRCLE)
     if a.autopilot is not Autopilot.STEP or (given is None and not circles):
-        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=none_s)
+        passed_s = np.zeros((len(none_s), 2))
+        return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=passed_s)
     if given is None:
         from planner.vehicle.parameters.resolve import resolve_parameters
 
@@ -121,17 +122,20 @@ def lateness_of(a: Assessment) -> Lateness:
 
 
 def _passed_s(motion: Motion, little_s: FloatArray) -> FloatArray:
-    """Return how much later each segment may be passed: as much as by the end of its stage. (s,) [s]"""
+    """Return how much later each segment may be passed, by the ends of stages. (s, 2) [s]"""
     by_end_s = np.append(np.cumsum(little_s), 0.0)[motion.done_segment]
-    by_end_s = np.maximum.accumulate(by_end_s)[motion.segment_stage]
-    return np.asarray(np.maximum(by_end_s, np.cumsum(little_s)), np.float64)
+    by_end_s = np.append(np.maximum.accumulate(by_end_s), 0.0)
+    before_s, by_then_s = by_end_s[motion.segment_stage - 1], by_end_s[motion.segment_stage]
+    return np.stack((before_s, np.maximum(by_then_s, np.cumsum(little_s))), axis=1)
 
 
-def own_motion_of(a: Assessment) -> Motion | None:
-    """Return how the own autopilot of a model of reference steps flies; ``None``: it is not known.
+def own_flown_of(
+    a: Assessment,
+) -> tuple[ArduPilotPilot | Px4Pilot, tuple[Motion, Transients]] | None:
+    """Return by whose laws a vehicle of reference steps really flies, and how; ``None``: it is not known.
 
-    It flies through corners at which the model stops, and climbs along legs: that of the parameter file, else
-    that whose rules the mission has to meet, as it is delivered.
+    Through corners at which the model stops, and up and down along legs: those of the parameter file, else of
+    the autopilot whose rules the mission has to meet, as it is delivered.
     """
     if not a.may_fly_other_ways:
         return None
@@ -140,28 +144,31 @@ def own_motion_of(a: Assessment) -> Motion | None:
         from planner.vehicle.parameters.resolve import resolve_parameters
 
         given = resolve_parameters(target.autopilot, version=target.version).values
-    return None if given is None else make_own_pilot(a.vehicle, given).fly(a.route)[0]
+    if given is None:
+        return None
+    pilot = make_own_pilot(a.vehicle, given)
+    return pilot, pilot.fly(a.route)
 
 
-def passed_early_s(a: Assessment) -> FloatArray:
-    """Return how much sooner each segment may be passed: as much as by an end of its stage. (s,) [s]"""
-    motion, own = a.flight.motion, a.own_motion
-    if own is None:
-        return np.zeros(len(motion.segments.item))
-    count = len(a.route.stages)
-    early_s = np.nan_to_num(_marks_s(motion, count) - _marks_s(own, count), nan=0.0)
-    early_s = np.maximum(early_s, 0.0).max(axis=0)
-    by_ends_s = np.maximum(early_s, np.append(0.0, early_s[:-1]))
-    return np.asarray(by_ends_s[motion.segment_stage], np.float64)
+def as_its_own_flies(a: Assessment) -> Assessment | None:
+    """Return a flight of a model of reference steps as its own autopilot flies it; ``None``: not known.
 
+    With its own returns; nothing of it is later by its parameters.
+    """
+    if a.own_flown is None or a.returns.flight is not a.flight:
+        return None  # who gives way to others holds on its way
+    from planner.flight.prediction import make_flight
+    from planner.flight.returns.path import make_returns
 
-def _marks_s(motion: Motion, count: int) -> FloatArray:
-    """Return when the climb of each stage ends, its level way and all of it; NaN: never. (3, count) [s]"""
-    end_s, state = np.cumsum(motion.segments.duration_s), motion.segments.state
-    marks_s = np.full((3, count), -np.inf)
-    for row, ends in enumerate((state == _CLIMB, np.isin(state, _LEVEL), slice(None))):
-        np.maximum.at(marks_s[row], motion.segment_stage[ends], end_s[ends])
-    return np.where(np.isfinite(marks_s), marks_s, np.nan)
+    pilot, flown = a.own_flown
+    flight = make_flight(*flown, a.flight.power)
+    by = Autopilot.PX4 if _is_px4(pilot.parameters) else Autopilot.ARDUPILOT
+    return replace(
+        a,
+        setup=replace(a.setup, autopilot=by),
+        flight=flight,
+        returns=make_returns(a.route, flight, pilot, a.returns.destinations),
+    )
 
 
 def late_returns_of(

@@ -58,6 +58,12 @@ class FlownSortie(Value):
         return self.result.assessment if isinstance(self.result, CheckResult) else None
 
     @property
+    def ways(self) -> list[Assessment]:
+        """How it may be flown: as predicted, and as its own autopilot flies where that is known."""
+        found = (self.assessment, None if self.assessment is None else self.assessment.own)
+        return [one for one in found if one is not None]
+
+    @property
     def start_s(self) -> float:
         """When its mission starts. [s]"""
         return self.sortie.start_s
@@ -82,9 +88,7 @@ class FlownSortie(Value):
     @property
     def lands_s(self) -> float:
         """When it lands at the soonest. [s]"""
-        if self.assessment is None:
-            return self.end_s
-        return self.end_s - float(self.assessment.passed_early_s[-1:].sum())
+        return self.start_s + min((one.flight.time_s for one in self.ways), default=0.0)
 
     @property
     def landed_s(self) -> float:

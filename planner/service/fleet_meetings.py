@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.fleet.approach import Meeting
 from planner.fleet.return_flights import return_conflict
-from planner.fleet.separation import home_above_m
+from planner.fleet.separation import as_flown, home_above_m
 from planner.fleet.shifts import ClosedShifts
 from planner.service.fleet_separation import common_frame, fleet_spacing, members, returns_of
 from planner.service.fleet_times import carries_m, carry_s, landing_pads
@@ -107,21 +107,21 @@ class Meetings:
 
     def about(self, later_s: float, *, with_returns: bool) -> list[tuple[float, float]]:
         """Return the intervals that a difference is in. [s]"""
-        found = [self._flights.around(later_s)]
-        if not with_returns:
-            return [one for one in found if one is not None]
-        found += [None if one is None else one.around(later_s) for one in self._returns[:1]]
-        for back in self._returns[1:]:
-            turned = None if back is None else back.around(-later_s)
-            found.append(None if turned is None else (-turned[1], -turned[0]))
+        found = [one.around(later_s) for one in self._flights]
+        if with_returns:
+            first, second = self._returns
+            found += [one.around(later_s) for one in first]
+            for back in second:
+                turned = back.around(-later_s)
+                found.append(None if turned is None else (-turned[1], -turned[0]))
         return [one for one in found if one is not None]
 
     @cached_property
-    def _flights(self) -> ClosedShifts:
-        return ClosedShifts(self._meeting(self._one, self._two))
+    def _flights(self) -> list[ClosedShifts]:
+        return [ClosedShifts(self._meeting(*sides)) for sides in as_flown(self._one, self._two)]
 
     @cached_property
-    def _returns(self) -> tuple[ClosedShifts | None, ClosedShifts | None]:
+    def _returns(self) -> tuple[list[ClosedShifts], list[ClosedShifts]]:
         """Of the returns of the first with the second, and the other way round."""
         first, second = self._backs
         return (
@@ -129,9 +129,13 @@ class Meetings:
             self._of_returns(second, self._two, self._one),
         )
 
-    def _of_returns(self, back: ReturnsOfOne, one: Member, two: Member) -> ClosedShifts | None:
-        if back.box_m is None:
-            return None
+    def _of_returns(
+        self, backs: Sequence[ReturnsOfOne], one: Member, two: Member
+    ) -> list[ClosedShifts]:
+        sides = ((backs[first.flies_own], first, second) for first, second in as_flown(one, two))
+        return [self._of_way(*each) for each in sides if each[0].box_m is not None]
+
+    def _of_way(self, back: ReturnsOfOne, one: Member, two: Member) -> ClosedShifts:
         flights, fan = back.flights, back.fine_fan
         meeting = replace(self._meeting(one, two), first=fan.whole)
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fleet.separation import home_above_m
+from planner.fleet.approach import Meeting
+from planner.fleet.separation import as_flown, home_above_m
 from planner.fleet.swarm.zones import Capsules, distances_m
 from planner.service.fleet_separation import (
     DOWNWASH,
@@ -16,7 +17,7 @@ from planner.service.fleet_separation import (
     fleet_spacing,
 )
 from planner.service.separation import SEPARATION
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +57,8 @@ class PairDistance(Value, eq=False):
     planned_m: FloatArray
     """Both as planned. (n,) [m]"""
     may_m: FloatArray
-    """How near they may come by the start errors and the spread of their times. (n,) [m]"""
+    """How near they may come by the start errors and the spread of their times, or as their own autopilots
+    fly. (n,) [m]"""
     part: IntArray
     """Which stretch of time without a gap each belongs to. (n,)"""
     least_s: float
@@ -110,8 +112,8 @@ class _Pair(Value, eq=False):
         one = first.part_at(time_s - self.first.start_s)
         two = second.part_at(time_s - self.second.start_s)
         slack_s = first.slack_s[one] + second.slack_s[two] + 2.0 * self.spacing.start_error_s
-        low_s = -slack_s - second.late_s[two] - first.early_s[one]
-        return low_s, slack_s + first.late_s[one] + second.early_s[two]
+        later_s, sooner_s = Meeting(first=first, second=second).late_s(one, two)
+        return -slack_s - later_s, slack_s + sooner_s
 
     def least_m(self, time_s: FloatArray) -> FloatArray:
         """Return how near they may come at times, sooner or later than planned. (n,) [m]"""
@@ -174,9 +176,12 @@ def closest_pairs(result: FleetResult, all_: Sequence[Member]) -> tuple[PairDist
 def _distance(
     pair: _Pair, time_s: FloatArray, planned_m: FloatArray, step_s: float
 ) -> PairDistance:
-    may_m = pair.least_m(time_s)
-    about_s = float(time_s[np.nanargmin(may_m)])
-    least_s, least_m = pair.nearest(about_s, step_s)
+    ways = [replace(pair, first=one, second=two) for one, two in as_flown(pair.first, pair.second)]
+    ways_m = np.array([one.least_m(time_s) for one in ways])
+    may_m = np.fmin.reduce(ways_m)
+    at = int(np.nanargmin(may_m))
+    nearest = ways[int(np.nanargmin(ways_m[:, at]))]
+    least_s, least_m = nearest.nearest(float(time_s[at]), step_s)
     chosen, part = shown_samples(np.where(np.isfinite(planned_m), may_m, np.nan))
     return PairDistance(
         first=pair.first.file,

@@ -14,30 +14,29 @@ from planner.findings import Rule, Severity
 from planner.fleet.approach import ACCURACY_M, Cylinder, Meeting, closest_approach
 from planner.fleet.return_flights import FlownFan, ReturnConflict, ReturnFlights, return_conflict
 from planner.fleet.separation import (
-    Conflict,
     Member,
     Spacing,
     are_heights_known,
+    as_flown,
     clearing_delay_s,
     home_above_m,
     near_pairs,
     predict_approach,
     rough_approach,
 )
-from planner.fleet.trajectory import make_trajectory
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import make_pilot
 from planner.rules.lateness import late_returns_of
-from planner.rules.wind import circles_off_m
 from planner.service.fleet import FleetFinding
 from planner.service.fleet_times import at, stands
 from planner.service.separation import (
     DUPLICATE_SYSTEM_ID,
     SEPARATION,
     SEPARATION_UNCHECKED,
+    flown_text,
     known_home_amsl_m,
     late_text,
     system_id,
+    trajectory_of,
     uncounted_curve,
     why_left_out,
 )
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.fleet.approach import ClosestApproach
-    from planner.fleet.fleet import Fleet, Separation
+    from planner.fleet.fleet import Fleet, Separation, Sortie
     from planner.fleet.trajectory import Trajectory
     from planner.flight.returns.path import FlownReturns
     from planner.geo.geodesy import LocalFrame
@@ -168,13 +167,19 @@ def members(
     for one in flown:
         assessment, vehicle = one.assessment, fleet.vehicles[one.sortie.vehicle]
         assert assessment is not None  # something is flown
-        alone = _alone(fleet, separation, one, common_frame(flown, known), known)
-        stand = stand_of[one.name]
+        frame, stand = common_frame(flown, known), stand_of[one.name]
+        ways = [
+            _standing(
+                _alone(fleet, separation, one.sortie, way, frame, known=known), one, stand, known
+            )
+            for way in one.ways
+        ]
         above_m, below_m = vehicle.heights_m(separation)
         found.append(
             Member(
                 file=one.name,
-                trajectory=known.once((alone, stand), partial(_standing, alone, stand)),
+                trajectory=ways[0],
+                own=ways[1] if len(ways) > 1 else None,
                 start_s=one.start_s,
                 home_amsl_m=known_home_amsl_m(assessment),
                 above_m=above_m,
@@ -193,25 +198,21 @@ def common_frame(flown: Sequence[FlownSortie], known: Encounters) -> LocalFrame:
 
 
 def _alone(
-    fleet: Fleet, separation: Separation, one: FlownSortie, frame: LocalFrame, known: Encounters
+    fleet: Fleet,
+    separation: Separation,
+    sortie: Sortie,
+    assessment: Assessment,
+    frame: LocalFrame,
+    *,
+    known: Encounters,
 ) -> Trajectory:
     """Return a flight with its errors, whatever the vehicle does before and after.
 
     It is one and the same for flights that are alike, as on another charge of the pack.
     """
-    assessment = one.assessment
-    assert assessment is not None  # something is flown
 
     def find() -> Trajectory:
-        whole = make_trajectory(
-            assessment.flight.motion,
-            assessment.route,
-            frame,
-            min_nav_alt_m=separation.min_nav_alt_m,
-            late_s=assessment.passed_late_s,
-            early_s=assessment.passed_early_s,
-            beside_m=circles_off_m(assessment),
-        )
+        whole = trajectory_of(assessment, frame, separation.min_nav_alt_m)
         made = replace(
             whole,
             slack_s=_time_fraction(assessment) * np.clip(whole.end_s, 0.0, whole.duration_s),
@@ -219,10 +220,14 @@ def _alone(
             + np.where(whole.is_rest & whole.is_low, 0.0, assessment.setup.position_margin_m),
             stop_s=_stop_s(assessment, whole) if separation.may_stop else whole.stop_s,
         )
-        pad = fleet.pad_of(one.sortie)
-        own = (one.sortie.job, fleet.mission_of(one.sortie), one.sortie.vehicle)
-        flight = (*own, None if pad is None else pad.name)
-        times_s = made.start_s, made.end_s, made.slack_s, made.late_s, made.early_s
+        pad = fleet.pad_of(sortie)
+        flight = (
+            sortie.job,
+            fleet.mission_of(sortie),
+            sortie.vehicle,
+            None if pad is None else pad.name,
+        )
+        times_s = made.start_s, made.end_s, made.slack_s, made.late_s
         columns = (*times_s, made.stop_s, made.grown_m, made.control_m)
         return known.once((*flight, *(each.tobytes() for each in columns)), lambda: made)
 
@@ -230,11 +235,16 @@ def _alone(
     return known.once((id(assessment),), lambda: (assessment, find()))[1]
 
 
-def _standing(alone: Trajectory, stand: Stand) -> Trajectory:
+def _standing(alone: Trajectory, one: FlownSortie, stand: Stand, known: Encounters) -> Trajectory:
     """Return a flight with how long the vehicle stands there before and after."""
-    start_s, end_s = alone.start_s.copy(), alone.end_s.copy()
-    start_s[0], end_s[-1] = -stand.before_s, alone.duration_s + stand.after_s
-    return replace(alone, start_s=start_s, end_s=end_s)
+
+    def find() -> Trajectory:
+        start_s, end_s = alone.start_s.copy(), alone.end_s.copy()
+        start_s[0] = -stand.before_s
+        end_s[-1] = max(one.time_s + stand.after_s, alone.duration_s)
+        return replace(alone, start_s=start_s, end_s=end_s)
+
+    return known.once((alone, stand, one.time_s), find)
 
 
 def _time_fraction(assessment: Assessment) -> float:
@@ -255,7 +265,7 @@ def _stop_s(assessment: Assessment, flown: Trajectory) -> FloatArray:
     width_s = np.maximum(flown.end_s - flown.start_s, 1e-9)
     steps_m = np.diff(flown.control_m[..., :2], axis=1)
     fastest_m_s = 3.0 * np.hypot(steps_m[..., 0], steps_m[..., 1]).max(axis=1) / width_s
-    stop_m = make_pilot(setup, assessment.own_parameters).farthest_stop_m(fastest_m_s)
+    stop_m = assessment.returns.pilot.farthest_stop_m(fastest_m_s)
     stop_s = stop_m / np.maximum(fastest_m_s, _STANDS_M_S) + setup.reaction_time_s
     segments = assessment.flight.motion.segments
     after = assessment.flight.motion.state_at_time(segments.end_s + _AFTER_S).velocity_m_s
@@ -319,28 +329,32 @@ class _Pairs:
     def conflicts(self) -> Iterator[FleetFinding]:
         """Yield every two sorties that come too near to each other in the air."""
         found = [
-            Conflict(first=first, second=second, approach=approach)
-            for first, second in sorted(near_pairs(self._members, self._spacing))
-            if (approach := self._roughly(self._members[first], self._members[second]))
+            (pair, sides, approach)
+            for pair in sorted(near_pairs(self._members, self._spacing))
+            for sides, approach in self._roughly(*pair)
         ]
-        for number, conflict in enumerate(found[:_MOST_PAIRS]):
-            pair = self._members[conflict.first], self._members[conflict.second]
-            approach = self._once("nearest", *pair, partial(self._nearest, *pair))
-            approach = approach or conflict.approach
+        for number, (pair, sides, roughly) in enumerate(found[:_MOST_PAIRS]):
+            approach = self._once("nearest", *sides, partial(self._nearest, *sides)) or roughly
             delay_s, is_tried = None, number < _MOST_DELAYS
             if is_tried:
-                clear = partial(clearing_delay_s, *pair, self._spacing)
-                delay_s = self._once("delay", *pair, clear)
-            yield self._too_near(
-                conflict.first, conflict.second, approach, delay_s, is_tried=is_tried
-            )
+                one, two = (self._members[each] for each in pair)
+                clear = partial(clearing_delay_s, one, two, self._spacing)
+                delay_s = self._once("delay", one, two, clear)
+            yield self._too_near(*sides, approach, delay_s, is_tried=is_tried)
         if len(found) > _MOST_PAIRS:
             more = quantity.count(len(found) - _MOST_PAIRS, "more pair")
             message = f"{more} of sorties come too near to each other"
             yield FleetFinding(finding=SEPARATION.finding(message))
 
-    def _roughly(self, one: Member, two: Member) -> ClosestApproach | None:
-        return self._once("rough", one, two, partial(rough_approach, one, two, self._spacing))
+    def _roughly(
+        self, first: int, second: int
+    ) -> Iterator[tuple[tuple[Member, Member], ClosestApproach]]:
+        """Yield in what way two come too near to each other, the first that does."""
+        for sides in as_flown(self._members[first], self._members[second]):
+            approach = self._once("rough", *sides, partial(rough_approach, *sides, self._spacing))
+            if approach is not None:
+                yield sides, approach
+                return
 
     def _nearest(self, one: Member, two: Member) -> ClosestApproach | None:
         """Return how near two come that are not told to stop, else told to."""
@@ -350,14 +364,13 @@ class _Pairs:
 
     def _too_near(
         self,
-        first: int,
-        second: int,
+        one: Member,
+        two: Member,
         approach: ClosestApproach,
         delay_s: float | None,
         *,
         is_tried: bool,
     ) -> FleetFinding:
-        one, two = self._members[first], self._members[second]
         is_over = abs(approach.above_m) > approach.beside_m
         rule = DOWNWASH if is_over else SEPARATION
         errors_m = sum(
@@ -369,7 +382,7 @@ class _Pairs:
         message = (
             f"{one.file} ({one.vehicle}) and {two.file} ({two.vehicle}){told}: {_apart(near)} each other "
             f"{at(one.start_s + approach.first_s)}, items {approach.first_item} and "
-            f"{approach.second_item}; {self._required(one, two, near)}"
+            f"{approach.second_item}{flown_text(one, two)}; {self._required(one, two, near)}"
             + late_text((one, approach.first_s), (two, approach.second_s))
         )
         fix = "fly them at other heights or places, or one after the other"
@@ -404,15 +417,7 @@ class _Pairs:
         """Yield every two that are too near to each other while both are near the ground."""
         widest_m = max(self._spacing.separation_m, self._separation.ground_m or 0.0)
         spacing = replace(self._spacing, separation_m=widest_m)
-        low = [
-            replace(
-                one,
-                trajectory=self._known.once(
-                    ("low", one.trajectory), partial(_near_ground, one.trajectory)
-                ),
-            )
-            for one in self._members
-        ]
+        low = [self._parts("low", _near_ground, one) for one in self._members]
         for first, second in sorted(near_pairs(low, spacing)):
             one, two = low[first], low[second]
             least_m = self._separation.ground_m
@@ -427,15 +432,8 @@ class _Pairs:
             zone = Cylinder(
                 horizontal_m=least_m - ACCURACY_M, over_m=np.inf, under_m=np.inf, is_on_ground=True
             )
-            find = partial(
-                closest_approach,
-                one.trajectory,
-                two.trajectory,
-                second_later_s=two.start_s - one.start_s,
-                shift_s=2.0 * self._spacing.start_error_s,
-                zone=zone,
-            )
-            approach = self._once("ground", one, two, find)
+            found = (self._on_ground(*sides, zone) for sides in as_flown(one, two))
+            approach = next((each for each in found if each is not None), None)
             if approach is None:
                 continue
             # It stands there since long before, maybe: nothing happens before the operation begins.
@@ -457,8 +455,8 @@ class _Pairs:
         """
         left = _MOST_PAIRS
         for one, flown in zip(self._members, self._flown, strict=True):
-            back = self._back(flown)
-            for two in self._beside_returns(back, one):
+            backs = self._backs(flown)
+            for two in self._beside_returns(backs, one):
                 if not left:
                     message = (
                         f"after {_MOST_PAIRS} pairs in which a return comes too near, no further one is "
@@ -466,34 +464,53 @@ class _Pairs:
                     )
                     yield FleetFinding(finding=RETURN_CROSSES.finding(message))
                     return
-                found = self._return_conflict(back, one, two)
+                found = self._return_conflict(backs, one, two)
                 if found is None:
                     continue
-                is_low = _stands_low(two, found.approach)
+                is_low = _stands_low(found[1][1], found[0].approach)
                 if is_low:
                     # That it stands in the way does not tell whether it is also met in the air.
-                    aloft = self._known.once(
-                        ("aloft", two.trajectory), partial(_aloft, two.trajectory)
-                    )
-                    in_air = self._return_conflict(back, one, replace(two, trajectory=aloft))
+                    in_air = self._return_conflict(backs, one, self._parts("aloft", _aloft, two))
                     found, is_low = in_air or found, in_air is None
                 left -= not is_low
-                yield self._crossed(one, two, found, is_low=is_low)
+                yield self._crossed(*found, is_low=is_low)
 
-    def _back(self, flown: FlownSortie) -> ReturnsOfOne:
-        """Return the returns of a sortie."""
+    def _backs(self, flown: FlownSortie) -> list[ReturnsOfOne]:
+        """Return the returns of a sortie: as predicted, and as its own autopilot flies if known."""
         frame = common_frame(self._flown, self._known)
         return returns_of(self._fleet, self._separation, flown, frame, self._known)
 
+    def _parts(self, what: str, of: Callable[[Trajectory], Trajectory], one: Member) -> Member:
+        """Return a member with some parts of its flight alone."""
+        some, own = (
+            None if flown is None else self._known.once((what, flown), partial(of, flown))
+            for flown in (one.trajectory, one.own)
+        )
+        assert some is not None
+        return replace(one, trajectory=some, own=own)
+
+    def _on_ground(self, one: Member, two: Member, zone: Cylinder) -> ClosestApproach | None:
+        """Return how near two come near the ground; ``None``: not too near."""
+        find = partial(
+            closest_approach,
+            one.trajectory,
+            two.trajectory,
+            second_later_s=two.start_s - one.start_s,
+            shift_s=2.0 * self._spacing.start_error_s,
+            zone=zone,
+        )
+        return self._once("ground", one, two, find)
+
     def _return_conflict(
-        self, back: ReturnsOfOne, one: Member, two: Member
-    ) -> ReturnConflict | None:
+        self, backs: Sequence[ReturnsOfOne], one: Member, two: Member
+    ) -> tuple[ReturnConflict, tuple[Member, Member]] | None:
+        """Return a return of one that comes too near to another, and in what way both fly then."""
         later_s = two.start_s - one.start_s
 
-        def find() -> ReturnConflict | None:
+        def find(back: ReturnsOfOne, other: Member) -> ReturnConflict | None:
             meeting = Meeting(
                 first=back.fan.trajectory,
-                second=two.trajectory.reach,
+                second=other.trajectory.reach,
                 later_s=later_s,
                 shift_s=2.0 * self._spacing.start_error_s,
                 above_m=home_above_m(one, two),
@@ -501,17 +518,23 @@ class _Pairs:
             )
             return return_conflict(back.flights, back.fan, meeting)
 
-        return self._known.once((back, two.trajectory, later_s), find)
+        for sides in as_flown(one, two):
+            back, other = backs[sides[0].flies_own], sides[1]
+            found = self._known.once((back, other.trajectory, later_s), partial(find, back, other))
+            if found is not None:
+                return found, sides
+        return None
 
     def _crossed(
-        self, one: Member, two: Member, found: ReturnConflict, *, is_low: bool
+        self, found: ReturnConflict, sides: tuple[Member, Member], *, is_low: bool
     ) -> FleetFinding:
-        approach = found.approach
+        (one, two), approach = sides, found.approach
         doing = "which stands on the ground" if is_low else f"item {approach.second_item}"
         message = (
             f"a return of {one.file} ({one.vehicle}) begun {at(one.start_s + found.begun_s)} at item "
             f"{found.item} comes within {_apart(approach)} {two.file} ({two.vehicle}), {doing}, "
-            f"{at(one.start_s + approach.first_s)}; {self._required(one, two, approach)}"
+            f"{at(one.start_s + approach.first_s)}{flown_text(one, two)}; "
+            f"{self._required(one, two, approach)}"
         )
         if self._separation.may_stop:
             message += f", whether {two.file} is told to stop or not"
@@ -522,22 +545,23 @@ class _Pairs:
             at_s=one.start_s + approach.first_s,
         )
 
-    def _beside_returns(self, back: ReturnsOfOne, one: Member) -> list[Member]:
+    def _beside_returns(self, backs: Sequence[ReturnsOfOne], one: Member) -> list[Member]:
         """Return the flights of other vehicles that returns of one flight may come near to."""
-        box = back.box_m
-        if box is None:
+        boxes = [box for back in backs if (box := back.box_m) is not None]
+        if not boxes:
             return []
         low_m, high_m = self._boxes_m
-        is_beside = ((low_m < box[1]) & (box[0] < high_m)).all(axis=1)
+        is_beside = np.any(
+            [((low_m < box[1]) & (box[0] < high_m)).all(axis=1) for box in boxes], axis=0
+        )
         near = (self._members[place] for place in np.flatnonzero(is_beside).tolist())
         return [two for two in near if two.vehicle != one.vehicle]
 
     @cached_property
     def _boxes_m(self) -> FloatArray:
         """Boxes that the vehicles do not leave, as far as others keep from them. (2, n, 2) [m]"""
-        flown = [one.trajectory.reach for one in self._members]
-        away_m = self._spacing.separation_m + np.array([one.widest_m for one in flown])[:, None]
-        low_m, high_m = np.array([one.box_m for one in flown])[..., :2].swapaxes(0, 1)
+        low_m, high_m = np.array([one.reach_box_m for one in self._members]).swapaxes(0, 1)
+        away_m = self._spacing.separation_m
         return np.stack((low_m - away_m, high_m + away_m))
 
 
@@ -568,35 +592,42 @@ class ReturnsOfOne:
 
 def returns_of(
     fleet: Fleet, separation: Separation, one: FlownSortie, frame: LocalFrame, known: Encounters
-) -> ReturnsOfOne:
-    """Return the returns of a sortie, in a common frame; those of flights that are alike once."""
-    assessment = one.assessment
-    assert assessment is not None  # something is flown
-    alone = _alone(fleet, separation, one, frame, known)
-    return known.once(
-        ("returns", alone), lambda: ReturnsOfOne(return_flights(assessment, frame), alone)
-    )
+) -> list[ReturnsOfOne]:
+    """Return the returns of a sortie, in a common frame; those of flights that are alike once.
+
+    As predicted, and as its own autopilot flies where that is known.
+    """
+
+    def returns(assessment: Assessment) -> ReturnsOfOne:
+        alone = _alone(fleet, separation, one.sortie, assessment, frame, known=known)
+        return known.once(
+            ("returns", alone),
+            lambda: ReturnsOfOne(return_flights(assessment, alone, frame), alone),
+        )
+
+    return [returns(way) for way in one.ways]
 
 
-def return_flights(assessment: Assessment, frame: LocalFrame) -> ReturnFlights:
-    """Return the returns of a sortie, in a common frame."""
+def return_flights(assessment: Assessment, flown: Trajectory, frame: LocalFrame) -> ReturnFlights:
+    """Return the returns of a flight, in a common frame."""
+    lost_s = np.cumsum(assessment.lost_s)
+    begun_s = np.stack((lost_s - assessment.lost_s, lost_s), axis=1)
     return ReturnFlights(
         returns=assessment.returns,
         frame=frame,
         grown_m=assessment.setup.position_margin_m,
         time_fraction=_time_fraction(assessment),
-        late_s=partial(_returns_late_s, assessment),
-        early_s=assessment.passed_early_s,
+        late_s=assessment.lateness.passed_s + begun_s,
+        longer_s=partial(_returns_longer_s, assessment),
+        pace=flown.pace,
     )
 
 
-def _returns_late_s(assessment: Assessment, flown: FlownReturns) -> FloatArray:
-    """Return how much later returns may be flown, with the way there, at most. (n,) [s]"""
+def _returns_longer_s(assessment: Assessment, flown: FlownReturns) -> FloatArray:
+    """Return how much longer returns may take than predicted, at most. (n,) [s]"""
     back_s = late_returns_of(assessment, flown, least=1.0).in_all_s
     longer = assessment.uncounted.returns_longer
-    if math.isfinite(longer):
-        back_s = back_s + longer * flown.time_s
-    return assessment.passed_late_s[flown.points.segment] + back_s
+    return back_s + longer * flown.time_s if math.isfinite(longer) else back_s
 
 
 def _stands_low(two: Member, approach: ClosestApproach) -> bool:

@@ -146,7 +146,8 @@ def _intent(fleet: Fleet, one: FlownSortie, begin: dt.datetime, geoid_m: float) 
     separation = fleet.separation or _ASSUMED
     [member] = members(fleet, separation, [one])
     frame = assessment.route.frame
-    returns = return_flights(assessment, frame)
+    flown = [one for one in (member.trajectory, member.own) if one is not None]
+    returns = [return_flights(way, each, frame) for way, each in zip(one.ways, flown, strict=True)]
     place = _Place(
         frame=frame,
         above_m=home_amsl_m + geoid_m,
@@ -158,8 +159,14 @@ def _intent(fleet: Fleet, one: FlownSortie, begin: dt.datetime, geoid_m: float) 
     while True:
         found = Intent(
             flown=one,
-            volumes=place.volumes(flight_volumes(member.trajectory.reach, longest_s=longest_s)),
-            return_volumes=place.volumes(return_volumes(returns, count=count)),
+            volumes=place.volumes(
+                volume
+                for each in flown
+                for volume in flight_volumes(each.reach, longest_s=longest_s)
+            ),
+            return_volumes=place.volumes(
+                volume for each in returns for volume in return_volumes(each, count=count)
+            ),
         )
         both = (*found.volumes, *found.return_volumes)
         is_fewest = longest_s > one.time_s and count <= _LEAST_RETURNS

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
-from itertools import islice
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,7 @@ from planner.fleet.separation import (
     predict_approach,
     predict_conflicts,
 )
-from planner.fleet.trajectory import make_trajectory
+from planner.fleet.trajectory import Pace, make_trajectory
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
@@ -36,8 +35,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.separation import Conflict
+    from planner.fleet.trajectory import Trajectory
     from planner.geo.geodesy import LocalFrame
-    from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.files import ParameterSet
 
@@ -52,13 +51,15 @@ SEPARATION = Rule(
     "the last landing, at every start within --start-error; before its start a vehicle is at its "
     "take-off place, after its end where it ended.  Not while both are below --min-nav-alt over their "
     "take-off or landing places.  It is found to 1 cm; fires where it is more than that below "
-    "--separation.  The suggested delay is tried by the same search.  --start-error also covers the "
+    "--separation.  --start-error also covers the "
     "uncertainty of a flight's times; what a step-response model takes longer by its parameters (E108), "
     "however little, and any for want of airspeed (E105), counts as up to so much later; such a model's "
-    "flight is also judged as the autopilot of its parameters, else of the mission, flies it: through "
-    "corners, and climbing along its legs.  In a fleet file that counts as up to so much sooner, the zone is "
-    "an upright cylinder, horizontal_m and the position errors of both wide, and the spread of times of the "
-    "models counts as start errors do.",
+    "flight is also judged as the autopilot of its parameters, else of the one the mission is for, flies "
+    "it: through corners, and climbing along its legs; where two differ in model, parameters or wind, "
+    "either may fly as predicted beside the other's own.  Two alike that pass all their segments at the "
+    "same times are late by the same at the same place.  The suggested delay is clear in all these "
+    "ways.  In a fleet file the zone is an upright cylinder, horizontal_m and the position errors of both "
+    "wide, and the spread of times of the models counts as start errors do.",
     fix="start one of them later, or fly them at other heights or places",
 )
 
@@ -132,31 +133,25 @@ def keep_apart(
         and result.assessment.flight.time_s > 0.0
     ]
     cases = [assessment for _, assessment in flown]
+
+    def trajectory(assessment: Assessment) -> Trajectory:
+        return trajectory_of(assessment, cases[0].route.frame, together.min_nav_alt_m)
+
     fleet = [
         Member(
             file=results[position].file,
-            trajectory=make_trajectory(
-                assessment.flight.motion,
-                assessment.route,
-                cases[0].route.frame,
-                min_nav_alt_m=together.min_nav_alt_m,
-                late_s=assessment.passed_late_s,
-                beside_m=circles_off_m(assessment),
-            ),
+            trajectory=trajectory(assessment),
+            own=None if assessment.own is None else trajectory(assessment.own),
             start_s=starts_s[position],
             home_amsl_m=known_home_amsl_m(assessment),
         )
         for position, assessment in flown
     ]
     spacing = Spacing(separation_m=together.separation_m, start_error_s=together.start_error_s)
-    ways = [_FlownFleet(fleet, spacing)]
-    if any(assessment.own_motion is not None for assessment in cases):
-        own = partial(_as_its_own_flies, cases[0].route.frame, together.min_nav_alt_m)
-        ways.append(_FlownFleet([*map(own, fleet, cases)], spacing, ", as its own autopilot flies"))
+    together_flown = _FlownFleet(fleet, spacing)
     added: list[list[Finding]] = [[] for _ in results]
     for number, (position, assessment) in enumerate(flown):
-        found = (one for each in ways for one in each.too_near(number, assessment.mission))
-        added[position] += islice(found, 1)
+        added[position] += together_flown.too_near(number, assessment)
         added[position] += _samesystem_id(number, cases, fleet)
     waits = [f"{one.file} {wait}" for one in results if (wait := uncounted_wait(one))]
     curves = [f"{one.file} {curve}" for one in results if (curve := uncounted_curve(one))]
@@ -201,34 +196,39 @@ def known_home_amsl_m(assessment: Assessment) -> float | None:
     return assessment.route.home_amsl_m if is_known else None
 
 
-def _as_its_own_flies(
-    frame: LocalFrame, min_nav_alt_m: float, one: Member, assessment: Assessment
-) -> Member:
-    """Return a member as its own autopilot flies, where its model of reference steps does otherwise."""
-    own = assessment.own_motion
-    if own is None:
-        return one
-    flown = make_trajectory(own, assessment.route, frame, min_nav_alt_m=min_nav_alt_m)
-    return replace(one, trajectory=flown)
+def trajectory_of(a: Assessment, frame: LocalFrame, min_nav_alt_m: float) -> Trajectory:
+    """Return where a vehicle is over time, with how much later it may be and how far beside that."""
+    passed_s = np.stack((a.flight.motion.segments.end_s, a.passed_late_s))
+    own = (
+        None if a.setup.parameters is None else tuple(sorted(a.setup.parameters.numbers().items()))
+    )
+    return make_trajectory(
+        a.flight.motion,
+        a.route,
+        frame,
+        min_nav_alt_m=min_nav_alt_m,
+        late_s=a.lateness.passed_s,
+        lost_s=a.lost_s,
+        beside_m=circles_off_m(a),
+        pace=Pace(flown_by=(a.vehicle, a.setup.wind, a.target, own), passed_s=passed_s),
+    )
 
 
 class _FlownFleet:
-    """A fleet in one of the ways it may be flown, and who come too near to each other."""
+    """A fleet as it flies, and who come too near to each other."""
 
-    def __init__(self, fleet: Sequence[Member], spacing: Spacing, flown: str = "") -> None:
+    def __init__(self, fleet: Sequence[Member], spacing: Spacing) -> None:
         self._fleet = fleet
         self._spacing = spacing
-        self._flown = flown
-        """How, in words; empty: as predicted."""
         self._conflicts = list(predict_conflicts(fleet, spacing))
         self._details = cache(self._make_details)  # for the finding of each of the two
 
     def _make_details(self, conflict: Conflict) -> tuple[ClosestApproach, float | None]:
+        nearest = predict_approach(*conflict.sides, self._spacing) or conflict.approach
         pair = self._fleet[conflict.first], self._fleet[conflict.second]
-        nearest = predict_approach(*pair, self._spacing) or conflict.approach
         return nearest, clearing_delay_s(*pair, self._spacing)
 
-    def too_near(self, number: int, mission: Mission) -> Iterator[Finding]:
+    def too_near(self, number: int, assessment: Assessment) -> Iterator[Finding]:
         """Yield one finding about all that one member comes too near to: the nearest, and how many."""
         fleet, spacing = self._fleet, self._spacing
         own = [
@@ -239,23 +239,22 @@ class _FlownFleet:
         worst = min(own, key=lambda conflict: conflict.approach.distance_m)
         approach, delay_s = self._details(worst)
         sides = [
-            (worst.first, approach.first_s, approach.first_item),
-            (worst.second, approach.second_s, approach.second_item),
+            (worst.first, worst.sides[0], approach.first_s, approach.first_item),
+            (worst.second, worst.sides[1], approach.second_s, approach.second_item),
         ]
         if number == worst.second:
             sides.reverse()
-        (_, own_s, item), (other_number, other_s, other_item) = sides
-        other = fleet[other_number]
+        (_, one, own_s, item), (_, other, other_s, other_item) = sides
         message = (
             f"{quantity.beside(approach.distance_m, spacing.separation_m, quantity.height)} from "
             f"{other.file}, {quantity.height(spacing.separation_m)} required by --separation: "
-            f"{_when(fleet[number], own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
-            f"{self._flown}"
+            f"{_when(one, own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
+            + flown_text(*worst.sides)
         )
         if spacing.start_error_s > 0.0:
             message += f", where both start within {quantity.duration(spacing.start_error_s)} of their times"
-        message += late_text((fleet[number], own_s), (other, other_s))
-        message += _beside_text((fleet[number], own_s), (other, other_s))
+        message += late_text((one, own_s), (other, other_s))
+        message += _beside_text((one, own_s), (other, other_s))
         others = [
             fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
         ]
@@ -268,22 +267,31 @@ class _FlownFleet:
             else f"start {later.file} {quantity.duration(delay_s)} later, which keeps the two apart, or "
             "fly them at other heights or places"
         )
-        yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)
+        yield assessment.finding(SEPARATION, message, fix=fix, item=item)
+
+
+def flown_text(*sides: Member) -> str:
+    """Return who of two flies as its own autopilot does, in words; empty: both as predicted."""
+    own = [one.file for one in sides if one.flies_own]
+    if not own:
+        return ""
+    whom = (
+        f" {own[0]}"
+        if len(own) < sum(one.flies_own or one.own is not None for one in sides)
+        else ""
+    )
+    return f", as its own autopilot flies{whom}"
 
 
 def late_text(*sides: tuple[Member, float]) -> str:
-    """Return who may be later or sooner than predicted at its time, in words; empty: none."""
-    parts = {
-        one.file: (one.trajectory, int(one.trajectory.part_at(np.array([time_s]))[0]))
+    """Return who may be later than predicted at its time, in words; empty: none."""
+    late_s = {
+        one.file: float(one.trajectory.late_s[one.trajectory.part_at(np.array([time_s]))[0], 1])
         for one, time_s in sides
     }
     return "".join(
-        f"; {file} may be up to {quantity.duration(by_s)} {when}"
-        for file, (flown, part) in parts.items()
-        for by_s, when in (
-            (float(flown.late_s[part]), "later than that (E105, E108)"),
-            (float(flown.early_s[part]), "sooner than that, as its own autopilot flies"),
-        )
+        f"; {file} may be up to {quantity.duration(by_s)} later than that (E105, E108)"
+        for file, by_s in late_s.items()
         if by_s >= _SHOWN_S
     )
 

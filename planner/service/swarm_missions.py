@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from planner.fleet.approach import ClosestApproach
     from planner.fleet.fleet import Fleet
     from planner.fleet.separation import Member
+    from planner.fleet.trajectory import Trajectory
     from planner.geo.geodesy import LocalFrame
     from planner.service.fleet import FlownSortie
 
@@ -243,18 +244,11 @@ def flown_together(
     separation = fleet.separation or Separation(horizontal_m=_ALONE_M)
     all_ = members(fleet, separation, flown)
     spacing = fleet_spacing(separation)
-    happened = [
-        replace(
-            one, trajectory=replace(one.trajectory, slack_s=none_s, late_s=none_s, early_s=none_s)
-        )
-        for one in all_
-        for none_s in (np.zeros(len(one.trajectory.item)),)
-    ]
+    happened = [replace(one, trajectory=_on_time(one.trajectory), own=None) for one in all_]
     if not is_planned:
         all_, spacing = happened, replace(spacing, start_error_s=0.0)
     conflicts = {
-        (one.first, one.second): predict_approach(all_[one.first], all_[one.second], spacing)
-        or one.approach
+        (one.first, one.second): predict_approach(*one.sides, spacing) or one.approach
         for one in predict_conflicts(all_, spacing)
         if max(all_[one.first].start_s, all_[one.second].start_s) <= until_s
     }
@@ -331,6 +325,16 @@ def _stays(
             at = (one.name, one.sortie.vehicle, record.place_m[-1, row])
             end_s = one.end_s + stand.after_s
             yield PadStay(*at, one.start_s + low_s, end_s, one.end_s, error_m)
+
+
+def _on_time(flown: Trajectory) -> Trajectory:
+    """Return a flight that is neither sooner nor later than planned."""
+    return replace(
+        flown,
+        slack_s=np.zeros_like(flown.slack_s),
+        late_s=np.zeros_like(flown.late_s),
+        longer_s=np.zeros_like(flown.longer_s),
+    )
 
 
 def _approach_of(all_: Sequence[Member], pair: tuple[int, int], near: ClosestApproach) -> Approach:

@@ -11,6 +11,7 @@ from made_trajectories import place, straight
 
 from planner.fleet.approach import Cylinder, Meeting, closest_approach
 from planner.fleet.shifts import ROUND_S, ClosedShifts
+from planner.fleet.trajectory import Pace
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -40,15 +41,16 @@ def test_crossing_tracks_are_clear_from_the_delay_of_their_angle_on(
     assert (low_s, high_s) == pytest.approx((-delay_s, delay_s), abs=1e-4 + 2 * ROUND_S)
 
 
-# Who may be late reaches into what comes behind it, who may be early into what is ahead.
+# Who may be late reaches into what comes behind it; of two alike only who loses more than the other.
 @pytest.mark.parametrize(
-    ("name", "before_s", "behind_s"), [("late_s", 2.0, 5.0), ("early_s", 5.0, 2.0)]
+    ("are_alike", "before_s", "behind_s"), [(False, 2.0, 5.0), (True, 0.0, 3.0)]
 )
-def test_starts_are_closed_for_as_long_as_either_may_be_late_or_early(
-    name: str, before_s: float, behind_s: float
+def test_starts_are_closed_for_as_long_as_either_may_be_late(
+    *, are_alike: bool, before_s: float, behind_s: float
 ) -> None:
+    pace = Pace(flown_by=(), passed_s=np.zeros((2, 1))) if are_alike else None
     one, two = (
-        replace(flown, **{name: np.where(flown.is_rest, 0.0, by_s)})
+        replace(flown, late_s=np.where(flown.is_rest, 0.0, by_s)[:, None].repeat(2, 1), pace=pace)
         for flown, by_s in ((through(0.0), 5.0), (through(90.0), 2.0))
     )
     [(low_s, high_s)] = ClosedShifts(Meeting(first=one, second=two), within_m=10.0)

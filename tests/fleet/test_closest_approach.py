@@ -24,7 +24,7 @@ from made_trajectories import place, straight, trajectory
 
 from planner.fleet.approach import ACCURACY_M, closest_approach
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
-from planner.fleet.trajectory import Trajectory, make_trajectory, part_of_cubic
+from planner.fleet.trajectory import Pace, Trajectory, make_trajectory, part_of_cubic
 from planner.geo.geodesy import LocalFrame
 from planner.service.preflight import check
 from planner.values import field_values, replace
@@ -62,14 +62,16 @@ def test_who_may_be_late_comes_so_much_nearer_to_who_is_behind(
     """Both through one place at 5 m/s, at right angles: 5 τ / √2 for what is between their times there."""
     northward = straight((0, 0, -50, 30), (20, 0, 50, 30))
     one, two = (
-        replace(flown, late_s=np.full(len(flown.item), late))
+        replace(flown, late_s=np.full((len(flown.item), 2), late))
         for flown, late in zip((EAST, northward), late_s, strict=True)
     )
     between_s = max(later_s - late_s[0], -later_s - late_s[1], 0.0)
-    # Who may be early is so much nearer to who is ahead.
-    early_1, early_2 = (replace(one, late_s=0.0 * one.late_s, early_s=one.late_s), two)
-    sooner_s = max(later_s, -later_s - late_s[1] - late_s[0], 0.0)
-    for first, second, gap_s in ((one, two, between_s), (early_1, early_2, sooner_s)):
+    # Of two alike one is late by so much only as the other is not.
+    pace = Pace(flown_by=(), passed_s=np.zeros((2, 1)))
+    alike_1, alike_2 = (replace(one, pace=pace), replace(two, pace=pace))
+    least_s, most_s = sorted((0.0, late_s[0] - late_s[1]))
+    alike_s = max(later_s - most_s, least_s - later_s, 0.0)
+    for first, second, gap_s in ((one, two, between_s), (alike_1, alike_2, alike_s)):
         found = closest_approach(first, second, second_later_s=later_s)
         assert found is not None
         assert found.distance_m == pytest.approx(5.0 * gap_s / math.sqrt(2.0), abs=ROUNDING_M)
