@@ -9,11 +9,13 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import FlightStretch, Rule, Severity
+from planner.flight.budget import flight_battery
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Margin
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, PARAMETERS, POWER, judges
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.values import replace
 from planner.vehicle.model import Basis
 from planner.vehicle.pack import LITHIUM_ION, chemistry_of, fits_voltage, lowest_voltage_v
 from planner.vehicle.reader import load_chemistry
@@ -257,7 +259,7 @@ VOLTAGE_LOW = Rule(
     "any point of it and of the returns from there, E from the charge left, R at the temperature and age "
     "of the battery; fires where V is below cutoff_voltage_v, or where no current gives the power.  Of a "
     "battery that states no cut-off, 3.0 V a cell of lithium-polymer, 2.5 V of lithium-ion "
-    "(models/chemistries).",
+    "(models/chemistries).  What a step-response model takes for being later (E108) is taken before.",
     fix="fly a shorter or slower mission, start with a fuller battery, or use one of less resistance",
     instead="--battery or --charge",
 )
@@ -269,6 +271,31 @@ def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator
     if cutoff_v is None:
         cutoff_v = lowest_voltage_v(pack)
         assumed = f", as of {chemistry_of(pack).name} cells: the battery states none"
+    low, late = _low_voltage(a, discharge, cutoff_v), ""
+    late_wh = _latest_wh(a) if low is None else 0.0
+    if late_wh > 0.0:
+        charge = max(a.charge - late_wh / pack.energy_wh, 0.0)
+        later = flight_battery(a.flight, replace(a.setup, charge=charge)).discharge
+        if later is not None:
+            low = _low_voltage(replace(a, discharge=later), later, cutoff_v)
+            late = f", with the {quantity.energy(late_wh)} that it may take for being later (E108)"
+    if low is not None:
+        message, item = low
+        limit = f"the cut-off is {_volts(cutoff_v)}{assumed}"
+        yield a.finding(VOLTAGE_LOW, f"{message}{late}; {limit}", item=item)
+
+
+def _latest_wh(a: Assessment) -> float:
+    """Return the most that the flight, or a return with the way there, takes for being later. [Wh]"""
+    sample = a.returns.sample
+    back_wh = 0.0
+    if sample is not None:
+        back_wh = float(a.late_return_wh(sample, a.late_returns).max(initial=0.0))
+    return max(a.late_wh, back_wh)
+
+
+def _low_voltage(a: Assessment, discharge: Discharge, cutoff_v: float) -> tuple[str, int] | None:
+    """Return what the voltage falls to under load, and at which item; ``None``: not below the cut-off."""
     lowest_v, item = discharge.lowest_voltage_v, a.item_of(discharge.lowest_voltage_segment)
     can_deliver, where = discharge.can_deliver, ""
     is_well = can_deliver and lowest_v >= cutoff_v
@@ -282,16 +309,11 @@ def _voltage_low(a: Assessment, pack: Battery, discharge: Discharge) -> Iterator
         item = a.item_of(sample.points.segment[worst])
         where = " on the return from here"
     if not can_deliver:
-        message = (
-            f"the battery cannot deliver the power needed{where}: {_volts(lowest_v)} left at its "
-            "terminals"
-        )
-    elif lowest_v < cutoff_v:
-        lowest = quantity.beside(lowest_v, cutoff_v, _volts)
-        message = f"{lowest} under load{where}; the cut-off is {_volts(cutoff_v)}{assumed}"
-    else:
-        return
-    yield a.finding(VOLTAGE_LOW, message, item=item)
+        power = f"the battery cannot deliver the power needed{where}"
+        return f"{power}: {_volts(lowest_v)} left at its terminals", item
+    if lowest_v < cutoff_v:
+        return f"{quantity.beside(lowest_v, cutoff_v, _volts)} under load{where}", item
+    return None
 
 
 def _volts(voltage_v: float) -> str:

@@ -256,14 +256,16 @@ def _places(a: Assessment) -> Iterator[tuple[int, float, float]]:
             yield number, latitude_deg, longitude_deg
 
 
+_LEVEL_SPEEDS, _LEAST_SPEED_M_S = frozenset({0.0, 1.0}), 0.1
 SPEED_CLAMPED = Rule(
     "T103 speed-clamped",
     Severity.WARNING,
-    summary="A commanded speed is above the vehicle's limit and is not flown.",
+    summary="A commanded speed is beyond the vehicle's limits and is not flown.",
     why="The autopilot flies slower without a message and takes longer than planned (PX4 #11764, "
     "#18598, ArduPilot #7741).",
-    how="DO_CHANGE_SPEED against MPC_XY_VEL_MAX on PX4.  ArduPilot flies the commanded speed down to "
-    "0.1 m/s, and as fast as its lean angle allows (W102).",
+    how="DO_CHANGE_SPEED against MPC_XY_VEL_MAX on PX4.  ArduPilot flies the commanded speed, as fast as its "
+    "lean angle allows (W102); level speeds below 0.1 m/s are an error: all but its latest versions keep the "
+    "speed before (AC_WPNav, WPNAV_WP_SPEED_MIN), which is not what is predicted.",
     fix="command a speed within the limit, or raise the limit on the vehicle",
 )
 
@@ -282,6 +284,22 @@ def _speed_clamped(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding
                 place=item.place,
             )
     yield from remarks.findings()
+
+
+@judges(SPEED_CLAMPED, needs=(ARDUPILOT_TARGET,))
+def _speed_not_taken(a: Assessment, _target: Target) -> Iterator[Finding]:
+    for number, item in a.mission.numbered(Command.DO_CHANGE_SPEED):
+        speed_m_s = item.param2 or 0.0
+        if (item.param1 or 0.0) in _LEVEL_SPEEDS and 0.0 < speed_m_s < _LEAST_SPEED_M_S:
+            yield a.finding(
+                SPEED_CLAMPED,
+                f"{speed_m_s:g} m/s commanded; ArduPilot takes no speed below {_LEAST_SPEED_M_S:g} m/s and "
+                "keeps the one before: not as predicted",
+                severity=Severity.ERROR,
+                item=number,
+                fix=f"command {_LEAST_SPEED_M_S:g} m/s or more, or wait with NAV_DELAY",
+            )
+            return
 
 
 TOO_MANY_ITEMS = Rule(

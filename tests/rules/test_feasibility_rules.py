@@ -270,6 +270,13 @@ def test_a_speed_that_px4_does_not_fly_is_warned_of(
     assert of("T103", made, Autopilot.PX4, "MPC_XY_VEL_MAX,13\n") == []
 
 
+@pytest.mark.parametrize(("commanded", "fires"), [(0.09, True), (0.1, False)])
+def test_a_speed_that_ardupilot_does_not_take_is_an_error(commanded: float, *, fires: bool) -> None:
+    made = mission(takeoff(20), speed(commanded), waypoint(5, 20), rtl())
+    found = of("T103", made, Autopilot.ARDUPILOT)
+    assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
+
+
 @pytest.mark.parametrize(("wind_m_s", "fires"), [(8.0, False), (8.1, True)])
 def test_wind_above_com_wind_max_is_warned_of(
     wind_m_s: float,

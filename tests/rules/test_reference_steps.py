@@ -253,6 +253,31 @@ def test_slower_accelerations_that_take_the_margin_are_an_error(
     assert longer_s(THERE_AND_BACK, "WPNAV_ACCEL,50\n", battery)[1] is severity
 
 
+# 4.7 Wh, as above, are 6.4 % of 74 Wh: 0.13 V of a curve that falls by 2 V.
+@pytest.mark.parametrize(
+    ("below_v", "parameters", "fires"),
+    [(0.06, "WPNAV_ACCEL,50\n", True), (0.25, "WPNAV_ACCEL,50\n", False), (0.06, "", False)],
+)
+def test_slower_accelerations_count_in_the_voltage_under_load(
+    below_v: float, parameters: str, *, fires: bool
+) -> None:
+    curved = Battery(
+        capacity_ah=5.0,
+        nominal_voltage_v=14.8,
+        internal_resistance_ohm=0.0,
+        ocv_soc=(0.0, 1.0),
+        ocv_v=(13.8, 15.8),
+        cutoff_voltage_v=10.0,
+    )
+    budget = check(THERE_AND_BACK, vehicle_of(STEP), battery=curved).battery
+    assert budget is not None
+    assert budget.lowest_voltage_v is not None
+    limited = replace(curved, cutoff_voltage_v=budget.lowest_voltage_v - below_v)
+    low = of("E104", found(THERE_AND_BACK, STEP, parameters, battery=limited))
+    assert bool(low) is fires
+    assert all("for being later (E108)" in one.message for one in low)
+
+
 # 2 km at 2 m/s take 800 s more than at 10 m/s.
 @pytest.mark.parametrize(
     ("parameters", "longer_s"), [("WPNAV_SPEED,100\n", 0.0), ("MPC_XY_VEL_MAX,2\n", 800.0)]
