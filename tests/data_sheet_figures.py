@@ -24,8 +24,8 @@ from planner.autopilot import Autopilot
 from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import refine_vehicle
 from planner.logs.files import read_log
+from planner.notation import read_battery
 from planner.quantity import percent, signed
-from planner.setup import read_battery
 from planner.values import Value, replace
 from planner.vehicle.data_sheet import DataSheet, drone_sheet, vehicle_from_data_sheet
 from planner.vehicle.drones import drone_table

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from textual.widgets import Input, Static
 
 from planner.cli.configuration import mission_settings
-from planner.setup import read_battery
+from planner.notation import read_battery
 from planner.tui.app import ReviewApp
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen

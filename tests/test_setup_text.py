@@ -9,16 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.cli.options import option_words
+from planner.notation import battery_text, read_battery, read_wind, read_wind_profile, wind_text
 from planner.physics.wind import Wind
 from planner.quantity import Spread, read_fraction
-from planner.setup import (
-    battery_text,
-    read_battery,
-    read_wind,
-    read_wind_profile,
-    settings,
-    wind_text,
-)
+from planner.setup import settings
 from planner.vehicle.battery import Battery
 
 

@@ -15,8 +15,9 @@ from planner.cli.log_conditions import given_log_table, log_options
 from planner.cli.options import KindType, data_options, format_option, kind_option, path_option
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
+from planner.notation import battery_text, read_battery
 from planner.setting import Choice, Form, Number
-from planner.setup import battery_text, read_battery, settings
+from planner.setup import settings
 from planner.values import replace
 from planner.vehicle.reader import chemistry_names
 

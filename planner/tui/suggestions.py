@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.errors import MavjouleError
 from planner.findings import Severity
+from planner.notation import battery_text
 from planner.quantity import exact, mean_of
 from planner.report.text import headline
 from planner.service.preflight import CheckResult, UnreadableMission
-from planner.setup import battery_text
 from planner.tui.checked import check_again, check_inputs
 from planner.tui.rows import MARKS
 from planner.tui.widgets.row_list import Table, TableColumn

@@ -12,9 +12,10 @@ import pytest
 
 from planner.cli.configuration import mission_settings
 from planner.cli.main import main
+from planner.notation import read_battery
 from planner.report.sign_off import write_sign_off
 from planner.service.preflight import check_file
-from planner.setup import Setup, read_battery
+from planner.setup import Setup
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

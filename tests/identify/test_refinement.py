@@ -18,8 +18,8 @@ from planner.identify.identification import identify_vehicle
 from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import PowerUpdate, narrowed_power, refine_vehicle
 from planner.identify.segments import MeasuredPower
+from planner.notation import read_battery
 from planner.physics.rotor import Rotor, momentum_power_w
-from planner.setup import read_battery
 from planner.values import field_values, replace
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
 from planner.vehicle.figures import read_hover

@@ -12,8 +12,8 @@ from made_missions import HOME, mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Finding, Severity
+from planner.notation import read_battery
 from planner.service.preflight import CheckResult, check
-from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -9,11 +9,11 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.notation import read_battery
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.rules.ledger import Outcome
 from planner.service.preflight import check
-from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet

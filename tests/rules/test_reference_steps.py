@@ -28,10 +28,10 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import step_speeds_m_s
 from planner.geo.fence import Fence
 from planner.mission.items import Home
+from planner.notation import read_battery
 from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
 from planner.service.separation import check_together
-from planner.setup import read_battery
 from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.battery import Battery

@@ -10,9 +10,9 @@ from px4_quad import PX4_QUAD
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.notation import read_battery
 from planner.physics.wind import Wind
 from planner.service.preflight import check
-from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

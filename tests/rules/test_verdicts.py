@@ -14,10 +14,10 @@ from px4_quad import PX4_QUAD
 
 from planner.findings import Severity
 from planner.geo.fence import Fence
+from planner.notation import read_battery
 from planner.physics.wind import Wind
 from planner.selection import Baseline, Exemption, KnownFinding, Selection
 from planner.service.preflight import CheckResult, check
-from planner.setup import read_battery
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -24,11 +24,12 @@ from planner.cli.configuration import mission_settings, typed_settings
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
 from planner.geo.fence import Fence
+from planner.notation import read_battery
 from planner.physics.wind import Wind
 from planner.selection import Selection
 from planner.service.preflight import check, check_mission
 from planner.setting import Setting
-from planner.setup import Setup, read_battery
+from planner.setup import Setup
 from planner.values import Value, replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

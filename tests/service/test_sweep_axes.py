@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from planner.errors import UsageError
+from planner.notation import read_battery
 from planner.physics.wind import Wind
 from planner.service.sweep.axes import WIND_PARTS, read_axis, varying, varying_names
 from planner.service.sweep.cases import case_setup, make_cases
 from planner.service.sweep.weather import WeatherFileError, read_weather
-from planner.setup import RestVoltage, Setup, read_battery
+from planner.setup import RestVoltage, Setup
 from planner.values import field_names
 from planner.vehicle.battery import Battery
 

@@ -9,8 +9,9 @@ import pytest
 from reviews import SURVEY, TOO_FAR, TOO_SMALL, review_app, rows_of, settled, text_of, what_if_of
 from textual.widgets import Input
 
+from planner.notation import read_battery
 from planner.service.preflight import CheckResult
-from planner.setup import read_battery, settings
+from planner.setup import settings
 from planner.tui.checked import checked
 from planner.tui.screens.save import SplitScreen, save, save_parts
 from planner.tui.suggestions import suggestions

@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 import planner
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
+from planner.notation import read_battery
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.service.endurance import predict_endurance
-from planner.setup import read_battery
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
 from planner.vehicle.figures import read_hover, read_mass, read_motor, read_propeller, read_rotors
 from planner.vehicle.pack import flown_pack

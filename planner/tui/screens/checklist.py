@@ -14,10 +14,10 @@ from textual.widgets import Input, Static
 from planner import catalogue, quantity
 from planner.errors import MavjouleError, UsageError
 from planner.findings import Severity
+from planner.notation import wind_text
 from planner.report.sign_off import decision_of, write_sign_off
 from planner.report.text import finding_tally, left_unchecked, printable
 from planner.rules.ledger import Outcome
-from planner.setup import wind_text
 from planner.tui.details import checked_summary
 from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
