@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +53,8 @@ _MOST_NAMED = 20
 """Files of a folder that are left out and named; of more are as many."""
 _WORTH_WORKERS = 20
 """Fewer missions are checked before another process has started."""
+_AT_ONCE = 4
+"""Missions another process is given together: what they have in common, their vehicle, travels once."""
 
 
 class _PathPattern(Kind):
@@ -114,12 +117,15 @@ def command(
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     jobs = list(zip(missions, settings, strict=True))
+    workers = _workers(missions)
+    at_once = 1 if workers == 1 else _AT_ONCE
+    batches = [jobs[first : first + at_once] for first in range(0, len(jobs), at_once)]
     is_flight_used = together is not None or any(
         getattr(output, option) is not None for option in ("report", "export", "plots")
     )
     work = partial(_checked, link=link, with_flight=is_flight_used)
-    with done_in_order(work, jobs, workers=_workers(missions)) as done:
-        shipped = progress(done, of=len(jobs), label="checked")
+    with done_in_order(work, batches, workers=workers) as done:
+        shipped = progress(chain.from_iterable(done), of=len(jobs), label="checked")
         results: Results = [kind(**fields) for kind, fields in shipped]
     if together is not None:
         from planner.service.separation import keep_apart
@@ -240,15 +246,17 @@ def _workers(missions: Sequence[str]) -> int:
 
 
 def _checked(
-    job: tuple[str, Mapping[str, Any]], *, link: Mapping[str, object], with_flight: bool
-) -> tuple[type, dict[str, Any]]:
-    """Return what a mission comes to: its type and its fields, of which the flight is the largest by far."""
-    mission, values = job
-    result = shielded(partial(_check, mission, values, link), file=mission)
-    fields = field_values(result)
-    if isinstance(result, CheckResult) and not with_flight:
-        fields["assessment"] = None
-    return type(result), fields
+    jobs: Sequence[tuple[str, Mapping[str, Any]]], *, link: Mapping[str, object], with_flight: bool
+) -> list[tuple[type, dict[str, Any]]]:
+    """Return what missions come to: type and fields of each, of which the flight is the largest by far."""
+    checked = []
+    for mission, values in jobs:
+        result = shielded(partial(_check, mission, values, link), file=mission)
+        fields = field_values(result)
+        if isinstance(result, CheckResult) and not with_flight:
+            fields["assessment"] = None
+        checked.append((type(result), fields))
+    return checked
 
 
 def _check(

@@ -47,7 +47,7 @@ greatest way. [-]"""
 _MOST_TURNS = 4_000_000
 
 
-class TransferFunction(Value):
+class TransferFunction(Value, dict=True):
     """One linear system: a proper rational function of s and a delay.
 
     Raises
@@ -93,7 +93,7 @@ class TransferFunction(Value):
         """Degree of the denominator."""
         return len(self.denominator) - 1
 
-    @property
+    @cached_property
     def modes(self) -> Modes:
         """Poles and partial fractions, computed once per system."""
         return _modes(self.numerator, self.denominator)
@@ -134,7 +134,7 @@ class TransferFunction(Value):
             return None
         return math.tau / (frequency * math.sqrt((1.0 - damping) * (1.0 + damping)))
 
-    @property
+    @cached_property
     def mean_residence_time_s(self) -> float:
         r"""Delay plus the area between the steady answer and the step response [s].
 

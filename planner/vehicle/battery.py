@@ -162,10 +162,7 @@ class Battery(Part):
             return self.new_charge_ah * self.nominal_voltage_v
         assert self.ocv_soc is not None
         assert self.ocv_v is not None
-        circuit = BatteryCircuit(
-            capacity_ah=self.new_charge_ah, ocv_soc=self.ocv_soc, ocv_v=self.ocv_v
-        )
-        return circuit.delivered_wh(0.0, 1.0, 0.0)
+        return _curve_wh(self.new_charge_ah, self.ocv_soc, self.ocv_v)
 
     @property
     def voltage_v(self) -> float | None:
@@ -224,6 +221,13 @@ class Battery(Part):
             ocv_soc=self.ocv_soc,
             ocv_v=self.ocv_v,
         )
+
+
+@lru_cache(maxsize=64)  # a check asks for that of its battery a dozen times
+def _curve_wh(charge_ah: float, ocv_soc: tuple[float, ...], ocv_v: tuple[float, ...]) -> float:
+    """Return the energy of a full battery by its open-circuit curve. [Wh]"""
+    circuit = BatteryCircuit(capacity_ah=charge_ah, ocv_soc=ocv_soc, ocv_v=ocv_v)
+    return circuit.delivered_wh(0.0, 1.0, 0.0)
 
 
 @lru_cache(maxsize=256)  # a sweep asks for the same few again and again

@@ -115,7 +115,10 @@ def half_overlap_s(corners: Corners, parameters: ArduPilotParameters) -> FloatAr
     The corner is announced as reached half-way through.  Within half a ramp ways, speeds and
     accelerations only grow: each limit is crossed once.
     """
-    most = 0.5 * corners.ramps.duration_s.min(axis=0) * _BELOW
+    most: FloatArray = 0.5 * corners.ramps.duration_s.min(axis=0) * _BELOW
+    is_most = corners.allow(most, parameters)
+    if is_most.all():  # as on returns
+        return most
     half, _ = bisected(
         lambda time: corners.allow(time, parameters),
         np.zeros_like(most),
@@ -123,7 +126,7 @@ def half_overlap_s(corners: Corners, parameters: ArduPilotParameters) -> FloatAr
         _BISECTIONS,
         at_once=4 if len(most) < _MANY else 1,
     )
-    return np.where(corners.allow(most, parameters), most, half)
+    return np.where(is_most, most, half)
 
 
 def _length(one: FloatArray, other: FloatArray, cosine: FloatArray) -> FloatArray:
