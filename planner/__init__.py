@@ -11,15 +11,13 @@ __version__ = "0.1.0"
 
 def __getattr__(name: str) -> object:
     """Import a public name from its module, at its first use; ``__all__`` lists them."""
-    import re
     from importlib import import_module
     from pathlib import Path
 
     stub = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-    homes = {
-        public: home
-        for home, public in re.findall(r"^from (\S+) import (\w+) as", stub, re.MULTILINE)
-    }
+    # Words, not patterns: the import of a module of the package asks here too.
+    imports = (line.split() for line in stub.splitlines() if line.startswith("from "))
+    homes = {words[-1]: words[1] for words in imports}
     if name == "__all__":
         value: object = sorted([*homes, "__version__"])
     elif name in homes:

@@ -149,9 +149,10 @@ def label(finding: Finding) -> str:
 def finding_message(finding: Finding) -> str:
     """Return the message of a finding, safe to print, with its item."""
     message = printable(finding.message)
-    if finding.item is None or re.search(rf"\bitem {finding.item}\b", message):
+    item = f"item {finding.item}"
+    if finding.item is None or (item in message and re.search(rf"\b{item}\b", message)):
         return message
-    return f"item {finding.item}: {message}"
+    return f"{item}: {message}"
 
 
 def table_lines(rows: Sequence[Sequence[str]], *, alignment: str) -> list[str]:

@@ -22,7 +22,7 @@ DEFAULT_MODEL = "falkowski-2023-quadrotor"
 @cache
 def model_names() -> tuple[str, ...]:
     """Return the names of the shipped models, sorted."""
-    return tuple(sorted(path.stem for path in models_root().glob("*.toml")))
+    return tuple(sorted(one.stem for one in models_root().iterdir() if one.suffix == ".toml"))
 
 
 def is_named_by(model: VehicleModel, words: Iterable[str]) -> bool:
