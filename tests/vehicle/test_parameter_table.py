@@ -31,6 +31,15 @@ RENAMED_IN_4_7 = [
     ("WPNAV_TER_MARGIN", 5, "WP_TER_MARGIN", 5, "terrain_margin_m", 5.0),
     ("ATC_SLEW_YAW", 9000, "ATC_RATE_WPY_MAX", 90, "yaw_rate_rad_s", math.pi / 2),
     ("ANGLE_MAX", 4500, "ATC_ANGLE_MAX", 45, "attitude_lean_max_rad", math.pi / 4),
+    ("ATC_ACCEL_R_MAX", 18000, "ATC_ACC_R_MAX", 180, "attitude_roll_acceleration_rad_s2", math.pi),
+    (
+        "ATC_ACCEL_P_MAX",
+        9000,
+        "ATC_ACC_P_MAX",
+        90,
+        "attitude_pitch_acceleration_rad_s2",
+        math.pi / 2,
+    ),
     ("CIRCLE_RADIUS", 2000, "CIRCLE_RADIUS_M", 20, "circle_radius_m", 20.0),
     ("LAND_SPEED", 30, "LAND_SPD_MS", 0.3, "land_speed_m_s", 0.3),
     ("LAND_SPEED_HIGH", 200, "LAND_SPD_HIGH_MS", 2, "land_high_speed_m_s", 2.0),
@@ -279,6 +288,29 @@ def test_rates_of_the_attitude_limit_the_jerk_of_ardupilots_legs(
     values = flown(text, Autopilot.ARDUPILOT)
     assert isinstance(values, ArduPilotParameters)
     assert values.jerk_m_s3 == pytest.approx(jerk_m_s3, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "rise_s"),
+    [
+        # π J over the lesser of both times g, where that is longer than 2 · 0.15 s: 0.3203 s for 1 rad/s²
+        ("ATC_ACCEL_R_MAX,5729.578\nATC_ACCEL_P_MAX,20000\n", 0.3203),
+        ("ATC_ACCEL_R_MAX,20000\nATC_ACCEL_P_MAX,5729.578\n", 0.3203),
+        ("ATC_ACCEL_R_MAX,20000\nATC_ACCEL_P_MAX,20000\n", 0.3),
+        ("ATC_ACCEL_R_MAX,0\nATC_ACCEL_P_MAX,5729.578\n", 0.3),  # none
+        ("ATC_ACC_R_MAX,57.29578\nWP_JERK,10\n", 3.2035),
+        ("WPNAV_JERK,10\n", 0.3),
+        ("ATC_INPUT_TC,0.25\n", 0.5),
+        ("ATC_INPUT_TC,0.05\n", 0.2),
+    ],
+)
+def test_angular_accelerations_limit_how_fast_the_jerk_of_ardupilots_legs_rises(
+    text: str, rise_s: float
+) -> None:
+    """``AC_WPNav::calc_scurve_jerk_and_snap``."""
+    values = flown(text, Autopilot.ARDUPILOT)
+    assert isinstance(values, ArduPilotParameters)
+    assert values.jerk_rise_s == pytest.approx(rise_s, rel=1e-3)
 
 
 def test_px4_speeds_are_overwritten_by_the_common_ones() -> None:

@@ -36,6 +36,10 @@ def _renamed(
     return parameter(now, *row, formerly=formerly, since=_SI_NAMES, **more)
 
 
+_SHORTEST_RISE_S = 0.2
+"""Of the jerk: twice the shortest time constant of the attitude that counts. [s]"""
+
+
 class ArduPilotParameters(AutopilotParameters, eq=False):
     """Copter's parameters in SI; without arguments its defaults."""
 
@@ -78,7 +82,14 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     # of rolls and pitches, 0: none; they bound the jerk of legs
     attitude_roll_rate_rad_s: float = parameter("ATC_RATE_R_MAX deg/s", 0.0, NOT_NEGATIVE)
     attitude_pitch_rate_rad_s: float = parameter("ATC_RATE_P_MAX deg/s", 0.0, NOT_NEGATIVE)
-    # time constant of the attitude; jerk rises within twice of it
+    # of these, 0: none; they bound how fast that jerk rises
+    attitude_roll_acceleration_rad_s2: float = _renamed(
+        "ATC_ACC_R_MAX deg/s²", "ATC_ACCEL_R_MAX cdeg/s²", 1100.0, NOT_NEGATIVE
+    )
+    attitude_pitch_acceleration_rad_s2: float = _renamed(
+        "ATC_ACC_P_MAX deg/s²", "ATC_ACCEL_P_MAX cdeg/s²", 1100.0, NOT_NEGATIVE
+    )
+    # time constant of the attitude; jerk rises within twice of it, or more slowly
     attitude_time_constant_s: float = parameter("ATC_INPUT_TC s", 0.15, Range(0.0, 1.0))
     circle_radius_m: float = _renamed("CIRCLE_RADIUS_M m", "CIRCLE_RADIUS cm", 10.0, NOT_NEGATIVE)
     # greatest turn rate of circles; negative: counter-clockwise
@@ -206,6 +217,23 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
         slowest = min(rates, key=lambda name: float(getattr(self, name)))
         if 0.0 < (most_m_s3 := GRAVITY_M_S2 * getattr(self, slowest)) < self.jerk_m_s3:
             self.overwrite(slowest, "jerk_m_s3", most_m_s3)
+
+    @property
+    def jerk_rise_s(self) -> float:
+        """How long the jerk of a leg takes to rise. [s]
+
+        Notes
+        -----
+        ``calc_scurve_jerk_and_snap``: half the snap J π / 2 max(ATC_INPUT_TC, 0.1), or half of g times the
+        lesser angular acceleration where that is less, and ``calculate_path``: t_j = J π / 2 snap.
+        """
+        turning_rad_s2 = min(
+            self.attitude_roll_acceleration_rad_s2, self.attitude_pitch_acceleration_rad_s2
+        )
+        rise_s = max(2.0 * self.attitude_time_constant_s, _SHORTEST_RISE_S)
+        if turning_rad_s2 <= 0.0:
+            return rise_s
+        return max(rise_s, math.pi * self.jerk_m_s3 / (GRAVITY_M_S2 * turning_rad_s2))
 
     @property
     def measures_current(self) -> bool:

@@ -39,6 +39,7 @@ SI_PER_UNIT: Mapping[str, float] = {
     "deg/s": math.radians(1.0),
     "cdeg/s": math.radians(1e-2),
     "deg/s²": math.radians(1.0),
+    "cdeg/s²": math.radians(1e-2),
     "V": 1.0,
     "A": 1.0,
     "ohm": 1.0,

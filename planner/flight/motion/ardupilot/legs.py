@@ -156,8 +156,6 @@ def drag_per_s(parameters: ArduPilotParameters, airspeed_limit_m_s: float) -> fl
 
 BRAKING_FRACTION = 0.97
 """A stop counts from where the speed has fallen to this fraction of the cruise. [-]"""
-_SHORTEST_RISE_S = 0.2
-"""``calc_scurve_jerk_and_snap``: half the snap of a time constant of 0.1 s at least. [s]"""
 _STOP_BISECTIONS = 30
 """Halvings of some ten seconds: to a hundred-millionth of one."""
 _RESIDENCES = 20.0
@@ -165,15 +163,8 @@ _RESIDENCES = 20.0
 
 
 def _level_limits(shape: tuple[int, ...], parameters: ArduPilotParameters) -> SpeedLimits:
-    """Return the limits of level flight, in a shape.
-
-    Notes
-    -----
-    ``calc_scurve_jerk_and_snap``: snap = J π / 4 max(ATC_INPUT_TC, 0.1), and
-    ``calculate_path``: t_j = J π / 2 snap; that is twice the time constant.
-    """
-    rise_s = max(2.0 * parameters.attitude_time_constant_s, _SHORTEST_RISE_S)
-    limits = (parameters.acceleration_m_s2, parameters.jerk_m_s3, rise_s)
+    """Return the limits of level flight, in a shape."""
+    limits = (parameters.acceleration_m_s2, parameters.jerk_m_s3, parameters.jerk_rise_s)
     return SpeedLimits(*(np.full(shape, limit) for limit in limits))
 
 
