@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.autopilot import Autopilot
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import shown_airspeed_m_s
 from planner.quantity import mean_of
@@ -17,7 +16,7 @@ from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
-    from planner.autopilot import Target
+    from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, ReturnDischarge, Totals
     from planner.flight.failsafe import BatteryProfile
@@ -157,13 +156,6 @@ class Assessment(Value, eq=False, dict=True):
         from planner.rules.fenced_flight import make_fenced_flight
 
         return make_fenced_flight(self)
-
-    @property
-    def may_fly_other_ways(self) -> bool:
-        """Whether this is a model of reference steps, and it is known which autopilot flies the vehicle."""
-        return self.autopilot is Autopilot.STEP and not (
-            self.own_parameters is None and self.target is None
-        )
 
     @cached_property
     def own_flown(self) -> tuple[ArduPilotPilot | Px4Pilot, tuple[Motion, Transients]] | None:

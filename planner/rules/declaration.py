@@ -75,7 +75,7 @@ def _fence_limits(a: Assessment) -> FenceLimits | None:
 
 
 def _may_matter_on_other_ways(a: Assessment) -> bool:
-    return a.may_fly_other_ways and not (
+    return a.autopilot is Autopilot.STEP and not (
         a.setup.terrain is None and FENCE.of(a) is None and a.setup.profile is None
     )
 
@@ -144,7 +144,7 @@ PROFILE: Need[SiteProfile] = Need(
     "a profile of the site: --profile", lambda a: a.setup.profile, is_subject=True
 )
 OTHER_WAYS: Need[bool] = Need(
-    "a model of reference steps for another autopilot, with a fence, terrain or a site beside its way",
+    "a model of reference steps, with a fence, terrain or a site beside its way",
     lambda a: _may_matter_on_other_ways(a) or None,
     is_subject=True,
 )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_own_pilot, step_speeds_m_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
@@ -130,16 +130,18 @@ def _passed_s(motion: Motion, little_s: FloatArray) -> FloatArray:
 
 
 def own_flown_of(
-    a: Assessment,
+    a: Assessment, *, otherwise: Autopilot | None = None
 ) -> tuple[ArduPilotPilot | Px4Pilot, tuple[Motion, Transients]] | None:
     """Return by whose laws a vehicle of reference steps really flies, and how; ``None``: it is not known.
 
     Through corners at which the model stops, and up and down along legs: those of the parameter file, else of
-    the autopilot whose rules the mission has to meet, as it is delivered.
+    the autopilot whose rules the mission has to meet, as it is delivered, ``otherwise`` of another one.
     """
-    if not a.may_fly_other_ways:
+    if a.autopilot is not Autopilot.STEP:
         return None
     given, target = a.own_parameters, a.target
+    if target is None and otherwise is not None:
+        target = Target(otherwise)
     if given is None and target is not None:
         from planner.vehicle.parameters.resolve import resolve_parameters
 

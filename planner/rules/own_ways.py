@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED, is_of_ardupilot
 from planner.flight.power import NO_TRANSIENTS
@@ -18,6 +19,7 @@ from planner.flight.returns.path import make_returns
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.rules.declaration import FENCE, PROFILE, NotEvaluated, judges
 from planner.rules.fenced_flight import straight_legs
+from planner.rules.lateness import own_flown_of
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -61,9 +63,11 @@ def _own_ways(a: Assessment) -> Iterator[NotEvaluated]:
     from planner.rules.fence import PATH_CROSSES
     from planner.rules.site import PATH_SLACK_M, TOO_FAR_FOR_SITE, path_distances_m
 
-    own = a.own_motion
-    if own is None:
+    # A text says of no autopilot that it is for it: all of them cut corners and climb along legs.
+    flown = a.own_flown or own_flown_of(a, otherwise=Autopilot.ARDUPILOT)
+    if flown is None:
         return
+    own = flown[1][0]
     part_m = max(_PART_M, float(own.segments.distance_m.sum()) / _MOST_PARTS)
     path = flown_path(own, straight_m=part_m, with_heights=True)
     off_m = _off_m(a, path)
