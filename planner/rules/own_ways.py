@@ -159,14 +159,18 @@ def _radius_m(given: FlightParameters) -> float:
 
 
 def _is_by_fence(fenced: FencedFlight, path: FlownPath, rows: IntArray) -> BoolArray:
-    """Return whether legs of a path pass an area of the fence that is on within the position error. (k,)"""
+    """Return whether legs of a path pass an area of the fence that is on within the position error. (k,)
+
+    Where the flight as predicted does not do so itself on the way to the same item (F101, F102).
+    """
     places_deg = fenced.assessment.route.frame.latitude_longitude_deg(path.east_m, path.north_m)
     points_m = np.column_stack(fenced.frame.east_north_m(*places_deg))
     legs = straight_legs(points_m[rows], points_m[rows + 1])
     near = np.zeros(len(rows), np.bool_)
     for barrier in fenced.area.barriers:
-        flown_on = np.isin(path.item[rows], fenced.path.item[fenced.is_on(barrier)])
-        if flown_on.any():
-            is_near = barrier.leg_clearance(legs).clearance_m < fenced.position_error_m
-            near |= is_near & flown_on
+        asked = fenced.path.item[fenced.is_on(barrier)]
+        asked = np.setdiff1d(asked, fenced.path.item[fenced.is_path_near(barrier)])
+        is_asked = np.isin(path.item[rows], asked)
+        if is_asked.any():
+            near |= is_asked & (barrier.leg_clearance(legs).clearance_m < fenced.position_error_m)
     return near
