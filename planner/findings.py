@@ -72,6 +72,10 @@ class Finding(Value):
     """Where in the mission file."""
     stretch: FlightStretch | None = None
     """Where over ground; ``None`` where no one stretch is meant."""
+    about: str = ""
+    """Code of the rule that could not be evaluated; empty where it is about nothing but itself."""
+    of_flight: str = ""
+    """The part of the message that depends on how long this flight is; empty where none does."""
     suppression: str = ""
     """Why it is not reported, though it was found; empty where it is reported."""
 
@@ -116,6 +120,8 @@ class Rule(Value, kw_only=False):
         place: Place | None = None,
         severity: Severity | None = None,
         stretch: FlightStretch | None = None,
+        about: str = "",
+        of_flight: str = "",
     ) -> Finding:
         """Return a finding of this rule; ``fix`` and ``severity`` default to the rule's own."""
         return Finding(
@@ -127,6 +133,8 @@ class Rule(Value, kw_only=False):
             item=item,
             place=place,
             stretch=stretch,
+            about=about,
+            of_flight=of_flight,
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -222,13 +222,14 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     # A response of reference steps overshoots within the flights it was identified on.
     is_step = a.autopilot is Autopilot.STEP
     if fastest.value > over_m_s and not is_step:
-        costs, is_short = _uncounted(a)
+        costs = _uncounted(a)
         yield _outside(
             a,
             f"{quantity.speed(fastest.value)} flown",
             up_to,
-            so=costs or ": time and energy are unreliable",
-            severity=Severity.ERROR if is_short or not a.vehicle.knows_airspeed else None,
+            so=costs.text or ": time and energy are unreliable",
+            of_flight=costs.of_flight,
+            severity=Severity.ERROR if costs.is_short or not a.vehicle.knows_airspeed else None,
             item=a.item_of(fastest.segment),
         )
     # Where it holds its place, gusts have to be withstood.
@@ -241,13 +242,14 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     if is_late or air_m_s[row] > max(over_m_s, ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.
         is_counted = a.vehicle.knows_airspeed or is_late
-        costs, is_short = _uncounted(a) if is_counted else ("", False)
+        costs = _uncounted(a) if is_counted else _Costs()
         yield _outside(
             a,
             f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}",
             f"up to {shown_airspeed_text(a)}" if is_leant_less else up_to,
-            so=costs,
-            severity=Severity.ERROR if is_short else None,
+            so=costs.text,
+            of_flight=costs.of_flight,
+            severity=Severity.ERROR if costs.is_short else None,
             item=int(reach.item[row]),
         )
 
@@ -388,30 +390,42 @@ def _cruise_power_assumed(a: Assessment, _power: SteadyPower) -> Iterator[Findin
         )
 
 
-def _uncounted(a: Assessment) -> tuple[str, bool]:
-    """Return what wind and thin air that the model does not count may take, and whether it is too much."""
+class _Costs(NamedTuple):
+    """What wind and thin air that the model does not count may take, in words."""
+
+    text: str = ""
+    is_short: bool = False
+    """Whether that is too much."""
+    of_flight: str = ""
+    """The text, where it would be another for a longer flight."""
+
+
+def _uncounted(a: Assessment) -> _Costs:
+    """Return what wind and thin air that the model does not count may take."""
     if not a.margins:
-        return "", False  # without a battery nothing is a go: E100
+        return _Costs()  # without a battery nothing is a go: E100
     margin = min(a.margins, key=lambda one: one.left_wh)
     most_wh = margin.uncounted_wh
     if most_wh <= 0.0:
-        return "", False
+        return _Costs()
     if not math.isfinite(most_wh):
-        return f"{_WITH_ALL} it may not come forward at all", True
-    text = f"{_WITH_ALL} it may take {quantity.energy(most_wh)} more"
-    if margin.left_wh >= 0.0:
-        return text, False
-    had_wh = max(margin.left_wh + most_wh, 0.0)
-    return f"{text} than the {quantity.energy(had_wh)} above the reserve allow", True
+        return _Costs(f"{_WITH_ALL} it may not come forward at all", is_short=True)
+    text, is_short = f"{_WITH_ALL} it may take {quantity.energy(most_wh)} more", False
+    if margin.left_wh < 0.0:
+        had_wh = max(margin.left_wh + most_wh, 0.0)
+        text += f" than the {quantity.energy(had_wh)} above the reserve allow"
+        is_short = True
+    return _Costs(text, is_short, text)
 
 
 def _not_counted(a: Assessment, what: str, term: str) -> Finding:
     """Return that a condition is not counted, for want of a term, and what that may take."""
-    costs, is_short = _uncounted(a)
+    costs = _uncounted(a)
     return a.finding(
         CONDITION_NOT_MODELLED,
-        f"{what} not counted: this model has no {term} term{costs}",
-        severity=Severity.ERROR if is_short else None,
+        f"{what} not counted: this model has no {term} term{costs.text}",
+        severity=Severity.ERROR if costs.is_short else None,
+        of_flight=costs.of_flight,
     )
 
 
@@ -424,12 +438,13 @@ def _thin_air(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator
     if a.vehicle.knows_air_density or is_reported or thinner <= _THINNER:
         return
     if not is_lift_unknown(a, thin_kg_m3):
-        costs, is_short = _uncounted(a)
+        costs = _uncounted(a)
         yield a.finding(
             CONDITION_NOT_MODELLED,
             f"air of {quantity.decimals(thin_kg_m3, 2)} kg/m³, {times_text(thinner)} thinner than at sea "
-            f"level, not counted: the model has no air density term{costs}",
-            severity=Severity.ERROR if is_short else None,
+            f"level, not counted: the model has no air density term{costs.text}",
+            severity=Severity.ERROR if costs.is_short else None,
+            of_flight=costs.of_flight,
         )
 
 

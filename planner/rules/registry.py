@@ -165,6 +165,7 @@ def _not_evaluated(a: Assessment, lack: NotEvaluated) -> Finding:
         RULE_NOT_EVALUATED,
         f"{lack.asked_by} cannot be checked ({lack.rule.title}): needs {lack.needs}",
         item=lack.item,
+        about=lack.rule.code,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -163,9 +162,9 @@ def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity, str | None]]
         message, is_of_vehicle = finding.message, finding.code in _MATTERS
         if is_of_vehicle and finding.severity >= Severity.WARNING:
             if not check.is_filed:  # places and energy are those of a flight that nobody flies
-                message = re.sub(r" at item \d+", "", message)
+                message = message.replace(f" at item {finding.item}", "")
             if not check.is_filed or finding.severity is Severity.WARNING:  # alike of all sorties
-                message = re.sub(r"; with all that is not counted it may take [^;]+", "", message)
+                message = message.replace(finding.of_flight, "")
         elif finding.severity < Severity.ERROR or not _changes_flight(finding, check):
             continue
         elif check.is_filed and finding.item is not None:
@@ -179,11 +178,11 @@ def _found_of(check: VehicleCheck) -> Iterator[tuple[str, Severity, str | None]]
 
 def _changes_flight(finding: Finding, check: VehicleCheck) -> bool:
     """Return whether an error means that something else is flown than what is simulated."""
-    code = finding.code
-    if not check.is_filed and code in _OF_NO_FLIGHT:
+    if not check.is_filed and finding.code in _OF_NO_FLIGHT:
         return False
-    if lacking := re.search(r"cannot be checked \(([A-Z]\d+) ", finding.message):
-        code = lacking[1]  # X904: of what could not be judged it depends whether that matters
+    code = (
+        finding.about or finding.code
+    )  # of what could not be judged it depends whether that matters
     left_out = (one for codes in LEFT_OUT.values() for one in codes)
     return not code.startswith((*left_out, *_JUDGED))
 
