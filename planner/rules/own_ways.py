@@ -11,6 +11,7 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
+from planner.findings import Finding
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED, is_of_ardupilot
 from planner.flight.power import NO_TRANSIENTS
@@ -112,7 +113,11 @@ def _over_ground(
     returned = returns_too_low(own, terrain, path, aloft, terrain.cell_m)
     for rule, where, items in (
         (BELOW_TERRAIN, "on", sorted(items_too_low(own, terrain, path, aloft))),
-        (RETURN_BELOW_TERRAIN, "on a return from", [one.item for one in returned]),
+        (
+            RETURN_BELOW_TERRAIN,
+            "on a return from",
+            [one.item for one in returned if isinstance(one, Finding)],
+        ),
     ):
         if items:
             yield NotEvaluated(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.findings import Rule, Severity
+from planner.findings import Finding, Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.findings import Finding
     from planner.flight.path import FlightLines, FlownPath
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
@@ -191,10 +190,13 @@ def _over(a: Assessment, terrain: TerrainGrid | None, path: FlownPath, legs: Int
 def items_too_low(
     a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray
 ) -> frozenset[int]:
-    """Return the first items on whose legs of a path a vehicle were too low, within its position error."""
+    """Return the first items on whose legs of a path a vehicle were too low, within its position error.
+
+    Over ground that is known.
+    """
     flown = _over(a, terrain, path, legs)
     found = (*_too_low(a, flown), *_beside(a, terrain, flown))
-    return frozenset(one.item for one in found if one.item is not None)
+    return frozenset(one.item for one in found if isinstance(one, Finding) and one.item is not None)
 
 
 def _may_be_low(a: Assessment) -> bool:
