@@ -27,6 +27,8 @@ _SEARCHED_AFTER = 50_000
 _THREADS = "OPENBLAS_NUM_THREADS"
 _AHEAD = 4
 """Jobs a process has waiting, so that it never waits for this one; the others are not asked for yet."""
+_AHEAD_OF_HELPER = 2
+"""And where this one does jobs too: it waits for those at the end."""
 
 _stopped: Event | None = None
 """Of a process that works for another: whether that one wants no more."""
@@ -46,6 +48,7 @@ def done_in_order(
     *,
     workers: int,
     start: Callable[[], None] | None = None,
+    helps: bool = False,
 ) -> Iterator[Iterable[Done]]:
     """Give what jobs come to, one by one in their order, done in this process or in several.
 
@@ -59,6 +62,9 @@ def done_in_order(
         Processes at most; the results do not depend on them.
     start : callable, optional
         Called first in each process; it can be pickled, with what all jobs have in common.
+    helps : bool, optional
+        Whether this process is one of these, which does a job where it would wait: for short ones, of which
+        all that they come to is kept.
 
     Raises
     ------
@@ -77,8 +83,10 @@ def done_in_order(
 
     context = get_context("spawn")
     stop = context.Event()
+    others = workers - helps
+    ahead = others * (_AHEAD_OF_HELPER if helps else _AHEAD)
     with ProcessPoolExecutor(
-        workers, mp_context=context, initializer=_obey, initargs=(stop, start)
+        others, mp_context=context, initializer=_obey, initargs=(stop, start)
     ) as pool:
         try:
             left = iter(jobs)
@@ -86,8 +94,10 @@ def done_in_order(
                 _unheard(),
                 _single_threaded(),
             ):  # as the first jobs are handed in, all processes start
-                waiting = deque(pool.submit(work, job) for job in islice(left, _AHEAD * workers))
-            yield _unless_killed(_in_order(pool, work, waiting, left))
+                waiting = deque(pool.submit(work, job) for job in islice(left, ahead))
+            if helps and start is not None:
+                start()
+            yield _unless_killed(_in_order(pool, work, waiting, left, ahead=ahead, helps=helps))
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
@@ -98,11 +108,34 @@ def _in_order(
     work: Callable[[Job], Done],
     waiting: deque[Future[Done]],
     left: Iterator[Job],
+    *,
+    ahead: int,
+    helps: bool,
 ) -> Iterator[Done]:
+    def hand_in() -> None:
+        busy = sum(not one.done() for one in waiting) if helps else len(waiting)
+        waiting.extend(pool.submit(work, job) for job in islice(left, max(ahead - busy, 0)))
+
     while waiting:
-        done = waiting.popleft().result()
-        waiting.extend(pool.submit(work, job) for job in islice(left, 1))
+        first = waiting.popleft()
+        while helps and not first.done() and (own := [*islice(left, 1)]):
+            waiting.append(_done_here(work, *own))
+            hand_in()
+        done = first.result()
+        hand_in()
         yield done
+
+
+def _done_here(work: Callable[[Job], Done], job: Job) -> Future[Done]:
+    """Return a job as another process would have done it: an error is told in its turn."""
+    from concurrent.futures import Future
+
+    done = Future[Done]()
+    try:
+        done.set_result(work(job))
+    except Exception as error:  # noqa: BLE001 - raised where the result is taken
+        done.set_exception(error)
+    return done
 
 
 def search_seldom() -> None:

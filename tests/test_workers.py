@@ -19,20 +19,32 @@ from planner.findings import Place
 from planner.workers import done_in_order
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_results_come_in_the_order_of_the_jobs_and_an_interruption_ends_all(workers: int) -> None:
-    jobs = [20_000, 1, 9_000, 2, 0]  # the first takes longest
-    with done_in_order(math.factorial, jobs, workers=workers) as done:
+@pytest.mark.parametrize(("workers", "helps"), [(1, False), (2, False), (2, True)])
+def test_results_come_in_the_order_of_the_jobs_and_an_interruption_ends_all(
+    workers: int, *, helps: bool
+) -> None:
+    jobs = [20_000, 1, 9_000, 2, 0, 7, 8]  # the first takes longest
+    with done_in_order(math.factorial, jobs, workers=workers, helps=helps) as done:
         assert list(done) == [math.factorial(job) for job in jobs]
 
     def interrupted() -> None:
-        with done_in_order(math.factorial, [3] * 1000, workers=workers) as done:
+        with done_in_order(math.factorial, [3] * 1000, workers=workers, helps=helps) as done:
             assert next(iter(done)) == 6
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert multiprocessing.active_children() == []
+
+
+def test_an_error_comes_in_its_turn_from_who_helps_too() -> None:
+    """The other process takes longer to start than this one to get to the error."""
+    jobs = [5, 4, 3, 2, -1, 6]
+    with done_in_order(math.factorial, jobs, workers=2, helps=True) as done:
+        results = iter(done)
+        assert [next(results) for _ in jobs[:4]] == [120, 24, 6, 2]
+        with pytest.raises(ValueError, match="negative"):
+            next(results)
 
 
 def test_a_worker_that_is_killed_is_told_in_a_sentence() -> None:

@@ -39,7 +39,7 @@ from planner.service.preflight import (
 from planner.setting import Group, Kind, declared
 from planner.setup import Output, Setup, Together
 from planner.values import field_values
-from planner.workers import core_count, done_in_order
+from planner.workers import core_count, done_in_order, end_if_stopped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -124,7 +124,7 @@ def command(
         getattr(output, option) is not None for option in ("report", "export", "plots")
     )
     work = partial(_checked, link=link, with_flight=is_flight_used)
-    with done_in_order(work, batches, workers=workers) as done:
+    with done_in_order(work, batches, workers=workers, helps=True) as done:
         shipped = progress(chain.from_iterable(done), of=len(jobs), label="checked")
         results: Results = [kind(**fields) for kind, fields in shipped]
     if together is not None:
@@ -251,6 +251,7 @@ def _checked(
     """Return what missions come to: type and fields of each, of which the flight is the largest by far."""
     checked = []
     for mission, values in jobs:
+        end_if_stopped()
         result = shielded(partial(_check, mission, values, link), file=mission)
         fields = field_values(result)
         if isinstance(result, CheckResult) and not with_flight:
