@@ -64,6 +64,13 @@ class FlownSortie(Value):
         return [one for one in found if one is not None]
 
     @property
+    def as_its_own_flies(self) -> FlownSortie:
+        """The sortie as its own autopilot flies it; itself where that is not known."""
+        if not isinstance(self.result, CheckResult) or len(self.ways) == 1:
+            return self
+        return replace(self, result=replace(self.result, assessment=self.ways[-1]))
+
+    @property
     def start_s(self) -> float:
         """When its mission starts. [s]"""
         return self.sortie.start_s
@@ -80,10 +87,9 @@ class FlownSortie(Value):
 
     @property
     def late_s(self) -> float:
-        """How much later than predicted it lands, at most (E105, E108). [s]"""
-        if self.assessment is None:
-            return 0.0
-        return float(self.assessment.passed_late_s.max(initial=0.0))
+        """How much later than predicted it lands, at most, in any way it may be flown. [s]"""
+        latest_s = (one.flight.time_s + one.passed_late_s.max(initial=0.0) for one in self.ways)
+        return float(max(latest_s, default=0.0)) - self.time_s
 
     @property
     def lands_s(self) -> float:

@@ -411,7 +411,8 @@ def _too_late(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFindi
 
 def _at_latest(one: FlownSortie) -> str:
     """Return when a sortie lands, in words."""
-    return at(one.landed_s) + " at the latest (E105, E108)" * (one.late_s > 0.0)
+    later = one.late_s > 0.0
+    return at(one.landed_s) + " at the latest (E105, E108, or as its own autopilot flies)" * later
 
 
 def too_early(fleet: Fleet, flown: Sequence[FlownSortie]) -> Iterator[FleetFinding]:

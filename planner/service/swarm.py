@@ -11,6 +11,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import UsageError
+from planner.findings import Severity
 from planner.fleet.fleet import LATEST_S, FaultKind, Fleet, Separation, SwarmAlgorithm
 from planner.fleet.swarm.algorithms import Lanes, RandomSearch, Waypoints, strips
 from planner.fleet.swarm.answers import refuse_without
@@ -21,7 +22,7 @@ from planner.fleet.swarm.flights import Record, agent_flight
 from planner.fleet.swarm.policies import POLICIES
 from planner.fleet.swarm.simulation import Agent, AgentPhase, Swarm
 from planner.flight.budget import flight_battery
-from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
+from planner.flight.motion.kinematics import STATES
 from planner.presented import Presented
 from planner.quantity import mean_of
 from planner.service.fleet import charge_left
@@ -50,10 +51,10 @@ from planner.service.swarm_findings import (
     swarm_findings,
     unseen_findings,
 )
-from planner.service.swarm_missions import fly_as_filed, fly_giving_way
+from planner.service.swarm_missions import flown_together, fly_giving_way, planned_sorties
 from planner.service.swarm_vehicles import PadStay, VehicleCheck, check_vehicle, ground_findings
 from planner.units import wh_from_j
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -80,10 +81,8 @@ GOAL_FRACTIONS = (0.5, 0.9, 1.0)
 _HOUR_S = 3600.0
 _OFF_LANE = 0.05
 """Of the width of a lane: farther beside it an agent misses what it is to see. [-]"""
-_LATE = 0.03
-"""Of the time a flight moves: what the times of reference steps are off. [-]"""
-_LANDS_LATER_S = 20.0
-"""What the last 10 m take at LAND_SPEED as it is delivered: a landing later than that holds its place up."""
+_LATER_S = 0.5
+"""Later than predicted by less is not told. [s]"""
 _ROUNDING_M = 1e-6
 """By so much may places be rounded: agents that keep their separation exactly come no nearer. [m]"""
 
@@ -400,15 +399,58 @@ def _simulate_missions(
         _policy(policy)
         raise UsageError(_LEAVES_TRACKS)
     latest_s = LATEST_S if until_s is None else until_s
+    planned = planned_sorties(fleet)
     if policy == "none":
-        filed = fly_as_filed(fleet, until_s=latest_s, seed=seed)
+        filed = flown_together(fleet, planned, until_s=latest_s, is_planned=True, seed=seed)
     else:
 
         def on_event(time_s: float) -> None:
             if on_step is not None:
                 on_step(f"{quantity.duration(time_s)} simulated")
 
-        filed = fly_giving_way(fleet, until_s=latest_s, seed=seed, on_event=on_event)
+        giving_way = partial(fly_giving_way, fleet, until_s=latest_s, seed=seed, on_event=on_event)
+        filed = giving_way(planned)
+    agents, report, found = _judge_missions(fleet, filed, keeps_apart=policy != "none")
+    if policy != "none":
+        found += [
+            TIMES_UNKNOWN.finding(f"{one.name} {late}: when it flies is not known")
+            for one in planned
+            if (late := _flies_later(one))
+        ]
+    flies_own = any(len(one.ways) > 1 for one in planned)
+    if policy != "none" and flies_own and not filed.is_cut_short:
+        _, _, others = _judge_missions(
+            fleet, giving_way([one.as_its_own_flies for one in planned]), keeps_apart=True
+        )
+        known = {one.code for one in found if one.severity is Severity.ERROR}
+        found += [
+            replace(one, message=f"{one.message} (as its own autopilot flies)")
+            for one in others
+            if one.severity is Severity.ERROR and one.code not in known
+        ]
+    findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
+    return SwarmResult(
+        file=fleet.source,
+        fleet=fleet,
+        algorithm=str(SwarmAlgorithm.MISSIONS),
+        policy=str(policy),
+        seed=seed,
+        agents=agents,
+        separation_m=fleet.widest_separation_m,
+        distances=filed.distances,
+        record=filed.record,
+        frame=filed.frame,
+        findings=findings,
+        suppressed=suppressed,
+        faults=report,
+        is_cut_short=filed.is_cut_short,
+    )
+
+
+def _judge_missions(
+    fleet: Fleet, filed: FiledFlights, *, keeps_apart: bool
+) -> tuple[tuple[SwarmAgent, ...], SwarmFaultReport | None, list[Finding]]:
+    """Return what the sorties of a fleet did, what faults did to them, and what is found of that."""
     vehicles = [one.sortie.vehicle for one in filed.sorties]
     agents = tuple(
         with_drop(with_gusts(_sortie_flown(filed, row), filed.record, row), drop_of(fleet, vehicle))
@@ -424,7 +466,7 @@ def _simulate_missions(
     )
     checks = [VehicleCheck(one.name, one.result, is_filed=True) for one in filed.sorties]
     found = swarm_findings(
-        agents, filed.too_near, filed.deadlock, report, checks, keeps_apart=policy != "none"
+        agents, filed.too_near, filed.deadlock, report, checks, keeps_apart=keeps_apart
     )
     found += [
         SWARM_SEPARATION.finding(message, fix=HEIGHTS_UNKNOWN) for message in filed.incomparable
@@ -433,7 +475,7 @@ def _simulate_missions(
     found += [
         TIMES_UNKNOWN.finding(f"{one.name}: {wait}: no time and no separation of it is known")
         for one in filed.sorties
-        if (wait := uncounted_wait(one.result) or (policy != "none" and _flies_later(one)))
+        if (wait := uncounted_wait(one.result))
     ]
     gone = [
         one for one, agent in zip(filed.sorties, agents, strict=True) if agent.flight is not None
@@ -454,23 +496,7 @@ def _simulate_missions(
         if one.sortie.pack is None and agent.battery is not None
     ]
     found += pack_assumed(without)
-    findings, suppressed = fleet.group_setup.selection.divide(found, file=fleet.source)
-    return SwarmResult(
-        file=fleet.source,
-        fleet=fleet,
-        algorithm=str(SwarmAlgorithm.MISSIONS),
-        policy=str(policy),
-        seed=seed,
-        agents=agents,
-        separation_m=fleet.widest_separation_m,
-        distances=filed.distances,
-        record=filed.record,
-        frame=filed.frame,
-        findings=findings,
-        suppressed=suppressed,
-        faults=report,
-        is_cut_short=filed.is_cut_short,
-    )
+    return agents, report, found
 
 
 def _sortie_flown(filed: FiledFlights, row: int) -> SwarmAgent:
@@ -506,22 +532,13 @@ def _energy_by_state_wh(flight: Flight, setup: Setup) -> dict[str, float]:
 
 
 def _flies_later(one: FlownSortie) -> str:
-    """Return that a flight is later than it is simulated; empty: by little.
-
-    Who gives way is simulated at its predicted times; without that, windows of them are looked at.
-    """
-    if one.assessment is None:
+    """Return that a flight is later than simulated; empty: by little, or it is simulated so too."""
+    if one.assessment is None or len(one.ways) > 1:
         return ""
-    segments, late_s = one.assessment.flight.motion.segments, one.assessment.lateness.in_all_s
-    # What the last landing takes a little longer changes no way before it, and is over its own place.
-    flies = segments.state != STATE_INDEX[FlightState.LAND]
-    until = int(np.flatnonzero(flies)[-1]) + 1 if flies.any() else 0
-    landing_s, in_all_s = float(late_s[until:].sum()), float(late_s[:until].sum())
-    in_all_s += landing_s if landing_s > _LANDS_LATER_S else 0.0
-    moved_s = float(segments.duration_s[segments.state != STATE_INDEX[FlightState.HOVER]].sum())
-    if in_all_s <= _LATE * moved_s:
+    later_s = float(one.assessment.lateness.passed_s.max(initial=0.0))
+    if later_s < _LATER_S:
         return ""
-    return f"flies slower than its model of reference steps, {quantity.duration(in_all_s)} in all (E108)"
+    return f"may be up to {quantity.duration(later_s)} later than predicted (E108)"
 
 
 def _policy(policy: Policy | str) -> Policy:

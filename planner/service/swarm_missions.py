@@ -78,24 +78,19 @@ class FiledFlights(Value, eq=False):
     is_cut_short: bool = False
 
 
-def fly_as_filed(fleet: Fleet, *, until_s: float, seed: int = 0) -> FiledFlights:
-    """Return the sorties of a fleet as `planner.check_fleet` has them, each at its time.
-
-    Raises UsageError if there is none, or one has nothing to fly.
-    """
-    flown = planned_sorties(fleet)
-    return flown_together(fleet, flown, until_s=until_s, is_planned=True, seed=seed)
-
-
 def fly_giving_way(
-    fleet: Fleet, *, until_s: float, seed: int = 0, on_event: Callable[[float], None] | None = None
+    fleet: Fleet,
+    flown: Sequence[FlownSortie],
+    *,
+    until_s: float,
+    seed: int = 0,
+    on_event: Callable[[float], None] | None = None,
 ) -> FiledFlights:
     """Return the sorties of a fleet, each of which stops in time for those that go first.
 
     The job of higher priority goes first, then who stands first in the file.  Likely gusts are known of the
     weather, so zones are wider by what they carry.
     """
-    flown = planned_sorties(fleet)
     separation = fleet.separation or Separation(horizontal_m=_ALONE_M)
     carried = predict_carried(fleet, flown, until_s=0.0, seed=seed)
     sorties = StoppedSorties(

@@ -13,7 +13,6 @@ from planner.fleet.swarm.tracks import PART_M, REST_M, ZoneTrack
 from planner.fleet.trajectory import make_trajectory
 from planner.flight.budget import flight_battery
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.mission.route.stage import Stage, StageKind
 from planner.service.fleet_separation import fleet_spacing, members
@@ -97,7 +96,7 @@ class StoppedSorties:
         self._spacing = fleet_spacing(separation)
         self._assessments = [_assessed(one) for one in flown]
         self._frame = self._assessments[0].route.frame
-        self._pilots = [make_pilot(one.setup, one.own_parameters) for one in self._assessments]
+        self._pilots = [one.returns.pilot for one in self._assessments]
         self._errors_m = [
             one.setup.position_margin_m + more
             for one, more in zip(self._assessments, more_m or [0.0] * len(flown), strict=True)

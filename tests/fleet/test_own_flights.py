@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from made_fleet import METRES_PER_DEGREE_EAST, checked, pad, place, sortie, up, vehicles
 from made_missions import HOME, item, mission, north
+from made_swarm import simulated
 from made_trajectories import straight
 
 from planner.autopilot import Autopilot
@@ -216,3 +217,35 @@ def test_two_of_a_fleet_are_alike_with_one_model_and_one_way() -> None:
             assert first.pace is not None
             assert second.pace is not None
             assert first.pace.is_that_of(second.pace) is expected
+
+
+def test_who_gives_way_is_simulated_as_its_autopilot_flies_too() -> None:
+    """ArduPilot lands the last 10 m at 0.5 m/s: 20 s, some 10 s more than the model."""
+    way = of_ardupilot(up(40), place(100, 0, 40), land(100, 0))
+    tables = ("[separation]\nhorizontal_m = 10\n", pad("a", 0, 0), pad("b", 0, 200))
+    two = (vehicles("a", model=STEP), vehicles("b", model=OWN))
+    flies = (sortie("of-a", "a", 0.0, job="a"), sortie("of-b", "b", 0.0, job="b"))
+    ways = {"a": way, "b": of_ardupilot(up(20), place(0, 230, 20), land(0, 230))}
+    [one] = [each for each in checked(*tables, *two, *flies, **ways).sorties if each.name == "of-a"]
+    predicted_s, own_s = (each.flight.time_s for each in one.ways)
+    assert own_s > predicted_s + 3.0
+    for limit_s, late in ((0.5 * (predicted_s + own_s), True), (own_s + 1.0, False)):
+        hours = f"[operation]\nlatest_s = {limit_s!r}\n"
+        found = simulated(*tables, *two, *flies, hours, policy="stop", **ways).findings
+        said = [each.message for each in found if each.code == "S138"]
+        assert bool(said) is late
+        assert all(each.endswith("(as its own autopilot flies)") for each in said)
+        at_last = {f.finding.code for f in checked(*tables, *two, *flies, hours, **ways).findings}
+        assert ("S111" in at_last) is late
+
+
+def test_no_swarm_that_gives_way_is_clear_while_nobody_knows_how_late_it_is() -> None:
+    """A circle of 5 m radius at 10 m/s is 2 g: ArduPilot flies it slower; whose the plan is nobody says."""
+    circles = mission(
+        up(20), item(18, north(100), 20.0, params=(20.0, 0.0, 5.0, 0.0)), land(100, 0)
+    )
+    tables = ("[separation]\nhorizontal_m = 10\n", pad("a", 0, 0), vehicles("a", model=STEP))
+    for way, open_ in ((circles, True), (mission(up(20), place(100, 0, 20), land(100, 0)), False)):
+        flies = sortie("of-a", "a", 0.0, job="a")
+        found = simulated(*tables, flies, policy="stop", a=replace(way, autopilot=None)).findings
+        assert ("S127" in {one.code for one in found}) is open_
