@@ -74,6 +74,10 @@ class CarriedState(Value):
         """Return the items that set servos, relays and the like."""
         return tuple(item for item in self.items if is_output(item))
 
+    def protection(self) -> tuple[MissionItem, ...]:
+        """Return the items that switch the fence or the parachute."""
+        return tuple(item for item in self.items if item.command in _PROTECTING)
+
     def trigger_spacing_m(self, speed_m_s: float) -> float:
         """Return the way between two photos at a speed; 0 where no camera is triggered. [m]"""
         spacing_m = 0.0
@@ -429,7 +433,7 @@ def _way_out(flown: FlownItems, start: SplitPoint) -> list[MissionItem]:
     """
     before = flown.items[: start.step]
     state, at_takeoff = flown.states[start.step], flown.states[flown.first].items
-    kept = [one for one in state.settings() if one.command in _PROTECTING and one in at_takeoff]
+    kept = [one for one in state.protection() if one in at_takeoff]
     place = _waypoint(flown, start, _item_before(flown, start.step))
     rise_m = _height_m(flown, start) - flown.route.stages[0].height_m
     items = [

@@ -14,6 +14,7 @@ from planner.errors import SplitError, UsageError
 from planner.files import make_output_folder, write_output_files
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HOME
+from planner.mission.commands import command_name
 from planner.mission.convert import convert_mission, mission_at_speed
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
@@ -478,7 +479,7 @@ def split_under(
         file=mission.source,
         whole=whole,
         parts=tuple(written),
-        findings=(*_remarks(flown, written), *losses.values()),
+        findings=(*_remarks(flown, written), *_left_switched(flown, ranges), *losses.values()),
     )
 
 
@@ -610,6 +611,34 @@ OUTPUTS_SET_AGAIN = Rule(
     how="The last setting of each output before the place where a part resumes is sent there again.",
     fix="check the outputs of each part, and remove what must not be done again",
 )
+
+
+LEFT_SWITCHED = Rule(
+    "L214 left-switched",
+    Severity.WARNING,
+    summary="A part of a split mission leaves the fence or the parachute switched for the next one.",
+    why="A vehicle that is not restarted keeps what a mission switched in flight: on its way out the next "
+    "part would be without the fence it is checked against, or held to one it is not.",
+    how="DO_FENCE_ENABLE or DO_PARACHUTE in what a part but the last flies, other than what the mission "
+    "sets before its take-off, which each part sets there too.",
+    fix="restart the vehicle between the parts, or switch it back by hand before each",
+)
+
+
+def _left_switched(flown: FlownItems, ranges: Sequence[Range]) -> Iterator[Finding]:
+    """Yield the first thing that a part leaves switched for the next."""
+    at_takeoff = flown.states[flown.first].items
+    for number, (_, end) in enumerate(ranges, start=1):
+        if end is None:
+            continue
+        left = [one for one in flown.states[end.step].protection() if one not in at_takeoff]
+        if left:
+            yield LEFT_SWITCHED.finding(
+                f"{command_name(left[0].command)} {left[0].param1 or 0.0:g} stays in force after part "
+                f"{number}: the way out of the next is checked without",
+                item=flown.numbers[flown.items.index(left[0])],
+            )
+            return
 
 
 def _remarks(flown: FlownItems, parts: list[SplitPart]) -> Iterator[Finding]:

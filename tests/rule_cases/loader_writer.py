@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 TAKEOFF = simple_item(22, 3, 0, 0, 0, 0, 47.4, 8.5, 30, number=1)
 VERTEX = item(5001, 47.0, 0.0, params=(3.0, 0.0, 0.0, 0.0))
+PARACHUTE = item(208, frame=2, params=(0.0, 0.0, 0.0, 0.0))
 SERVO = item(183, frame=2, params=(1.0, 1500.0, 0.0, 0.0))
 TEXT = (
     "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47\t8\t400\t1\n1\t0\t3\t22\t0\t0\t0\t0\t47\t8\t30\t1\n"
@@ -131,6 +132,11 @@ CASES: Mapping[str, RuleCases] = {
     "L212": RuleCases(
         fires=lambda: parts(SERVO, *FAR_AGAIN),
         boundary=lambda: parts(SERVO, *FAR_AGAIN, capacity_wh=200.0),  # in a single part
+        silent=lambda: parts(*FAR_AGAIN),
+    ),
+    "L214": RuleCases(
+        fires=lambda: parts(PARACHUTE, *FAR_AGAIN),
+        boundary=lambda: parts(*FAR_AGAIN[:2], PARACHUTE, *FAR_AGAIN[2:]),  # in the last part
         silent=lambda: parts(*FAR_AGAIN),
     ),
 }

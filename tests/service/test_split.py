@@ -203,6 +203,8 @@ def test_a_fence_or_parachute_on_since_before_the_takeoff_is_on_the_way_out_too(
         whole = mission(*before, takeoff(40.0), near, *inside, far, near, far, rtl())
         whole = replace(whole, fence=Fence(circles=(wide,)))
         split = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=60.0))
+        switched = [one.code for one in split.findings if one.code == "L214"]
+        assert switched == ["L214"] * bool(inside)
         later = read_plan_text(split.parts[1].text, source="part-02.plan")
         assert [one.command for one in later.items if one.command in {command, 22, 16}][
             :3
