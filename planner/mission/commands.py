@@ -94,6 +94,9 @@ RELATIVE_FRAMES = frozenset({Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_AL
 TERRAIN_FRAMES = frozenset({Frame.GLOBAL_TERRAIN_ALT, Frame.GLOBAL_TERRAIN_ALT_INT})
 """Height above the terrain."""
 GLOBAL_FRAMES = AMSL_FRAMES | RELATIVE_FRAMES | TERRAIN_FRAMES
+TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
+"""They end on the ground, whatever their altitude."""
 """Positions in degrees."""
 
 UNSET_YAW = frozenset(

@@ -24,7 +24,7 @@ from planner.mission.commands import (
     parameter_names,
 )
 from planner.mission.items import numbered_in_order
-from planner.mission.route.walk import stored_hold_s, stored_radius_m, stored_turns
+from planner.mission.storage import stored_hold_s, stored_radius_m, stored_turns
 from planner.values import Value
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
+    TAKEOFFS,
     TERRAIN_FRAMES,
     Command,
     command_name,
@@ -51,7 +52,6 @@ _FIXED_WING_ONLY = frozenset(
     }
 )
 _ROVER_ONLY = frozenset({Command.DO_SET_REVERSE, Command.NAV_SET_YAW_SPEED})
-_TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 
 _LEAST_PITCH_DEG = 5.0
 _MOST_PITCH_DEG = 45.0
@@ -148,7 +148,7 @@ def _altitude_evidence(
     items: Sequence[MissionItem], home_altitude_amsl_m: float | None
 ) -> VehicleEvidence | None:
     """Return the evidence in altitudes that are all at or below the ground, with no take-off."""
-    if any(item.command in _TAKEOFFS for item in items):
+    if any(item.command in TAKEOFFS for item in items):
         return None
     heights_m = [
         _height_m(item, home_altitude_amsl_m)

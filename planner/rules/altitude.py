@@ -8,13 +8,14 @@ from planner import quantity
 from planner.findings import Remarks, Rule, Severity
 from planner.mission.commands import (
     AMSL_FRAMES,
+    LANDINGS,
     RELATIVE_FRAMES,
+    TAKEOFFS,
     TERRAIN_FRAMES,
-    Command,
     is_destination,
 )
+from planner.mission.route.position import AMSL_SUSPECT, ground_amsl_m
 from planner.mission.route.route import GRID_ERROR_M
-from planner.mission.route.walk import AMSL_SUSPECT, ground_amsl_m
 from planner.rules.declaration import judges
 
 if TYPE_CHECKING:
@@ -30,9 +31,7 @@ _REFERENCES: Mapping[int, str] = {
     **dict.fromkeys(AMSL_FRAMES, _SEA),
     **dict.fromkeys(TERRAIN_FRAMES, "the terrain"),
 }
-_ON_THE_GROUND = frozenset(
-    {Command.NAV_TAKEOFF, Command.NAV_LAND, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND}
-)
+_ON_THE_GROUND = TAKEOFFS | LANDINGS
 _HIGH_M = 500.0
 """No mission above home is meant to be so high without it being looked at. [m]"""
 _UNUSUAL_M = 150.0

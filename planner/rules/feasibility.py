@@ -16,7 +16,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
-from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, is_destination
+from planner.mission.commands import AMSL_FRAMES, TAKEOFFS, TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.order import is_counted
 from planner.mission.route.queue import JUMPS
 from planner.rules.assessment import numbers
@@ -41,7 +41,6 @@ _LEAST_CLIMB_M = 1.0
 _FROM_HOME_UP = (1, 17)
 """The version from which PX4 takes any take-off that ends above home."""
 _ROUNDING_M = 1e-3
-_TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 _WARNS_ONLY = (1, 16)
 """The version from which a first place far away is a warning (PX4 #23568)."""
 _FIRST_PLACE_M = 10_000.0
@@ -106,7 +105,7 @@ REQUIRED_ITEM_MISSING = Rule(
 @judges(REQUIRED_ITEM_MISSING, needs=(PX4,))
 def _required_by_px4(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
     required, commands = parameters.takeoff_land_required, a.mission.commands
-    takes_off = not commands.isdisjoint(_TAKEOFFS)
+    takes_off = not commands.isdisjoint(TAKEOFFS)
     lands = Command.NAV_LAND in commands
     missing = []
     if not takes_off and (required in _TAKEOFF | _BOTH or (required in _BOTH_OR_NONE and lands)):
@@ -199,7 +198,7 @@ def _takeoff_too_low(a: Assessment, target: Target) -> Iterator[Finding]:
     radius_m = _ACCEPTANCE_RADIUS_M if parameters is None else parameters.acceptance_radius_m
     is_later = target.version is not None and target.version >= _FROM_HOME_UP
     least_m = 0.0 if is_later else radius_m + _LEAST_CLIMB_M
-    for number, item in a.mission.numbered(*_TAKEOFFS):
+    for number, item in a.mission.numbered(*TAKEOFFS):
         if item.altitude_m is None:
             continue
         height_m = item.altitude_m

@@ -10,8 +10,8 @@ import numpy as np
 from planner import quantity
 from planner.findings import Finding, Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.mission.route.position import TERRAIN_ASSUMED_LEVEL
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
-from planner.mission.route.walk import TERRAIN_ASSUMED_LEVEL
 from planner.rules.clearance import (
     GROUND_THERE,
     ROUNDING_M,

@@ -33,7 +33,12 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.formats.fence_items import FENCE_COMMANDS
-from planner.mission.route.walk import stored_hold_s, stored_radius_m, stored_turns
+from planner.mission.storage import (
+    LONGEST_STORED_HOLD_S,
+    stored_hold_s,
+    stored_radius_m,
+    stored_turns,
+)
 from planner.simulator.servers import NEVER_S, answer
 from planner.values import Value, field_names, replace
 
@@ -98,7 +103,6 @@ class OutgoingList:
         return (kind, received.system) == (self.kind, self.partner.system)
 
 
-_LONGEST_HOLD_S = 65_535.0
 _PX4_FRAMES = ((AMSL_FRAMES, Frame.GLOBAL_INT), (RELATIVE_FRAMES, Frame.GLOBAL_RELATIVE_ALT_INT))
 """PX4 sends MISSION_ITEM_INT in the frames that are named after it."""
 _ARDUPILOT_FRAMES = (
@@ -173,7 +177,7 @@ def stored_item(item: WireItem, kind: MissionKind, autopilot: Autopilot) -> Wire
         item = replace(item, z=int(item.z * _CENTIMETRES) / _CENTIMETRES)
     match item.command:
         case Command.NAV_WAYPOINT | Command.NAV_LOITER_TIME:
-            hold_s = stored_hold_s(min(max(item.param1, 0.0), _LONGEST_HOLD_S))
+            hold_s = stored_hold_s(min(max(item.param1, 0.0), LONGEST_STORED_HOLD_S))
             return replace(item, param1=hold_s, param2=0.0, param3=0.0, param4=0.0)
         case Command.NAV_LOITER_TURNS if item.param1 > 0.0:
             return replace(

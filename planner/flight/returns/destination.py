@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.mission.commands import RELATIVE_FRAMES, Command
+from planner.mission.commands import LANDINGS, RELATIVE_FRAMES, TAKEOFFS, Command
+from planner.mission.route.position import ground_amsl_m
 from planner.mission.route.stage import ReturnPath, Stage, StageKind
-from planner.mission.route.walk import ground_amsl_m
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -52,10 +52,8 @@ _FOLLOW_MISSION = frozenset({2, 4})
 _STRAIGHT = frozenset({0, _RALLY_ONLY})
 _FORWARD_IF_IT_LANDS = 2
 _HOME_IF_REACHED = 6
-_LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
-_TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 _LOITERS = (Command.NAV_LOITER_UNLIM, Command.NAV_LOITER_TIME, Command.NAV_LOITER_TO_ALT)
-_PLACES = frozenset({Command.NAV_WAYPOINT, *_LOITERS}) | _LANDINGS | _TAKEOFFS
+_PLACES = frozenset({Command.NAV_WAYPOINT, *_LOITERS}) | LANDINGS | TAKEOFFS
 """Items that hold a place (``MissionBlock::item_contains_position``)."""
 _JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
 _KINDS: Mapping[int, StageKind] = {
@@ -291,7 +289,7 @@ def make_destinations(
 def leads_along(mission: Mission, return_type: int) -> bool:
     """Return whether PX4's RTL_TYPE leads along items of a mission."""
     if return_type in _TO_LANDING:
-        return any(item.command in _LANDINGS for item in mission.items)
+        return any(item.command in LANDINGS for item in mission.items)
     return return_type in _FOLLOW_MISSION
 
 
@@ -428,7 +426,7 @@ class _ReturnItems:
             for at, item in enumerate(mission.items)
         )
         commands = [item.command for item in mission.items]
-        landings = [at for at, command in enumerate(commands) if command in _LANDINGS]
+        landings = [at for at, command in enumerate(commands) if command in LANDINGS]
         starts = [at for at, command in enumerate(commands) if command == Command.DO_LAND_START]
         self.landing = landings[0] if landings else None
         self.land_start = min([*starts[:1], *landings[:1]], default=0)
@@ -494,7 +492,7 @@ class _ReturnItems:
             # A landing on the way back is a place like any other.
             kind = StageKind.GO if stage.kind is StageKind.LAND else stage.kind
             back.append(replace(stage, kind=kind))
-            if self._items[at].command in _TAKEOFFS:
+            if self._items[at].command in TAKEOFFS:
                 break
         return tuple(back)
 

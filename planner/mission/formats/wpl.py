@@ -22,6 +22,7 @@ from planner.mission.commands import (
     AMSL_FRAMES,
     GLOBAL_FRAMES,
     RELATIVE_FRAMES,
+    TAKEOFFS,
     TERRAIN_FRAMES,
     Command,
     command_name,
@@ -274,7 +275,6 @@ def _refuse_decimal_comma(tabbed: Sequence[str], fields: _Fields) -> None:
 HEADER = "QGC WPL 110"
 _HEADER = re.compile(r"QGC[\s,]*WP[\s,]*L[\s,]*(?P<version>.*)", re.IGNORECASE)
 _VERSION = re.compile(r"(110|120)[\s,]*")
-_TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 _AREA_COMMANDS = FENCE_COMMANDS | {Command.NAV_RALLY_POINT}
 
 
@@ -389,7 +389,7 @@ def _is_home(rows: Sequence[WplRow]) -> bool:
         return False
     if first.command == 0 or first.frame in AMSL_FRAMES or not first.altitude_m:
         return True
-    return len(rows) > 1 and rows[1].item.command in _TAKEOFFS
+    return len(rows) > 1 and rows[1].item.command in TAKEOFFS
 
 
 def _make_home(row: MissionItem) -> Home | None:

@@ -13,6 +13,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame, distance_m
 from planner.mission.commands import (
     RELATIVE_FRAMES,
+    TAKEOFFS,
     Command,
     command_name,
     is_destination,
@@ -21,18 +22,15 @@ from planner.mission.commands import (
 )
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.order import FlownOrder, flown_order
+from planner.mission.route.position import counts_from_sea, ground_amsl_m, is_on_earth
 from planner.mission.route.queue import JUMPS
 from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     AS_DELIVERED,
     ITEM_NOT_MODELLED,
     LIFTS_OFF,
-    TAKEOFFS,
     MissionState,
     VehicleHabits,
-    counts_from_sea,
-    ground_amsl_m,
-    is_on_earth,
 )
 from planner.values import replace
 

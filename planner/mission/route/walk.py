@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
-import msgspec
 import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.errors import MissionFileError
-from planner.findings import Remarks, Rule, Severity
-from planner.geo.geodesy import distance_m
+from planner.findings import Rule, Severity
 from planner.mission.commands import (
-    AMSL_FRAMES,
     PARACHUTE_OFF,
     PARACHUTE_ON,
     RELATIVE_FRAMES,
+    TAKEOFFS,
     TERRAIN_FRAMES,
     Command,
     CommandEffect,
-    Frame,
     Support,
     command_effect,
     command_name,
-    frame_name,
     goes_on_flying,
     is_destination,
     is_navigation,
     support,
 )
+from planner.mission.route.position import Position
 from planner.mission.route.queue import (
     CONDITIONS,
     HELD,
@@ -51,152 +47,25 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.mission.storage import (
+    LONGEST_STORED_HOLD_S,
+    stored_hold_s,
+    stored_radius_m,
+    stored_turns,
+)
 from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
-    from planner.findings import Place
-    from planner.geo.terrain import TerrainGrid
     from planner.mission.items import MissionItem
     from planner.mission.route.queue import Condition
 
-
-LONGEST_STORED_HOLD_S = 65_535.0
-
-_MOST = 255
-_COARSE_M = 10
-_FRACTIONS = 256
-
-
-def stored_hold_s(hold_s: float) -> float:
-    """Return the hold that ArduPilot keeps: whole seconds. [s]"""
-    return float(int(hold_s))
-
-
-def stored_turns(turns: float) -> float:
-    """Return the turns of a circle that ArduPilot keeps: whole ones, or a part of one. [-]"""
-    if turns < 1.0:
-        return int(turns * _FRACTIONS) / _FRACTIONS
-    return float(min(int(turns), _MOST))
-
-
-def stored_radius_m(radius_m: float) -> float:
-    """Return the radius of a circle that ArduPilot keeps: whole metres, or tens of them. [m]"""
-    size_m = abs(radius_m)
-    kept_m = int(size_m) if size_m <= _MOST else min(int(size_m) // _COARSE_M, _MOST) * _COARSE_M
-    return float(-kept_m if radius_m < 0.0 else kept_m)
-
-
-_GROUND_SAMPLES, _MOST_GROUND_SAMPLES = 65, 1025
-"""Of the ground along a leg: one a cell, but so many."""
-HIGHEST_M = 10_000.0
-"""No multicopter gets there; the air of the prediction ends not far above. [m]"""
-TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 LIFTS_OFF = TAKEOFFS | {Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME}
 """What PX4 takes off to after a landing."""
-_LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
-"""They end on the ground, whatever their altitude."""
-
-
 _DIVIDED = frozenset({StageKind.GO, StageKind.LOITER}) | LEVEL_FIRST | RETURN_STAGES
 """Straight legs."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
-_GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
-"""Commands that make no sense without a place; others are often meant 'here'."""
-
-
-_WITHOUT_PLACE = {
-    Autopilot.PX4: "PX4 knows no 'here' and flies to whatever number is sent",
-    Autopilot.ARDUPILOT: "ArduPilot refuses what is no number, 'here' is 0°, 0°",
-}
-"""What an autopilot makes of an item whose place is no number: ``AP_Mission::mavlink_int_to_mission_cmd``
-refuses what ``check_lat`` holds for no latitude; at 0°, 0° ``ModeAuto::do_land`` lands where it is."""
-
-
-def is_on_earth(latitude_deg: float, longitude_deg: float) -> bool:
-    """Return whether a latitude and a longitude are a place."""
-    return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
-
-
-def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: float) -> float | None:
-    """Return the ground's altitude at a place; ``None`` where the grid does not know it. [m AMSL]"""
-    ground = terrain.height_amsl_m(latitude_deg, longitude_deg)
-    return None if ground.mask.any() else float(ground)
-
-
-def _is_amsl(frame: int, dialect: Autopilot | None) -> bool:
-    return frame in AMSL_FRAMES or (frame == Frame.MISSION and dialect is Autopilot.ARDUPILOT)
-
-
-def counts_from_sea(items: Sequence[MissionItem], dialect: Autopilot | None) -> bool:
-    """Return whether an altitude that decides where a mission flies counts from the sea."""
-    return any(
-        item.command == Command.DO_SET_HOME
-        or (
-            _is_amsl(item.frame, dialect)
-            and item.altitude_m is not None
-            and is_destination(item.command)
-            and item.command not in _LANDINGS
-        )
-        for item in items
-        if item.frame not in RELATIVE_FRAMES
-    )
-
-
-FRAME_NOT_RESOLVED = Rule(
-    "A103 frame-not-resolved",
-    Severity.ERROR,
-    summary="An item's altitude reference cannot be resolved.",
-    why="Every ground station has lost a frame once; crashes followed (QGroundControl #10596).",
-    how="The item's frame is none of those resolved to a height above home.",
-    fix="use altitudes relative to home or AMSL",
-    instead="altitudes above home or AMSL",
-)
-
-AMSL_SUSPECT = Rule(
-    "A107 amsl-suspect",
-    Severity.ERROR,
-    summary="An altitude looks as if the other reference was meant, home or sea level.",
-    why="Scripts, and Mission Planner before Copter 3.4 (#953), wrote heights above home in frame 0, "
-    "which means AMSL: the vehicle would fly into the ground, or is refused.  The other way round it "
-    "climbs by the altitude of home too high (MissionPlanner #1741, a crash).",
-    how="An item in frame 0 or 5 is not above home's altitude, nor above the ground of the terrain "
-    "grid at its place: an error.  A warning where one in frame 3 or 6 is more than 500 m above home, "
-    "or more than 150 m and up to 300 m above home's own altitude, home being more than 30 m AMSL.",
-    fix="write the altitude relative to home (frame 3), or give the terrain with --terrain",
-    instead="--terrain, or altitudes above home",
-)
-
-TERRAIN_ASSUMED_LEVEL = Rule(
-    "A108 terrain-assumed-level",
-    Severity.WARNING,
-    summary="Altitudes above terrain are flown without knowing the terrain.",
-    why="A height above ground in a terrain frame is an altitude only with a terrain grid.",
-    how="Items in frame 10 or 11 and no terrain grid: ground assumed level with home.",
-    fix="give the terrain with --terrain",
-)
-
-ALTITUDE_UNKNOWN = Rule(
-    "A109 altitude-unknown",
-    Severity.ERROR,
-    summary="An item has no altitude.",
-    why="QGroundControl writes null where it has not yet worked out a height above terrain; such an "
-    "item cannot be flown as it is.",
-    how="The seventh parameter of an item the vehicle flies to is null or NaN.",
-    fix="open the mission in the program that wrote it, wait for the terrain, and save it again",
-    instead="a mission with its altitudes",
-)
-
-ALTITUDE_FROM_TERRAIN = Rule(
-    "A110 altitude-from-terrain",
-    Severity.WARNING,
-    summary="An altitude that the file leaves open was computed from the terrain grid.",
-    why="QGroundControl writes null for an altitude above terrain that it has not worked out yet: the "
-    "prediction can fly the height meant, the vehicle cannot.",
-    how="AltitudeMode 3, the seventh parameter null: ground of --terrain plus 'Altitude'.",
-    fix="open the mission in QGroundControl, wait for the terrain, and save it again",
-)
 
 ZERO_ALTITUDE = Rule(
     "A111 zero-altitude",
@@ -208,31 +77,10 @@ ZERO_ALTITUDE = Rule(
     fix="write the altitude that is meant",
 )
 
-ZERO_POSITION = Rule(
-    "M110 zero-position",
-    Severity.WARNING,
-    summary="An item lies at 0° north, 0° east, or has no position.",
-    why="To ArduPilot this means 'here'; to PX4 it is a place in the Gulf of Guinea.  The same file "
-    "means two flights.",
-    how="Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both "
-    "zero, or not given.  Where PX4 flies this is an error: what is predicted is not its flight (it makes a "
-    "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).  On "
-    "ArduPilot 0°, 0° is 'here' (ModeAuto::do_land and its like); it is an error where no number is given: "
-    "what is sent then is no latitude and the upload is refused (AP_Mission::mavlink_int_to_mission_cmd, "
-    "check_lat), or is what the program that sends it makes of it.",
-    fix="give the item the place it should be flown to",
-    instead="a mission whose items have their places",
-)
-
-
 LONGEST_HOLD_S = 30.0 * 86400.0
 FASTEST_M_S = 1000.0
 MOST_TURNS = 100_000.0
 LARGEST_RADIUS_M = 100_000.0
-_GROUND_OFF_LINE_M = 2.0
-"""Grids of the ground are no better than this. [m]"""
-
-
 ENDLESS = Rule(
     "T101 endless-jump",
     Severity.ERROR,
@@ -303,19 +151,6 @@ ZERO_TAKEOFF = Rule(
     instead="a take-off above home",
 )
 
-TERRAIN_NOT_FOLLOWED = Rule(
-    "A112 terrain-not-followed",
-    Severity.WARNING,
-    summary="ArduPilot follows the ground between two items, which is not straight.",
-    why="Heights above terrain are kept all along a leg: over hills the vehicle climbs and descends "
-    "more than its items show.  For models flown by ArduPilot that is predicted: climbs and descents along "
-    "the ground, and slowing down where it rises faster than the vehicle can climb (AC_WPNav, "
-    "WP_TER_MARGIN).",
-    how="Legs to items in a terrain frame, flown by ArduPilot over the ground of --terrain where that "
-    "lies more than 2 m off the line between the ground at both ends.",
-    fix="put items where the ground bends, so that the legs lie along it",
-)
-
 VALUE_STORED_OTHERWISE = Rule(
     "M113 value-stored-otherwise",
     Severity.INFO,
@@ -382,32 +217,9 @@ class VehicleHabits(Value):
 AS_DELIVERED = VehicleHabits()
 
 
-class MissionState(msgspec.Struct, kw_only=True, eq=False):
-    """A mission half followed: place, height, speeds, home, and the stages so far."""
+class MissionState(Position, kw_only=True, eq=False):
+    """A mission half followed: where it is, its speeds, homes, and the stages so far."""
 
-    source: str
-    dialect: Autopilot | None
-    """Whose reading of the items counts; ``None`` where neither file nor vehicle decides."""
-    start_deg: tuple[float, float]
-    """Where the flight starts. [°]"""
-    home_deg: tuple[float, float]
-    """Where a return leads, moved by DO_SET_HOME. [°]"""
-    home_amsl_m: float | None
-    ground_datum_m: float | None
-    """What heights of the terrain are above home from. [m AMSL]"""
-    terrain: TerrainGrid | None
-    latitude_deg: float
-    longitude_deg: float
-    height_m: float = 0.0
-    """Height above the home the flight started from. [m]"""
-    datum_m: float = 0.0
-    """Height of the present home, which relative altitudes count from, above the first. [m]"""
-    ground_level_m: float = 0.0
-    """Height of the ground above the first home, where the terrain is unknown. [m]"""
-    number: int = 0
-    """The item being followed, from 1."""
-    place: Place | None = None
-    """Of that item, in its file."""
     speed_m_s: float | None = None
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
@@ -442,8 +254,6 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     """Still without east and north."""
     places_deg: list[tuple[float, float]] = field(default_factory=list)
     """Latitude and longitude of each stage. [°]"""
-    remarks: Remarks = field(default_factory=Remarks)
-    amsl_items: list[int] = field(default_factory=list)
 
     def follow(self, number: int, item: MissionItem, *, is_last: bool = False) -> None:
         """Fly one item; raise the error about one that holds a number no vehicle can fly."""
@@ -650,7 +460,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         ground_m: tuple[float, ...] = ()
         if item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT:
             ground_m = self._followed_ground_m(from_deg)
-        self.height_m = self.height_of_m(item)
+        self.height_m = self._height_to_m(item)
         acceptance_radius_m = None
         if item.param2 is not None and item.param2 > 0.0 and kind is StageKind.GO:
             acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
@@ -666,42 +476,11 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
             )
         )
 
-    def _followed_ground_m(self, from_deg: tuple[float, float]) -> tuple[float, ...]:
-        """Return the ground along the leg, evenly spaced; report it where a straight line leaves it.
-
-        Empty where it is not known all along. [m AMSL]
-        """
-        to_deg = (self.latitude_deg, self.longitude_deg)
-        if self.terrain is None or from_deg == to_deg:
-            return ()
-        length_m = float(distance_m(*from_deg, *to_deg))
-        cells = int(length_m / self.terrain.cell_m) + 2
-        count = min(max(cells, _GROUND_SAMPLES), _MOST_GROUND_SAMPLES)
-        fraction = np.linspace(0.0, 1.0, count)
-        ground = self.terrain.height_amsl_m(
-            *(a + fraction * (b - a) for a, b in zip(from_deg, to_deg, strict=True))
-        )
-        if np.ma.getmaskarray(ground).any():
-            return ()
-        height = np.asarray(ground, np.float64)
-        line = height[0] + fraction * (height[-1] - height[0])
-        off_line_m = float(np.abs(height - line).max())
-        if off_line_m > _GROUND_OFF_LINE_M:
-            steepest = float(np.abs(np.diff(height)).max()) * (count - 1) / length_m
-            self.remark(
-                TERRAIN_NOT_FOLLOWED,
-                f"the ground on the leg is up to {quantity.height(off_line_m)} off the line "
-                f"between the items and is up to {quantity.percent(steepest)} steep: ArduPilot follows "
-                "it, more slowly where it cannot climb so fast; of a step-response model the energy of these "
-                "climbs is bounded (E127)",
-            )
-        return tuple(height.tolist())
-
     def take_off(self, item: MissionItem) -> None:
         """Leave the ground."""
         if self.dialect is not Autopilot.ARDUPILOT:  # ArduPilot takes off where it is
             self.move_to(item)
-        self.height_m = self.height_of_m(item)
+        self.height_m = self._height_to_m(item)
         is_first = not any(d.kind is not StageKind.DELAY for d in self.stages)
         self._add(self._stage(StageKind.TAKEOFF, yaw_deg=item.param4))
         if is_first and self.height_m <= 0.0:
@@ -719,7 +498,7 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
     def circle(self, item: MissionItem) -> None:
         """Fly turns about a place."""
         self.move_to(item)
-        self.height_m = self.height_of_m(item)
+        self.height_m = self._height_to_m(item)
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
         if turns > MOST_TURNS or abs(radius) > LARGEST_RADIUS_M:
             self.refuse(item, f"{quantity.count(turns, 'turn')} of {radius:g} m cannot be flown")
@@ -876,13 +655,6 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         )
         self.homes_deg.append(self.home_deg)
 
-    def _home_ground_m(self) -> float:
-        """Return the height of the ground at the present home above the first. [m]"""
-        if self.home_deg == self.start_deg:
-            return 0.0
-        ground_m = self._known_ground_m(self.home_deg)
-        return self.ground_level_m if ground_m is None else ground_m
-
     def _move_home(self, item: MissionItem) -> None:
         if item.param1 == 1.0 or not self.has_place(item):
             self.home_deg = (self.latitude_deg, self.longitude_deg)
@@ -977,85 +749,16 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         message = f"{command_name(item.command)}: ArduPilot keeps {written} as {kept}"
         self.remark(VALUE_STORED_OTHERWISE, message)
 
-    def move_to(self, item: MissionItem) -> None:
-        """Go to the place of an item, if it names one."""
-        if self.has_place(item):
-            self.latitude_deg = item.latitude_deg or 0.0
-            self.longitude_deg = item.longitude_deg or 0.0
-        elif item.latitude_deg is None or item.longitude_deg is None:
-            does = _WITHOUT_PLACE.get(self.dialect) if self.dialect is not None else None
-            # A take-off goes up where it stands; what PX4 makes of its place then nobody has tried here.
-            if item.command in _GOING or (does and item.command not in TAKEOFFS):
-                said = f"{does}; " if does else ""
-                message = f"{command_name(item.command)} has no position: {said}predicted as 'here'"
-                self.remark(ZERO_POSITION, message, severity=Severity.ERROR if does else None)
-
-    def has_place(self, item: MissionItem) -> bool:
-        """Return whether an item names a place; 0°, 0° means 'here', and is reported on PX4."""
-        latitude, longitude = item.latitude_deg, item.longitude_deg
-        if latitude is None or longitude is None:
-            return False
-        if not is_on_earth(latitude, longitude):
-            self.refuse(item, f"{latitude:g}°, {longitude:g}°: not a place on Earth")
-        if latitude != 0.0 or longitude != 0.0:
-            return True
-        if self.dialect is Autopilot.PX4 or (item.command in _GOING and self.dialect is None):
-            name = command_name(item.command)
-            message = f"{name} at 0°, 0°: PX4 flies to that place; predicted as 'here'"
-            # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
-            severity = Severity.ERROR if self.dialect is Autopilot.PX4 else None
-            self.remark(ZERO_POSITION, message, severity=severity)
-        return False
-
-    def height_of_m(self, item: MissionItem) -> float:
-        """Return the item's altitude as a height above the home the flight started from."""
-        altitude = item.altitude_m
-        if altitude is None:
-            return self._height_left_open_m(item)
-        if not abs(altitude) <= HIGHEST_M:
-            self.refuse(item, f"an altitude of {altitude:g} m cannot be flown")
-        if altitude == 0.0 and self.stages:
+    def _height_to_m(self, item: MissionItem) -> float:
+        """Return the height above the first home that an item leads to; 0 in the air may mean 'as before'."""
+        if item.altitude_m == 0.0 and self.stages:
             if self.dialect is Autopilot.ARDUPILOT:
                 # Where it goes it keeps its height; ModeAuto::do_loiter_to_alt then takes the 0 as it is.
-                climbs = item.command == Command.NAV_LOITER_TO_ALT
-                return self._above_home_m(item, altitude) if climbs else self.height_m
-            if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
+                if item.command != Command.NAV_LOITER_TO_ALT:
+                    return self.height_m
+            elif item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
                 return self._zero_height_m()
-        return self._above_home_m(item, altitude)
-
-    def _above_home_m(self, item: MissionItem, altitude: float) -> float:
-        """Return an altitude in an item's frame as a height above the first home."""
-        frame = item.frame
-        if frame in RELATIVE_FRAMES:
-            return altitude + self.datum_m
-        if _is_amsl(frame, self.dialect):
-            self.amsl_items.append(self.number)
-            height_m = altitude - (self.home_amsl_m or 0.0)
-            self._doubt_amsl(item, height_m)
-            return height_m
-        if frame in TERRAIN_FRAMES:
-            return altitude + self._terrain_m(item)
-        self.remark(
-            FRAME_NOT_RESOLVED,
-            f"frame {frame} ({frame_name(frame)}): its altitude is read as height above home",
-        )
-        return altitude + self.datum_m
-
-    def _height_left_open_m(self, item: MissionItem) -> float:
-        """Return the height of an item without altitude: from the terrain, or as it was."""
-        agl_m, ground_m = item.unresolved_agl_m, self._known_ground_m()
-        if ground_m is None or agl_m is None:
-            known = "" if agl_m is None else " (give --terrain to compute it)"
-            message = f"no altitude: the previous height is kept{known}"
-            self.remark(ALTITUDE_UNKNOWN, message)
-            return self.height_m
-        height_m = ground_m + agl_m
-        self.remark(
-            ALTITUDE_FROM_TERRAIN,
-            f"no altitude in the file: {quantity.height(agl_m)} above the terrain grid, "
-            f"{quantity.height(height_m)} above home",
-        )
-        return height_m
+        return self.height_of_m(item)
 
     def _zero_height_m(self) -> float:
         """Return the height of an item in the air with altitude 0, where not ArduPilot's is meant."""
@@ -1064,48 +767,6 @@ class MissionState(msgspec.Struct, kw_only=True, eq=False):
         message = f"altitude 0: PX4 flies to home's level, ArduPilot keeps its height{kept}"
         self.remark(ZERO_ALTITUDE, message)
         return self.datum_m if is_px4 else self.height_m
-
-    def _doubt_amsl(self, item: MissionItem, height_m: float) -> None:
-        """Report an AMSL altitude that is not above home, unless the ground is known to fall."""
-        if self.home_amsl_m is None or height_m > 0.0:
-            return
-        ground_m = self._known_ground_m()
-        if ground_m is not None and height_m > ground_m:
-            return
-        below = "at home's level" if height_m == 0.0 else f"{quantity.height(-height_m)} below home"
-        altitude = quantity.height(item.altitude_m)
-        self.remark(AMSL_SUSPECT, f"{altitude} AMSL, {below}: probably meant above home")
-
-    def _terrain_m(self, item: MissionItem) -> float:
-        """Return the ground's height above the first home at the present place."""
-        ground_m = self._known_ground_m()
-        if ground_m is not None:
-            return ground_m
-        altitude = quantity.height(item.altitude_m)
-        message = f"{altitude} above unknown terrain: read as height above home"
-        self.remark(TERRAIN_ASSUMED_LEVEL, message)
-        return self.datum_m
-
-    def ground_m(self) -> float:
-        """Return the height of the ground at the present place; home's where it is not known. [m]"""
-        ground_m = self._known_ground_m()
-        return self.ground_level_m if ground_m is None else ground_m
-
-    def _known_ground_m(self, place_deg: tuple[float, float] | None = None) -> float | None:
-        if self.terrain is None or self.ground_datum_m is None:
-            return None
-        place_deg = place_deg or (self.latitude_deg, self.longitude_deg)
-        ground_m = ground_amsl_m(self.terrain, *place_deg)
-        return None if ground_m is None else ground_m - self.ground_datum_m
-
-    def remark(self, rule: Rule, message: str, *, severity: Severity | None = None) -> None:
-        """Report something about the item being followed."""
-        self.remarks.add(rule, message, item=self.number, place=self.place, severity=severity)
-
-    def refuse(self, item: MissionItem, why: str) -> NoReturn:
-        """Raise the error about a number that no vehicle can fly."""
-        message = f"item {self.number} {command_name(item.command)}: {why}; correct the item"
-        raise MissionFileError(message, source=self.source, place=self.place)
 
 
 _KINDS: Mapping[int, StageKind] = {
