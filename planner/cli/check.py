@@ -116,17 +116,10 @@ def command(
         refuse_output_file(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
-    jobs = list(zip(missions, settings, strict=True))
-    workers = _workers(missions)
-    at_once = 1 if workers == 1 else _AT_ONCE
-    batches = [jobs[first : first + at_once] for first in range(0, len(jobs), at_once)]
     is_flight_used = together is not None or any(
         getattr(output, option) is not None for option in ("report", "export", "plots")
     )
-    work = partial(_checked, link=link, with_flight=is_flight_used)
-    with done_in_order(work, batches, workers=workers, helps=True) as done:
-        shipped = progress(chain.from_iterable(done), of=len(jobs), label="checked")
-        results: Results = [kind(**fields) for kind, fields in shipped]
+    results = _all_checked(missions, settings, link=link, with_flight=is_flight_used)
     if together is not None:
         from planner.service.separation import keep_apart
 
@@ -243,6 +236,24 @@ def _workers(missions: Sequence[str]) -> int:
     if len(missions) < _WORTH_WORKERS or any(one == "-" or is_vehicle(one) for one in missions):
         return 1
     return core_count()
+
+
+def _all_checked(
+    missions: Sequence[str],
+    settings: Sequence[Mapping[str, Any]],
+    *,
+    link: Mapping[str, object],
+    with_flight: bool,
+) -> Results:
+    """Check missions, in several processes where that is worth it."""
+    jobs = list(zip(missions, settings, strict=True))
+    workers = _workers(missions)
+    at_once = 1 if workers == 1 else _AT_ONCE
+    batches = [jobs[first : first + at_once] for first in range(0, len(jobs), at_once)]
+    work = partial(_checked, link=link, with_flight=with_flight)
+    with done_in_order(work, batches, workers=workers, helps=True) as done:
+        shipped = progress(chain.from_iterable(done), of=len(jobs), label="checked")
+        return [kind(**fields) for kind, fields in shipped]
 
 
 def _checked(

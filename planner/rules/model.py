@@ -242,7 +242,7 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     if is_late or air_m_s[row] > max(over_m_s, ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.
         is_counted = a.vehicle.knows_airspeed or is_late
-        costs = _uncounted(a) if is_counted else _Costs()
+        costs = _uncounted(a) if is_counted else _UncountedCosts()
         yield _outside(
             a,
             f"airspeed of up to {quantity.speed(float(air_m_s[row]))} {reach.where(row)}",
@@ -390,7 +390,7 @@ def _cruise_power_assumed(a: Assessment, _power: SteadyPower) -> Iterator[Findin
         )
 
 
-class _Costs(NamedTuple):
+class _UncountedCosts(NamedTuple):
     """What wind and thin air that the model does not count may take, in words."""
 
     text: str = ""
@@ -400,22 +400,22 @@ class _Costs(NamedTuple):
     """The text, where it would be another for a longer flight."""
 
 
-def _uncounted(a: Assessment) -> _Costs:
+def _uncounted(a: Assessment) -> _UncountedCosts:
     """Return what wind and thin air that the model does not count may take."""
     if not a.margins:
-        return _Costs()  # without a battery nothing is a go: E100
+        return _UncountedCosts()  # without a battery nothing is a go: E100
     margin = min(a.margins, key=lambda one: one.left_wh)
     most_wh = margin.uncounted_wh
     if most_wh <= 0.0:
-        return _Costs()
+        return _UncountedCosts()
     if not math.isfinite(most_wh):
-        return _Costs(f"{_WITH_ALL} it may not come forward at all", is_short=True)
+        return _UncountedCosts(f"{_WITH_ALL} it may not come forward at all", is_short=True)
     text, is_short = f"{_WITH_ALL} it may take {quantity.energy(most_wh)} more", False
     if margin.left_wh < 0.0:
         had_wh = max(margin.left_wh + most_wh, 0.0)
         text += f" than the {quantity.energy(had_wh)} above the reserve allow"
         is_short = True
-    return _Costs(text, is_short, text)
+    return _UncountedCosts(text, is_short, text)
 
 
 def _not_counted(a: Assessment, what: str, term: str) -> Finding:
